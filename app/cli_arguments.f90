@@ -1,0 +1,241 @@
+!> The words of a command line, taken by name until none is left. A taker does
+!> nothing once `error` is raised, so that one check after many is enough.
+module cli_arguments
+   use cli_numbers, only: read_integer, read_real
+   use kschur, only: error_type, error_usage, index_of_name, new_error, text, wp
+   implicit none
+   private
+   public :: arguments_type, command_arguments
+
+   !> Some words of a command line.
+   type :: arguments_type
+      private
+      character(len=:), allocatable :: words(:)
+      logical, allocatable :: taken(:)
+   contains
+      !> Takes the option `--name` that stands without a value.
+      procedure :: take_flag
+      !> Takes the value of option `--name`; not allocated where it was not given.
+      procedure :: take_text
+      !> Takes the whole number of option `--name`; unchanged where it was not given.
+      procedure :: take_integer
+      !> Takes the positive number of option `--name`; not allocated where it was not given.
+      procedure :: take_positive
+      !> Takes the value RE or RE,IM of option `--name`; not allocated where it was not given.
+      procedure :: take_complex
+      !> Takes a name out of a list, as its position from 0; unchanged where it was not given.
+      procedure :: take_choice
+      !> Takes the first word that is no option; not allocated where there is none.
+      procedure :: take_word
+      !> All the words that are left.
+      procedure :: rest
+      !> Fails where a word is left.
+      procedure :: check_all_taken
+   end type arguments_type
+
+contains
+
+   !> The words after the program's name.
+   function command_arguments() result(arguments)
+      type(arguments_type) :: arguments
+      integer :: i, length, longest
+
+      longest = 1
+      do i = 1, command_argument_count()
+         call get_command_argument(i, length=length)
+         longest = max(longest, length)
+      end do
+      allocate (character(len=longest) :: arguments%words(command_argument_count()))
+      allocate (arguments%taken(size(arguments%words)), source=.false.)
+      do i = 1, size(arguments%words)
+         call get_command_argument(i, arguments%words(i))
+      end do
+   end function command_arguments
+
+   ! The place of option `name`, 0 where it was not given; marks it as taken.
+   subroutine find(self, name, place, error)
+      class(arguments_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(out) :: place
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: i
+
+      place = 0
+      if (allocated(error)) return
+      do i = 1, size(self%words)
+         if (self%taken(i)) cycle
+         if (self%words(i) /= name .and. index(self%words(i), name//"=") /= 1) cycle
+         if (place /= 0) call new_error(error, error_usage, name//" is given twice")
+         if (allocated(error)) return
+         place = i
+         self%taken(i) = .true.
+      end do
+   end subroutine find
+
+   subroutine take_flag(self, name, value, error)
+      class(arguments_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(out) :: value
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: place
+
+      call find(self, name, place, error)
+      value = place /= 0
+      if (.not. value .or. allocated(error)) return
+      if (self%words(place) /= name) call new_error(error, error_usage, name//" takes no value")
+   end subroutine take_flag
+
+   subroutine take_text(self, name, value, error, wants)
+      class(arguments_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable, intent(out) :: value
+      type(error_type), allocatable, intent(inout) :: error
+      !> What the value should be, for the message; without it: a file name.
+      character(len=*), intent(in), optional :: wants
+      integer :: place
+
+      call find(self, name, place, error)
+      if (place == 0 .or. allocated(error)) return
+      if (self%words(place) /= name) then
+         value = trim(self%words(place)(len(name) + 2:))
+      else if (place < size(self%words)) then
+         if (.not. self%taken(place + 1) .and. index(self%words(place + 1), "--") /= 1) then
+            value = trim(self%words(place + 1))
+            self%taken(place + 1) = .true.
+         end if
+      end if
+      if (.not. allocated(value)) allocate (character(len=0) :: value)
+      if (value /= "") return
+      if (present(wants)) then
+         call new_error(error, error_usage, name//" wants "//wants)
+      else
+         call new_error(error, error_usage, name//" wants a file name")
+      end if
+   end subroutine take_text
+
+   subroutine take_integer(self, name, smallest, value, error)
+      class(arguments_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: smallest
+      integer, intent(inout) :: value
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: word
+      logical :: ok
+
+      call self%take_text(name, word, error, "a whole number of at least "//text(smallest))
+      if (allocated(error) .or. .not. allocated(word)) return
+      call read_integer(word, value, ok)
+      if (ok) ok = value >= smallest
+      if (.not. ok) call new_error(error, error_usage, &
+         name//" wants a whole number of at least "//text(smallest)//", not '"//word//"'")
+   end subroutine take_integer
+
+   subroutine take_positive(self, name, value, error)
+      class(arguments_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(out) :: value
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: word
+      logical :: ok
+
+      call self%take_text(name, word, error, "a positive number")
+      if (allocated(error) .or. .not. allocated(word)) return
+      allocate (value, source=0.0_wp)
+      call read_real(word, value, ok)
+      if (ok) ok = value > 0
+      if (.not. ok) call new_error(error, error_usage, name//" wants a positive number, not '"//word//"'")
+   end subroutine take_positive
+
+   subroutine take_complex(self, name, value, error)
+      class(arguments_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      complex(wp), allocatable, intent(out) :: value
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: word
+      real(wp) :: re, im
+      integer :: comma
+      logical :: ok
+
+      call self%take_text(name, word, error, "a number RE or two, RE,IM")
+      if (allocated(error) .or. .not. allocated(word)) return
+      re = 0
+      im = 0
+      comma = index(word//",", ",")
+      call read_real(word(:comma - 1), re, ok)
+      if (ok .and. comma <= len(word)) call read_real(word(comma + 1:), im, ok)
+      if (.not. ok) call new_error(error, error_usage, name//" wants a number RE or two, RE,IM, not '"//word//"'")
+      allocate (value, source=cmplx(re, im, wp))
+   end subroutine take_complex
+
+   subroutine take_choice(self, name, choices, value, error, planned)
+      class(arguments_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: choices(0:)
+      integer, intent(inout) :: value
+      type(error_type), allocatable, intent(inout) :: error
+      !> Names that are known, but of a later version.
+      character(len=*), intent(in), optional :: planned(0:)
+      character(len=:), allocatable :: word, possible
+      integer :: i
+
+      possible = trim(choices(0))
+      do i = 1, ubound(choices, 1)
+         possible = possible//", "//trim(choices(i))
+      end do
+      call self%take_text(name, word, error, "one of "//possible)
+      if (allocated(error) .or. .not. allocated(word)) return
+      value = index_of_name(word, choices)
+      if (value >= 0) return
+      if (present(planned)) then
+         if (index_of_name(word, planned) >= 0) then
+            call new_error(error, error_usage, name//" "//word//" is not in this version, which knows "//possible)
+            return
+         end if
+      end if
+      call new_error(error, error_usage, name//" wants one of "//possible//", not '"//word//"'")
+   end subroutine take_choice
+
+   subroutine take_word(self, word)
+      class(arguments_type), intent(inout) :: self
+      character(len=:), allocatable, intent(out) :: word
+      integer :: i
+
+      do i = 1, size(self%words)
+         if (self%taken(i) .or. index(self%words(i), "-") == 1) cycle
+         word = trim(self%words(i))
+         self%taken(i) = .true.
+         return
+      end do
+   end subroutine take_word
+
+   pure function rest(self) result(words)
+      class(arguments_type), intent(in) :: self
+      character(len=len(self%words)) :: words(count(.not. self%taken))
+
+      integer :: i, left
+
+      left = 0
+      do i = 1, size(self%words)
+         if (self%taken(i)) cycle
+         left = left + 1
+         words(left) = self%words(i)
+      end do
+   end function rest
+
+   subroutine check_all_taken(self, error)
+      class(arguments_type), intent(in) :: self
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: i
+
+      if (allocated(error)) return
+      do i = 1, size(self%words)
+         if (self%taken(i)) cycle
+         if (index(self%words(i), "-") == 1) then
+            call new_error(error, error_usage, "unknown option "//trim(self%words(i))//"; see kschur help")
+         else
+            call new_error(error, error_usage, "one word too many: '"//trim(self%words(i))//"'; see kschur help")
+         end if
+         return
+      end do
+   end subroutine check_all_taken
+end module cli_arguments

@@ -1,0 +1,109 @@
+!> What `kschur help` says.
+module cli_help
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use kschur, only: error_type, error_usage, kschur_version, new_error
+   use kschur_scenes, only: scene_help, scene_names
+   implicit none
+   private
+   public :: print_help, print_version
+
+contains
+
+   !> Prints the name and the version of the program.
+   subroutine print_version()
+      write (output_unit, "(a)") "kschur "//kschur_version
+   end subroutine print_version
+
+   !> Prints the help on a command, or on the program where `topic` is empty.
+   subroutine print_help(topic, error)
+      character(len=*), intent(in) :: topic
+      type(error_type), allocatable, intent(out) :: error
+
+      select case (topic)
+      case ("")
+         call print_overview()
+      case ("solve")
+         call print_solve_help()
+      case ("scene")
+         call print_scene_help()
+      case ("info")
+         call print_info_help()
+      case default
+         call new_error(error, error_usage, "there is no help on '"//topic//"', only on solve, scene and info")
+      end select
+   end subroutine print_help
+
+   subroutine print_overview()
+      call print_lines([character(len=90) :: &
+         "kschur: vibration modes of constrained, damped structures, the solutions of", &
+         "(lambda^2 M + lambda R + K) phi + Cq^T xi = 0, Cq phi = 0.", &
+         "", &
+         "  kschur solve PROBLEM [options]               compute modes", &
+         "  kschur scene NAME [options] --output FILE    write a problem of a model structure", &
+         "  kschur info PROBLEM | RESULT                 what a problem is; the modes of a result", &
+         "  kschur help solve | scene | info             more on one of them", &
+         "  kschur --version", &
+         "", &
+         "PROBLEM is an HDF5 file with the groups /mass, /stiffness and, where there is", &
+         "any, /damping and /constraints, or a folder of Matrix Market files M.mtx, K.mtx", &
+         "and, where there is any, R.mtx and Cq.mtx.", &
+         "", &
+         "Exit status: 0 all is well, 1 wrong usage, 2 bad input, 3 fewer modes than asked", &
+         "(what was found is printed and written), 4 internal failure."])
+   end subroutine print_overview
+
+   subroutine print_solve_help()
+      call print_lines([character(len=90) :: &
+         "kschur solve PROBLEM [options]", &
+         "kschur solve --mass FILE --stiffness FILE [--damping FILE] [--constraints FILE] [options]", &
+         "", &
+         "  --modes N              how many; a complex-conjugate pair is one (10)", &
+         "  --target RE[,IM]       the modes nearest to this lambda, in 1/s (0)", &
+         "  --frequency HZ         the same as --target 0,(2 pi HZ)", &
+         "  --shift RE[,IM]        where to factor, in 1/s (chosen near the target)", &
+         "  --method NAME          auto, krylov-schur (auto)", &
+         "  --formulation NAME     auto, undamped, undamped-negative, undamped-constrained,", &
+         "                         damped, damped-constrained (auto)", &
+         "  --inner NAME           auto, mumps (auto)", &
+         "  --subspace M           largest dimension of the Krylov space (chosen)", &
+         "  --tolerance T          relative residual of a converged mode (1e-12)", &
+         "  --max-restarts K       (200)", &
+         "  --constraint-scaling   row, scalar, none (row)", &
+         "  --output RESULT.h5     write values, vectors and multipliers", &
+         "  --format NAME          table, json, csv (table)", &
+         "  --verbose              more at the end of the table", &
+         "  --quiet                no progress on the terminal", &
+         "  --threads N            threads of the linear algebra"])
+   end subroutine print_solve_help
+
+   subroutine print_scene_help()
+      integer :: i
+
+      call print_lines([character(len=90) :: &
+         "kschur scene NAME [options of the scene] --output PROBLEM", &
+         "", &
+         "Writes an HDF5 file where PROBLEM ends in .h5 or .hdf5, else a folder of Matrix", &
+         "Market files. The scenes, their options and defaults:"])
+      do i = 1, size(scene_names)
+         write (output_unit, "(/, a)") scene_help(scene_names(i))
+      end do
+   end subroutine print_scene_help
+
+   subroutine print_info_help()
+      call print_lines([character(len=90) :: &
+         "kschur info PROBLEM", &
+         "kschur info RESULT.h5 [--format table|json|csv] [--verbose]", &
+         "", &
+         "What a problem is: its size, symmetry, damping, matrices, and the formulation that", &
+         "auto takes; or the modes of a result that kschur solve --output wrote."])
+   end subroutine print_info_help
+
+   subroutine print_lines(lines)
+      character(len=*), intent(in) :: lines(:)
+      integer :: i
+
+      do i = 1, size(lines)
+         write (output_unit, "(a)") trim(lines(i))
+      end do
+   end subroutine print_lines
+end module cli_help

@@ -1,0 +1,77 @@
+!> kschur info: what a problem is, or the table of a result that was written.
+module cli_info
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use cli_arguments, only: arguments_type
+   use cli_input, only: input_type, read_problem, take_input
+   use cli_numbers, only: rounded
+   use cli_output, only: format_table, print_result, take_format
+   use kschur, only: csr_matrix_type, damping_names, damping_proportional, error_type, error_usage, &
+      formulation_names, modal_problem_type, modal_result_type, new_error, read_hdf5_result, smallest_formulation, text
+   implicit none
+   private
+   public :: info_command
+
+contains
+
+   !> Does the command.
+   subroutine info_command(arguments, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: no_result
+      type(input_type) :: input
+      type(modal_problem_type) :: problem
+      type(modal_result_type) :: result
+      integer :: format
+      logical :: verbose
+
+      call take_format(arguments, format, error)
+      call arguments%take_flag("--verbose", verbose, error)
+      call take_input(arguments, input, error)
+      if (allocated(error)) return
+      if (allocated(input%path)) then
+         call read_hdf5_result(result, input%path, no_result)
+         if (.not. allocated(no_result)) then
+            call print_result(result, format, verbose)
+            return
+         end if
+      end if
+      if (format /= format_table) then
+         call new_error(error, error_usage, "--format is for results; on a problem there is only the table")
+      else
+         call read_problem(input, problem, error)
+      end if
+      if (.not. allocated(error)) call print_problem(problem)
+   end subroutine info_command
+
+   subroutine print_problem(problem)
+      type(modal_problem_type), intent(in) :: problem
+
+      write (output_unit, "(a)") "unknowns     "//text(problem%unknowns())
+      write (output_unit, "(a)") "constraints  "//text(problem%multipliers())
+      write (output_unit, "(a)") "symmetric    "//trim(merge("yes", "no ", problem%symmetric))
+      write (output_unit, "(a)") "damping      "//damping_text(problem)
+      write (output_unit, "(a)") "formulation  "//trim(formulation_names(smallest_formulation(problem)))
+      write (output_unit, "(/, a)") "matrix                     nonzeros   infinity norm"
+      call print_matrix("mass M", problem%mass)
+      call print_matrix("damping R", problem%damping)
+      call print_matrix("stiffness K", problem%stiffness)
+      call print_matrix("constraints Cq", problem%constraints)
+   end subroutine print_problem
+
+   subroutine print_matrix(name, matrix)
+      character(len=*), intent(in) :: name
+      type(csr_matrix_type), intent(in) :: matrix
+
+      write (output_unit, "(a20, i15, a16)") adjustl(name//repeat(" ", 20)), matrix%nonzeros(), &
+         rounded(matrix%infinity_norm())
+   end subroutine print_matrix
+
+   function damping_text(problem)
+      type(modal_problem_type), intent(in) :: problem
+      character(len=:), allocatable :: damping_text
+
+      damping_text = trim(damping_names(problem%damping_kind))
+      if (problem%damping_kind == damping_proportional) damping_text = damping_text//", alpha "// &
+         rounded(problem%alpha)//" 1/s, beta "//rounded(problem%beta)//" s"
+   end function damping_text
+end module cli_info

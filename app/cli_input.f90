@@ -1,0 +1,84 @@
+!> Where a problem is read from: a folder of Matrix Market files, an HDF5
+!> file, or Matrix Market files named one by one.
+module cli_input
+   use cli_arguments, only: arguments_type
+   use cli_system, only: is_folder
+   use kschur, only: add_context, error_file, error_input, error_type, error_usage, modal_problem_type, new_error, &
+      read_hdf5_problem, read_matrix_market_files, read_matrix_market_problem
+   implicit none
+   private
+   public :: input_type, read_problem, take_input
+
+   !> Names of files; what was not given is not allocated.
+   type :: input_type
+      !> A folder or an HDF5 file.
+      character(len=:), allocatable :: path
+      !> One file per matrix, instead of `path`.
+      character(len=:), allocatable :: mass, stiffness, damping, constraints
+   end type input_type
+
+contains
+
+   !> Takes PROBLEM or the options --mass, --stiffness, --damping, --constraints; to be
+   !> called after all other options were taken.
+   subroutine take_input(arguments, input, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(input_type), intent(out) :: input
+      type(error_type), allocatable, intent(inout) :: error
+      logical :: any_file
+
+      call arguments%take_text("--mass", input%mass, error)
+      call arguments%take_text("--stiffness", input%stiffness, error)
+      call arguments%take_text("--damping", input%damping, error)
+      call arguments%take_text("--constraints", input%constraints, error)
+      call arguments%take_word(input%path)
+      call arguments%check_all_taken(error)
+      if (allocated(error)) return
+
+      any_file = allocated(input%mass) .or. allocated(input%stiffness) .or. allocated(input%damping) &
+         .or. allocated(input%constraints)
+      if (allocated(input%path) .and. any_file) then
+         call new_error(error, error_usage, "either a problem, '"//input%path//"', or its files one by one, not both")
+      else if (any_file .and. .not. (allocated(input%mass) .and. allocated(input%stiffness))) then
+         call new_error(error, error_usage, "files named one by one need --mass and --stiffness")
+      else if (.not. (allocated(input%path) .or. any_file)) then
+         call new_error(error, error_usage, "no problem is given; see kschur help")
+      end if
+   end subroutine take_input
+
+   !> Reads the problem; whatever is wrong with it is `error_input` and names a file.
+   subroutine read_problem(input, problem, error)
+      type(input_type), intent(in) :: input
+      type(modal_problem_type), intent(out) :: problem
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: path
+      logical :: exists
+
+      if (.not. allocated(input%path)) then
+         path = input%mass
+         call read_matrix_market_files(problem, input%mass, input%stiffness, or_empty(input%damping), &
+            or_empty(input%constraints), error)
+      else
+         path = input%path
+         inquire (file=path, exist=exists)
+         if (is_folder(path)) then
+            call read_matrix_market_problem(problem, path, error)
+         else if (exists) then
+            call read_hdf5_problem(problem, path, error)
+         else
+            call new_error(error, error_input, path//": there is no such file or folder")
+         end if
+      end if
+      if (.not. allocated(error)) return
+      if (error%code == error_file) error%code = error_input
+      if (allocated(input%path) .and. index(error%message, path) == 0) call add_context(error, path)
+   end subroutine read_problem
+
+   pure function or_empty(path)
+      character(len=:), allocatable, intent(in) :: path
+      character(len=:), allocatable :: or_empty
+
+      allocate (character(len=0) :: or_empty)
+      if (allocated(path)) or_empty = path
+   end function or_empty
+end module cli_input

@@ -1,0 +1,130 @@
+!> A result as JSON (one object) and as comma-separated values.
+module cli_json
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use cli_numbers, only: plain
+   use cli_system, only: peak_memory_bytes
+   use kschur, only: damping_names, formulation_names, kind_names, kschur_version, long, modal_result_type, &
+      reason_names, text, timings_type, wp
+   implicit none
+   private
+   public :: print_csv, print_json
+
+contains
+
+   !> Prints one JSON object on standard output.
+   subroutine print_json(result)
+      type(modal_result_type), intent(in) :: result
+      integer :: i
+
+      call print_line('{"kschur": '//string(kschur_version)//',')
+      call print_line(' "problem": {"n": '//text(result%unknowns)//', "m": '//text(result%constraints)// &
+         ', "symmetric": '//boolean(result%symmetric)//', "damping": '// &
+         string(damping_names(result%damping_kind))//'},')
+      call print_line(' "method": '//string(result%method)//', "formulation": '// &
+         string(formulation_names(result%formulation))//',')
+      call print_line(' "target": '//pair(result%target)//', "shift": '//pair(result%shift)//',')
+      call print_line(' "reason": '//string(reason_names(result%reason))//', "certified": null,')
+      call print_line(' "modes": [')
+      do i = 1, size(result%eigenvalues)
+         call print_line("  "//mode(result, i)//trim(merge(",", " ", i < size(result%eigenvalues))))
+      end do
+      call print_line(' ],')
+      call print_line(' "counts": {"operator_applications": '//text(result%operator_applications)// &
+         ', "restarts": '//text(result%restarts)//', "factorizations": '//text(result%factorizations)//'},')
+      call print_line(' "seconds": '//seconds(result%seconds)//',')
+      call print_line(' "peak_memory_bytes": '//memory(peak_memory_bytes())//'}')
+   end subroutine print_json
+
+   !> Prints a line of names and one line per mode on standard output; an
+   !> undefined damping ratio is empty.
+   subroutine print_csv(result)
+      type(modal_result_type), intent(in) :: result
+      integer :: i
+
+      call print_line("mode,eigenvalue_re,eigenvalue_im,frequency_hz,damped_frequency_hz,damping_ratio,kind,backward_error")
+      do i = 1, size(result%eigenvalues)
+         call print_line(text(i)//","//plain(real(result%eigenvalues(i), wp), "")//","// &
+            plain(aimag(result%eigenvalues(i)), "")//","//plain(result%frequency_hz(i), "")//","// &
+            plain(result%damped_frequency_hz(i), "")//","//plain(result%damping_ratio(i), "")//","// &
+            trim(kind_names(result%kind(i)))//","//plain(result%backward_error(i), ""))
+      end do
+   end subroutine print_csv
+
+   subroutine print_line(line)
+      character(len=*), intent(in) :: line
+
+      write (output_unit, "(a)") line
+   end subroutine print_line
+
+   pure function mode(result, i) result(object)
+      type(modal_result_type), intent(in) :: result
+      integer, intent(in) :: i
+      character(len=:), allocatable :: object
+
+      object = '{"eigenvalue": '//pair(result%eigenvalues(i))//', "frequency_hz": '//number(result%frequency_hz(i))// &
+         ', "damped_frequency_hz": '//number(result%damped_frequency_hz(i))// &
+         ', "damping_ratio": '//number(result%damping_ratio(i))//', "kind": '//string(kind_names(result%kind(i)))// &
+         ', "backward_error": '//number(result%backward_error(i))//'}'
+   end function mode
+
+   pure function seconds(timings) result(object)
+      type(timings_type), intent(in) :: timings
+      character(len=:), allocatable :: object
+      real(wp) :: other
+
+      other = timings%total - timings%analyze - timings%factorize - timings%solve - timings%orthogonalize
+      object = '{"total": '//number(timings%total)//', "analyze": '//number(timings%analyze)// &
+         ', "factorize": '//number(timings%factorize)//', "solve": '//number(timings%solve)// &
+         ', "orthogonalize": '//number(timings%orthogonalize)//', "other": '//number(max(other, 0.0_wp))//'}'
+   end function seconds
+
+   pure function pair(z)
+      complex(wp), intent(in) :: z
+      character(len=:), allocatable :: pair
+
+      pair = "["//number(real(z, wp))//", "//number(aimag(z))//"]"
+   end function pair
+
+   pure function number(x)
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: number
+
+      number = plain(x, "null")
+   end function number
+
+   pure function memory(bytes)
+      integer(long), intent(in) :: bytes
+      character(len=:), allocatable :: memory
+      character(len=20) :: buffer
+
+      write (buffer, "(i0)") bytes
+      memory = trim(buffer)
+      if (bytes < 0) memory = "null"
+   end function memory
+
+   pure function boolean(value)
+      logical, intent(in) :: value
+      character(len=:), allocatable :: boolean
+
+      boolean = trim(merge("true ", "false", value))
+   end function boolean
+
+   pure function string(value)
+      character(len=*), intent(in) :: value
+      character(len=:), allocatable :: string
+      character(len=6) :: escape
+      integer :: i
+
+      string = '"'
+      do i = 1, len_trim(value)
+         if (iachar(value(i:i)) < 32) then
+            write (escape, "(a, z4.4)") "\u", iachar(value(i:i))
+            string = string//escape
+         else
+            if (scan(value(i:i), '"\') == 1) string = string//"\"
+            string = string//value(i:i)
+         end if
+      end do
+      string = string//'"'
+   end function string
+end module cli_json

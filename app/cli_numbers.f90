@@ -1,0 +1,138 @@
+!> Numbers read from words without leniency, and written for people and programs.
+module cli_numbers
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use kschur, only: text, wp
+   implicit none
+   private
+   public :: aligned, plain, read_integer, read_real, rounded
+
+   !> A real, or a complex as `re+imi`, with some six digits.
+   interface rounded
+      module procedure rounded_real, rounded_complex
+   end interface rounded
+
+contains
+
+   !> Reads a whole number; where the word is anything else, `ok` is false.
+   subroutine read_integer(word, value, ok)
+      character(len=*), intent(in) :: word
+      integer, intent(inout) :: value
+      logical, intent(out) :: ok
+      integer :: status, number
+
+      ok = is_digits(unsigned(word))
+      if (.not. ok) return
+      read (word, *, iostat=status) number
+      ok = status == 0
+      if (ok) value = number
+   end subroutine read_integer
+
+   !> Reads a finite decimal number; where the word is anything else, `ok` is false.
+   subroutine read_real(word, value, ok)
+      character(len=*), intent(in) :: word
+      real(wp), intent(inout) :: value
+      logical, intent(out) :: ok
+      character(len=:), allocatable :: mantissa
+      integer :: exponent, point, status
+      real(wp) :: number
+
+      exponent = scan(word//"e", "eE")
+      mantissa = unsigned(word(:exponent - 1))
+      point = index(mantissa//".", ".")
+      ok = is_digits(mantissa(:point - 1)//mantissa(point + 1:))
+      if (ok .and. exponent <= len(word)) ok = is_digits(unsigned(word(exponent + 1:)))
+      if (.not. ok) return
+      read (word, *, iostat=status) number
+      ok = status == 0
+      if (ok) ok = ieee_is_finite(number)
+      if (ok) value = number
+   end subroutine read_real
+
+   pure function unsigned(word)
+      character(len=*), intent(in) :: word
+      character(len=:), allocatable :: unsigned
+
+      unsigned = word
+      if (scan(word, "+-") == 1) unsigned = word(2:)
+   end function unsigned
+
+   pure logical function is_digits(word)
+      character(len=*), intent(in) :: word
+
+      is_digits = len(word) > 0 .and. verify(word, "0123456789") == 0
+   end function is_digits
+
+   !> A finite number in full accuracy as JSON and spreadsheets read it,
+   !> `undefined` where it is not finite.
+   pure function plain(x, undefined)
+      real(wp), intent(in) :: x
+      character(len=*), intent(in) :: undefined
+      character(len=:), allocatable :: plain
+      integer :: point
+
+      if (.not. ieee_is_finite(x)) then
+         plain = undefined
+      else if (.not. abs(x) > 0) then
+         plain = "0"
+      else
+         plain = text(x)
+         point = index(plain, ".E")
+         if (point > 0) plain = plain(:point - 1)//plain(point + 1:)
+      end if
+   end function plain
+
+   pure function rounded_real(x) result(rounded)
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: rounded
+      character(len=24) :: buffer
+      integer :: exponent, last
+
+      buffer = "0"
+      if (abs(x) >= 1.0e-3_wp .and. abs(x) < 1.0e6_wp) then
+         write (buffer, "(f24.6)") x
+      else if (abs(x) > 0) then
+         write (buffer, "(es24.5e3)") x
+      end if
+      buffer = adjustl(buffer)
+      exponent = scan(trim(buffer)//"E", "E")
+      last = exponent - 1
+      if (index(buffer, ".") > 0) last = verify(buffer(:last), "0", back=.true.)
+      if (buffer(last:last) == ".") last = last - 1
+      rounded = buffer(:last)//trim(buffer(exponent:exponent + 1))
+      if (buffer(exponent + 2:exponent + 2) == "0") exponent = exponent + 1
+      rounded = rounded//trim(buffer(exponent + 2:))
+   end function rounded_real
+
+   pure function rounded_complex(z) result(rounded)
+      complex(wp), intent(in) :: z
+      character(len=:), allocatable :: rounded
+
+      rounded = rounded_real(real(z, wp))
+      if (.not. abs(aimag(z)) > 0) return
+      if (.not. abs(real(z, wp)) > 0) rounded = ""
+      if (rounded /= "" .and. aimag(z) > 0) rounded = rounded//"+"
+      rounded = rounded//rounded_real(aimag(z))//"i"
+   end function rounded_complex
+
+   !> A column of numbers in cells of 15, all in one notation: with six
+   !> decimals where that shows four digits of each, else with an exponent.
+   !> Zero is `0`, what is not finite is `-`.
+   pure function aligned(values) result(cells)
+      real(wp), intent(in) :: values(:)
+      character(len=15) :: cells(size(values))
+      character(len=8) :: notation
+      integer :: i
+
+      notation = "(f15.6)"
+      if (any(abs(values) > 0 .and. abs(values) < 1.0e-3_wp) .or. any(abs(values) >= 1.0e6_wp)) notation = "(es15.6)"
+      do i = 1, size(values)
+         if (.not. ieee_is_finite(values(i))) then
+            cells(i) = repeat(" ", 14)//"-"
+         else if (abs(values(i)) > 0) then
+            write (cells(i), notation) values(i)
+         else
+            cells(i) = repeat(" ", 14)//"0"
+         end if
+      end do
+   end function aligned
+end module cli_numbers

@@ -1,0 +1,153 @@
+!> kschur solve: reads a problem, computes its modes, writes and prints them.
+module cli_solve
+   use cli_arguments, only: arguments_type
+   use cli_input, only: input_type, read_problem, take_input
+   use cli_output, only: print_result, take_format
+   use cli_progress, only: new_progress, progress_type
+   use cli_system, only: check_writable_folder, complain, set_threads
+   use kschur, only: error_type, error_usage, formulation_names, modal_options_type, modal_problem_type, &
+      modal_result_type, new_error, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts, &
+      scaling_names, solve_modes, text, wp, write_hdf5_result
+   implicit none
+   private
+   public :: solve_command
+
+   !> What `kschur solve` was asked to do.
+   type :: request_type
+      type(input_type) :: input
+      type(modal_options_type) :: options
+      !> Where to write the result; not allocated: nowhere.
+      character(len=:), allocatable :: output
+      integer :: format = 0
+      !> Number of threads; 0: as the libraries choose.
+      integer :: threads = 0
+      logical :: quiet = .false., verbose = .false.
+   end type request_type
+
+contains
+
+   !> Does the command; `complete` is false where fewer modes were found than asked for.
+   subroutine solve_command(arguments, complete, error)
+      type(arguments_type), intent(inout) :: arguments
+      logical, intent(out) :: complete
+      type(error_type), allocatable, intent(out) :: error
+      type(request_type) :: request
+      type(modal_problem_type) :: problem
+      type(modal_result_type) :: result
+      type(progress_type) :: progress
+
+      complete = .false.
+      call take_request(arguments, request, error)
+      if (.not. allocated(error) .and. allocated(request%output)) call check_writable_folder(request%output, error)
+      if (allocated(error)) return
+      if (request%threads > 0) call set_threads(request%threads)
+      progress = new_progress(request%quiet)
+
+      call progress%show("reading")
+      call read_problem(request%input, problem, error)
+      if (.not. allocated(error)) then
+         call progress%show(text(problem%unknowns())//" unknowns, "//text(problem%multipliers())//" constraints")
+         call solve_modes(problem, request%options, result, error, progress)
+      end if
+      call progress%show("")
+      if (allocated(error)) return
+
+      if (allocated(request%output)) call write_hdf5_result(result, request%output, error)
+      call print_result(result, request%format, request%verbose)
+      if (allocated(error)) return
+      complete = result%reason == reason_converged .and. size(result%eigenvalues) >= request%options%modes
+      if (.not. complete) call complain(shortfall(result, request%options%modes))
+   end subroutine solve_command
+
+   subroutine take_request(arguments, request, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(request_type), intent(out) :: request
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: tolerance
+
+      associate (options => request%options)
+         call arguments%take_integer("--modes", 1, options%modes, error)
+         call take_target(arguments, options, error)
+         call arguments%take_complex("--shift", options%shift, error)
+         call arguments%take_choice("--formulation", formulation_names, options%formulation, error, &
+            planned=[character(len=25) :: "undamped-constrained-zero", "damped-constrained-zero", "quadratic", &
+            "symmetric", "proportional"])
+         call arguments%take_choice("--constraint-scaling", scaling_names, options%constraint_scaling, error)
+         call arguments%take_integer("--subspace", 1, options%subspace, error)
+         call arguments%take_positive("--tolerance", tolerance, error)
+         if (allocated(tolerance)) options%tolerance = tolerance
+         call arguments%take_integer("--max-restarts", 1, options%max_restarts, error)
+      end associate
+      call refuse_planned(arguments, error)
+
+      call arguments%take_text("--output", request%output, error)
+      call take_format(arguments, request%format, error)
+      call arguments%take_integer("--threads", 1, request%threads, error)
+      call arguments%take_flag("--quiet", request%quiet, error)
+      call arguments%take_flag("--verbose", request%verbose, error)
+      call take_input(arguments, request%input, error)
+      if (allocated(error)) return
+      if (request%quiet .and. request%verbose) &
+         call new_error(error, error_usage, "--quiet and --verbose exclude each other")
+      if (.not. (allocated(request%output) .and. allocated(request%input%path))) return
+      if (request%output == request%input%path) &
+         call new_error(error, error_usage, "--output "//request%output//" would replace the problem")
+   end subroutine take_request
+
+   subroutine take_target(arguments, options, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(modal_options_type), intent(inout) :: options
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), parameter :: two_pi = 8*atan(1.0_wp)
+      complex(wp), allocatable :: target
+      real(wp), allocatable :: frequency
+
+      call arguments%take_complex("--target", target, error)
+      call arguments%take_positive("--frequency", frequency, error)
+      if (allocated(error)) return
+      if (allocated(target) .and. allocated(frequency)) &
+         call new_error(error, error_usage, "--target and --frequency exclude each other")
+      if (allocated(target)) options%target = target
+      if (allocated(frequency)) options%target = cmplx(0.0_wp, two_pi*frequency, wp)
+   end subroutine take_target
+
+   ! Options that stand in the interface but whose features come later.
+   subroutine refuse_planned(arguments, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: ignored
+      logical :: left
+
+      ignored = 0
+      call arguments%take_choice("--method", [character(len=12) :: "auto", "krylov-schur"], ignored, error, &
+         planned=["arpack"])
+      call arguments%take_choice("--inner", [character(len=5) :: "auto", "mumps"], ignored, error, &
+         planned=[character(len=9) :: "ldl", "iterative"])
+      ignored = 1
+      call arguments%take_integer("--block", 1, ignored, error)
+      call arguments%take_flag("--left", left, error)
+      if (allocated(error)) return
+      if (ignored /= 1) call new_error(error, error_usage, "--block "//text(ignored)// &
+         " is not in this version, which knows blocks of 1")
+      if (left) call new_error(error, error_usage, "--left is not in this version")
+   end subroutine refuse_planned
+
+   function shortfall(result, asked) result(sentence)
+      type(modal_result_type), intent(in) :: result
+      integer, intent(in) :: asked
+      character(len=:), allocatable :: sentence
+
+      sentence = text(size(result%eigenvalues))//" of "//text(asked)//" modes: "
+      select case (result%reason)
+      case (reason_max_restarts)
+         sentence = sentence//"the others had not converged after "//text(result%restarts)// &
+            " restarts; more --max-restarts or a larger --subspace may help"
+      case (reason_fewer_modes)
+         sentence = sentence//"the problem has no more"
+      case (reason_cancelled)
+         sentence = sentence//"the computation was stopped"
+      case default
+         sentence = sentence//"the solver found no more"
+      end select
+   end function shortfall
+end module cli_solve

@@ -1,0 +1,113 @@
+!> What the program asks of the operating system.
+module cli_system
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use kschur, only: error_file, error_type, long, new_error
+   implicit none
+   private
+   public :: check_writable_folder, complain, end_program, is_folder, peak_memory_bytes, set_threads, &
+      standard_error_is_terminal
+
+   interface
+      integer(c_int) function c_access(path, mode) bind(c, name="access")
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: mode
+      end function c_access
+
+      subroutine c_exit(status) bind(c, name="exit")
+         import :: c_int
+         integer(c_int), value :: status
+      end subroutine c_exit
+
+      integer(c_int) function c_isatty(descriptor) bind(c, name="isatty")
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_isatty
+
+      subroutine openblas_set_num_threads(threads) bind(c, name="openblas_set_num_threads")
+         import :: c_int
+         integer(c_int), value :: threads
+      end subroutine openblas_set_num_threads
+   end interface
+
+contains
+
+   !> Ends the program with this exit status and without further words.
+   subroutine end_program(status)
+      integer, intent(in) :: status
+
+      flush (output_unit)
+      flush (error_unit)
+      call c_exit(int(status, c_int))
+   end subroutine end_program
+
+   !> One line on standard error, with the name of the program before it.
+   subroutine complain(message)
+      character(len=*), intent(in) :: message
+      character(len=len(message)) :: line
+      integer :: i
+
+      do i = 1, len(message)
+         line(i:i) = merge(" ", message(i:i), iachar(message(i:i)) < 32)
+      end do
+      write (error_unit, "(2a)") "kschur: ", line
+   end subroutine complain
+
+   !> Whether someone may be watching standard error.
+   logical function standard_error_is_terminal()
+      standard_error_is_terminal = c_isatty(2_c_int) == 1
+   end function standard_error_is_terminal
+
+   !> Whether `path` is a folder.
+   logical function is_folder(path)
+      character(len=*), intent(in) :: path
+
+      is_folder = c_access(path//"/."//c_null_char, 0_c_int) == 0
+   end function is_folder
+
+   !> Fails where no file `path` could be made because of its folder.
+   subroutine check_writable_folder(path, error)
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int), parameter :: write_and_search = 3
+      character(len=:), allocatable :: folder
+
+      folder = path(:index(path, "/", back=.true.))
+      if (folder == "") folder = "./"
+      if (.not. is_folder(folder)) then
+         call new_error(error, error_file, path//": there is no folder "//folder//" to write it to")
+      else if (c_access(folder//c_null_char, write_and_search) /= 0) then
+         call new_error(error, error_file, path//": the folder "//folder//" may not be written to")
+      end if
+   end subroutine check_writable_folder
+
+   !> Number of threads of the dense linear algebra.
+   subroutine set_threads(threads)
+      integer, intent(in) :: threads
+
+      call openblas_set_num_threads(int(threads, c_int))
+   end subroutine set_threads
+
+   !> Most memory the program has held so far; -1 where the system does not
+   !> tell. (The figure of getrusage counts what ran before `exec`.)
+   integer(long) function peak_memory_bytes()
+      character(len=128) :: line
+      integer :: unit, status
+      logical :: exists
+
+      peak_memory_bytes = -1
+      inquire (file="/proc/self/status", exist=exists)
+      if (.not. exists) return
+      open (newunit=unit, file="/proc/self/status", action="read", status="old", iostat=status)
+      do while (status == 0)
+         read (unit, "(a)", iostat=status) line
+         if (status /= 0) exit
+         if (line(:6) /= "VmHWM:") cycle
+         read (line(7:index(line, "kB") - 1), *) peak_memory_bytes
+         peak_memory_bytes = 1024*peak_memory_bytes
+         exit
+      end do
+      close (unit, iostat=status)
+   end function peak_memory_bytes
+end module cli_system

@@ -1,0 +1,87 @@
+!> A result as a table for people.
+module cli_table
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use cli_numbers, only: aligned, rounded
+   use cli_system, only: peak_memory_bytes
+   use kschur, only: damping_names, formulation_names, kind_names, kind_rigid, modal_result_type, reason_names, text, wp
+   implicit none
+   private
+   public :: print_table
+
+contains
+
+   !> Prints what was solved, the modes, and what it took on standard output.
+   subroutine print_table(result, verbose)
+      type(modal_result_type), intent(in) :: result
+      !> Whether to print the seconds of each phase and the restarts as well.
+      logical, intent(in) :: verbose
+
+      call print_header(result)
+      if (size(result%eigenvalues) > 0) call print_modes(result)
+      call print_effort(result)
+      if (verbose) call print_details(result)
+   end subroutine print_table
+
+   subroutine print_header(result)
+      type(modal_result_type), intent(in) :: result
+
+      write (output_unit, "(a)") "problem  "//text(result%unknowns)//" unknowns, "//text(result%constraints)// &
+         " constraints, "//trim(merge("symmetric  ", "unsymmetric", result%symmetric))//", damping "// &
+         trim(damping_names(result%damping_kind))
+      write (output_unit, "(a)") "method   "//result%method//", formulation "// &
+         trim(formulation_names(result%formulation))//", target "//rounded(result%target)//", shift "// &
+         rounded(result%shift)//" 1/s"
+      write (output_unit, "(a)") "modes    "//text(size(result%eigenvalues))//" of "//text(result%modes_asked)// &
+         ", "//trim(reason_names(result%reason))
+   end subroutine print_header
+
+   subroutine print_modes(result)
+      type(modal_result_type), intent(in) :: result
+      character(len=15) :: cells(size(result%eigenvalues), 5)
+      integer :: i
+
+      cells(:, 1) = aligned(real(result%eigenvalues, wp))
+      cells(:, 2) = aligned(aimag(result%eigenvalues))
+      cells(:, 3) = aligned(result%frequency_hz)
+      cells(:, 4) = aligned(result%damped_frequency_hz)
+      cells(:, 5) = aligned(100*result%damping_ratio)
+      where (result%kind == kind_rigid) cells(:, 3) = repeat(" ", 14)//"0"
+      where (result%kind == kind_rigid) cells(:, 5) = repeat(" ", 14)//"-"
+
+      write (output_unit, "()")
+      write (output_unit, "(5x, 5a15, 2x, a11, a10)") "Re", "Im", "frequency", "damped", "damping", "kind       ", "backward"
+      write (output_unit, "(5x, 5a15, 2x, a11, a10)") "1/s", "1/s", "Hz", "Hz", "%", "", "error"
+      do i = 1, size(result%eigenvalues)
+         write (output_unit, "(i5, 5a15, 2x, a11, es10.1)") i, cells(i, :), kind_names(result%kind(i)), &
+            result%backward_error(i)
+      end do
+      write (output_unit, "()")
+   end subroutine print_modes
+
+   subroutine print_effort(result)
+      type(modal_result_type), intent(in) :: result
+
+      write (output_unit, "(a)", advance="no") "effort   operator applications "// &
+         text(result%operator_applications)//", restarts "//text(result%restarts)//", factorizations "// &
+         text(result%factorizations)//", "//rounded(result%seconds%total)//" s"
+      if (peak_memory_bytes() >= 0) write (output_unit, "(a, i0, a)", advance="no") &
+         ", ", peak_memory_bytes()/1000000, " MB"
+      write (output_unit, "()")
+   end subroutine print_effort
+
+   subroutine print_details(result)
+      type(modal_result_type), intent(in) :: result
+      integer :: i
+
+      associate (seconds => result%seconds)
+         write (output_unit, "(a)") "seconds  analyze "//rounded(seconds%analyze)//", factorize "// &
+            rounded(seconds%factorize)//", solve "//rounded(seconds%solve)//", orthogonalize "//rounded(seconds%orthogonalize)
+      end associate
+      if (.not. allocated(result%history%converged)) return
+      do i = 1, size(result%history%converged)
+         write (output_unit, "(a)") "restart  "//text(i)//": "//"converged "//text(result%history%converged(i))// &
+            ", operator applications "//text(result%history%operator_applications(i))//", residual "// &
+            rounded(result%history%residual(i))
+      end do
+   end subroutine print_details
+end module cli_table

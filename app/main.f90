@@ -1,0 +1,77 @@
+!> The program `kschur`: does one command and ends with its exit status.
+program kschur_program
+   use cli_arguments, only: arguments_type, command_arguments
+   use cli_help, only: print_help, print_version
+   use cli_info, only: info_command
+   use cli_scene, only: scene_command
+   use cli_solve, only: solve_command
+   use cli_system, only: complain, end_program
+   use kschur, only: error_input, error_type, error_usage, new_error
+   implicit none
+
+   integer, parameter :: status_usage = 1, status_input = 2, status_incomplete = 3, status_failure = 4
+   type(arguments_type) :: arguments
+   type(error_type), allocatable :: error
+   character(len=:), allocatable :: command
+   logical :: complete, help, version
+
+   complete = .true.
+   arguments = command_arguments()
+   call arguments%take_word(command)
+   if (.not. allocated(command)) allocate (character(len=0) :: command)
+   call take_flags()
+   if (.not. allocated(error)) call do_command()
+
+   if (allocated(error)) then
+      call complain(error%message)
+      select case (error%code)
+      case (error_usage)
+         call end_program(status_usage)
+      case (error_input)
+         call end_program(status_input)
+      case default
+         call end_program(status_failure)
+      end select
+   end if
+   call end_program(merge(0, status_incomplete, complete))
+
+contains
+
+   subroutine take_flags()
+      logical :: short_help
+
+      call arguments%take_flag("--help", help, error)
+      call arguments%take_flag("-h", short_help, error)
+      call arguments%take_flag("--version", version, error)
+      help = help .or. short_help
+   end subroutine take_flags
+
+   subroutine do_command()
+      character(len=:), allocatable :: topic
+
+      if (version) then
+         call print_version()
+      else if (help) then
+         call print_help(command, error)
+      else
+         select case (command)
+         case ("solve")
+            call solve_command(arguments, complete, error)
+         case ("scene")
+            call scene_command(arguments, error)
+         case ("info")
+            call info_command(arguments, error)
+         case ("help")
+            call arguments%take_word(topic)
+            if (.not. allocated(topic)) allocate (character(len=0) :: topic)
+            call print_help(topic, error)
+         case ("compare")
+            call new_error(error, error_usage, "compare is not in this version")
+         case ("")
+            call new_error(error, error_usage, "no command is given; see kschur help")
+         case default
+            call new_error(error, error_usage, "unknown command '"//command//"'; see kschur help")
+         end select
+      end if
+   end subroutine do_command
+end program kschur_program

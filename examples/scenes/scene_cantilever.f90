@@ -1,0 +1,68 @@
+!> The scene `cantilever`: a beam held at its base, a heavy body fixed to its
+!> tip (section 6.1 of the paper).
+module scene_cantilever
+   use kschur, only: error_type, modal_problem_type, wp
+   use scene_assembly, only: assembly_type, new_assembly, node_unknowns
+   use scene_beam, only: add_beam, beam_type, table_2_beam, table_2_rayleigh
+   use scene_joint, only: add_clamp, add_fix
+   use scene_options, only: option_type, options_type
+   use scene_rigid_body, only: body_mass, box_inertia
+   implicit none
+   private
+   public :: build_cantilever, cantilever_options
+
+   !> Edges of the tip body along x, y, z, m.
+   real(wp), parameter :: edges(3) = [1.0_wp, 2.0_wp, 2.0_wp]
+   !> Largest number of elements: all counts of entries stay default integers.
+   integer, parameter :: most_elements = 1000000
+
+contains
+
+   !> What the scene can be asked for.
+   pure function cantilever_options() result(options)
+      type(options_type) :: options
+
+      options%description = "beam clamped at its base, a heavy body at its tip"
+      allocate (options%list(5))
+      options%list(1) = option_type("--elements", "10", "beam elements")
+      options%list(2) = option_type("--tip-mass", "4000", "mass of the tip body, kg")
+      options%list(3) = option_type("--length", "6", "length of the beam, m")
+      options%list(4) = option_type("--mass", "consistent", "mass of the beam: consistent or lumped")
+      options%list(5) = option_type("--damping", "rayleigh", "damping of the beam: rayleigh or none")
+   end function cantilever_options
+
+   !> Builds the scene: node 1 is the body, the beam's nodes follow from the
+   !> base on; the base is held by rows of Cq, so m = 12.
+   subroutine build_cantilever(arguments, problem, error)
+      character(len=*), intent(in) :: arguments(:)
+      type(modal_problem_type), intent(out) :: problem
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: no_arm(3) = 0
+      type(options_type) :: options
+      character(len=:), allocatable :: mass, damping
+      integer :: elements, k
+      real(wp) :: tip_mass, length
+      type(assembly_type) :: assembly
+      type(beam_type) :: beam
+
+      options = cantilever_options()
+      call options%parse(arguments, error)
+      call options%read_integer("--elements", 1, most_elements, elements, error)
+      call options%read_positive("--tip-mass", tip_mass, error)
+      call options%read_positive("--length", length, error)
+      call options%read_choice("--mass", [character(len=10) :: "consistent", "lumped"], mass, error)
+      call options%read_choice("--damping", [character(len=8) :: "rayleigh", "none"], damping, error)
+      if (allocated(error)) return
+
+      assembly = new_assembly(6*(elements + 2))
+      beam = table_2_beam()
+      call add_beam(assembly, [(k, k=2, elements + 2)], beam%mass(length/elements, mass == "lumped"), &
+         beam%stiffness(length/elements), merge(table_2_rayleigh, 0.0_wp, damping == "rayleigh"))
+      associate (body => node_unknowns(1), base => node_unknowns(2), tip => node_unknowns(elements + 2))
+         call assembly%mass%add_block(body, body, body_mass(tip_mass, box_inertia(tip_mass, edges)))
+         call add_clamp(assembly, base)
+         call add_fix(assembly, body, [-edges(1)/2, 0.0_wp, 0.0_wp], tip, no_arm)
+      end associate
+      call assembly%finish(problem, error)
+   end subroutine build_cantilever
+end module scene_cantilever

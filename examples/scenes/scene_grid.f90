@@ -1,0 +1,82 @@
+!> The scene `grid`: a free grid of beams tied where they cross, of any size
+!> (section 6.5 of the paper).
+module scene_grid
+   use kschur, only: error_type, modal_problem_type, wp
+   use scene_assembly, only: assembly_type, new_assembly, node_unknowns
+   use scene_beam, only: add_beam, beam_type, rotated, table_2_beam, table_2_rayleigh
+   use scene_joint, only: add_tie
+   use scene_options, only: option_type, options_type
+   implicit none
+   private
+   public :: build_grid, grid_options
+
+   !> Elements of a beam from one crossing to the next, 1 m, along x and along y.
+   integer, parameter :: elements_along(2) = [3, 2]
+   !> Most cells along one side: all counts of entries stay default integers.
+   integer, parameter :: most_cells = 2000
+   !> Axes of the beams along y: the beam's x, y, z are the grid's y, z, x. So
+   !> the beams along x stand on edge, those along y lie flat.
+   real(wp), parameter :: transverse_axes(3, 3) = &
+      reshape([0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp], [3, 3])
+
+contains
+
+   !> What the scene can be asked for.
+   pure function grid_options() result(options)
+      type(options_type) :: options
+
+      options%description = "free grid of beams tied at their crossings"
+      allocate (options%list(3))
+      options%list(1) = option_type("--cells", "20x14", "cells of 1 m along x and along y")
+      options%list(2) = option_type("--mass", "consistent", "mass of the beams: consistent or lumped")
+      options%list(3) = option_type("--damping", "rayleigh", "damping: rayleigh or none")
+   end function grid_options
+
+   !> Builds the scene. Nodes are numbered beam after beam, first those along x;
+   !> every beam has its own, and each crossing ties two by six rows of Cq.
+   subroutine build_grid(arguments, problem, error)
+      character(len=*), intent(in) :: arguments(:)
+      type(modal_problem_type), intent(out) :: problem
+      type(error_type), allocatable, intent(out) :: error
+      type(options_type) :: options
+      character(len=:), allocatable :: mass, damping
+      integer :: cells(2), nodes_along(2), transverse, i, j, k
+      real(wp) :: lengths(2), rayleigh(2), element_mass(12, 12), element_stiffness(12, 12)
+      type(assembly_type) :: assembly
+      type(beam_type) :: beam
+
+      options = grid_options()
+      call options%parse(arguments, error)
+      call options%read_integer_pair("--cells", 1, most_cells, cells, error)
+      call options%read_choice("--mass", [character(len=10) :: "consistent", "lumped"], mass, error)
+      call options%read_choice("--damping", [character(len=8) :: "rayleigh", "none"], damping, error)
+      if (allocated(error)) return
+
+      beam = table_2_beam()
+      lengths = 1.0_wp/elements_along
+      rayleigh = merge(table_2_rayleigh, 0.0_wp, damping == "rayleigh")
+      nodes_along = elements_along*cells + 1
+      transverse = (cells(2) + 1)*nodes_along(1)
+      assembly = new_assembly(6*(transverse + (cells(1) + 1)*nodes_along(2)))
+
+      element_mass = beam%mass(lengths(1), mass == "lumped")
+      element_stiffness = beam%stiffness(lengths(1))
+      do j = 0, cells(2)
+         call add_beam(assembly, [(j*nodes_along(1) + k, k=1, nodes_along(1))], &
+            element_mass, element_stiffness, rayleigh)
+      end do
+      element_mass = rotated(beam%mass(lengths(2), mass == "lumped"), transverse_axes)
+      element_stiffness = rotated(beam%stiffness(lengths(2)), transverse_axes)
+      do i = 0, cells(1)
+         call add_beam(assembly, [(transverse + i*nodes_along(2) + k, k=1, nodes_along(2))], &
+            element_mass, element_stiffness, rayleigh)
+      end do
+      do j = 0, cells(2)
+         do i = 0, cells(1)
+            call add_tie(assembly, node_unknowns(1 + j*nodes_along(1) + i*elements_along(1)), &
+               node_unknowns(1 + transverse + i*nodes_along(2) + j*elements_along(2)))
+         end do
+      end do
+      call assembly%finish(problem, error)
+   end subroutine build_grid
+end module scene_grid

@@ -1,0 +1,203 @@
+!> The options of a scene: their defaults, what the command line makes of
+!> them, and their values.
+module scene_options
+   use kschur, only: error_type, error_usage, new_error, text, wp
+   implicit none
+   private
+   public :: listed, option_type, options_type
+
+   !> One option.
+   type :: option_type
+      !> Its name, `--elements` say.
+      character(len=16) :: name = ""
+      !> Its value, at first the default.
+      character(len=64) :: value = ""
+      !> What it means, a few words, units included.
+      character(len=64) :: help = ""
+   end type option_type
+
+   !> All options of a scene. Each `read_*` fails with a sentence that names
+   !> what is possible, and does nothing where there is an error already.
+   type :: options_type
+      !> What the scene is, one line.
+      character(len=80) :: description = ""
+      type(option_type), allocatable :: list(:)
+   contains
+      !> Puts the values of the command line in place of the defaults.
+      procedure :: parse
+      !> The value as one of some words.
+      procedure :: read_choice
+      !> The value as a whole number within bounds.
+      procedure :: read_integer
+      !> The value as two whole numbers within bounds, written 20x14.
+      procedure :: read_integer_pair
+      !> The value as a positive number.
+      procedure :: read_positive
+      !> The description and the options, a line each.
+      procedure :: help
+      procedure, private :: value_of
+   end type options_type
+
+contains
+
+   subroutine parse(self, arguments, error)
+      class(options_type), intent(inout) :: self
+      !> Names and values in turn: `--elements`, `10`, ...
+      character(len=*), intent(in) :: arguments(:)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=len(self%list%name)) :: names(size(self%list))
+      integer :: i, k
+
+      names = self%list%name
+      do i = 1, size(arguments), 2
+         k = place(self%list, arguments(i))
+         if (k == 0) then
+            call new_error(error, error_usage, "this scene has no option '"//trim(arguments(i))// &
+               "', only "//listed(names, "and"))
+         else if (i == size(arguments)) then
+            call new_error(error, error_usage, "option "//trim(arguments(i))//" wants a value")
+         else if (len_trim(arguments(i + 1)) > len(self%list%value)) then
+            call new_error(error, error_usage, "the value of option "//trim(arguments(i))//" is too long")
+         end if
+         if (allocated(error)) return
+         self%list(k)%value = arguments(i + 1)
+      end do
+   end subroutine parse
+
+   subroutine read_choice(self, name, choices, choice, error)
+      class(options_type), intent(in) :: self
+      character(len=*), intent(in) :: name, choices(:)
+      character(len=:), allocatable, intent(out) :: choice
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (allocated(error)) return
+      choice = self%value_of(name)
+      if (all(choices /= choice)) call refuse(name, listed(choices, "or"), choice, error)
+   end subroutine read_choice
+
+   subroutine read_integer(self, name, lowest, highest, number, error)
+      class(options_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: lowest, highest
+      integer, intent(out) :: number
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: word
+      logical :: valid
+
+      number = lowest
+      if (allocated(error)) return
+      word = self%value_of(name)
+      call parse_integer(word, lowest, highest, number, valid)
+      if (.not. valid) &
+         call refuse(name, "a whole number from "//text(lowest)//" to "//text(highest), word, error)
+   end subroutine read_integer
+
+   subroutine read_integer_pair(self, name, lowest, highest, numbers, error)
+      class(options_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: lowest, highest
+      integer, intent(out) :: numbers(2)
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: word
+      integer :: cross
+      logical :: valid(2)
+
+      numbers = lowest
+      if (allocated(error)) return
+      word = self%value_of(name)
+      cross = index(word, "x")
+      valid = .false.
+      if (cross > 0) then
+         call parse_integer(word(:cross - 1), lowest, highest, numbers(1), valid(1))
+         call parse_integer(word(cross + 1:), lowest, highest, numbers(2), valid(2))
+      end if
+      if (.not. all(valid)) call refuse(name, "two whole numbers from "//text(lowest)//" to "// &
+         text(highest)//", written as 20x14", word, error)
+   end subroutine read_integer_pair
+
+   subroutine read_positive(self, name, number, error)
+      class(options_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(out) :: number
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: word
+      integer :: status
+
+      number = 1
+      if (allocated(error)) return
+      word = self%value_of(name)
+      status = verify(word, "+-.0123456789deDE")
+      if (status == 0) read (word, *, iostat=status) number
+      if (status == 0 .and. number > 0 .and. number <= huge(number)) return
+      number = 1
+      call refuse(name, "a positive number", word, error)
+   end subroutine read_positive
+
+   pure function help(self) result(lines)
+      class(options_type), intent(in) :: self
+      character(len=:), allocatable :: lines
+      integer :: i
+
+      lines = trim(self%description)
+      do i = 1, size(self%list)
+         associate (option => self%list(i))
+            lines = lines//new_line("a")//"  "//option%name//trim(option%help)//" ["//trim(option%value)//"]"
+         end associate
+      end do
+   end function help
+
+   pure function value_of(self, name) result(value)
+      class(options_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: value
+
+      value = trim(self%list(place(self%list, name))%value)
+   end function value_of
+
+   pure integer function place(list, name)
+      type(option_type), intent(in) :: list(:)
+      character(len=*), intent(in) :: name
+
+      do place = size(list), 1, -1
+         if (list(place)%name == name) return
+      end do
+   end function place
+
+   pure subroutine parse_integer(word, lowest, highest, number, valid)
+      character(len=*), intent(in) :: word
+      integer, intent(in) :: lowest, highest
+      integer, intent(out) :: number
+      logical, intent(out) :: valid
+      integer :: status
+
+      number = lowest
+      status = verify(word, "0123456789")
+      if (status == 0) read (word, *, iostat=status) number
+      valid = status == 0 .and. number >= lowest .and. number <= highest
+   end subroutine parse_integer
+
+   pure subroutine refuse(name, wanted, word, error)
+      character(len=*), intent(in) :: name, wanted, word
+      type(error_type), allocatable, intent(inout) :: error
+
+      call new_error(error, error_usage, "option "//name//" wants "//wanted//", not '"//word//"'")
+   end subroutine refuse
+
+   !> The words as "one, two or three".
+   pure function listed(words, conjunction) result(list)
+      character(len=*), intent(in) :: words(:)
+      !> What stands before the last word.
+      character(len=*), intent(in) :: conjunction
+      character(len=:), allocatable :: list
+      integer :: i
+
+      list = trim(words(1))
+      do i = 2, size(words)
+         if (i < size(words)) then
+            list = list//", "//trim(words(i))
+         else
+            list = list//" "//conjunction//" "//trim(words(i))
+         end if
+      end do
+   end function listed
+end module scene_options

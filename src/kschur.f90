@@ -1,0 +1,42 @@
+!> Modes of damped, constrained, possibly unsymmetric structures.
+!>
+!> The problem is (lambda^2 M + lambda R + K) phi + Cq^T xi = 0, Cq phi = 0:
+!> mass M, damping R, stiffness K of order n, constraint Jacobian Cq, m x n,
+!> sparse and real. In five lines:
+!>
+!>     call new_csr_from_triplets(mass, n, n, rows, columns, values, error)   ! likewise K, R, Cq
+!>     call new_modal_problem(problem, mass, stiffness, error, damping, constraints)
+!>     call solve_modes(problem, modal_options_type(modes=12), result, error)
+!>     print *, result%frequency_hz, result%damping_ratio
+!>     call write_hdf5_result(result, "modes.h5", error)
+!>
+!> An error is allocatable: allocated means failed, with a code and a
+!> sentence. The library never stops and never prints. Not converging is not
+!> an error: `result%reason` tells.
+module kschur
+   use kschur_error, only: error_type, new_error, add_context, error_usage, error_input, error_file, &
+      error_memory, error_singular, error_library, error_cancelled
+   use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
+   use kschur_hdf5_result, only: read_hdf5_result, write_hdf5_result
+   use kschur_kinds, only: wp, long
+   use kschur_linear_solver, only: real_linear_solver_type, complex_linear_solver_type, matrix_structure_type
+   use kschur_matrix_market, only: read_matrix_market, write_matrix_market, read_matrix_market_problem, &
+      read_matrix_market_files, write_matrix_market_problem
+   use kschur_monitor, only: monitor_type
+   use kschur_operator, only: real_operator_type, complex_operator_type
+   use kschur_options, only: modal_options_type, index_of_name, formulation_names, formulation_auto, &
+      formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, formulation_damped, &
+      formulation_damped_constrained, scaling_names, scaling_none, scaling_scalar, scaling_row
+   use kschur_problem, only: modal_problem_type, new_modal_problem, damping_names, damping_none, &
+      damping_proportional, damping_general
+   use kschur_release, only: kschur_version
+   use kschur_result, only: modal_result_type, history_type, timings_type, kind_names, kind_rigid, kind_undamped, &
+      kind_underdamped, kind_overdamped, kind_unstable, kind_real, reason_names, reason_converged, &
+      reason_max_restarts, reason_fewer_modes, reason_cancelled
+   use kschur_solver, only: solve_modes, smallest_formulation
+   use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_matrix, new_csr_from_triplets, &
+      empty_csr_matrix
+   use kschur_text, only: text
+   implicit none
+   public
+end module kschur

@@ -1,0 +1,75 @@
+!> Files and folders, as far as Fortran has no word for them.
+module kschur_files
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+   use kschur_error, only: error_type, new_error, error_file
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: temporary_name, replace_file, remove_file, make_folder
+
+   interface
+      integer(c_int) function c_rename(from, to) bind(c, name="rename")
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: from(*), to(*)
+      end function c_rename
+
+      integer(c_int) function c_remove(path) bind(c, name="remove")
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+      end function c_remove
+
+      integer(c_int) function c_mkdir(path, mode) bind(c, name="mkdir")
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: mode
+      end function c_mkdir
+
+      integer(c_int) function c_getpid() bind(c, name="getpid")
+         import :: c_int
+      end function c_getpid
+   end interface
+
+contains
+
+   !> A name beside `path` under which to write what will become `path`; no
+   !> other process uses it.
+   function temporary_name(path) result(name)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: name
+
+      name = path//".partial-"//text(int(c_getpid()))
+   end function temporary_name
+
+   !> Renames the finished file `temporary` to `path`, which it replaces at once
+   !> and as a whole. Where that fails, and where `path` is a device, the
+   !> temporary is removed.
+   subroutine replace_file(temporary, path, error)
+      character(len=*), intent(in) :: temporary, path
+      type(error_type), allocatable, intent(out) :: error
+
+      if (index(path, "/dev/") == 1) then
+         call new_error(error, error_file, path//": a device, not a place for a file")
+      else if (c_rename(temporary//c_null_char, path//c_null_char) /= 0) then
+         call new_error(error, error_file, path//": cannot be replaced by the file just written")
+      end if
+      if (allocated(error)) call remove_file(temporary)
+   end subroutine replace_file
+
+   !> Removes a file; nothing happens where there is none.
+   subroutine remove_file(path)
+      character(len=*), intent(in) :: path
+      integer(c_int) :: status
+
+      status = c_remove(path//c_null_char)
+   end subroutine remove_file
+
+   !> Creates a folder; nothing happens where it exists, or where its parent
+   !> does not: writing into it will fail then.
+   subroutine make_folder(path)
+      character(len=*), intent(in) :: path
+      integer(c_int), parameter :: everyone = int(o'777', c_int)
+      integer(c_int) :: status
+
+      status = c_mkdir(path//c_null_char, everyone)
+   end subroutine make_folder
+end module kschur_files

@@ -1,0 +1,373 @@
+!> Numbers and strings in and out of the attributes of an HDF5 file, each named
+!> by its object's path in the file and its own name. Nothing is done where
+!> `error` is already raised; a message names the attribute, the caller adds the file.
+module kschur_hdf5_attributes
+   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t, c_associated
+   use hdf5, only: hid_t, hsize_t, size_t, h5acreate_by_name_f, h5aopen_by_name_f, h5aexists_by_name_f, h5aget_space_f, &
+      h5aget_type_f, h5aread_f, h5awrite_f, h5aclose_f, h5dvlen_reclaim_f, H5P_DEFAULT_F, h5screate_f, &
+      h5screate_simple_f, h5sget_simple_extent_npoints_f, h5sclose_f, H5S_SCALAR_F, h5tcopy_f, h5tget_class_f, &
+      h5tget_size_f, h5tset_cset_f, h5tis_variable_str_f, h5tclose_f, H5T_CSET_UTF8_F, H5T_STRING, H5T_STRING_F
+   use kschur_error, only: error_type, new_error, error_file, error_input
+   use kschur_hdf5_basics, only: integer_type, real_type, new_complex_type, check_class
+   use kschur_kinds, only: wp, long
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: has_attribute, read_attribute, write_attribute
+
+   !> Reads one number, a list of as many integers as `value` has room for, or one string.
+   interface read_attribute
+      module procedure read_integer, read_integer_list, read_long, read_real, read_complex, read_string
+   end interface read_attribute
+
+   !> Writes a new attribute.
+   interface write_attribute
+      module procedure write_integer, write_integer_list, write_long, write_real, write_complex, write_string
+   end interface write_attribute
+
+   interface
+      integer(c_size_t) function c_strlen(string) bind(c, name="strlen")
+         import :: c_ptr, c_size_t
+         type(c_ptr), value :: string
+      end function c_strlen
+   end interface
+
+contains
+
+   !> Whether the object has an attribute of this name.
+   logical function has_attribute(file, object, name)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      integer :: status
+
+      call h5aexists_by_name_f(file, object, name, has_attribute, status)
+      if (status < 0) has_attribute = .false.
+   end function has_attribute
+
+   ! How messages call an attribute.
+   pure function label(object, name)
+      character(len=*), intent(in) :: object, name
+      character(len=:), allocatable :: label
+
+      label = "attribute "//name//" of "//object
+   end function label
+
+   subroutine open_attribute(attribute, count, file, object, name, error)
+      integer(hid_t), intent(out) :: attribute
+      integer(hsize_t), intent(in) :: count
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: space
+      integer(hsize_t) :: found
+      integer :: status, ignored
+
+      attribute = -1
+      if (allocated(error)) return
+      if (.not. has_attribute(file, object, name)) then
+         call new_error(error, error_input, "there is no "//label(object, name))
+         return
+      end if
+      call h5aopen_by_name_f(file, object, name, attribute, status)
+      if (status == 0) then
+         found = -1
+         call h5aget_space_f(attribute, space, status)
+         if (status == 0) call h5sget_simple_extent_npoints_f(space, found, status)
+         if (status == 0) call h5sclose_f(space, ignored)
+         if (found == count) return
+         call h5aclose_f(attribute, ignored)
+      end if
+      call new_error(error, error_input, label(object, name)//" does not have "//text(int(count))//" values")
+   end subroutine open_attribute
+
+   ! Reads `count` values to `address`, which must have room for them.
+   subroutine read_raw(file, object, name, type, count, address, error)
+      integer(hid_t), intent(in) :: file, type
+      character(len=*), intent(in) :: object, name
+      integer(hsize_t), intent(in) :: count
+      type(c_ptr), intent(in) :: address
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: attribute, stored
+      integer :: status, ignored
+
+      call open_attribute(attribute, count, file, object, name, error)
+      if (allocated(error)) return
+      call h5aget_type_f(attribute, stored, status)
+      if (status == 0) then
+         call check_class(stored, type, label(object, name), error)
+         call h5tclose_f(stored, ignored)
+      end if
+      if (status == 0 .and. .not. allocated(error)) call read_values(attribute, type, address, status)
+      call h5aclose_f(attribute, ignored)
+      if (status < 0) call new_error(error, error_file, label(object, name)//" cannot be read")
+   end subroutine read_raw
+
+   ! HDF5 wants a variable for the address.
+   subroutine read_values(attribute, type, address, status)
+      integer(hid_t), intent(in) :: attribute, type
+      type(c_ptr), intent(in) :: address
+      integer, intent(out) :: status
+      type(c_ptr) :: buffer
+
+      buffer = address
+      call h5aread_f(attribute, type, buffer, status)
+   end subroutine read_values
+
+   ! Writes `count` values from `address`; a scalar where `count` is 0.
+   subroutine write_raw(file, object, name, type, count, address, error)
+      integer(hid_t), intent(in) :: file, type
+      character(len=*), intent(in) :: object, name
+      integer(hsize_t), intent(in) :: count
+      type(c_ptr), intent(in) :: address
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: attribute, space
+      integer :: status, ignored
+
+      if (allocated(error)) return
+      if (count == 0) then
+         call h5screate_f(H5S_SCALAR_F, space, status)
+      else
+         call h5screate_simple_f(1, [count], space, status)
+      end if
+      if (status == 0) then
+         call h5acreate_by_name_f(file, object, name, type, space, attribute, status)
+         if (status == 0) then
+            call h5awrite_f(attribute, type, address, status)
+            call h5aclose_f(attribute, ignored)
+         end if
+         call h5sclose_f(space, ignored)
+      end if
+      if (status < 0) call new_error(error, error_file, label(object, name)//" cannot be written")
+   end subroutine write_raw
+
+   subroutine read_integer(value, file, object, name, error)
+      integer, intent(out) :: value
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: list(1)
+
+      call read_integer_list(list, file, object, name, error)
+      value = list(1)
+   end subroutine read_integer
+
+   subroutine read_integer_list(value, file, object, name, error)
+      integer, intent(out) :: value(:)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      type(error_type), allocatable, intent(inout) :: error
+      integer(long), target :: stored(size(value))
+
+      stored = 0
+      call read_raw(file, object, name, integer_type(), size(value, kind=hsize_t), c_loc(stored), error)
+      if (any(abs(stored) > huge(value)) .and. .not. allocated(error)) &
+         call new_error(error, error_input, label(object, name)//" is beyond "//text(huge(value)))
+      if (allocated(error)) stored = 0
+      value = int(stored)
+   end subroutine read_integer_list
+
+   subroutine read_long(value, file, object, name, error)
+      integer(long), intent(out) :: value
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      type(error_type), allocatable, intent(inout) :: error
+      integer(long), target :: stored
+
+      stored = 0
+      call read_raw(file, object, name, integer_type(), 1_hsize_t, c_loc(stored), error)
+      value = stored
+   end subroutine read_long
+
+   subroutine read_real(value, file, object, name, error)
+      real(wp), intent(out) :: value
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), target :: stored
+
+      stored = 0
+      call read_raw(file, object, name, real_type(), 1_hsize_t, c_loc(stored), error)
+      value = stored
+   end subroutine read_real
+
+   subroutine read_complex(value, file, object, name, error)
+      complex(wp), intent(out) :: value
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      type(error_type), allocatable, intent(inout) :: error
+      complex(wp), target :: stored
+      integer(hid_t) :: type
+      integer :: ignored
+
+      stored = 0
+      call new_complex_type(type, error)
+      call read_raw(file, object, name, type, 1_hsize_t, c_loc(stored), error)
+      if (type >= 0) call h5tclose_f(type, ignored)
+      value = stored
+   end subroutine read_complex
+
+   ! A string of fixed or variable length, ASCII or UTF-8.
+   subroutine read_string(value, file, object, name, error)
+      character(len=:), allocatable, intent(out) :: value
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: attribute, type
+      integer :: status, class, ignored
+      logical :: variable
+
+      value = ""
+      call open_attribute(attribute, 1_hsize_t, file, object, name, error)
+      if (allocated(error)) return
+      call h5aget_type_f(attribute, type, status)
+      if (status == 0) then
+         call h5tget_class_f(type, class, status)
+         if (class /= H5T_STRING_F) status = -1
+         if (status == 0) call h5tis_variable_str_f(type, variable, status)
+         if (status == 0 .and. variable) then
+            call read_variable_string(value, attribute, type, status)
+         else if (status == 0) then
+            call read_fixed_string(value, attribute, type, status)
+         end if
+         call h5tclose_f(type, ignored)
+      end if
+      call h5aclose_f(attribute, ignored)
+      if (status < 0) call new_error(error, error_input, label(object, name)//" is not a string")
+   end subroutine read_string
+
+   subroutine read_variable_string(value, attribute, type, status)
+      character(len=:), allocatable, intent(out) :: value
+      integer(hid_t), intent(in) :: attribute, type
+      integer, intent(out) :: status
+      type(c_ptr), target :: address
+      type(c_ptr) :: buffer
+      character(kind=c_char), pointer :: bytes(:)
+      integer(hid_t) :: space
+      integer :: ignored
+
+      value = ""
+      address = c_null_ptr
+      call h5aget_space_f(attribute, space, status)
+      if (status < 0) return
+      call read_values(attribute, type, c_loc(address), status)
+      if (status == 0 .and. c_associated(address)) then
+         call c_f_pointer(address, bytes, [c_strlen(address)])
+         value = joined(bytes)
+         buffer = c_loc(address)
+         call h5dvlen_reclaim_f(type, space, H5P_DEFAULT_F, buffer, ignored)
+      end if
+      call h5sclose_f(space, ignored)
+   end subroutine read_variable_string
+
+   subroutine read_fixed_string(value, attribute, type, status)
+      character(len=:), allocatable, intent(out) :: value
+      integer(hid_t), intent(in) :: attribute, type
+      integer, intent(out) :: status
+      character(kind=c_char), allocatable, target :: bytes(:)
+      integer(size_t) :: length
+
+      value = ""
+      call h5tget_size_f(type, length, status)
+      if (status < 0) return
+      allocate (bytes(length))
+      call read_values(attribute, type, c_loc(bytes), status)
+      if (status == 0) value = trim(joined(bytes))
+   end subroutine read_fixed_string
+
+   ! The bytes before the first null as one string.
+   pure function joined(bytes) result(string)
+      character(kind=c_char), intent(in) :: bytes(:)
+      character(len=:), allocatable :: string
+      integer :: i
+
+      allocate (character(len=size(bytes)) :: string)
+      do i = 1, size(bytes)
+         string(i:i) = bytes(i)
+      end do
+      i = index(string, c_null_char)
+      if (i > 0) string = string(:i - 1)
+   end function joined
+
+   subroutine write_integer(file, object, name, value, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      integer, intent(in) :: value
+      type(error_type), allocatable, intent(inout) :: error
+
+      call write_long(file, object, name, int(value, long), error)
+   end subroutine write_integer
+
+   subroutine write_integer_list(file, object, name, value, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      integer, intent(in) :: value(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer(long), target :: stored(size(value))
+
+      stored = value
+      call write_raw(file, object, name, integer_type(), size(value, kind=hsize_t), c_loc(stored), error)
+   end subroutine write_integer_list
+
+   subroutine write_long(file, object, name, value, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      integer(long), intent(in) :: value
+      type(error_type), allocatable, intent(inout) :: error
+      integer(long), target :: stored
+
+      stored = value
+      call write_raw(file, object, name, integer_type(), 0_hsize_t, c_loc(stored), error)
+   end subroutine write_long
+
+   subroutine write_real(file, object, name, value, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      real(wp), intent(in) :: value
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), target :: stored
+
+      stored = value
+      call write_raw(file, object, name, real_type(), 0_hsize_t, c_loc(stored), error)
+   end subroutine write_real
+
+   subroutine write_complex(file, object, name, value, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name
+      complex(wp), intent(in) :: value
+      type(error_type), allocatable, intent(inout) :: error
+      complex(wp), target :: stored
+      integer(hid_t) :: type
+      integer :: ignored
+
+      stored = value
+      call new_complex_type(type, error)
+      call write_raw(file, object, name, type, 0_hsize_t, c_loc(stored), error)
+      if (type >= 0) call h5tclose_f(type, ignored)
+   end subroutine write_complex
+
+   ! Of variable length in UTF-8, which h5py takes for a string.
+   subroutine write_string(file, object, name, value, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: object, name, value
+      type(error_type), allocatable, intent(inout) :: error
+      character(kind=c_char), target :: bytes(len(value) + 1)
+      type(c_ptr), target :: address
+      integer(hid_t) :: type
+      integer :: i, status, ignored
+
+      if (allocated(error)) return
+      do i = 1, len(value)
+         bytes(i) = value(i:i)
+      end do
+      bytes(len(value) + 1) = c_null_char
+      address = c_loc(bytes)
+      call h5tcopy_f(H5T_STRING, type, status)
+      if (status == 0) then
+         call h5tset_cset_f(type, H5T_CSET_UTF8_F, status)
+         call write_raw(file, object, name, type, 0_hsize_t, c_loc(address), error)
+         call h5tclose_f(type, ignored)
+      else
+         call new_error(error, error_file, label(object, name)//" cannot be written")
+      end if
+   end subroutine write_string
+end module kschur_hdf5_attributes

@@ -1,0 +1,208 @@
+!> HDF5 files: opening and creating them, and what the other `kschur_hdf5_*`
+!> modules share. HDF5 is initialised where it is not, and never closed, as the
+!> caller may use it too.
+module kschur_hdf5_basics
+   use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_int64_t, c_null_funptr, c_null_ptr, c_ptr, c_size_t
+   use hdf5, only: hid_t, hsize_t, h5open_f, h5iis_valid_f, h5kind_to_type, H5_INTEGER_KIND, H5_REAL_KIND, &
+      H5T_NATIVE_INTEGER, h5fis_hdf5_f, h5fopen_f, h5fcreate_f, h5fclose_f, H5F_ACC_RDONLY_F, H5F_ACC_TRUNC_F, &
+      h5gcreate_f, h5gclose_f, h5lexists_f, h5tcreate_f, h5tinsert_f, h5tclose_f, h5tget_class_f, &
+      h5tget_member_index_f, H5T_COMPOUND_F, H5T_FLOAT_F, H5T_INTEGER_F
+   use kschur_error, only: error_type, new_error, error_file, error_input, error_library
+   use kschur_kinds, only: wp, long
+   implicit none
+   private
+   public :: printing_type, silence_hdf5, restore_printing
+   public :: open_hdf5_file, create_hdf5_file, close_hdf5_file, create_group, exists
+   public :: integer_type, real_type, new_complex_type, check_class
+
+   !> How HDF5 printed its errors before it was silenced.
+   type :: printing_type
+      private
+      logical :: known = .false.
+      type(c_funptr) :: printer
+      type(c_ptr) :: data = c_null_ptr
+   end type printing_type
+
+   ! H5E_DEFAULT: the error stack of this thread.
+   integer(c_int64_t), parameter :: default_stack = 0
+
+   interface
+      integer(c_int) function c_get_printing(stack, printer, data) bind(c, name="H5Eget_auto2")
+         import :: c_funptr, c_int, c_int64_t, c_ptr
+         integer(c_int64_t), value :: stack
+         type(c_funptr), intent(out) :: printer
+         type(c_ptr), intent(out) :: data
+      end function c_get_printing
+
+      integer(c_int) function c_set_printing(stack, printer, data) bind(c, name="H5Eset_auto2")
+         import :: c_funptr, c_int, c_int64_t, c_ptr
+         integer(c_int64_t), value :: stack
+         type(c_funptr), value :: printer
+         type(c_ptr), value :: data
+      end function c_set_printing
+   end interface
+
+contains
+
+   !> Makes HDF5 ready and keeps it from printing errors, until `restore_printing`.
+   subroutine silence_hdf5(printing, error)
+      type(printing_type), intent(out) :: printing
+      type(error_type), allocatable, intent(out) :: error
+      logical :: ready
+      integer :: status
+
+      printing%known = c_get_printing(default_stack, printing%printer, printing%data) >= 0
+      if (printing%known) printing%known = c_set_printing(default_stack, c_null_funptr, c_null_ptr) >= 0
+      call h5iis_valid_f(H5T_NATIVE_INTEGER, ready, status)
+      if (status == 0 .and. .not. ready) call h5open_f(status)
+      if (status < 0) call new_error(error, error_library, "the HDF5 library cannot be initialised")
+   end subroutine silence_hdf5
+
+   subroutine restore_printing(printing)
+      type(printing_type), intent(in) :: printing
+      integer(c_int) :: status
+
+      if (printing%known) status = c_set_printing(default_stack, printing%printer, printing%data)
+   end subroutine restore_printing
+
+   !> Opens a file for reading. Fails, without naming the file, where it does not
+   !> exist, is not HDF5, or is damaged.
+   subroutine open_hdf5_file(file, path, error)
+      integer(hid_t), intent(out) :: file
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(inout) :: error
+      logical :: present_on_disk, is_hdf5
+      integer :: status
+
+      file = -1
+      if (allocated(error)) return
+      inquire (file=path, exist=present_on_disk)
+      if (.not. present_on_disk) then
+         call new_error(error, error_file, "no such file")
+         return
+      end if
+      call h5fis_hdf5_f(path, is_hdf5, status)
+      if (status < 0) then
+         call new_error(error, error_file, "the file cannot be read")
+      else if (.not. is_hdf5) then
+         call new_error(error, error_file, "not an HDF5 file")
+      else
+         call h5fopen_f(path, H5F_ACC_RDONLY_F, file, status)
+         if (status == 0) return
+         file = -1
+         call new_error(error, error_file, "an HDF5 file, but truncated, damaged or in use by a program that writes it")
+      end if
+   end subroutine open_hdf5_file
+
+   !> Creates a file, or empties it.
+   subroutine create_hdf5_file(file, path, error)
+      integer(hid_t), intent(out) :: file
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: status
+
+      file = -1
+      if (allocated(error)) return
+      call h5fcreate_f(path, H5F_ACC_TRUNC_F, file, status)
+      if (status == 0) return
+      file = -1
+      call new_error(error, error_file, "the file cannot be created: is its folder there, and may you write into it?")
+   end subroutine create_hdf5_file
+
+   !> Closes a file that was opened or created; fails where the last of it cannot be written.
+   subroutine close_hdf5_file(file, error)
+      integer(hid_t), intent(in) :: file
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: status
+
+      if (file < 0) return
+      call h5fclose_f(file, status)
+      if (status < 0 .and. .not. allocated(error)) &
+         call new_error(error, error_file, "the file cannot be written: is the disk full?")
+   end subroutine close_hdf5_file
+
+   !> Creates the group `name`.
+   subroutine create_group(file, name, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: group
+      integer :: status
+
+      if (allocated(error)) return
+      call h5gcreate_f(file, name, group, status)
+      if (status == 0) call h5gclose_f(group, status)
+      if (status < 0) call new_error(error, error_file, "group "//name//" cannot be written")
+   end subroutine create_group
+
+   !> Whether the file holds an object of this name.
+   logical function exists(file, name)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      integer :: status
+
+      call h5lexists_f(file, name, exists, status)
+      if (status < 0) exists = .false.
+   end function exists
+
+   !> HDF5's name for the integers read and written; not to be closed.
+   integer(hid_t) function integer_type()
+      integer_type = h5kind_to_type(long, H5_INTEGER_KIND)
+   end function integer_type
+
+   !> The same for reals.
+   integer(hid_t) function real_type()
+      real_type = h5kind_to_type(wp, H5_REAL_KIND)
+   end function real_type
+
+   !> The compound {r, i} that h5py takes for a complex number; to be closed.
+   subroutine new_complex_type(type, error)
+      integer(hid_t), intent(out) :: type
+      type(error_type), allocatable, intent(inout) :: error
+      integer(c_size_t), parameter :: bytes = storage_size(1.0_wp)/8
+      integer :: status, ignored
+
+      type = -1
+      if (allocated(error)) return
+      call h5tcreate_f(H5T_COMPOUND_F, 2*bytes, type, status)
+      if (status == 0) then
+         call h5tinsert_f(type, "r", 0_c_size_t, real_type(), status)
+         if (status == 0) call h5tinsert_f(type, "i", bytes, real_type(), status)
+         if (status == 0) return
+         call h5tclose_f(type, ignored)
+      end if
+      call new_error(error, error_library, "HDF5 cannot make a complex type")
+   end subroutine new_complex_type
+
+   !> Fails where values of type `stored` cannot become values of type `wanted`.
+   subroutine check_class(stored, wanted, name, error)
+      integer(hid_t), intent(in) :: stored, wanted
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: stored_class, wanted_class, status, re, im
+      logical :: fits
+
+      if (allocated(error)) return
+      stored_class = -1
+      wanted_class = -1
+      call h5tget_class_f(stored, stored_class, status)
+      call h5tget_class_f(wanted, wanted_class, status)
+      fits = stored_class == wanted_class
+      if (wanted_class == H5T_FLOAT_F) fits = fits .or. stored_class == H5T_INTEGER_F
+      if (wanted_class == H5T_COMPOUND_F .and. fits) then
+         call h5tget_member_index_f(stored, "r", re, status)
+         call h5tget_member_index_f(stored, "i", im, status)
+         fits = min(re, im) >= 0
+      end if
+      if (fits) return
+      if (wanted_class == H5T_INTEGER_F) then
+         call new_error(error, error_input, name//" does not hold integers")
+      else if (wanted_class == H5T_FLOAT_F) then
+         call new_error(error, error_input, name//" does not hold real numbers")
+      else if (wanted_class == H5T_COMPOUND_F) then
+         call new_error(error, error_input, name//" does not hold complex numbers {r, i}")
+      else
+         call new_error(error, error_input, name//" does not hold strings of fixed length")
+      end if
+   end subroutine check_class
+end module kschur_hdf5_basics

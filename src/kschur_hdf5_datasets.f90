@@ -1,0 +1,322 @@
+!> Arrays in and out of the datasets of an HDF5 file, each named by its path in
+!> the file. Nothing is done where `error` is already raised; a message names
+!> the dataset, the caller adds the file.
+module kschur_hdf5_datasets
+   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr, c_size_t
+   use hdf5, only: hid_t, hsize_t, h5dcreate_f, h5dopen_f, h5dread_f, h5dwrite_f, h5dclose_f, h5dget_space_f, &
+      h5dget_type_f, h5screate_simple_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5sclose_f, &
+      h5tcopy_f, h5tset_size_f, h5tclose_f, H5T_FORTRAN_S1, &
+      h5kind_to_type, H5_INTEGER_KIND
+   use kschur_error, only: error_type, new_error, error_file, error_input, error_memory, error_library
+   use kschur_hdf5_basics, only: exists, integer_type, real_type, new_complex_type, check_class
+   use kschur_kinds, only: wp, long
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: read_dataset, write_dataset, word_length
+
+   !> Length of the strings in a dataset, blanks at the end included.
+   integer, parameter :: word_length = 16
+
+   !> Reads a whole dataset of the rank of `values`; the extents are in Fortran's
+   !> order, that is, the reverse of what h5py shows.
+   interface read_dataset
+      module procedure read_integers, read_reals, read_complexes, read_complex_block, read_words
+   end interface read_dataset
+
+   !> Writes a new dataset.
+   interface write_dataset
+      module procedure write_integers, write_reals, write_complexes, write_complex_block, write_words
+   end interface write_dataset
+
+contains
+
+   ! Opens a dataset and finds its extents, after checking rank and type.
+   subroutine open_dataset(dataset, extents, file, name, type, error)
+      integer(hid_t), intent(out) :: dataset
+      integer, intent(out) :: extents(:)
+      integer(hid_t), intent(in) :: file, type
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: stored, space
+      integer(hsize_t) :: stored_extents(size(extents)), maxima(size(extents))
+      integer :: rank, status, ignored
+
+      extents = 0
+      dataset = -1
+      if (allocated(error)) return
+      if (.not. exists(file, name)) then
+         call new_error(error, error_input, "there is no dataset "//name)
+         return
+      end if
+      call h5dopen_f(file, name, dataset, status)
+      if (status < 0) then
+         call new_error(error, error_input, name//" is not a dataset")
+         return
+      end if
+
+      call h5dget_type_f(dataset, stored, status)
+      if (status == 0) then
+         call check_class(stored, type, name, error)
+         call h5tclose_f(stored, ignored)
+         call h5dget_space_f(dataset, space, status)
+      end if
+      if (status == 0) then
+         call h5sget_simple_extent_ndims_f(space, rank, status)
+         if (rank /= size(extents)) then
+            if (.not. allocated(error)) call new_error(error, error_input, name//" has "//text(rank)// &
+               " dimensions instead of "//text(size(extents)))
+         else
+            call h5sget_simple_extent_dims_f(space, stored_extents, maxima, status)
+            if (any(stored_extents > huge(1))) then
+               if (.not. allocated(error)) call new_error(error, error_input, name//" is too long")
+            else
+               extents = int(stored_extents)
+            end if
+         end if
+         call h5sclose_f(space, ignored)
+      end if
+      if (allocated(error) .or. status < 0) call close_dataset(dataset, status, name//" cannot be read", error)
+   end subroutine open_dataset
+
+   subroutine create_dataset(dataset, file, name, type, extents, error)
+      integer(hid_t), intent(out) :: dataset
+      integer(hid_t), intent(in) :: file, type
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: extents(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: space
+      integer :: status, ignored
+
+      dataset = -1
+      if (allocated(error)) return
+      call h5screate_simple_f(size(extents), int(extents, hsize_t), space, status)
+      if (status == 0) then
+         call h5dcreate_f(file, name, type, space, dataset, status)
+         call h5sclose_f(space, ignored)
+      end if
+      if (status < 0) call new_error(error, error_file, name//" cannot be created")
+   end subroutine create_dataset
+
+   ! HDF5 wants a variable for the address.
+   subroutine read_values(dataset, type, address, status)
+      integer(hid_t), intent(in) :: dataset, type
+      type(c_ptr), intent(in) :: address
+      integer, intent(out) :: status
+      type(c_ptr) :: buffer
+
+      buffer = address
+      call h5dread_f(dataset, type, buffer, status)
+   end subroutine read_values
+
+   ! `status` is that of the transfer before: of HDF5 if negative, of an
+   ! allocation if positive.
+   subroutine close_dataset(dataset, status, complaint, error)
+      integer(hid_t), intent(in) :: dataset
+      integer, intent(in) :: status
+      character(len=*), intent(in) :: complaint
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: close_status
+
+      call h5dclose_f(dataset, close_status)
+      if (allocated(error)) return
+      if (status > 0) then
+         call new_error(error, error_memory, complaint//": there is not enough memory")
+      else if (min(status, close_status) < 0) then
+         call new_error(error, error_file, complaint)
+      end if
+   end subroutine close_dataset
+
+   !> Integers of any length in the file; fails where one is below `lowest` or above `highest`.
+   subroutine read_integers(values, file, name, lowest, highest, error)
+      integer, allocatable, intent(out) :: values(:)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: lowest, highest
+      type(error_type), allocatable, intent(inout) :: error
+      integer(long), allocatable, target :: stored(:)
+      integer(hid_t) :: dataset
+      integer :: extents(1), status
+      character(len=20) :: digits
+
+      call open_dataset(dataset, extents, file, name, integer_type(), error)
+      if (allocated(error)) return
+      allocate (stored(extents(1)), values(extents(1)), stat=status)
+      if (status == 0 .and. extents(1) > 0) call read_values(dataset, integer_type(), c_loc(stored), status)
+      call close_dataset(dataset, status, name//" cannot be read", error)
+      if (allocated(error)) return
+      if (any(stored < lowest .or. stored > highest)) then
+         write (digits, "(i0)") merge(minval(stored), maxval(stored), minval(stored) < lowest)
+         call new_error(error, error_input, name//" holds "//trim(digits)// &
+            ", which is not between "//text(lowest)//" and "//text(highest))
+         return
+      end if
+      values = int(stored)
+   end subroutine read_integers
+
+   subroutine read_reals(values, file, name, error)
+      real(wp), allocatable, target, intent(out) :: values(:)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: dataset
+      integer :: extents(1), status
+
+      call open_dataset(dataset, extents, file, name, real_type(), error)
+      if (allocated(error)) return
+      allocate (values(extents(1)), stat=status)
+      if (status == 0 .and. extents(1) > 0) call read_values(dataset, real_type(), c_loc(values), status)
+      call close_dataset(dataset, status, name//" cannot be read", error)
+   end subroutine read_reals
+
+   subroutine read_complexes(values, file, name, error)
+      complex(wp), allocatable, target, intent(out) :: values(:)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: dataset, type
+      integer :: extents(1), status, ignored
+
+      call new_complex_type(type, error)
+      call open_dataset(dataset, extents, file, name, type, error)
+      if (.not. allocated(error)) then
+         allocate (values(extents(1)), stat=status)
+         if (status == 0 .and. extents(1) > 0) call read_values(dataset, type, c_loc(values), status)
+         call close_dataset(dataset, status, name//" cannot be read", error)
+      end if
+      if (type >= 0) call h5tclose_f(type, ignored)
+   end subroutine read_complexes
+
+   subroutine read_complex_block(values, file, name, error)
+      complex(wp), allocatable, target, intent(out) :: values(:, :)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: dataset, type
+      integer :: extents(2), status, ignored
+
+      call new_complex_type(type, error)
+      call open_dataset(dataset, extents, file, name, type, error)
+      if (.not. allocated(error)) then
+         allocate (values(extents(1), extents(2)), stat=status)
+         if (status == 0 .and. minval(extents) > 0) call read_values(dataset, type, c_loc(values), status)
+         call close_dataset(dataset, status, name//" cannot be read", error)
+      end if
+      if (type >= 0) call h5tclose_f(type, ignored)
+   end subroutine read_complex_block
+
+   subroutine read_words(values, file, name, error)
+      character(len=word_length), allocatable, target, intent(out) :: values(:)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: dataset, type
+      integer :: extents(1), status, ignored
+
+      call new_word_type(type, error)
+      call open_dataset(dataset, extents, file, name, type, error)
+      if (.not. allocated(error)) then
+         allocate (values(extents(1)), stat=status)
+         if (status == 0 .and. extents(1) > 0) call read_values(dataset, type, c_loc(values), status)
+         call close_dataset(dataset, status, name//" cannot be read", error)
+      end if
+      if (type >= 0) call h5tclose_f(type, ignored)
+   end subroutine read_words
+
+   subroutine write_integers(file, name, values, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      integer, target, contiguous, intent(in) :: values(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: dataset, type
+      integer :: status
+
+      type = h5kind_to_type(kind(values), H5_INTEGER_KIND)
+      call create_dataset(dataset, file, name, type, shape(values), error)
+      if (allocated(error)) return
+      status = 0
+      if (size(values) > 0) call h5dwrite_f(dataset, type, c_loc(values), status)
+      call close_dataset(dataset, status, name//" cannot be written", error)
+   end subroutine write_integers
+
+   subroutine write_reals(file, name, values, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      real(wp), target, contiguous, intent(in) :: values(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: dataset
+      integer :: status
+
+      call create_dataset(dataset, file, name, real_type(), shape(values), error)
+      if (allocated(error)) return
+      status = 0
+      if (size(values) > 0) call h5dwrite_f(dataset, real_type(), c_loc(values), status)
+      call close_dataset(dataset, status, name//" cannot be written", error)
+   end subroutine write_reals
+
+   subroutine write_complexes(file, name, values, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      complex(wp), target, contiguous, intent(in) :: values(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: dataset, type
+      integer :: status, ignored
+
+      call new_complex_type(type, error)
+      call create_dataset(dataset, file, name, type, shape(values), error)
+      if (.not. allocated(error)) then
+         status = 0
+         if (size(values) > 0) call h5dwrite_f(dataset, type, c_loc(values), status)
+         call close_dataset(dataset, status, name//" cannot be written", error)
+      end if
+      if (type >= 0) call h5tclose_f(type, ignored)
+   end subroutine write_complexes
+
+   subroutine write_complex_block(file, name, values, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      complex(wp), target, contiguous, intent(in) :: values(:, :)
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: dataset, type
+      integer :: status, ignored
+
+      call new_complex_type(type, error)
+      call create_dataset(dataset, file, name, type, shape(values), error)
+      if (.not. allocated(error)) then
+         status = 0
+         if (size(values) > 0) call h5dwrite_f(dataset, type, c_loc(values), status)
+         call close_dataset(dataset, status, name//" cannot be written", error)
+      end if
+      if (type >= 0) call h5tclose_f(type, ignored)
+   end subroutine write_complex_block
+
+   subroutine write_words(file, name, values, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      character(len=word_length), target, contiguous, intent(in) :: values(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: dataset, type
+      integer :: status, ignored
+
+      call new_word_type(type, error)
+      call create_dataset(dataset, file, name, type, shape(values), error)
+      if (.not. allocated(error)) then
+         status = 0
+         if (size(values) > 0) call h5dwrite_f(dataset, type, c_loc(values), status)
+         call close_dataset(dataset, status, name//" cannot be written", error)
+      end if
+      if (type >= 0) call h5tclose_f(type, ignored)
+   end subroutine write_words
+
+   subroutine new_word_type(type, error)
+      integer(hid_t), intent(out) :: type
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: status
+
+      type = -1
+      if (allocated(error)) return
+      call h5tcopy_f(H5T_FORTRAN_S1, type, status)
+      if (status == 0) call h5tset_size_f(type, int(word_length, c_size_t), status)
+      if (status < 0) call new_error(error, error_library, "HDF5 cannot make a string type")
+   end subroutine new_word_type
+end module kschur_hdf5_datasets

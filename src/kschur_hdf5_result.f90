@@ -1,0 +1,241 @@
+!> Results in HDF5 files: a dataset for each array, /history for the restarts,
+!> and the rest as attributes of the root. Complex numbers are the compound
+!> {r, i} of h5py.
+module kschur_hdf5_result
+   use hdf5, only: hid_t
+   use kschur_error, only: error_type, new_error, add_context, error_input, error_usage
+   use kschur_files, only: temporary_name, replace_file, remove_file
+   use kschur_hdf5_attributes, only: read_attribute, write_attribute
+   use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, open_hdf5_file, create_hdf5_file, &
+      close_hdf5_file, create_group, exists
+   use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
+   use kschur_options, only: formulation_names, index_of_name
+   use kschur_problem, only: damping_names
+   use kschur_result, only: modal_result_type, history_type, kind_names, reason_names
+   use kschur_release, only: kschur_version
+   implicit none
+   private
+   public :: read_hdf5_result, write_hdf5_result
+
+   character(len=*), parameter :: root = "/"
+
+contains
+
+   !> Writes a result, which must hold all its arrays but the history. The file
+   !> appears under its name when it is whole.
+   subroutine write_hdf5_result(result, path, error)
+      type(modal_result_type), intent(in) :: result
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: temporary
+      type(printing_type) :: printing
+      integer(hid_t) :: file
+
+      if (.not. is_whole(result)) then
+         call new_error(error, error_usage, path//": a result without all its arrays cannot be written")
+         return
+      end if
+      temporary = temporary_name(path)
+      call silence_hdf5(printing, error)
+      call create_hdf5_file(file, temporary, error)
+      call write_modes(file, result, error)
+      call write_history(file, result%history, error)
+      call write_facts(file, result, error)
+      call close_hdf5_file(file, error)
+      call restore_printing(printing)
+      if (allocated(error)) then
+         call remove_file(temporary)
+         call add_context(error, path)
+      else
+         call replace_file(temporary, path, error)
+      end if
+   end subroutine write_hdf5_result
+
+   pure logical function is_whole(result)
+      type(modal_result_type), intent(in) :: result
+
+      is_whole = allocated(result%eigenvalues) .and. allocated(result%eigenvectors) .and. &
+         allocated(result%multipliers) .and. allocated(result%frequency_hz) .and. &
+         allocated(result%damped_frequency_hz) .and. allocated(result%damping_ratio) .and. &
+         allocated(result%backward_error) .and. allocated(result%kind) .and. allocated(result%method)
+   end function is_whole
+
+   subroutine write_modes(file, result, error)
+      integer(hid_t), intent(in) :: file
+      type(modal_result_type), intent(in) :: result
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=word_length) :: words(size(result%kind))
+
+      words = kind_names(result%kind)
+      call write_dataset(file, "/eigenvalues", result%eigenvalues, error)
+      call write_dataset(file, "/eigenvectors", result%eigenvectors, error)
+      call write_dataset(file, "/multipliers", result%multipliers, error)
+      call write_dataset(file, "/frequency_hz", result%frequency_hz, error)
+      call write_dataset(file, "/damped_frequency_hz", result%damped_frequency_hz, error)
+      call write_dataset(file, "/damping_ratio", result%damping_ratio, error)
+      call write_dataset(file, "/backward_error", result%backward_error, error)
+      call write_dataset(file, "/kind", words, error)
+   end subroutine write_modes
+
+   subroutine write_history(file, history, error)
+      integer(hid_t), intent(in) :: file
+      type(history_type), intent(in) :: history
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (.not. allocated(history%residual)) return
+      call create_group(file, "/history", error)
+      call write_dataset(file, "/history/converged", history%converged, error)
+      call write_dataset(file, "/history/operator_applications", history%operator_applications, error)
+      call write_dataset(file, "/history/residual", history%residual, error)
+   end subroutine write_history
+
+   subroutine write_facts(file, result, error)
+      integer(hid_t), intent(in) :: file
+      type(modal_result_type), intent(in) :: result
+      type(error_type), allocatable, intent(inout) :: error
+
+      call write_attribute(file, root, "kschur", kschur_version, error)
+      call write_attribute(file, root, "n", result%unknowns, error)
+      call write_attribute(file, root, "m", result%constraints, error)
+      call write_attribute(file, root, "symmetric", merge(1, 0, result%symmetric), error)
+      call write_attribute(file, root, "damping", trim(damping_names(result%damping_kind)), error)
+      call write_attribute(file, root, "method", result%method, error)
+      call write_attribute(file, root, "formulation", trim(formulation_names(result%formulation)), error)
+      call write_attribute(file, root, "target", result%target, error)
+      call write_attribute(file, root, "shift", result%shift, error)
+      call write_attribute(file, root, "reason", trim(reason_names(result%reason)), error)
+      call write_attribute(file, root, "modes_asked", result%modes_asked, error)
+      call write_attribute(file, root, "operator_applications", result%operator_applications, error)
+      call write_attribute(file, root, "restarts", result%restarts, error)
+      call write_attribute(file, root, "factorizations", result%factorizations, error)
+      call write_attribute(file, root, "factored_order", result%factored_order, error)
+      call write_attribute(file, root, "factor_entries", result%factor_entries, error)
+      call write_attribute(file, root, "locking_error", result%locking_error, error)
+      call write_attribute(file, root, "seconds_total", result%seconds%total, error)
+      call write_attribute(file, root, "seconds_analyze", result%seconds%analyze, error)
+      call write_attribute(file, root, "seconds_factorize", result%seconds%factorize, error)
+      call write_attribute(file, root, "seconds_solve", result%seconds%solve, error)
+      call write_attribute(file, root, "seconds_orthogonalize", result%seconds%orthogonalize, error)
+   end subroutine write_facts
+
+   !> Reads a result that `write_hdf5_result` wrote. Fails with the file and what
+   !> is wrong.
+   subroutine read_hdf5_result(result, path, error)
+      type(modal_result_type), intent(out) :: result
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      type(printing_type) :: printing
+      integer(hid_t) :: file
+
+      call silence_hdf5(printing, error)
+      call open_hdf5_file(file, path, error)
+      call read_facts(result, file, error)
+      call read_modes(result, file, error)
+      call read_history(result%history, file, error)
+      call close_hdf5_file(file, error)
+      call restore_printing(printing)
+      if (.not. allocated(error)) call check_shapes(result, error)
+      call add_context(error, path)
+   end subroutine read_hdf5_result
+
+   subroutine read_modes(result, file, error)
+      type(modal_result_type), intent(inout) :: result
+      integer(hid_t), intent(in) :: file
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=word_length), allocatable :: words(:)
+      integer :: k
+
+      call read_dataset(result%eigenvalues, file, "/eigenvalues", error)
+      call read_dataset(result%eigenvectors, file, "/eigenvectors", error)
+      call read_dataset(result%multipliers, file, "/multipliers", error)
+      call read_dataset(result%frequency_hz, file, "/frequency_hz", error)
+      call read_dataset(result%damped_frequency_hz, file, "/damped_frequency_hz", error)
+      call read_dataset(result%damping_ratio, file, "/damping_ratio", error)
+      call read_dataset(result%backward_error, file, "/backward_error", error)
+      call read_dataset(words, file, "/kind", error)
+      if (allocated(error)) return
+      allocate (result%kind(size(words)))
+      do k = 1, size(words)
+         result%kind(k) = position_of(trim(words(k)), kind_names, "/kind", error)
+      end do
+   end subroutine read_modes
+
+   ! Position in a list of names counted from 0.
+   integer function position_of(name, names, label, error)
+      character(len=*), intent(in) :: name, names(0:), label
+      type(error_type), allocatable, intent(inout) :: error
+
+      position_of = max(0, index_of_name(name, names))
+      if (index_of_name(name, names) < 0 .and. .not. allocated(error)) &
+         call new_error(error, error_input, label//" is """//name//""", which is unknown")
+   end function position_of
+
+   subroutine read_history(history, file, error)
+      type(history_type), intent(inout) :: history
+      integer(hid_t), intent(in) :: file
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (allocated(error)) return
+      if (.not. exists(file, "/history")) return
+      call read_dataset(history%converged, file, "/history/converged", 0, huge(1), error)
+      call read_dataset(history%operator_applications, file, "/history/operator_applications", 0, huge(1), error)
+      call read_dataset(history%residual, file, "/history/residual", error)
+   end subroutine read_history
+
+   subroutine read_facts(result, file, error)
+      type(modal_result_type), intent(inout) :: result
+      integer(hid_t), intent(in) :: file
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: symmetric
+
+      call read_attribute(result%unknowns, file, root, "n", error)
+      call read_attribute(result%constraints, file, root, "m", error)
+      call read_attribute(symmetric, file, root, "symmetric", error)
+      result%symmetric = symmetric /= 0
+      call read_name(result%damping_kind, file, "damping", damping_names, error)
+      call read_attribute(result%method, file, root, "method", error)
+      call read_name(result%formulation, file, "formulation", formulation_names, error)
+      call read_attribute(result%target, file, root, "target", error)
+      call read_attribute(result%shift, file, root, "shift", error)
+      call read_name(result%reason, file, "reason", reason_names, error)
+      call read_attribute(result%modes_asked, file, root, "modes_asked", error)
+      call read_attribute(result%operator_applications, file, root, "operator_applications", error)
+      call read_attribute(result%restarts, file, root, "restarts", error)
+      call read_attribute(result%factorizations, file, root, "factorizations", error)
+      call read_attribute(result%factored_order, file, root, "factored_order", error)
+      call read_attribute(result%factor_entries, file, root, "factor_entries", error)
+      call read_attribute(result%locking_error, file, root, "locking_error", error)
+      call read_attribute(result%seconds%total, file, root, "seconds_total", error)
+      call read_attribute(result%seconds%analyze, file, root, "seconds_analyze", error)
+      call read_attribute(result%seconds%factorize, file, root, "seconds_factorize", error)
+      call read_attribute(result%seconds%solve, file, root, "seconds_solve", error)
+      call read_attribute(result%seconds%orthogonalize, file, root, "seconds_orthogonalize", error)
+   end subroutine read_facts
+
+   subroutine read_name(position, file, name, names, error)
+      integer, intent(out) :: position
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name, names(0:)
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: found
+
+      position = 0
+      call read_attribute(found, file, root, name, error)
+      if (.not. allocated(error)) position = position_of(found, names, "attribute "//name, error)
+   end subroutine read_name
+
+   subroutine check_shapes(result, error)
+      type(modal_result_type), intent(in) :: result
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: modes
+
+      modes = size(result%eigenvalues)
+      if (any([size(result%eigenvectors, 2), size(result%multipliers, 2), size(result%frequency_hz), &
+         size(result%damped_frequency_hz), size(result%damping_ratio), size(result%backward_error), &
+         size(result%kind)] /= modes)) then
+         call new_error(error, error_input, "the datasets do not all have the same number of modes")
+      else if (size(result%eigenvectors, 1) /= result%unknowns .or. size(result%multipliers, 1) /= result%constraints) then
+         call new_error(error, error_input, "the mode shapes do not have n unknowns and m multipliers")
+      end if
+   end subroutine check_shapes
+end module kschur_hdf5_result

@@ -1,0 +1,32 @@
+!> What the Krylov-Schur iteration is told and what it tells of itself, for
+!> real and complex operators alike.
+module kschur_krylov_options
+   use kschur_kinds, only: wp
+   use kschur_result, only: history_type, reason_converged
+   implicit none
+   private
+   public :: krylov_options_type, krylov_statistics_type
+
+   type :: krylov_options_type
+      !> Largest dimension of the Krylov space.
+      integer :: subspace = 20
+      !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.
+      real(wp) :: tolerance = 1.0e-12_wp
+      integer :: max_restarts = 200
+      !> Applications of the operator that filter a random vector into a start
+      !> vector: they remove what belongs to infinite eigenvalues.
+      integer :: filter = 3
+      integer :: seed = 1
+   end type krylov_options_type
+
+   type :: krylov_statistics_type
+      !> One of `reason_*`.
+      integer :: reason = reason_converged
+      integer :: operator_applications = 0
+      integer :: restarts = 0
+      !> Norm of the couplings that locking dropped, relative to the projected operator.
+      real(wp) :: locking_error = 0
+      real(wp) :: orthogonalize_seconds = 0
+      type(history_type) :: history
+   end type krylov_statistics_type
+end module kschur_krylov_options

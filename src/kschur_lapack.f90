@@ -1,0 +1,69 @@
+!> Explicit interfaces to the BLAS and LAPACK routines the library calls.
+module kschur_lapack
+   use kschur_kinds, only: wp
+   implicit none
+   private
+   public :: zgemm, zgemv, zgees, ztrevc, ztrsen
+
+   interface
+      !> C := alpha op(A) op(B) + beta C.
+      subroutine zgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+         import :: wp
+         character, intent(in) :: transa, transb
+         integer, intent(in) :: m, n, k, lda, ldb, ldc
+         complex(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+         complex(wp), intent(inout) :: c(ldc, *)
+      end subroutine zgemm
+
+      !> y := alpha op(A) x + beta y.
+      subroutine zgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
+         import :: wp
+         character, intent(in) :: trans
+         integer, intent(in) :: m, n, lda, incx, incy
+         complex(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
+         complex(wp), intent(inout) :: y(*)
+      end subroutine zgemv
+
+      !> Schur form of a complex matrix.
+      subroutine zgees(jobvs, sort, select, n, a, lda, sdim, w, vs, ldvs, work, lwork, rwork, bwork, info)
+         import :: wp
+         character, intent(in) :: jobvs, sort
+         interface
+            logical function select(value)
+               import :: wp
+               complex(wp), intent(in) :: value
+            end function select
+         end interface
+         integer, intent(in) :: n, lda, ldvs, lwork
+         complex(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: sdim, info
+         complex(wp), intent(out) :: w(*), vs(ldvs, *), work(*)
+         real(wp), intent(out) :: rwork(*)
+         logical, intent(out) :: bwork(*)
+      end subroutine zgees
+
+      !> Eigenvectors of a complex upper triangular matrix.
+      subroutine ztrevc(side, howmny, select, n, t, ldt, vl, ldvl, vr, ldvr, mm, m, work, rwork, info)
+         import :: wp
+         character, intent(in) :: side, howmny
+         logical, intent(in) :: select(*)
+         integer, intent(in) :: n, ldt, ldvl, ldvr, mm
+         complex(wp), intent(inout) :: t(ldt, *), vl(ldvl, *), vr(ldvr, *)
+         integer, intent(out) :: m, info
+         complex(wp), intent(out) :: work(*)
+         real(wp), intent(out) :: rwork(*)
+      end subroutine ztrevc
+
+      !> Moves selected eigenvalues of a complex Schur form to its head.
+      subroutine ztrsen(job, compq, select, n, t, ldt, q, ldq, w, m, s, sep, work, lwork, info)
+         import :: wp
+         character, intent(in) :: job, compq
+         logical, intent(in) :: select(*)
+         integer, intent(in) :: n, ldt, ldq, lwork
+         complex(wp), intent(inout) :: t(ldt, *), q(ldq, *)
+         complex(wp), intent(out) :: w(*), work(*)
+         integer, intent(out) :: m, info
+         real(wp), intent(out) :: s, sep
+      end subroutine ztrsen
+   end interface
+end module kschur_lapack

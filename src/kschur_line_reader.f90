@@ -1,0 +1,297 @@
+!> Reads a text file line by line and word by word, through a fixed
+!> buffer; a line longer than the buffer counts as several.
+module kschur_line_reader
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf, ieee_negative_inf
+   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_intptr_t, c_loc, c_null_char
+   use kschur_error, only: error_type, new_error, error_file
+   use kschur_kinds, only: wp, long
+   implicit none
+   private
+   public :: line_reader_type, lower_case
+
+   integer, parameter :: buffer_size = 2**20
+   character(len=*), parameter :: newline = achar(10)
+
+   !> A file that is open for reading, and the line it has come to.
+   type :: line_reader_type
+      private
+      !> Number of the line, from 1.
+      integer, public :: line = 0
+      character(len=:), allocatable :: buffer
+      integer :: unit = 0
+      integer :: filled = 0
+      integer(long) :: unread = 0
+      ! The words of the line that are still to come, and the start of the next line.
+      integer :: cursor = 1, line_end = 0, next = 1
+   contains
+      !> Opens a file; fails where it cannot be read.
+      procedure :: open => open_file
+      !> Closes it.
+      procedure :: close => close_file
+      !> Goes to the next line that is neither blank nor begins with `comment`.
+      procedure :: next_line
+      !> The next word of the line, empty at its end.
+      procedure :: next_word
+      !> Whether the line has no more words.
+      procedure :: at_end
+      !> The next word as an integer.
+      procedure :: next_integer
+      !> The next word as a real number.
+      procedure :: next_real
+   end type line_reader_type
+
+   interface
+      real(c_double) function c_strtod(word, after) bind(c, name="strtod")
+         import :: c_char, c_double, c_intptr_t
+         character(kind=c_char), intent(in) :: word(*)
+         integer(c_intptr_t), intent(out) :: after
+      end function c_strtod
+   end interface
+
+contains
+
+   subroutine open_file(self, path, error)
+      class(line_reader_type), intent(out) :: self
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      character(len=256) :: reason
+      integer :: status
+
+      open (newunit=self%unit, file=path, status="old", action="read", access="stream", &
+         form="unformatted", iostat=status, iomsg=reason)
+      if (status /= 0) then
+         call new_error(error, error_file, path//": "//trim(reason))
+         return
+      end if
+      inquire (unit=self%unit, size=self%unread)
+      allocate (character(len=buffer_size) :: self%buffer)
+   end subroutine open_file
+
+   subroutine close_file(self)
+      class(line_reader_type), intent(inout) :: self
+      integer :: status
+
+      close (self%unit, iostat=status)
+   end subroutine close_file
+
+   !> `found` is false at the end of the file, and where it cannot be read on.
+   subroutine next_line(self, comment, found)
+      class(line_reader_type), intent(inout) :: self
+      character(len=1), intent(in) :: comment
+      logical, intent(out) :: found
+
+      do
+         call next_raw_line(self, found)
+         if (.not. found) return
+         call skip_blanks(self)
+         if (self%cursor > self%line_end) cycle
+         if (self%buffer(self%cursor:self%cursor) /= comment) return
+      end do
+   end subroutine next_line
+
+   subroutine next_raw_line(self, found)
+      class(line_reader_type), intent(inout) :: self
+      logical, intent(out) :: found
+      integer :: place
+
+      place = self%next
+      do
+         do while (place <= self%filled)
+            if (self%buffer(place:place) == newline) exit
+            place = place + 1
+         end do
+         if (place <= self%filled .or. self%unread <= 0 .or. place - self%next == buffer_size) exit
+         place = place - self%next + 1
+         call refill(self)
+      end do
+      found = self%next <= self%filled
+      self%cursor = self%next
+      self%line_end = place - 1
+      self%next = min(place, self%filled) + 1
+      if (found) self%line = self%line + 1
+   end subroutine next_raw_line
+
+   ! Moves the unfinished line to the front, and reads as much as fits behind it.
+   subroutine refill(self)
+      class(line_reader_type), intent(inout) :: self
+      integer :: kept, fresh, status
+
+      kept = self%filled - self%next + 1
+      self%buffer(:kept) = self%buffer(self%next:self%filled)
+      fresh = int(min(self%unread, int(buffer_size - kept, long)))
+      read (self%unit, iostat=status) self%buffer(kept + 1:kept + fresh)
+      self%next = 1
+      self%filled = kept + fresh
+      self%unread = self%unread - fresh
+      if (status == 0) return
+      self%filled = kept
+      self%unread = 0
+   end subroutine refill
+
+   subroutine skip_blanks(self)
+      class(line_reader_type), intent(inout) :: self
+
+      do while (self%cursor <= self%line_end)
+         if (self%buffer(self%cursor:self%cursor) > " ") return
+         self%cursor = self%cursor + 1
+      end do
+   end subroutine skip_blanks
+
+   ! Where the next word begins and ends; goes past it.
+   subroutine find_word(self, first, last)
+      class(line_reader_type), intent(inout) :: self
+      integer, intent(out) :: first, last
+
+      call skip_blanks(self)
+      first = self%cursor
+      do while (self%cursor <= self%line_end)
+         if (self%buffer(self%cursor:self%cursor) <= " ") exit
+         self%cursor = self%cursor + 1
+      end do
+      last = self%cursor - 1
+   end subroutine find_word
+
+   function next_word(self) result(word)
+      class(line_reader_type), intent(inout) :: self
+      character(len=:), allocatable :: word
+      integer :: first, last
+
+      call find_word(self, first, last)
+      word = self%buffer(first:last)
+   end function next_word
+
+   pure logical function at_end(self)
+      class(line_reader_type), intent(in) :: self
+      integer :: place
+
+      at_end = .true.
+      do place = self%cursor, self%line_end
+         if (self%buffer(place:place) > " ") at_end = .false.
+      end do
+   end function at_end
+
+   !> `valid` becomes false where the word is not an integer, or none is left; it
+   !> stays as it is otherwise.
+   subroutine next_integer(self, number, valid)
+      class(line_reader_type), intent(inout) :: self
+      integer(long), intent(out) :: number
+      logical, intent(inout) :: valid
+      integer :: first, last, place, digit
+      logical :: negative
+
+      call find_word(self, first, last)
+      call take_sign(self%buffer(first:last), first, negative)
+      number = 0
+      if (first > last .or. last - first > 17) valid = .false.
+      do place = first, min(last, first + 17)
+         digit = iachar(self%buffer(place:place)) - iachar("0")
+         if (digit < 0 .or. digit > 9) valid = .false.
+         number = 10*number + digit
+      end do
+      if (negative) number = -number
+   end subroutine next_integer
+
+   ! Advances `first` past the sign that a word may begin with.
+   pure subroutine take_sign(word, first, negative)
+      character(len=*), intent(in) :: word
+      integer, intent(inout) :: first
+      logical, intent(out) :: negative
+
+      negative = .false.
+      if (len(word) == 0) return
+      negative = word(1:1) == "-"
+      if (negative .or. word(1:1) == "+") first = first + 1
+   end subroutine take_sign
+
+   !> As `next_integer`; takes what Fortran and C write: 1, 1.5e3, .5D-2,
+   !> 1.5-300, nan, -inf.
+   subroutine next_real(self, number, valid)
+      class(line_reader_type), intent(inout) :: self
+      real(wp), intent(out) :: number
+      logical, intent(inout) :: valid
+      integer :: first, last
+
+      call find_word(self, first, last)
+      call read_real(self%buffer(first:last), number, valid)
+   end subroutine next_real
+
+   ! The C library is by far the faster; it leaves part of the word where the
+   ! exponent is written in Fortran's ways, or where the locale has no decimal point.
+   subroutine read_real(word, number, valid)
+      character(len=*), intent(in) :: word
+      real(wp), intent(out) :: number
+      logical, intent(inout) :: valid
+      character(kind=c_char, len=1), target :: bytes(len(word) + 1)
+      integer(c_intptr_t) :: after
+      integer :: i, status
+
+      number = 0
+      if (.not. is_decimal(lower_case(word))) then
+         call read_special(lower_case(word), number, valid)
+         return
+      end if
+      do i = 1, len(word)
+         bytes(i) = word(i:i)
+      end do
+      bytes(len(word) + 1) = c_null_char
+      number = real(c_strtod(bytes, after), wp)
+      if (after - transfer(c_loc(bytes), after) == len(word)) return
+      read (word, *, iostat=status) number
+      if (status /= 0) valid = .false.
+   end subroutine read_real
+
+   ! Digits with a point or without, then, maybe, an exponent.
+   pure logical function is_decimal(word)
+      character(len=*), intent(in) :: word
+      integer :: first, last, point
+
+      first = 1
+      if (scan(word, "+-") == 1) first = 2
+      last = first + verify(word(first:)//" ", "0123456789.") - 2
+      point = index(word(first:last), ".")
+      is_decimal = last - first + 1 > min(point, 1) .and. index(word(first:last), ".", back=.true.) == point
+      if (last == len(word)) return
+      first = last + 1
+      if (scan(word(first:first), "ed") == 1) first = first + 1
+      if (first > len(word)) then
+         is_decimal = .false.
+         return
+      end if
+      if (scan(word(first:first), "+-") == 1) then
+         first = first + 1
+      else if (first == last + 1) then
+         is_decimal = .false.
+      end if
+      is_decimal = is_decimal .and. first <= len(word) .and. verify(word(first:), "0123456789") == 0
+   end function is_decimal
+
+   subroutine read_special(word, number, valid)
+      character(len=*), intent(in) :: word
+      real(wp), intent(out) :: number
+      logical, intent(inout) :: valid
+
+      number = 0
+      select case (word)
+      case ("nan", "+nan", "-nan")
+         number = ieee_value(number, ieee_quiet_nan)
+      case ("inf", "infinity", "+inf", "+infinity")
+         number = ieee_value(number, ieee_positive_inf)
+      case ("-inf", "-infinity")
+         number = ieee_value(number, ieee_negative_inf)
+      case default
+         valid = .false.
+      end select
+   end subroutine read_special
+
+   !> The same word in lower-case ASCII letters.
+   pure function lower_case(word) result(lower)
+      character(len=*), intent(in) :: word
+      character(len=len(word)) :: lower
+      integer :: i
+
+      lower = word
+      do i = 1, len(word)
+         if (word(i:i) >= "A" .and. word(i:i) <= "Z") lower(i:i) = achar(iachar(word(i:i)) + 32)
+      end do
+   end function lower_case
+end module kschur_line_reader

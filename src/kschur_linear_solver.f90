@@ -1,0 +1,89 @@
+!> What the library asks of a linear solver, for real and for complex matrices.
+!> Extend one of the types to bring your own.
+module kschur_linear_solver
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp, long
+   use kschur_sparse, only: complex_csr_matrix_type, csr_matrix_type
+   implicit none
+   private
+   public :: linear_solver_type, real_linear_solver_type, complex_linear_solver_type
+   public :: matrix_structure_type
+
+   !> What is known of a matrix beyond its entries.
+   type :: matrix_structure_type
+      !> Whether the matrix equals its transpose (not its adjoint).
+      logical :: symmetric = .false.
+      !> Unknown i belongs to node(i), 1-based: unknowns of a node are best
+      !> eliminated together. Not allocated: every unknown is its own node.
+      integer, allocatable :: node(:)
+      !> The last so many unknowns are Lagrange multipliers: their diagonal
+      !> is zero, so each must follow the unknowns it touches.
+      integer :: multipliers = 0
+   end type matrix_structure_type
+
+   !> What real and complex solvers have in common.
+   type, abstract :: linear_solver_type
+      !> Seconds of the last factorisation's two phases, and of all solves.
+      real(wp) :: analyze_seconds = 0, factorize_seconds = 0, solve_seconds = 0
+      !> Number of entries of the factors.
+      integer(long) :: factor_entries = 0
+      !> Number of pivots that were found to be zero; the factorisation goes on without them.
+      integer :: null_pivots = 0
+      !> Number of negative eigenvalues of a real symmetric matrix; -1 where not known.
+      integer :: negative_pivots = -1
+   end type linear_solver_type
+
+   !> A solver for real matrices.
+   type, abstract, extends(linear_solver_type) :: real_linear_solver_type
+   contains
+      !> Factors a matrix; may be called again with another one.
+      procedure(factorize_real), deferred :: factorize
+      !> x := A^{-1} x for a block of right-hand sides.
+      procedure(solve_real), deferred :: solve
+      !> x := A^{-T} x for a block of right-hand sides.
+      procedure(solve_real), deferred :: solve_adjoint
+   end type real_linear_solver_type
+
+   !> A solver for complex matrices.
+   type, abstract, extends(linear_solver_type) :: complex_linear_solver_type
+   contains
+      !> Factors a matrix; may be called again with another one.
+      procedure(factorize_complex), deferred :: factorize
+      !> x := A^{-1} x for a block of right-hand sides.
+      procedure(solve_complex), deferred :: solve
+      !> x := A^{-*} x (conjugate transpose) for a block of right-hand sides.
+      procedure(solve_complex), deferred :: solve_adjoint
+   end type complex_linear_solver_type
+
+   abstract interface
+      subroutine factorize_real(self, matrix, structure, error)
+         import :: real_linear_solver_type, csr_matrix_type, matrix_structure_type, error_type
+         class(real_linear_solver_type), intent(inout) :: self
+         type(csr_matrix_type), intent(in) :: matrix
+         type(matrix_structure_type), intent(in) :: structure
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine factorize_real
+
+      subroutine factorize_complex(self, matrix, structure, error)
+         import :: complex_linear_solver_type, complex_csr_matrix_type, matrix_structure_type, error_type
+         class(complex_linear_solver_type), intent(inout) :: self
+         type(complex_csr_matrix_type), intent(in) :: matrix
+         type(matrix_structure_type), intent(in) :: structure
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine factorize_complex
+
+      subroutine solve_real(self, x, error)
+         import :: real_linear_solver_type, wp, error_type
+         class(real_linear_solver_type), intent(inout) :: self
+         real(wp), contiguous, intent(inout) :: x(:, :)
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine solve_real
+
+      subroutine solve_complex(self, x, error)
+         import :: complex_linear_solver_type, wp, error_type
+         class(complex_linear_solver_type), intent(inout) :: self
+         complex(wp), contiguous, intent(inout) :: x(:, :)
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine solve_complex
+   end interface
+end module kschur_linear_solver

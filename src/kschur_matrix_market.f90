@@ -1,0 +1,373 @@
+!> Matrices and problems in Matrix Market files: R. F. Boisvert, R. Pozo and
+!> K. A. Remington, The Matrix Market exchange formats, NISTIR 5935 (1996).
+module kschur_matrix_market
+   use kschur_error, only: error_type, new_error, add_context, error_file, error_input
+   use kschur_files, only: temporary_name, replace_file, remove_file, make_folder
+   use kschur_kinds, only: wp, long
+   use kschur_line_reader, only: line_reader_type, lower_case
+   use kschur_problem, only: modal_problem_type, new_modal_problem
+   use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets, empty_csr_matrix
+   use kschur_text, only: text
+   use kschur_triplets, only: triplets_type
+   implicit none
+   private
+   public :: read_matrix_market, write_matrix_market
+   public :: read_matrix_market_problem, read_matrix_market_files, write_matrix_market_problem
+
+   character(len=*), parameter :: comment = "%"
+   character(len=*), parameter :: banner = "%%MatrixMarket"
+   integer, parameter :: general = 0, symmetric = 1, skew_symmetric = 2
+
+   ! What the banner and the size line say.
+   type :: header_type
+      logical :: is_array = .false.
+      integer :: symmetry = general
+      integer :: rows = 0, columns = 0
+      integer(long) :: entries = 0
+   end type header_type
+
+contains
+
+   !> Reads a matrix: coordinate or array; real or integer; general, symmetric,
+   !> hermitian or skew-symmetric. Repeated entries are summed. Where the banner
+   !> says symmetric or skew-symmetric every entry is mirrored, also one above
+   !> the diagonal. Fails with the file, the line and what is wrong with it.
+   subroutine read_matrix_market(matrix, path, error)
+      type(csr_matrix_type), intent(out) :: matrix
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type) :: reader
+      type(header_type) :: header
+      type(triplets_type) :: triplets
+
+      call reader%open(path, error)
+      if (allocated(error)) return
+      call read_header(header, reader, error)
+      if (.not. allocated(error)) call read_entries(triplets, header, reader, error)
+      call reader%close()
+      if (.not. allocated(error)) call new_csr_from_triplets(matrix, header%rows, header%columns, &
+         triplets%row(:triplets%count), triplets%column(:triplets%count), triplets%value(:triplets%count), error)
+      call add_context(error, path)
+   end subroutine read_matrix_market
+
+   ! An error about the line that the reader has come to.
+   subroutine line_error(error, reader, what)
+      type(error_type), allocatable, intent(inout) :: error
+      type(line_reader_type), intent(in) :: reader
+      character(len=*), intent(in) :: what
+
+      if (.not. allocated(error)) call new_error(error, error_input, "line "//text(reader%line)//": "//what)
+   end subroutine line_error
+
+   subroutine read_header(header, reader, error)
+      type(header_type), intent(out) :: header
+      type(line_reader_type), intent(inout) :: reader
+      type(error_type), allocatable, intent(out) :: error
+      integer(long) :: rows, columns
+      logical :: found, valid
+
+      call read_banner(header, reader, error)
+      if (allocated(error)) return
+
+      call reader%next_line(comment, found)
+      if (.not. found) then
+         call new_error(error, error_input, "the file ends before the size line")
+         return
+      end if
+      valid = .true.
+      call reader%next_integer(rows, valid)
+      call reader%next_integer(columns, valid)
+      if (.not. header%is_array) call reader%next_integer(header%entries, valid)
+      if (.not. valid .or. min(rows, columns, header%entries) < 0 .or. .not. reader%at_end()) then
+         if (header%is_array) then
+            call line_error(error, reader, "the size line must be two numbers, rows and columns")
+         else
+            call line_error(error, reader, "the size line must be three numbers, rows, columns and entries")
+         end if
+      else if (max(rows, columns) >= huge(1)) then
+         call line_error(error, reader, "the matrix has too many rows or columns")
+      else if (header%symmetry /= general .and. rows /= columns) then
+         call line_error(error, reader, "a symmetric or skew-symmetric matrix must be square")
+      end if
+      if (allocated(error)) return
+      header%rows = int(rows)
+      header%columns = int(columns)
+      if (.not. header%is_array) return
+      select case (header%symmetry)
+      case (general)
+         header%entries = rows*columns
+      case (symmetric)
+         header%entries = rows*(rows + 1)/2
+      case (skew_symmetric)
+         header%entries = rows*(rows - 1)/2
+      end select
+   end subroutine read_header
+
+   subroutine read_banner(header, reader, error)
+      type(header_type), intent(out) :: header
+      type(line_reader_type), intent(inout) :: reader
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: word
+      logical :: found
+
+      ! No line begins with a blank: this takes the banner, which looks like a comment.
+      call reader%next_line(" ", found)
+      word = ""
+      if (found) word = lower_case(reader%next_word())
+      if (word /= lower_case(banner)) then
+         call line_error(error, reader, "the file does not begin with "//banner)
+         return
+      end if
+
+      word = lower_case(reader%next_word())
+      if (word /= "matrix") call line_error(error, reader, 'the banner says "'//word//'" where "matrix" must stand')
+
+      word = lower_case(reader%next_word())
+      header%is_array = word == "array"
+      if (word /= "array" .and. word /= "coordinate") &
+         call line_error(error, reader, 'the format is "'//word//'" but must be coordinate or array')
+
+      word = lower_case(reader%next_word())
+      if (word /= "real" .and. word /= "integer" .and. word /= "double") &
+         call line_error(error, reader, 'the entries are "'//word//'" but must be real or integer')
+
+      word = lower_case(reader%next_word())
+      select case (word)
+      case ("general")
+         header%symmetry = general
+      case ("symmetric", "hermitian")
+         header%symmetry = symmetric
+      case ("skew-symmetric")
+         header%symmetry = skew_symmetric
+      case default
+         call line_error(error, reader, 'the symmetry is "'//word// &
+            '" but must be general, symmetric, skew-symmetric or hermitian')
+      end select
+   end subroutine read_banner
+
+   subroutine read_entries(triplets, header, reader, error)
+      type(triplets_type), intent(out) :: triplets
+      type(header_type), intent(in) :: header
+      type(line_reader_type), intent(inout) :: reader
+      type(error_type), allocatable, intent(out) :: error
+      integer :: row, column
+      integer(long) :: k
+      real(wp) :: value
+      logical :: found
+
+      call triplets%reserve(1024, error)
+      row = 0
+      column = 0
+      do k = 1, header%entries
+         call reader%next_line(comment, found)
+         if (.not. found) then
+            call new_error(error, error_input, "the file ends after "//count_text(k - 1)//" of "// &
+               count_text(header%entries)//" entries")
+            return
+         end if
+         if (header%is_array) then
+            call next_place(header, row, column)
+            call read_array_entry(value, reader, error)
+         else
+            call read_coordinate_entry(row, column, value, header, reader, error)
+         end if
+         if (allocated(error)) return
+         if (header%symmetry == skew_symmetric .and. row == column .and. abs(value) > 0) then
+            call line_error(error, reader, "a skew-symmetric matrix cannot have the diagonal entry ("// &
+               text(row)//", "//text(column)//")")
+            return
+         end if
+         if (header%is_array .and. abs(value) <= 0) cycle
+         call triplets%append(row, column, value, error)
+         if (allocated(error)) return
+         if (header%symmetry == general .or. row == column) cycle
+         if (header%symmetry == skew_symmetric) value = -value
+         call triplets%append(column, row, value, error)
+         if (allocated(error)) return
+      end do
+      call reader%next_line(comment, found)
+      if (found) call line_error(error, reader, "there are more than the "//count_text(header%entries)//" entries announced")
+   end subroutine read_entries
+
+   subroutine read_array_entry(value, reader, error)
+      real(wp), intent(out) :: value
+      type(line_reader_type), intent(inout) :: reader
+      type(error_type), allocatable, intent(out) :: error
+      logical :: valid
+
+      valid = .true.
+      call reader%next_real(value, valid)
+      if (.not. valid .or. .not. reader%at_end()) call line_error(error, reader, "one number must stand here")
+   end subroutine read_array_entry
+
+   subroutine read_coordinate_entry(row, column, value, header, reader, error)
+      integer, intent(out) :: row, column
+      real(wp), intent(out) :: value
+      type(header_type), intent(in) :: header
+      type(line_reader_type), intent(inout) :: reader
+      type(error_type), allocatable, intent(out) :: error
+      integer(long) :: i, j
+      logical :: valid
+
+      row = 0
+      column = 0
+      valid = .true.
+      call reader%next_integer(i, valid)
+      call reader%next_integer(j, valid)
+      call reader%next_real(value, valid)
+      if (.not. valid .or. .not. reader%at_end()) then
+         call line_error(error, reader, "an entry must be three numbers, row, column and value")
+      else if (i < 1 .or. i > header%rows .or. j < 1 .or. j > header%columns) then
+         call line_error(error, reader, "entry ("//count_text(i)//", "//count_text(j)// &
+            ") lies outside a matrix of "//text(header%rows)//" x "//text(header%columns))
+      else
+         row = int(i)
+         column = int(j)
+      end if
+   end subroutine read_coordinate_entry
+
+   ! The array format goes down the columns; from the diagonal, or below it.
+   pure subroutine next_place(header, row, column)
+      type(header_type), intent(in) :: header
+      integer, intent(inout) :: row, column
+
+      row = row + 1
+      if (column > 0 .and. row <= header%rows) return
+      column = column + 1
+      row = 1
+      if (header%symmetry == symmetric) row = column
+      if (header%symmetry == skew_symmetric) row = column + 1
+   end subroutine next_place
+
+   pure function count_text(number) result(digits)
+      integer(long), intent(in) :: number
+      character(len=:), allocatable :: digits
+      character(len=20) :: buffer
+
+      write (buffer, "(i0)") number
+      digits = trim(buffer)
+   end function count_text
+
+   !> Writes a matrix as coordinate, real, general, with the 17 digits that
+   !> bring every value back. The file appears under its name when it is whole.
+   subroutine write_matrix_market(matrix, path, error)
+      type(csr_matrix_type), intent(in) :: matrix
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: temporary
+      character(len=256) :: reason
+      integer :: unit, status, ignored, i, k
+
+      temporary = temporary_name(path)
+      open (newunit=unit, file=temporary, status="replace", action="write", iostat=status, iomsg=reason)
+      if (status == 0) then
+         write (unit, "(a)", iostat=status, iomsg=reason) banner//" matrix coordinate real general"
+         if (status == 0) write (unit, "(i0, 2(1x, i0))", iostat=status, iomsg=reason) &
+            matrix%rows, matrix%columns, matrix%nonzeros()
+         do i = 1, matrix%rows
+            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+               if (status == 0) write (unit, "(i0, 1x, i0, es25.16e3)", iostat=status, iomsg=reason) &
+                  i, matrix%column(k), matrix%value(k)
+            end do
+         end do
+         if (status == 0) then
+            close (unit, iostat=status, iomsg=reason)
+         else
+            close (unit, iostat=ignored)
+         end if
+      end if
+      if (status == 0) then
+         call replace_file(temporary, path, error)
+      else
+         call remove_file(temporary)
+         call new_error(error, error_file, path//": cannot be written: "//trim(reason))
+      end if
+   end subroutine write_matrix_market
+
+   !> Reads M.mtx, K.mtx and, where they exist, R.mtx and Cq.mtx of a folder.
+   !> Fails with the file, the matrix and what is wrong.
+   subroutine read_matrix_market_problem(problem, folder, error)
+      type(modal_problem_type), intent(out) :: problem
+      character(len=*), intent(in) :: folder
+      type(error_type), allocatable, intent(out) :: error
+
+      call read_matrix_market_files(problem, folder//"/M.mtx", folder//"/K.mtx", &
+         if_exists(folder//"/R.mtx"), if_exists(folder//"/Cq.mtx"), error)
+   end subroutine read_matrix_market_problem
+
+   function if_exists(path) result(given)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: given
+      logical :: exists
+
+      inquire (file=path, exist=exists)
+      given = ""
+      if (exists) given = path
+   end function if_exists
+
+   !> Reads a problem from a file for each matrix; an empty path stands for a
+   !> matrix that is not given. Fails as `read_matrix_market_problem`.
+   subroutine read_matrix_market_files(problem, mass_path, stiffness_path, damping_path, constraints_path, error)
+      type(modal_problem_type), intent(out) :: problem
+      character(len=*), intent(in) :: mass_path, stiffness_path, damping_path, constraints_path
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: mass, stiffness, damping, constraints
+
+      call read_named(mass, mass_path, "mass matrix M", error)
+      if (.not. allocated(error)) call read_named(stiffness, stiffness_path, "stiffness matrix K", error)
+      if (allocated(error)) return
+      damping = empty_csr_matrix(mass%rows, mass%rows)
+      constraints = empty_csr_matrix(0, mass%rows)
+      if (damping_path /= "") call read_named(damping, damping_path, "damping matrix R", error)
+      if (allocated(error)) return
+      if (constraints_path /= "") call read_named(constraints, constraints_path, "constraint Jacobian Cq", error)
+      if (allocated(error)) return
+      call new_modal_problem(problem, mass, stiffness, error, damping, constraints)
+      call add_context(error, listed([character(len=max(len(mass_path), len(stiffness_path), len(damping_path), &
+         len(constraints_path))) :: mass_path, stiffness_path, damping_path, constraints_path]))
+   end subroutine read_matrix_market_files
+
+   subroutine read_named(matrix, path, name, error)
+      type(csr_matrix_type), intent(out) :: matrix
+      character(len=*), intent(in) :: path, name
+      type(error_type), allocatable, intent(out) :: error
+
+      call read_matrix_market(matrix, path, error)
+      call add_context(error, "the "//name)
+   end subroutine read_named
+
+   pure function listed(paths) result(list)
+      character(len=*), intent(in) :: paths(:)
+      character(len=:), allocatable :: list
+      integer :: i
+
+      list = trim(paths(1))
+      do i = 2, size(paths)
+         if (paths(i) /= "") list = list//", "//trim(paths(i))
+      end do
+   end function listed
+
+   !> Writes M.mtx, K.mtx and, where they have entries, R.mtx and Cq.mtx into a
+   !> folder, which is made where it does not exist.
+   subroutine write_matrix_market_problem(problem, folder, error)
+      type(modal_problem_type), intent(in) :: problem
+      character(len=*), intent(in) :: folder
+      type(error_type), allocatable, intent(out) :: error
+
+      call make_folder(folder)
+      call write_matrix_market(problem%mass, folder//"/M.mtx", error)
+      if (.not. allocated(error)) call write_matrix_market(problem%stiffness, folder//"/K.mtx", error)
+      if (allocated(error)) return
+      if (problem%damping%nonzeros() > 0) then
+         call write_matrix_market(problem%damping, folder//"/R.mtx", error)
+      else
+         call remove_file(folder//"/R.mtx")
+      end if
+      if (allocated(error)) return
+      if (problem%multipliers() > 0) then
+         call write_matrix_market(problem%constraints, folder//"/Cq.mtx", error)
+      else
+         call remove_file(folder//"/Cq.mtx")
+      end if
+   end subroutine write_matrix_market_problem
+end module kschur_matrix_market

@@ -1,0 +1,376 @@
+!> From eigenpairs to modes: which of them are the same, how accurate they
+!> are, and what an engineer calls them.
+module kschur_modes
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use kschur_kinds, only: wp
+   use kschur_options, only: modal_options_type
+   use kschur_problem, only: modal_problem_type, damping_none
+   use kschur_result, only: modal_result_type, kind_overdamped, kind_real, kind_rigid, kind_undamped, &
+      kind_underdamped, kind_unstable
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: eigenpairs_type, select_modes, backward_errors, real_tolerance, same_value
+
+   !> An imaginary part below this, relative to the eigenvalue, is rounding.
+   real(wp), parameter :: real_tolerance = 1.0e-8_wp
+   !> Two eigenvalues closer than this, relative to their size, may be one found twice.
+   real(wp), parameter :: same_value = 1.0e-5_wp
+   ! A real part below this, relative to the eigenvalue, is rounding.
+   real(wp), parameter :: undamped_tolerance = 1.0e-11_wp
+   ! What is left of a unit vector that depends on others.
+   real(wp), parameter :: dependent = 1.0e-3_wp
+   ! A pair above this backward error is no mode of the problem.
+   real(wp), parameter :: spurious = 1.0e-5_wp
+   ! An energy below this, relative to its terms, is rounding.
+   real(wp), parameter :: no_energy = 100*epsilon(1.0_wp)
+   ! A zero eigenvalue found by iteration is below this, relative to the others.
+   real(wp), parameter :: nearly_zero = 1.0e-3_wp
+   real(wp), parameter :: pi = acos(-1.0_wp)
+
+   !> Eigenpairs of a modal problem.
+   type :: eigenpairs_type
+      !> Eigenvalues (1/s).
+      complex(wp), allocatable :: lambda(:)
+      !> Shapes, n x k.
+      complex(wp), allocatable :: phi(:, :)
+      !> Multipliers, m x k.
+      complex(wp), allocatable :: xi(:, :)
+   end type eigenpairs_type
+
+contains
+
+   !> Fills the modes of `result` from eigenpairs: conjugate pairs once,
+   !> spurious pairs dropped, rigid-body modes as exact zeros, nearest to the
+   !> target first, no more than were asked for.
+   subroutine select_modes(problem, options, found, reference, result)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      type(eigenpairs_type), intent(in) :: found
+      !> A size of lambda (1/s), as the shift, against which zeros are seen.
+      real(wp), intent(in) :: reference
+      type(modal_result_type), intent(inout) :: result
+      type(eigenpairs_type) :: pairs
+      logical, allocatable :: rigid(:), accepted(:)
+      real(wp), allocatable :: errors(:)
+      integer, allocatable :: order(:)
+      real(wp) :: largest
+      integer :: k, upper, j
+
+      pairs = found
+      call normalize(pairs)
+      k = size(pairs%lambda)
+      largest = max(reference, maxval([0.0_wp, abs(pairs%lambda)]))
+      allocate (rigid(k))
+      do j = 1, k
+         pairs%lambda(j) = cleaned(pairs%lambda(j), problem%damping_kind == damping_none)
+         call settle_rigid(problem, pairs%phi(:, j), largest, pairs%lambda(j), rigid(j))
+      end do
+      allocate (accepted(k), source=.not. rigid .and. aimag(pairs%lambda) >= 0)
+      upper = count(accepted)
+      pairs = joined(joined(subset(pairs, accepted), conjugated(subset(pairs, .not. rigid .and. .not. accepted))), &
+         rigid_basis(subset(pairs, rigid)))
+      k = size(pairs%lambda)
+      deallocate (accepted)
+      allocate (accepted(k), source=.true.)
+      do j = upper + 1, k
+         if (abs(pairs%lambda(j)) > 0) accepted(j) = .not. depends(pairs, accepted, j)
+      end do
+
+      allocate (errors(k), source=backward_errors(problem, pairs))
+      accepted = accepted .and. errors <= spurious
+      allocate (order(count(accepted)), source=pack([(j, j=1, k)], accepted))
+      call sort_by_distance(pairs%lambda, options%target, order)
+      k = min(size(order), options%modes)
+      result%eigenvalues = pairs%lambda(order(:k))
+      result%eigenvectors = pairs%phi(:, order(:k))
+      result%multipliers = pairs%xi(:, order(:k))
+      result%backward_error = errors(order(:k))
+      call describe(problem, result)
+   end subroutine select_modes
+
+   ! Unit norm, the largest entry real and positive.
+   subroutine normalize(pairs)
+      type(eigenpairs_type), intent(inout) :: pairs
+      complex(wp) :: factor
+      integer :: j, largest
+
+      do j = 1, size(pairs%lambda)
+         largest = maxloc(abs(pairs%phi(:, j)), 1)
+         if (.not. abs(pairs%phi(largest, j)) > 0) cycle
+         factor = conjg(pairs%phi(largest, j))/abs(pairs%phi(largest, j))/norm2(abs(pairs%phi(:, j)))
+         pairs%phi(:, j) = factor*pairs%phi(:, j)
+         pairs%xi(:, j) = factor*pairs%xi(:, j)
+      end do
+   end subroutine normalize
+
+   ! An eigenvalue without rounding where its exact place is known: real ones
+   ! on the real axis; where nothing damps, lambda^2 real gives i omega.
+   pure complex(wp) function cleaned(lambda, undamped)
+      complex(wp), intent(in) :: lambda
+      logical, intent(in) :: undamped
+
+      cleaned = lambda
+      if (abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
+         cleaned = cmplx(real(lambda, wp), 0, wp)
+      else if (undamped .and. abs(real(lambda, wp)) <= real_tolerance*abs(lambda)) then
+         cleaned = cmplx(0, aimag(lambda), wp)
+      end if
+   end function cleaned
+
+   ! A shape without strain energy has the roots 0 and -r/m of lambda^2 m +
+   ! lambda r = 0: takes the nearer one for an eigenvalue that rounding blurred.
+   ! `rigid` is true for the zero.
+   subroutine settle_rigid(problem, phi, largest, lambda, rigid)
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), intent(in) :: phi(:)
+      real(wp), intent(in) :: largest
+      complex(wp), intent(inout) :: lambda
+      logical, intent(out) :: rigid
+      complex(wp) :: m, r, k
+      real(wp) :: m_terms, r_terms, k_terms
+
+      rigid = .false.
+      call form(problem%stiffness, phi, k, k_terms)
+      if (abs(k) > no_energy*k_terms) return
+      call form(problem%damping, phi, r, r_terms)
+      call form(problem%mass, phi, m, m_terms)
+      if (abs(r) <= no_energy*r_terms .or. abs(lambda*m) < abs(lambda*m + r)) then
+         rigid = abs(lambda) <= nearly_zero*largest
+         if (rigid) lambda = 0
+      else if (problem%symmetric .and. abs(lambda*m + r) <= nearly_zero*abs(r)) then
+         lambda = -real(r, wp)/real(m, wp)
+      end if
+   end subroutine settle_rigid
+
+   ! phi^* A phi, and the same with every term positive.
+   pure subroutine form(matrix, phi, total, terms)
+      type(csr_matrix_type), intent(in) :: matrix
+      complex(wp), intent(in) :: phi(:)
+      complex(wp), intent(out) :: total
+      real(wp), intent(out) :: terms
+      integer :: i, k
+
+      total = 0
+      terms = 0
+      do i = 1, matrix%rows
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            associate (term => conjg(phi(i))*matrix%value(k)*phi(matrix%column(k)))
+               total = total + term
+               terms = terms + abs(term)
+            end associate
+         end do
+      end do
+   end subroutine form
+
+   ! An orthonormal real basis of the rigid-body shapes: the eigenvalues +-0
+   ! of a double zero of Jordan type have the same shape.
+   function rigid_basis(pairs) result(basis)
+      type(eigenpairs_type), intent(in) :: pairs
+      type(eigenpairs_type) :: basis
+      complex(wp), allocatable :: v(:), w(:)
+      complex(wp) :: factor
+      integer :: j, part, i, pass
+
+      basis = subset(pairs, spread(.false., 1, size(pairs%lambda)))
+      do j = 1, size(pairs%lambda)
+         do part = 1, 2
+            factor = merge((1.0_wp, 0.0_wp), (0.0_wp, -1.0_wp), part == 1)
+            v = real(factor*pairs%phi(:, j), wp)
+            w = real(factor*pairs%xi(:, j), wp)
+            do pass = 1, 2
+               do i = 1, size(basis%lambda)
+                  factor = dot_product(basis%phi(:, i), v)
+                  v = v - factor*basis%phi(:, i)
+                  w = w - factor*basis%xi(:, i)
+               end do
+            end do
+            if (norm2(abs(v)) <= dependent) cycle
+            basis = joined(basis, eigenpairs_type([(0.0_wp, 0.0_wp)], &
+               reshape(v/norm2(abs(v)), [size(v), 1]), reshape(w/norm2(abs(v)), [size(w), 1])))
+         end do
+      end do
+      call normalize(basis)
+   end function rigid_basis
+
+   ! Whether the shape of pair j lies in the span of the other accepted ones
+   ! that come before it and share its eigenvalue.
+   logical function depends(pairs, accepted, j)
+      type(eigenpairs_type), intent(in) :: pairs
+      logical, intent(in) :: accepted(:)
+      integer, intent(in) :: j
+      complex(wp), allocatable :: u(:), span(:, :)
+      integer :: i, l, pass, kept
+
+      allocate (span(size(pairs%phi, 1), 0))
+      allocate (u(size(pairs%phi, 1)))
+      do i = 1, j
+         if (i < j .and. .not. accepted(i)) cycle
+         if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_value*abs(pairs%lambda(j))) cycle
+         u = pairs%phi(:, i)
+         kept = size(span, 2)
+         do pass = 1, 2
+            do l = 1, kept
+               u = u - dot_product(span(:, l), u)*span(:, l)
+            end do
+         end do
+         if (i == j) exit
+         if (norm2(abs(u)) <= epsilon(1.0_wp)/dependent) cycle
+         span = reshape([span, u/norm2(abs(u))], [size(u), kept + 1])
+      end do
+      depends = norm2(abs(u)) <= dependent
+   end function depends
+
+   !> Backward error of each pair: the larger of the normwise residual
+   !> ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K||) ||phi||)
+   !> and the constraint violation ||Cq phi|| / (||Cq|| ||phi||), with
+   !> 2-norms of vectors and infinity norms of the matrices as given.
+   function backward_errors(problem, pairs) result(errors)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(in) :: pairs
+      real(wp) :: errors(size(pairs%lambda))
+      complex(wp), allocatable :: residual(:, :), violation(:, :)
+      real(wp) :: mass, damping, stiffness, constraints, size_of_phi, level
+      integer :: j
+
+      mass = problem%mass%infinity_norm()
+      damping = problem%damping%infinity_norm()
+      stiffness = problem%stiffness%infinity_norm()
+      constraints = problem%constraints%infinity_norm()
+      allocate (residual(problem%unknowns(), 1), violation(problem%multipliers(), 1))
+      do j = 1, size(errors)
+         associate (lambda => pairs%lambda(j), phi => pairs%phi(:, j:j), xi => pairs%xi(:, j:j))
+            size_of_phi = norm2(abs(phi))
+            residual = 0
+            call problem%mass%add_product(lambda**2, phi, residual)
+            call problem%damping%add_product(lambda, phi, residual)
+            call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, residual)
+            call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi, residual)
+            level = (abs(lambda)**2*mass + abs(lambda)*damping + stiffness)*size_of_phi
+            ! Without stiffness a zero eigenvalue has no level: its residual is exact or it is none.
+            errors(j) = norm2(abs(residual))
+            if (level > 0) errors(j) = errors(j)/level
+            if (size(violation) > 0) then
+               violation = 0
+               call problem%constraints%add_product((1.0_wp, 0.0_wp), phi, violation)
+               errors(j) = max(errors(j), norm2(abs(violation))/(constraints*size_of_phi))
+            end if
+            if (.not. errors(j) >= 0) errors(j) = huge(1.0_wp)
+         end associate
+      end do
+   end function backward_errors
+
+   ! Frequencies, damping ratios and kinds, eqs. (26) to (28).
+   subroutine describe(problem, result)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(inout) :: result
+      complex(wp) :: lambda
+      real(wp) :: omega, zeta
+      integer :: k, j
+
+      k = size(result%eigenvalues)
+      result%frequency_hz = abs(result%eigenvalues)/(2*pi)
+      result%damped_frequency_hz = abs(aimag(result%eigenvalues))/(2*pi)
+      result%damping_ratio = spread(0.0_wp, 1, k)
+      result%kind = spread(kind_rigid, 1, k)
+      do j = 1, k
+         lambda = result%eigenvalues(j)
+         omega = abs(lambda)
+         zeta = ieee_value(1.0_wp, ieee_quiet_nan)
+         if (omega > 0) zeta = 0 - real(lambda, wp)/omega
+         if (.not. omega > 0) then
+            result%kind(j) = kind_rigid
+         else if (real(lambda, wp) > undamped_tolerance*omega) then
+            result%kind(j) = kind_unstable
+         else if (real(lambda, wp) >= -undamped_tolerance*omega) then
+            result%kind(j) = kind_undamped
+         else if (abs(aimag(lambda)) > 0) then
+            result%kind(j) = kind_underdamped
+         else
+            result%kind(j) = kind_real
+            call oscillator(problem, real(lambda, wp), result%eigenvectors(:, j), result%kind(j), omega, zeta)
+         end if
+         result%frequency_hz(j) = omega/(2*pi)
+         result%damping_ratio(j) = zeta
+      end do
+   end subroutine describe
+
+   ! Whether a real root belongs to an overdamped oscillator: its shape stores
+   ! strain energy. The other root follows from the product of the two, k/m.
+   subroutine oscillator(problem, lambda, phi, kind, omega, zeta)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: lambda
+      complex(wp), intent(in) :: phi(:)
+      integer, intent(inout) :: kind
+      real(wp), intent(inout) :: omega, zeta
+      complex(wp) :: m, k
+      real(wp) :: m_terms, k_terms, other
+
+      if (.not. problem%symmetric) return
+      call form(problem%mass, phi, m, m_terms)
+      call form(problem%stiffness, phi, k, k_terms)
+      if (real(k, wp) <= no_energy*k_terms .or. real(m, wp) <= no_energy*m_terms) return
+      other = real(k, wp)/(real(m, wp)*lambda)
+      kind = kind_overdamped
+      omega = sqrt(lambda*other)
+      zeta = -(lambda + other)/(2*omega)
+   end subroutine oscillator
+
+   ! By the distance of the nearer one of lambda and its conjugate.
+   subroutine sort_by_distance(lambda, target, order)
+      complex(wp), intent(in) :: lambda(:), target
+      integer, intent(inout) :: order(:)
+      real(wp) :: distance(size(order))
+      integer :: i, j, current
+
+      do i = 1, size(order)
+         current = order(i)
+         associate (d => min(abs(lambda(current) - target), abs(conjg(lambda(current)) - target)))
+            j = i - 1
+            do while (j > 0)
+               if (distance(j) <= d) exit
+               distance(j + 1) = distance(j)
+               order(j + 1) = order(j)
+               j = j - 1
+            end do
+            distance(j + 1) = d
+            order(j + 1) = current
+         end associate
+      end do
+   end subroutine sort_by_distance
+
+   function subset(pairs, mask)
+      type(eigenpairs_type), intent(in) :: pairs
+      logical, intent(in) :: mask(:)
+      type(eigenpairs_type) :: subset
+      integer :: chosen(count(mask)), j
+
+      chosen = pack([(j, j=1, size(mask))], mask)
+      allocate (subset%lambda(size(chosen)), source=pairs%lambda(chosen))
+      allocate (subset%phi(size(pairs%phi, 1), size(chosen)), source=pairs%phi(:, chosen))
+      allocate (subset%xi(size(pairs%xi, 1), size(chosen)), source=pairs%xi(:, chosen))
+   end function subset
+
+   function joined(a, b)
+      type(eigenpairs_type), intent(in) :: a, b
+      type(eigenpairs_type) :: joined
+      integer :: k
+
+      k = size(a%lambda) + size(b%lambda)
+      allocate (joined%lambda(k), source=[a%lambda, b%lambda])
+      allocate (joined%phi(size(a%phi, 1), k), joined%xi(size(a%xi, 1), k))
+      joined%phi(:, :size(a%lambda)) = a%phi
+      joined%phi(:, size(a%lambda) + 1:) = b%phi
+      joined%xi(:, :size(a%lambda)) = a%xi
+      joined%xi(:, size(a%lambda) + 1:) = b%xi
+   end function joined
+
+   function conjugated(pairs)
+      type(eigenpairs_type), intent(in) :: pairs
+      type(eigenpairs_type) :: conjugated
+
+      allocate (conjugated%lambda(size(pairs%lambda)), source=conjg(pairs%lambda))
+      allocate (conjugated%phi(size(pairs%phi, 1), size(pairs%phi, 2)), source=conjg(pairs%phi))
+      allocate (conjugated%xi(size(pairs%xi, 1), size(pairs%xi, 2)), source=conjg(pairs%xi))
+   end function conjugated
+end module kschur_modes

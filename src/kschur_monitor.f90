@@ -1,0 +1,29 @@
+!> How a caller watches a long computation and stops it.
+module kschur_monitor
+   use kschur_kinds, only: wp
+   implicit none
+   private
+   public :: monitor_type
+
+   !> Extend it and pass it to `solve_modes`.
+   type, abstract :: monitor_type
+   contains
+      !> Called at every restart.
+      procedure(report_interface), deferred :: report
+   end type monitor_type
+
+   abstract interface
+      subroutine report_interface(self, restart, converged, wanted, residual, proceed)
+         import :: monitor_type, wp
+         class(monitor_type), intent(inout) :: self
+         !> Number of the restart, from 1.
+         integer, intent(in) :: restart
+         !> How many of the wanted Ritz values have converged.
+         integer, intent(in) :: converged, wanted
+         !> Largest relative residual among the wanted ones.
+         real(wp), intent(in) :: residual
+         !> Set to .false. to end the computation with what has converged.
+         logical, intent(inout) :: proceed
+      end subroutine report_interface
+   end interface
+end module kschur_monitor

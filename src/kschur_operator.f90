@@ -1,0 +1,56 @@
+!> A linear operator, known only by what it does to a block of vectors: all
+!> that the eigensolvers see of a problem. Extend one of the types to bring
+!> your own.
+module kschur_operator
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   implicit none
+   private
+   public :: real_operator_type, complex_operator_type
+
+   !> An operator on real vectors.
+   type, abstract :: real_operator_type
+   contains
+      !> Length of the vectors.
+      procedure(order_real), deferred :: order
+      !> y := C x for a block of vectors.
+      procedure(apply_real), deferred :: apply
+   end type real_operator_type
+
+   !> An operator on complex vectors.
+   type, abstract :: complex_operator_type
+   contains
+      !> Length of the vectors.
+      procedure(order_complex), deferred :: order
+      !> y := C x for a block of vectors.
+      procedure(apply_complex), deferred :: apply
+   end type complex_operator_type
+
+   abstract interface
+      integer function order_real(self)
+         import :: real_operator_type
+         class(real_operator_type), intent(in) :: self
+      end function order_real
+
+      integer function order_complex(self)
+         import :: complex_operator_type
+         class(complex_operator_type), intent(in) :: self
+      end function order_complex
+
+      subroutine apply_real(self, x, y, error)
+         import :: real_operator_type, wp, error_type
+         class(real_operator_type), intent(inout) :: self
+         real(wp), contiguous, intent(in) :: x(:, :)
+         real(wp), contiguous, intent(out) :: y(:, :)
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine apply_real
+
+      subroutine apply_complex(self, x, y, error)
+         import :: complex_operator_type, wp, error_type
+         class(complex_operator_type), intent(inout) :: self
+         complex(wp), contiguous, intent(in) :: x(:, :)
+         complex(wp), contiguous, intent(out) :: y(:, :)
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine apply_complex
+   end interface
+end module kschur_operator

@@ -1,0 +1,66 @@
+!> What a user may ask of the solver; every option has a default.
+module kschur_options
+   use kschur_kinds, only: wp
+   implicit none
+   private
+   public :: modal_options_type, index_of_name
+
+   !> `auto` takes the smallest exact formulation that is available.
+   integer, parameter, public :: formulation_auto = 0
+   !> K phi = theta M phi, theta = -lambda^2 (Table 1, row 1).
+   integer, parameter, public :: formulation_undamped = 1
+   !> -K phi = theta M phi, theta = lambda^2 (Table 1, row 2).
+   integer, parameter, public :: formulation_undamped_negative = 2
+   !> Eq. (20), theta = lambda^2; the 2m spurious eigenvalues are infinite.
+   integer, parameter, public :: formulation_undamped_constrained = 3
+   !> Eq. (30), theta = lambda.
+   integer, parameter, public :: formulation_damped = 4
+   !> Eq. (33), theta = lambda; the 3m spurious eigenvalues are infinite.
+   integer, parameter, public :: formulation_damped_constrained = 5
+   !> The names of the formulations, in this order from `formulation_auto` on.
+   character(len=*), parameter, public :: formulation_names(0:5) = [character(len=20) :: "auto", &
+      "undamped", "undamped-negative", "undamped-constrained", "damped", "damped-constrained"]
+
+   !> Cq as it is given.
+   integer, parameter, public :: scaling_none = 0
+   !> One factor for all of Cq, as in the paper's section 5.
+   integer, parameter, public :: scaling_scalar = 1
+   !> A factor for each row of Cq, which takes it to the stiffness level of the unknowns it ties.
+   integer, parameter, public :: scaling_row = 2
+   !> The names of the constraint scalings, in this order from `scaling_none` on.
+   character(len=*), parameter, public :: scaling_names(0:2) = [character(len=6) :: "none", "scalar", "row"]
+
+   !> What to compute and how.
+   type :: modal_options_type
+      !> How many modes; a complex-conjugate pair is one, multiplicities count.
+      integer :: modes = 10
+      !> The modes nearest to this lambda are wanted (1/s).
+      complex(wp) :: target = (0.0_wp, 0.0_wp)
+      !> Where to factor (1/s); chosen at the scale of the wanted modes where not allocated.
+      complex(wp), allocatable :: shift
+      !> One of `formulation_*`.
+      integer :: formulation = formulation_auto
+      !> One of `scaling_*`.
+      integer :: constraint_scaling = scaling_row
+      !> Largest dimension of the Krylov space; 0: chosen from `modes`.
+      integer :: subspace = 0
+      !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.
+      real(wp) :: tolerance = 1.0e-12_wp
+      !> Largest number of restarts.
+      integer :: max_restarts = 200
+      !> Seed of the start vector; the same seed gives the same digits.
+      integer :: seed = 1
+   end type modal_options_type
+
+contains
+
+   !> Position of `name` in a list of names counted from 0; -1 if it is not there.
+   pure integer function index_of_name(name, names)
+      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: names(0:)
+
+      do index_of_name = ubound(names, 1), 0, -1
+         if (names(index_of_name) == name) return
+      end do
+   end function index_of_name
+end module kschur_options

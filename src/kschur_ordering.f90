@@ -1,0 +1,251 @@
+!> Fill-reducing elimination orders by METIS nested dissection, made for
+!> constrained problems: the unknowns of a node stay together and every
+!> multiplier follows the unknowns it touches.
+module kschur_ordering
+   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int
+   use kschur_error, only: error_type, new_error, error_library
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: elimination_order
+
+   integer, parameter :: metis_ok = 1
+   integer, parameter :: metis_options = 40
+   ! Position of METIS_OPTION_NUMBERING, counted from 1.
+   integer, parameter :: metis_numbering = 18
+
+   ! A constraint of more entries than this, in its row and its column together,
+   ! becomes a vertex of the graph; a shorter one joins the nodes it touches, as
+   ! eliminating it would.
+   integer, parameter :: longest_clique = 48
+
+   interface
+      integer(c_int) function metis_setdefaultoptions(options) bind(C, name="METIS_SetDefaultOptions")
+         import :: c_int, c_int32_t
+         integer(c_int32_t), intent(out) :: options(*)
+      end function metis_setdefaultoptions
+
+      integer(c_int) function metis_nodend(vertices, start, neighbour, weight, options, old_of_new, new_of_old) &
+         bind(C, name="METIS_NodeND")
+         import :: c_int, c_int32_t
+         integer(c_int32_t), intent(in) :: vertices, start(*), neighbour(*), weight(*), options(*)
+         integer(c_int32_t), intent(out) :: old_of_new(*), new_of_old(*)
+      end function metis_nodend
+   end interface
+
+contains
+
+   !> position(i) is the place of unknown i in the elimination order of a
+   !> square matrix of the given pattern (CSR, 1-based, not necessarily
+   !> symmetric).
+   subroutine elimination_order(row_start, column, node, multipliers, position, error)
+      integer, intent(in) :: row_start(:), column(:)
+      !> The node of each unknown that is not a multiplier, 1-based.
+      integer, intent(in) :: node(:)
+      !> The last so many unknowns are multipliers.
+      integer, intent(in) :: multipliers
+      integer, allocatable, intent(out) :: position(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: start(:), neighbour(:), vertex(:), rank(:), last(:), order(:), weight(:)
+      integer :: n, unknowns, vertices, i, k
+
+      n = size(row_start) - 1
+      unknowns = n - multipliers
+      allocate (vertex(n), source=0)
+      vertex(:unknowns) = node(:unknowns)
+      vertices = maxval(vertex)
+      call quotient_graph(row_start, column, unknowns, vertices, vertex, start, neighbour)
+      allocate (weight(vertices), source=0)
+      do i = 1, n
+         if (vertex(i) > 0) weight(vertex(i)) = weight(vertex(i)) + 1
+      end do
+      call nested_dissection(start, neighbour, weight, rank, error)
+      if (allocated(error)) return
+
+      ! A multiplier takes the rank of the last unknown it touches, and
+      ! comes after the unknowns of equal rank because its index is higher.
+      allocate (last(n), source=1)
+      do i = 1, n
+         if (vertex(i) > 0) last(i) = rank(vertex(i))
+      end do
+      do i = 1, unknowns
+         do k = row_start(i), row_start(i + 1) - 1
+            if (column(k) > unknowns) last(column(k)) = max(last(column(k)), last(i))
+         end do
+      end do
+      do i = unknowns + 1, n
+         do k = row_start(i), row_start(i + 1) - 1
+            if (column(k) <= unknowns) last(i) = max(last(i), last(column(k)))
+         end do
+      end do
+      call stable_order(last, vertices, order)
+      allocate (position(n))
+      do i = 1, n
+         position(order(i)) = i
+      end do
+   end subroutine elimination_order
+
+   ! The symmetric graph of nodes and long constraints, without loops and
+   ! repetitions. Gives long constraints vertices of their own.
+   subroutine quotient_graph(row_start, column, unknowns, vertices, vertex, start, neighbour)
+      integer, intent(in) :: row_start(:), column(:), unknowns
+      integer, intent(inout) :: vertices, vertex(:)
+      integer, allocatable, intent(out) :: start(:), neighbour(:)
+      integer, allocatable :: from(:), to(:), members(:), touching_start(:), touching(:), fill(:)
+      integer :: n, pass, edges, i, j, k
+
+      n = size(row_start) - 1
+      call constraint_members(row_start, column, unknowns, touching_start, touching)
+      do i = unknowns + 1, n
+         if (touching_start(i - unknowns + 1) - touching_start(i - unknowns) > longest_clique) then
+            vertices = vertices + 1
+            vertex(i) = vertices
+         end if
+      end do
+
+      do pass = 1, 2
+         edges = 0
+         do i = 1, n
+            if (vertex(i) == 0) cycle
+            do k = row_start(i), row_start(i + 1) - 1
+               j = column(k)
+               if (vertex(j) > 0) call add_edge(vertex(i), vertex(j))
+            end do
+         end do
+         do i = unknowns + 1, n
+            if (vertex(i) > 0) cycle
+            members = touching(touching_start(i - unknowns):touching_start(i - unknowns + 1) - 1)
+            do j = 1, size(members)
+               do k = 1, j - 1
+                  call add_edge(vertex(members(j)), vertex(members(k)))
+               end do
+            end do
+         end do
+         if (pass == 1) allocate (from(2*edges), to(2*edges))
+      end do
+      edges = 2*edges
+
+      call stable_order(to, vertices, members)
+      to = to(members)
+      from = from(members)
+      call stable_order(from, vertices, members)
+      allocate (start(vertices + 1), source=0)
+      allocate (neighbour(edges), fill(vertices))
+      fill = 0
+      j = 0
+      do k = 1, edges
+         associate (a => from(members(k)), b => to(members(k)))
+            if (fill(a) == b) cycle
+            fill(a) = b
+            j = j + 1
+            neighbour(j) = b
+            start(a + 1) = start(a + 1) + 1
+         end associate
+      end do
+      neighbour = neighbour(:j)
+      start(1) = 1
+      do i = 1, vertices
+         start(i + 1) = start(i + 1) + start(i)
+      end do
+
+   contains
+
+      subroutine add_edge(a, b)
+         integer, intent(in) :: a, b
+
+         if (a == b) return
+         edges = edges + 1
+         if (pass == 1) return
+         from(2*edges - 1) = a
+         to(2*edges - 1) = b
+         from(2*edges) = b
+         to(2*edges) = a
+      end subroutine add_edge
+   end subroutine quotient_graph
+
+   ! The unknowns each multiplier touches, by its row or by its column.
+   subroutine constraint_members(row_start, column, unknowns, start, member)
+      integer, intent(in) :: row_start(:), column(:), unknowns
+      integer, allocatable, intent(out) :: start(:), member(:)
+      integer :: pass, i, k, n
+      integer, allocatable :: next(:)
+
+      n = size(row_start) - 1
+      allocate (start(n - unknowns + 1), source=0)
+      allocate (next(n - unknowns), source=0)
+      do pass = 1, 2
+         do i = unknowns + 1, n
+            do k = row_start(i), row_start(i + 1) - 1
+               if (column(k) <= unknowns) call place(i - unknowns, column(k))
+            end do
+         end do
+         do i = 1, unknowns
+            do k = row_start(i), row_start(i + 1) - 1
+               if (column(k) > unknowns) call place(column(k) - unknowns, i)
+            end do
+         end do
+         if (pass == 2) exit
+         start(1) = 1
+         do i = 1, n - unknowns
+            start(i + 1) = start(i + 1) + start(i)
+         end do
+         next = start(:n - unknowns)
+         allocate (member(start(n - unknowns + 1) - 1))
+      end do
+
+   contains
+
+      subroutine place(constraint, unknown)
+         integer, intent(in) :: constraint, unknown
+
+         if (pass == 1) then
+            start(constraint + 1) = start(constraint + 1) + 1
+         else
+            member(next(constraint)) = unknown
+            next(constraint) = next(constraint) + 1
+         end if
+      end subroutine place
+   end subroutine constraint_members
+
+   ! rank(v) is the place of vertex v.
+   subroutine nested_dissection(start, neighbour, weight, rank, error)
+      integer, intent(in) :: start(:), neighbour(:), weight(:)
+      integer, allocatable, intent(out) :: rank(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int32_t) :: options(metis_options)
+      integer(c_int32_t), allocatable :: old_of_new(:)
+      integer :: status, vertices, i
+
+      vertices = size(start) - 1
+      allocate (rank(vertices), source=[(i, i=1, vertices)])
+      if (size(neighbour) == 0) return
+      allocate (old_of_new(vertices))
+      status = metis_setdefaultoptions(options)
+      options(metis_numbering) = 1
+      status = metis_nodend(vertices, start, neighbour, weight, options, old_of_new, rank)
+      if (status /= metis_ok) call new_error(error, error_library, &
+         "METIS could not order the matrix: METIS_NodeND returned "//text(status))
+   end subroutine nested_dissection
+
+   ! Positions 1..size(key) by ascending key (1..keys), equal keys in their order.
+   subroutine stable_order(key, keys, order)
+      integer, intent(in) :: key(:), keys
+      integer, allocatable, intent(out) :: order(:)
+      integer, allocatable :: next(:)
+      integer :: i
+
+      allocate (next(keys + 1), source=0)
+      allocate (order(size(key)))
+      do i = 1, size(key)
+         next(key(i) + 1) = next(key(i) + 1) + 1
+      end do
+      next(1) = 1
+      do i = 1, keys
+         next(i + 1) = next(i + 1) + next(i)
+      end do
+      do i = 1, size(key)
+         order(next(key(i))) = i
+         next(key(i)) = next(key(i)) + 1
+      end do
+   end subroutine stable_order
+end module kschur_ordering

@@ -1,0 +1,197 @@
+!> The modal problem (lambda^2 M + lambda R + K) phi + Cq^T xi = 0, Cq phi = 0:
+!> its four matrices, what is wrong with them, and what kind of problem they make.
+module kschur_problem
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use kschur_error, only: error_type, new_error, error_input
+   use kschur_kinds, only: wp
+   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, linear_combination
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: modal_problem_type, new_modal_problem
+
+   !> No damping matrix, or one of zeros.
+   integer, parameter, public :: damping_none = 0
+   !> R = alpha M + beta K to rounding.
+   integer, parameter, public :: damping_proportional = 1
+   !> Any other damping or gyroscopic matrix.
+   integer, parameter, public :: damping_general = 2
+   !> The names of the kinds of damping, in this order from `damping_none` on.
+   character(len=*), parameter, public :: damping_names(0:2) = [character(len=12) :: "none", "proportional", "general"]
+
+   !> A checked problem; made by `new_modal_problem`, not changed afterwards.
+   type :: modal_problem_type
+      !> Mass matrix M, n x n (kg and kg m^2 in SI).
+      type(csr_matrix_type) :: mass
+      !> Stiffness matrix K, n x n (N/m and N m in SI).
+      type(csr_matrix_type) :: stiffness
+      !> Damping and gyroscopic matrix R, n x n (N s/m in SI); without entries where none was given.
+      type(csr_matrix_type) :: damping
+      !> Constraint Jacobian Cq, m x n; m = 0 where none was given.
+      type(csr_matrix_type) :: constraints
+      !> Whether M, R and K are all symmetric to rounding.
+      logical :: symmetric = .false.
+      !> One of `damping_none`, `damping_proportional`, `damping_general`.
+      integer :: damping_kind = damping_none
+      !> Where the damping is proportional: R = alpha M + beta K (1/s, s).
+      real(wp) :: alpha = 0, beta = 0
+   contains
+      !> Number of unknowns n.
+      procedure :: unknowns
+      !> Number of constraints m.
+      procedure :: multipliers
+   end type modal_problem_type
+
+contains
+
+   !> Makes a problem of its matrices after checking them: shapes, finite
+   !> values, a mass matrix that is not zero, no more constraints than
+   !> unknowns, no empty constraint.
+   subroutine new_modal_problem(problem, mass, stiffness, error, damping, constraints)
+      type(modal_problem_type), intent(out) :: problem
+      type(csr_matrix_type), intent(in) :: mass, stiffness
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type), intent(in), optional :: damping, constraints
+      integer :: n
+
+      n = mass%rows
+      problem%mass = mass
+      problem%stiffness = stiffness
+      if (present(damping)) then
+         problem%damping = damping
+      else
+         problem%damping = empty_csr_matrix(n, n)
+      end if
+      if (present(constraints)) then
+         problem%constraints = constraints
+      else
+         problem%constraints = empty_csr_matrix(0, n)
+      end if
+
+      call check_matrix(problem%mass, n, n, "mass matrix M", error)
+      if (.not. allocated(error)) call check_matrix(problem%stiffness, n, n, "stiffness matrix K", error)
+      if (.not. allocated(error)) call check_matrix(problem%damping, n, n, "damping matrix R", error)
+      if (.not. allocated(error)) &
+         call check_matrix(problem%constraints, problem%constraints%rows, n, "constraint Jacobian Cq", error)
+      if (.not. allocated(error)) call check_mass_and_constraints(problem, error)
+      if (allocated(error)) return
+
+      problem%symmetric = problem%mass%is_symmetric() .and. problem%stiffness%is_symmetric() &
+         .and. problem%damping%is_symmetric()
+      call classify_damping(problem)
+   end subroutine new_modal_problem
+
+   subroutine check_matrix(matrix, rows, columns, name, error)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: rows, columns
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: row(:)
+      integer :: k
+
+      if (matrix%rows /= rows .or. matrix%columns /= columns) then
+         call new_error(error, error_input, "the "//name//" is "//text(matrix%rows)//" x "// &
+            text(matrix%columns)//" but must be "//text(rows)//" x "//text(columns)//" to fit the mass matrix")
+         return
+      end if
+      do k = 1, matrix%nonzeros()
+         if (ieee_is_finite(matrix%value(k))) cycle
+         allocate (row(matrix%nonzeros()), source=matrix%row_indices())
+         call new_error(error, error_input, "the "//name//" has an entry that is not a finite number at ("// &
+            text(row(k))//", "//text(matrix%column(k))//")")
+         return
+      end do
+   end subroutine check_matrix
+
+   subroutine check_mass_and_constraints(problem, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: maxima(:)
+      integer :: i
+
+      if (problem%unknowns() == 0) then
+         call new_error(error, error_input, "the mass matrix M has no rows")
+      else if (problem%mass%is_zero()) then
+         call new_error(error, error_input, "the mass matrix M is zero: there are no modes")
+      else if (problem%multipliers() > problem%unknowns()) then
+         call new_error(error, error_input, "the constraint Jacobian Cq has "//text(problem%multipliers())// &
+            " rows, more than the "//text(problem%unknowns())//" unknowns")
+      else
+         allocate (maxima(problem%multipliers()), source=problem%constraints%row_maxima())
+         do i = 1, size(maxima)
+            if (maxima(i) > 0) cycle
+            call new_error(error, error_input, "row "//text(i)//" of the constraint Jacobian Cq is empty")
+            return
+         end do
+      end if
+   end subroutine check_mass_and_constraints
+
+   ! Fits R = alpha M + beta K by least squares relative to the entries of R,
+   ! then asks every entry to agree to rounding.
+   subroutine classify_damping(problem)
+      type(modal_problem_type), intent(inout) :: problem
+      real(wp), parameter :: rounding = 1.0e-13_wp
+      real(wp), allocatable :: m(:), r(:), k(:), a(:), b(:), c(:), q(:)
+      logical, allocatable :: given(:)
+      real(wp) :: alpha, beta, projection, step
+      integer :: pass
+
+      problem%damping_kind = damping_none
+      if (problem%damping%is_zero()) return
+      problem%damping_kind = damping_general
+
+      allocate (m, source=values_on_union([1.0_wp, 0.0_wp, 0.0_wp]))
+      allocate (r, source=values_on_union([0.0_wp, 1.0_wp, 0.0_wp]))
+      allocate (k, source=values_on_union([0.0_wp, 0.0_wp, 1.0_wp]))
+      allocate (given(size(r)), source=abs(r) > 0)
+      allocate (c, source=pack(r, given))
+      allocate (a, source=pack(m, given)/c)
+      allocate (b, source=pack(k, given)/c)
+
+      ! a alpha + b beta = 1 by orthogonalisation; the normal equations would
+      ! lose alpha. The second pass fits what the rounding of long sums left.
+      projection = 0
+      if (sum(a**2) > 0) projection = dot_product(a, b)/sum(a**2)
+      allocate (q, source=b - projection*a)
+      alpha = 0
+      beta = 0
+      do pass = 1, 2
+         c = 1 - alpha*a - beta*b
+         if (sum(q**2) > epsilon(1.0_wp)**2*sum(b**2)) then
+            step = dot_product(q, c)/sum(q**2)
+            beta = beta + step
+            c = c - step*b
+         end if
+         if (sum(a**2) > 0) alpha = alpha + dot_product(a, c)/sum(a**2)
+      end do
+      if (all(abs(r - alpha*m - beta*k) <= rounding*(abs(r) + abs(alpha*m) + abs(beta*k)))) then
+         problem%damping_kind = damping_proportional
+         problem%alpha = alpha
+         problem%beta = beta
+      end if
+
+   contains
+
+      function values_on_union(coefficients) result(values)
+         real(wp), intent(in) :: coefficients(3)
+         real(wp), allocatable :: values(:)
+         type(csr_matrix_type) :: combined
+
+         combined = linear_combination(coefficients, &
+            [csr_matrix_type :: problem%mass, problem%damping, problem%stiffness])
+         call move_alloc(combined%value, values)
+      end function values_on_union
+   end subroutine classify_damping
+
+   pure integer function unknowns(self)
+      class(modal_problem_type), intent(in) :: self
+
+      unknowns = self%mass%rows
+   end function unknowns
+
+   pure integer function multipliers(self)
+      class(modal_problem_type), intent(in) :: self
+
+      multipliers = self%constraints%rows
+   end function multipliers
+end module kschur_problem

@@ -1,0 +1,24 @@
+!> Reproducible random vectors without global state.
+module kschur_random
+   use kschur_kinds, only: wp, long
+   implicit none
+   private
+   public :: random_vector
+
+   ! The minimal standard generator of Park and Miller.
+   integer(long), parameter :: multiplier = 16807_long, modulus = 2147483647_long
+
+contains
+
+   !> n numbers uniform in (-1, 1); `state`, 1 ... 2147483646, moves on.
+   subroutine random_vector(state, x)
+      integer(long), intent(inout) :: state
+      real(wp), intent(out) :: x(:)
+      integer :: i
+
+      do i = 1, size(x)
+         state = mod(multiplier*state, modulus)
+         x(i) = 2*real(state, wp)/real(modulus, wp) - 1
+      end do
+   end subroutine random_vector
+end module kschur_random

@@ -1,0 +1,104 @@
+!> What the solver returns: modes, how good they are, how they were found.
+module kschur_result
+   use kschur_kinds, only: wp, long
+   use kschur_options, only: formulation_auto
+   implicit none
+   private
+   public :: modal_result_type, history_type, timings_type
+
+   !> A zero eigenvalue: a motion without strain.
+   integer, parameter, public :: kind_rigid = 0
+   !> An oscillation without decay.
+   integer, parameter, public :: kind_undamped = 1
+   !> A decaying oscillation.
+   integer, parameter, public :: kind_underdamped = 2
+   !> One of the two decaying exponentials of an oscillator damped beyond critical.
+   integer, parameter, public :: kind_overdamped = 3
+   !> An eigenvalue in the right half-plane.
+   integer, parameter, public :: kind_unstable = 4
+   !> Another decaying exponential.
+   integer, parameter, public :: kind_real = 5
+   !> The names of the kinds, in this order from `kind_rigid` on.
+   character(len=*), parameter, public :: kind_names(0:5) = [character(len=11) :: &
+      "rigid", "undamped", "underdamped", "overdamped", "unstable", "real"]
+
+   !> All the modes that were asked for have converged.
+   integer, parameter, public :: reason_converged = 0
+   !> The restarts ran out first.
+   integer, parameter, public :: reason_max_restarts = 1
+   !> The problem has fewer modes than were asked for; all of them are here.
+   integer, parameter, public :: reason_fewer_modes = 2
+   !> The monitor asked to stop.
+   integer, parameter, public :: reason_cancelled = 3
+   !> The names of the reasons, in this order from `reason_converged` on.
+   character(len=*), parameter, public :: reason_names(0:3) = [character(len=12) :: &
+      "converged", "max_restarts", "fewer_modes", "cancelled"]
+
+   !> One entry per restart of the Krylov-Schur method.
+   type :: history_type
+      !> Number of converged Ritz values among the wanted ones.
+      integer, allocatable :: converged(:)
+      !> Operator applications so far.
+      integer, allocatable :: operator_applications(:)
+      !> Largest relative residual among the wanted Ritz values.
+      real(wp), allocatable :: residual(:)
+   end type history_type
+
+   !> Wall-clock seconds of each phase.
+   type :: timings_type
+      real(wp) :: total = 0
+      !> Ordering and symbolic factorisation.
+      real(wp) :: analyze = 0
+      real(wp) :: factorize = 0
+      !> Forward and backward substitutions.
+      real(wp) :: solve = 0
+      !> Orthogonalisation of the Krylov basis and its rotation at a restart.
+      real(wp) :: orthogonalize = 0
+   end type timings_type
+
+   !> The modes, nearest to the target first.
+   type :: modal_result_type
+      !> Eigenvalues lambda (1/s), Im >= 0: a conjugate pair stands once.
+      complex(wp), allocatable :: eigenvalues(:)
+      !> Mode shapes phi, n x modes, of unit Euclidean norm, largest entry real and positive.
+      complex(wp), allocatable :: eigenvectors(:, :)
+      !> Lagrange multipliers xi, m x modes, of the constraints as given.
+      complex(wp), allocatable :: multipliers(:, :)
+      !> Natural frequency |lambda| / 2 pi (Hz), eq. (26).
+      real(wp), allocatable :: frequency_hz(:)
+      !> Damped frequency |Im lambda| / 2 pi (Hz), eq. (27).
+      real(wp), allocatable :: damped_frequency_hz(:)
+      !> Damping ratio, eq. (28); NaN where undefined, as for a rigid-body mode.
+      real(wp), allocatable :: damping_ratio(:)
+      !> Backward error: the larger of the normwise residual of the problem as
+      !> given and of the violation of its constraints.
+      real(wp), allocatable :: backward_error(:)
+      !> One of `kind_*`.
+      integer, allocatable :: kind(:)
+
+      !> One of `reason_*`: why the iteration ended.
+      integer :: reason = reason_converged
+      !> Number of modes that were asked for.
+      integer :: modes_asked = 0
+      !> What was known of the problem: n, m, symmetry, damping (`damping_*`).
+      integer :: unknowns = 0, constraints = 0, damping_kind = 0
+      logical :: symmetric = .false.
+      !> The method that found the modes, as "krylov-schur".
+      character(len=:), allocatable :: method
+      !> One of `formulation_*`: the one that was used.
+      integer :: formulation = formulation_auto
+      !> The target and the shift that were used (1/s).
+      complex(wp) :: target = (0.0_wp, 0.0_wp), shift = (0.0_wp, 0.0_wp)
+
+      integer :: operator_applications = 0
+      integer :: restarts = 0
+      integer :: factorizations = 0
+      !> Order of the factored matrix and number of entries of its factors.
+      integer :: factored_order = 0
+      integer(long) :: factor_entries = 0
+      !> Sum of the squares of the couplings dropped by locking, under the root, relative to the operator.
+      real(wp) :: locking_error = 0
+      type(timings_type) :: seconds
+      type(history_type) :: history
+   end type modal_result_type
+end module kschur_result

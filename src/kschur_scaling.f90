@@ -1,0 +1,55 @@
+!> Factors for the rows of the constraint Jacobian that bring it to the level
+!> of the stiffness, so that multipliers are of the size of displacements.
+module kschur_scaling
+   use kschur_kinds, only: wp
+   use kschur_options, only: scaling_row, scaling_scalar
+   use kschur_problem, only: modal_problem_type
+   implicit none
+   private
+   public :: constraint_factors
+
+contains
+
+   !> Powers of two, so that scaling rounds nothing: constraint i is to be
+   !> multiplied by factors(i), and the multiplier of the scaled constraint
+   !> times factors(i) is the multiplier of the constraint as given.
+   pure function constraint_factors(problem, scaling, shift) result(factors)
+      type(modal_problem_type), intent(in) :: problem
+      !> One of `scaling_*`.
+      integer, intent(in) :: scaling
+      !> The level is that of |s|^2 |M| + |s| |R| + |K| at this s (1/s): it is
+      !> not zero for a mechanism without stiffness.
+      complex(wp), intent(in) :: shift
+      real(wp) :: factors(problem%multipliers())
+      real(wp) :: level(problem%unknowns()), row_level, row_size
+      integer :: i, k
+
+      factors = 1
+      if (size(factors) == 0) return
+      level = abs(shift)**2*problem%mass%row_maxima() + abs(shift)*problem%damping%row_maxima() &
+         + problem%stiffness%row_maxima()
+      associate (cq => problem%constraints)
+         select case (scaling)
+         case (scaling_scalar)
+            factors = nearest_power((sum(level)/size(level))/(sum(abs(cq%value))/cq%nonzeros()))
+         case (scaling_row)
+            do i = 1, cq%rows
+               row_level = 0
+               row_size = 0
+               do k = cq%row_start(i), cq%row_start(i + 1) - 1
+                  row_level = max(row_level, level(cq%column(k)))
+                  row_size = max(row_size, abs(cq%value(k)))
+               end do
+               factors(i) = nearest_power(row_level/row_size)
+            end do
+         end select
+      end associate
+   end function constraint_factors
+
+   elemental real(wp) function nearest_power(x)
+      real(wp), intent(in) :: x
+
+      nearest_power = 1
+      if (x > 0 .and. x <= huge(x)) nearest_power = scale(1.0_wp, exponent(x))
+   end function nearest_power
+end module kschur_scaling

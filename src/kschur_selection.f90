@@ -1,0 +1,98 @@
+!> Which Ritz values are wanted.
+module kschur_selection
+   use kschur_kinds, only: wp
+   implicit none
+   private
+   public :: selection_type, named_selection_type, order_by_preference
+
+   !> Nearest to `target` first.
+   integer, parameter, public :: nearest_target = 1
+   integer, parameter, public :: largest_magnitude = 2
+   integer, parameter, public :: smallest_magnitude = 3
+   integer, parameter, public :: largest_real = 4
+   integer, parameter, public :: smallest_real = 5
+   integer, parameter, public :: largest_imaginary = 6
+   integer, parameter, public :: smallest_imaginary = 7
+
+   !> A criterion; extend it for one of your own.
+   type, abstract :: selection_type
+      !> How many values are wanted.
+      integer :: wanted = 1
+   contains
+      !> The smaller, the more wanted.
+      procedure(key_interface), deferred :: key
+      !> How many of the values, most wanted first, it takes to have what is wanted;
+      !> more than there are, if they are too few.
+      procedure :: needed
+   end type selection_type
+
+   abstract interface
+      real(wp) function key_interface(self, value)
+         import :: selection_type, wp
+         class(selection_type), intent(in) :: self
+         complex(wp), intent(in) :: value
+      end function key_interface
+   end interface
+
+   !> One of the usual criteria, on the eigenvalues of the operator.
+   type, extends(selection_type) :: named_selection_type
+      !> One of the constants above.
+      integer :: criterion = largest_magnitude
+      complex(wp) :: target = (0.0_wp, 0.0_wp)
+   contains
+      procedure :: key => named_key
+   end type named_selection_type
+
+contains
+
+   integer function needed(self, values)
+      class(selection_type), intent(in) :: self
+      complex(wp), intent(in) :: values(:)
+
+      needed = self%wanted + 0*size(values)
+   end function needed
+
+   real(wp) function named_key(self, value) result(key)
+      class(named_selection_type), intent(in) :: self
+      complex(wp), intent(in) :: value
+
+      select case (self%criterion)
+      case (nearest_target)
+         key = abs(value - self%target)
+      case (smallest_magnitude)
+         key = abs(value)
+      case (largest_real)
+         key = -real(value, wp)
+      case (smallest_real)
+         key = real(value, wp)
+      case (largest_imaginary)
+         key = -aimag(value)
+      case (smallest_imaginary)
+         key = aimag(value)
+      case default
+         key = -abs(value)
+      end select
+   end function named_key
+
+   !> The positions of `values`, most wanted first; equal ones keep their order.
+   function order_by_preference(selection, values) result(order)
+      class(selection_type), intent(in) :: selection
+      complex(wp), intent(in) :: values(:)
+      integer :: order(size(values))
+      real(wp) :: keys(size(values)), key
+      integer :: i, j
+
+      do i = 1, size(values)
+         key = selection%key(values(i))
+         j = i - 1
+         do while (j > 0)
+            if (keys(j) <= key) exit
+            keys(j + 1) = keys(j)
+            order(j + 1) = order(j)
+            j = j - 1
+         end do
+         keys(j + 1) = key
+         order(j + 1) = i
+      end do
+   end function order_by_preference
+end module kschur_selection

@@ -1,0 +1,338 @@
+"""The program kschur from end to end: test_program.py PATH_OF_KSCHUR.
+
+Prints each check, then `N passed, N failed`; fails where a check does.
+"""
+import csv
+import io
+import json
+import math
+import os
+import pathlib
+import pty
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+
+KSCHUR = os.path.abspath(sys.argv[1])
+DATA = pathlib.Path(__file__).resolve().parent.parent / "data"
+
+# The eigenvalues of the scene beam-body, -lambda^2 (MATLAB, from Project Chrono).
+BEAM_BODY = [
+    0.03186203916787638, 1.147033410628716, 3.208029301486185, 4.20968757982959, 27.08121339975415,
+    96.16794832572644, 115.4890548367898, 189.1659286964141, 968.7479287601021, 974.923682385529,
+    1889.820391999078, 3286.961235434142, 3462.04613971705, 5605.163263529525, 6809.973433001152,
+    23980.35242401345, 29995.32551176242, 37085.90282988458, 50149.65262278832, 91311.70174230162,
+    152458.5830655474, 863292.6872645169, 1335092.501875816, 1805387.494420379]
+# The eigenvalues nearest to 0.1 of the random problems (MATLAB), pairs once, nearest to zero first.
+RANDOM_CONSTRAINED = [0, 0.0027371093, -0.48766697, -0.50012545 + 0.34641648j]
+RANDOM_UNSYMMETRIC = [-0.073186212, 0.2145172, 0.217844 + 0.29647593j, -0.93675962]
+
+passed = failed = 0
+
+
+def check(name, condition, detail=""):
+    global passed, failed
+    passed, failed = passed + bool(condition), failed + (not condition)
+    print(("ok      " if condition else "FAILED  ") + name + ("" if condition else f"  [{detail}]"), flush=True)
+
+
+def kschur(*words, **options):
+    return subprocess.run([KSCHUR, *map(str, words)], capture_output=True, text=True, timeout=300, **options)
+
+
+def solve(*words, status=0):
+    """The JSON object of `kschur solve`, and what else went where."""
+    run = kschur("solve", *words, "--format", "json")
+    name = "solve " + " ".join(os.path.basename(str(w)) for w in words)
+    check(f"{name}: exit status {status}", run.returncode == status, (run.returncode, run.stderr))
+    try:
+        return json.loads(run.stdout, parse_constant=lambda word: 1 / 0), run
+    except (ValueError, ZeroDivisionError):
+        check(f"{name}: prints JSON", False, run.stdout[:200])
+        return {"modes": []}, run
+
+
+def eigenvalues(result):
+    return np.array([complex(*mode["eigenvalue"]) for mode in result["modes"]])
+
+
+def check_values(name, found, expected, relative=1e-7, zero=1e-10):
+    found, expected = np.asarray(found), np.asarray(expected)
+    if check_size := len(found) == len(expected):
+        error = np.abs(found - expected) / np.where(expected == 0, zero / relative, np.abs(expected))
+        check(name, (error <= relative).all(), f"largest relative error {error.max():.2e}")
+    else:
+        check(name, check_size, f"{len(found)} instead of {len(expected)}")
+
+
+def check_refused(name, status, run, *words):
+    """One line on standard error with these words, nothing on standard output, this exit status."""
+    check(f"{name}: exit status {status}", run.returncode == status, (run.returncode, run.stderr))
+    lines = run.stderr.splitlines()
+    check(f"{name}: one line on standard error", len(lines) == 1 and lines[0].startswith("kschur: "), run.stderr)
+    check(f"{name}: nothing on standard output", run.stdout == "", run.stdout)
+    for word in words:
+        check(f"{name}: names '{word}'", str(word) in run.stderr, run.stderr)
+
+
+def write_matrix(path, matrix, extra=""):
+    rows, columns = matrix.shape
+    entries = [f"{i + 1} {j + 1} {float(matrix[i, j])!r}\n" for i in range(rows) for j in range(columns) if matrix[i, j]]
+    count = len(entries) + bool(extra)
+    path.write_text(f"%%MatrixMarket matrix coordinate real general\n{rows} {columns} {count}\n" + "".join(entries) + extra)
+
+
+def write_problem(folder, **matrices):
+    folder.mkdir()
+    for name, matrix in matrices.items():
+        write_matrix(folder / f"{name}.mtx", np.asarray(matrix, dtype=float))
+    return folder
+
+
+def read_dense(group):
+    dense = np.zeros(group.attrs["shape"])
+    for i, (first, last) in enumerate(zip(group["indptr"][:-1], group["indptr"][1:])):
+        np.add.at(dense[i], group["indices"][first:last], group["data"][first:last])
+    return dense
+
+
+def test_help(_):
+    for words in (["--help"], ["help"], ["solve", "--help"], ["help", "solve"], ["help", "scene"], ["help", "info"]):
+        run = kschur(*words)
+        check(f"{' '.join(words)}: explains", run.returncode == 0 and "kschur" in run.stdout and not run.stderr, run)
+    check("help solve: every option", all(option in kschur("help", "solve").stdout for option in (
+        "--modes --target --frequency --shift --method --formulation --inner --subspace --tolerance --max-restarts "
+        "--constraint-scaling --mass --stiffness --damping --constraints --output --format --quiet --verbose "
+        "--threads").split()))
+    check("help scene: every scene", all(s in kschur("help", "scene").stdout for s in ("beam-body", "cantilever", "grid")))
+    check("--version: name and number", kschur("--version").stdout.split()[0] == "kschur")
+
+
+def test_beam_body(folder):
+    for name, damping, formulation in (("undamped.h5", "none", "auto"), ("zero.h5", "zero", "damped-constrained"),
+                                       ("undamped-folder", "none", "undamped-constrained")):
+        run = kschur("scene", "beam-body", "--damping", damping, "--output", folder / name)
+        check(f"scene beam-body {name}: written", run.returncode == 0 and (folder / name).exists(), run)
+        result, run = solve(folder / name, "--modes", 24, "--formulation", formulation)
+        check_values(f"{name} {formulation}: the 24 reference eigenvalues", -(eigenvalues(result) ** 2), BEAM_BODY)
+        check(f"{name}: backward errors below 1e-10", all(m["backward_error"] < 1e-10 for m in result["modes"]))
+        check(f"{name}: nothing on standard error", run.stderr == "", run.stderr)
+    frequency = math.sqrt(BEAM_BODY[7]) / (2 * math.pi)
+    result, _ = solve(folder / "undamped.h5", "--modes", 2, "--frequency", frequency)
+    check("--frequency sets the target", np.allclose(result["target"], [0, math.sqrt(BEAM_BODY[7])], rtol=1e-14))
+    check_values("--frequency: the nearest modes, nearest first", -(eigenvalues(result) ** 2), BEAM_BODY[7:5:-1])
+
+
+def test_random_problems(_):
+    for name, reference in (("random_constrained", RANDOM_CONSTRAINED), ("random_unsymmetric", RANDOM_UNSYMMETRIC)):
+        result, _ = solve(DATA / name, "--modes", len(reference), "--shift", "0.1")
+        check_values(f"{name}: the MATLAB eigenvalues, pairs once", eigenvalues(result), reference)
+        check(f"{name}: --shift is kept", result.get("shift") == [0.1, 0], result.get("shift"))
+    files = ["--mass", DATA / name / "M.mtx", "--stiffness", DATA / name / "K.mtx", "--damping", DATA / name / "R.mtx",
+             "--constraints", DATA / name / "Cq.mtx"]
+    result, _ = solve(*files, "--modes", 4, "--shift=0.1")
+    check_values("files named one by one", eigenvalues(result), RANDOM_UNSYMMETRIC)
+
+
+def is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def test_json(folder):
+    result, _ = solve(folder / "undamped.h5", "--modes", 3, "--threads", 1)
+    check("JSON: the fields", list(result) == ["kschur", "problem", "method", "formulation", "target", "shift", "reason",
+                                               "certified", "modes", "counts", "seconds", "peak_memory_bytes"], list(result))
+    check("JSON: problem", result["problem"] == {"n": 30, "m": 6, "symmetric": True, "damping": "none"}, result["problem"])
+    check("JSON: method and formulation", (result["method"], result["formulation"]) == ("krylov-schur", "undamped-constrained"))
+    check("JSON: reason", (result["reason"], result["certified"]) == ("converged", None))
+    check("JSON: fields of a mode", all(list(mode) == [
+        "eigenvalue", "frequency_hz", "damped_frequency_hz", "damping_ratio", "kind", "backward_error"]
+        for mode in result["modes"]))
+    mode = result["modes"][0]
+    check("JSON: a mode", mode["kind"] == "undamped" and math.isclose(
+        mode["frequency_hz"], math.sqrt(BEAM_BODY[0]) / (2 * math.pi), rel_tol=1e-8) and mode["damping_ratio"] == 0, mode)
+    counts, seconds = result["counts"], result["seconds"]
+    check("JSON: counts", list(counts) == ["operator_applications", "restarts", "factorizations"]
+          and all(isinstance(count, int) for count in counts.values()) and counts["factorizations"] >= 1, counts)
+    check("JSON: seconds", list(seconds) == ["total", "analyze", "factorize", "solve", "orthogonalize", "other"]
+          and all(is_number(second) and second >= 0 for second in seconds.values())
+          and math.isclose(2 * seconds["total"], sum(seconds.values()), rel_tol=1e-9), seconds)
+    check("JSON: peak memory", isinstance(result["peak_memory_bytes"], int) and result["peak_memory_bytes"] > 1e6)
+
+
+def test_rigid_modes(folder):
+    run = kschur("scene", "grid", "--cells", "2x2", "--damping", "none", "--output", folder / "grid.h5")
+    check("scene grid: written", run.returncode == 0, run)
+    result, _ = solve(folder / "grid.h5", "--modes", 8)
+    check("free grid: six rigid modes first", [m["kind"] == "rigid" for m in result["modes"]] == [True] * 6 + [False] * 2)
+    check("free grid: rigid modes are zeros without a damping ratio", all(
+        m["eigenvalue"] == [0, 0] and m["damping_ratio"] is None for m in result["modes"][:6]), result["modes"][:6])
+    table = kschur("solve", folder / "grid.h5", "--modes", 8).stdout
+    rows = [line.split() for line in table.splitlines() if line.split() and line.split()[0].isdigit()]
+    check("table: eight numbered rows", [row[0] for row in rows] == list("12345678"), table)
+    check("table: a rigid mode", rows and rows[0][1:7] == ["0", "0", "0", "0", "-", "rigid"], table)
+    check("table: rows of one width", len({len(line) for line in table.splitlines() if " rigid " in line
+                                           or " undamped " in line}) == 1, table)
+
+
+def test_csv(folder):
+    run = kschur("solve", folder / "grid.h5", "--modes", 7, "--format", "csv")
+    rows = list(csv.reader(io.StringIO(run.stdout)))
+    check("CSV: the columns", rows[0] == ["mode", "eigenvalue_re", "eigenvalue_im", "frequency_hz", "damped_frequency_hz",
+                                          "damping_ratio", "kind", "backward_error"], rows[0])
+    check("CSV: a row for each mode", len(rows) == 8 and all(len(row) == 8 for row in rows))
+    check("CSV: a rigid mode", rows[1][:7] == ["1", "0", "0", "0", "0", "", "rigid"], rows[1])
+    check("CSV: an elastic mode", rows[7][6] == "undamped" and float(rows[7][2]) > 0, rows[7])
+
+
+def test_result_file(folder):
+    place = folder / "results"
+    place.mkdir()
+    output = place / "result.h5"
+    output.write_text("what stood there before")
+    result, _ = solve(folder / "undamped.h5", "--modes", 5, "--output", output)
+    check("result: only the file under its final name", os.listdir(place) == ["result.h5"], os.listdir(place))
+    with h5py.File(output) as file, h5py.File(folder / "undamped.h5") as problem:
+        values, shapes, multipliers = (file[name][:] for name in ("eigenvalues", "eigenvectors", "multipliers"))
+        m, k, cq = (read_dense(problem[name]) for name in ("mass", "stiffness", "constraints"))
+        check("result: the datasets", {"frequency_hz", "damped_frequency_hz", "damping_ratio", "backward_error", "kind",
+                                       "history"} <= set(file), list(file))
+        check("result: attributes", len(file.attrs) > 0, dict(file.attrs))
+    check("result: complex values and shapes", np.iscomplexobj(values) and shapes.shape == (5, 30)
+          and multipliers.shape == (5, 6), (values.dtype, shapes.shape, multipliers.shape))
+    check("result: the values that were printed", np.array_equal(values, eigenvalues(result)))
+    residual = values[:, None] ** 2 * (shapes @ m.T) + shapes @ k.T + multipliers @ cq
+    check("result: the equations of motion hold", np.linalg.norm(residual, axis=1).max() < 1e-10 * np.linalg.norm(k, 2))
+    check("result: the constraints hold", np.abs(shapes @ cq.T).max() < 1e-12)
+    run = kschur("info", output)
+    check("info RESULT: its table", run.returncode == 0 and run.stdout.count("undamped ") >= 5, run)
+    again = kschur("info", output, "--format", "json")
+    check("info RESULT: its modes in JSON", again.returncode == 0
+          and json.loads(again.stdout)["modes"] == result["modes"], again)
+    check_refused("output in a folder that does not exist", 4, kschur(
+        "solve", folder / "undamped.h5", "--output", folder / "nowhere" / "r.h5"), "nowhere")
+
+
+def test_info(folder):
+    run = kschur("info", folder / "undamped.h5")
+    check("info PROBLEM: sizes, kind and formulation", run.returncode == 0 and all(
+        word in run.stdout for word in ("30", "6", "symmetric", "none", "undamped-constrained", "mass M")), run)
+    kschur("scene", "grid", "--cells", "2x1", "--output", folder / "damped-grid.h5")
+    run = kschur("info", folder / "damped-grid.h5")
+    check("info PROBLEM: proportional damping", all(word in run.stdout for word in (
+        "proportional", "alpha 0.001 1/s", "beta 1E-05 s", "damped-constrained")), run)
+
+
+def test_more_modes_than_exist(folder):
+    problem = write_problem(folder / "small", M=np.eye(3), K=np.diag([1, 4, 9]), R=np.diag([0.1, 0.3, 0.2]), Cq=[[0, 0, 1]])
+    output = folder / "small.h5"
+    result, run = solve(problem, "--modes", 7, "--output", output, status=3)
+    expected = [-b / 2 + 1j * math.sqrt(k - b * b / 4) for k, b in ((1, 0.1), (4, 0.3))]
+    check_values("more modes than exist: all of them printed", eigenvalues(result), expected, 1e-12)
+    check("more modes than exist: the reason", result.get("reason") == "fewer_modes", result.get("reason"))
+    lines = run.stderr.splitlines()
+    check("more modes than exist: one line says so", len(lines) == 1 and "2 of 7" in lines[0], run.stderr)
+    with h5py.File(output) as file:
+        check_values("more modes than exist: all of them written", file["eigenvalues"][:], expected, 1e-12)
+
+
+def test_wrong_usage(folder):
+    problem = folder / "undamped.h5"
+    for words, *named in (
+            ([], "command"), (["dance"], "dance"), (["compare", problem], "not in this version"), (["solve"], "problem"),
+            (["solve", problem, "--modes", "0"], "--modes", "at least 1"), (["solve", problem, "--modes", "x"], "--modes", "'x'"),
+            (["solve", problem, "--modes", "2.5"], "--modes"), (["solve", problem, "--modes", "99999999999"], "--modes"),
+            (["solve", problem, "--modes"], "--modes"), (["solve", problem, "--modes", "3", "--modes", "4"], "--modes", "twice"),
+            (["solve", problem, "--tolerance", "-1"], "--tolerance", "positive"),
+            (["solve", problem, "--tolerance", "nan"], "--tolerance"), (["solve", problem, "--tolerance", "1e999"], "--tolerance"),
+            (["solve", problem, "--target", "1,2,3"], "--target"), (["solve", problem, "--shift", "one"], "--shift", "RE,IM"),
+            (["solve", problem, "--target", "1", "--frequency", "1"], "--target", "--frequency"),
+            (["solve", problem, "--frequency", "-1"], "--frequency"), (["solve", problem, "--threads", "0"], "--threads"),
+            (["solve", problem, "--colour", "red"], "--colour"), (["solve", problem, problem], "undamped.h5"),
+            (["solve", problem, "--quiet", "--verbose"], "--quiet"), (["solve", problem, "--output", problem], "--output"), (["solve", problem, "--mass", problem], "not both"),
+            (["solve", "--mass", problem], "--stiffness"), (["solve", problem, "--format", "xml"], "--format", "json"),
+            (["solve", problem, "--formulation", "best"], "--formulation", "undamped-constrained", "best"),
+            (["solve", problem, "--formulation", "undamped"], "undamped"),
+            (["solve", problem, "--formulation", "quadratic"], "quadratic", "not in this version"),
+            (["solve", problem, "--method", "arpack"], "arpack", "not in this version"),
+            (["solve", problem, "--inner", "ldl"], "ldl", "not in this version"),
+            (["solve", problem, "--block", "4"], "--block", "not in this version"),
+            (["solve", problem, "--left"], "--left", "not in this version"),
+            (["scene", "castle", "--output", folder / "c.h5"], "castle", "beam-body"), (["scene", "grid"], "--output"),
+            (["scene", "grid", "--cells", "0x0", "--output", folder / "c.h5"], "--cells")):
+        check_refused(" ".join(os.path.basename(str(word)) for word in words) or "no words", 1, kschur(*words), *named)
+
+
+def test_bad_input(folder):
+    check_refused("missing file", 2, kschur("solve", folder / "missing.h5"), folder / "missing.h5")
+    whole = (folder / "undamped.h5").read_bytes()
+    (folder / "truncated.h5").write_bytes(whole[:len(whole) // 2])
+    check_refused("truncated HDF5 file", 2, kschur("solve", folder / "truncated.h5"), "truncated.h5")
+    check_refused("truncated HDF5 file, info", 2, kschur("info", folder / "truncated.h5"), "truncated.h5")
+    (folder / "text.h5").write_text("no HDF5 file at all\n")
+    check_refused("not an HDF5 file", 2, kschur("solve", folder / "text.h5"), "text.h5")
+    with h5py.File(folder / "empty.h5", "w"):
+        pass
+    check_refused("HDF5 file without matrices", 2, kschur("solve", folder / "empty.h5"), "empty.h5", "mass")
+    check_refused("HDF5 file without matrices, info", 2, kschur("info", folder / "empty.h5"), "empty.h5", "mass")
+    (folder / "nothing").mkdir()
+    check_refused("folder without matrices", 2, kschur("solve", folder / "nothing"), "M.mtx")
+    unit = np.eye(3)
+    bad = write_problem(folder / "range", M=unit, K=unit)
+    write_matrix(bad / "K.mtx", unit, "4 1 5.0\n")
+    check_refused("index out of range", 2, kschur("solve", bad), "K.mtx", "stiffness matrix K")
+    bad = write_problem(folder / "nan", M=unit, K=unit)
+    write_matrix(bad / "M.mtx", unit, "2 1 NaN\n")
+    check_refused("NaN", 2, kschur("solve", bad), "M.mtx", "mass matrix M")
+    bad = write_problem(folder / "shape", M=unit, K=np.eye(4))
+    check_refused("shapes that do not match", 2, kschur("solve", bad), "K.mtx", "stiffness matrix K", "4 x 4", "3 x 3")
+    with h5py.File(folder / "undamped.h5") as source, h5py.File(folder / "nan.h5", "w") as target:
+        for name in source:
+            source.copy(name, target)
+        target["stiffness/data"][7] = math.nan
+    check_refused("NaN in an HDF5 file", 2, kschur("solve", folder / "nan.h5"), "nan.h5", "stiffness matrix K")
+
+
+def on_terminal(*words):
+    """What the program writes to standard error where that is a terminal."""
+    ours, its = pty.openpty()
+    run = subprocess.Popen([KSCHUR, *map(str, words)], stdout=subprocess.DEVNULL, stderr=its)
+    os.close(its)
+    written = b""
+    try:
+        while piece := os.read(ours, 4096):
+            written += piece
+    except OSError:
+        pass
+    os.close(ours)
+    return run.wait(), written.decode()
+
+
+def test_progress(folder):
+    problem = folder / "undamped.h5"
+    run = kschur("solve", problem)
+    check("progress: none where standard error is no terminal", run.returncode == 0 and run.stderr == "", run.stderr)
+    status, written = on_terminal("solve", problem)
+    check("progress: on a terminal", status == 0 and "30 unknowns" in written, written)
+    check("progress: one line, wiped at the end", "\n" not in written and written.endswith(" \r"), repr(written))
+    check("progress: none with --quiet", on_terminal("solve", problem, "--quiet") == (0, ""))
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        for test in (test_help, test_beam_body, test_random_problems, test_json, test_rigid_modes, test_csv,
+                     test_result_file, test_info, test_more_modes_than_exist, test_wrong_usage, test_bad_input,
+                     test_progress):
+            try:
+                test(folder)
+            except Exception as error:
+                check(f"{test.__name__}: ran to its end", False, repr(error))
+    print(f"{passed} passed, {failed} failed")
+    sys.exit(failed > 0)
+
+
+main()

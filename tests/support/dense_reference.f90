@@ -1,0 +1,130 @@
+!> All eigenvalues of a small modal problem by dense LAPACK: what tests compare
+!> the sparse methods with. Failures of LAPACK show as NaN.
+module dense_reference
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kschur, only: csr_matrix_type, modal_problem_type, wp
+   implicit none
+   private
+   public :: dense_eigenvalues, dense_matrix, dense_squared_frequencies
+
+   interface
+      subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
+         import :: wp
+         character, intent(in) :: jobu, jobvt
+         integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *), work(*)
+         integer, intent(out) :: info
+      end subroutine dgesvd
+
+      subroutine dsygv(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, info)
+         import :: wp
+         integer, intent(in) :: itype, n, lda, ldb, lwork
+         character, intent(in) :: jobz, uplo
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         real(wp), intent(out) :: w(*), work(*)
+         integer, intent(out) :: info
+      end subroutine dsygv
+
+      subroutine dggev(jobvl, jobvr, n, a, lda, b, ldb, alphar, alphai, beta, vl, ldvl, vr, ldvr, work, lwork, info)
+         import :: wp
+         character, intent(in) :: jobvl, jobvr
+         integer, intent(in) :: n, lda, ldb, ldvl, ldvr, lwork
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         real(wp), intent(out) :: alphar(*), alphai(*), beta(*), vl(ldvl, *), vr(ldvr, *), work(*)
+         integer, intent(out) :: info
+      end subroutine dggev
+   end interface
+
+contains
+
+   !> All finite lambda of (lambda^2 M + lambda R + K) phi + Cq^T xi = 0,
+   !> Cq phi = 0, unsorted: 2(n - m) of them where M and Cq have full rank.
+   !> An isolated one has some nine digits; a zero of Jordan type is off by
+   !> the square root of rounding.
+   subroutine dense_eigenvalues(problem, values)
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), allocatable, intent(out) :: values(:)
+      real(wp), allocatable :: basis(:, :), a(:, :), b(:, :), re(:), im(:), beta(:), work(:)
+      real(wp) :: no_left(1, 1), no_right(1, 1)
+      logical, allocatable :: finite(:)
+      integer :: i, n, info
+
+      call constrained_motions(problem%constraints, basis)
+      n = size(basis, 2)
+      allocate (a(2*n, 2*n), b(2*n, 2*n), source=0.0_wp)
+      allocate (re(2*n), im(2*n), beta(2*n), work(32*n + 64))
+      do i = 1, n
+         a(i, n + i) = 1
+         b(i, i) = 1
+      end do
+      a(n + 1:, :n) = -reduced(problem%stiffness, basis)
+      a(n + 1:, n + 1:) = -reduced(problem%damping, basis)
+      b(n + 1:, n + 1:) = reduced(problem%mass, basis)
+      call dggev("N", "N", 2*n, a, 2*n, b, 2*n, re, im, beta, no_left, 1, no_right, 1, work, size(work), info)
+      if (info /= 0) re = ieee_value(re, ieee_quiet_nan)
+      allocate (finite(2*n), source=beta > 2*n*epsilon(beta)*maxval(beta))
+      allocate (values(count(finite)), source=cmplx(pack(re, finite), pack(im, finite), wp)/pack(beta, finite))
+   end subroutine dense_eigenvalues
+
+   !> omega^2 of the undamped problem, ascending; M and K symmetric, M positive
+   !> definite on the motions that the constraints allow.
+   subroutine dense_squared_frequencies(problem, values)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), allocatable, intent(out) :: values(:)
+      real(wp), allocatable :: basis(:, :), stiffness(:, :), mass(:, :), work(:)
+      integer :: n, info
+
+      call constrained_motions(problem%constraints, basis)
+      n = size(basis, 2)
+      allocate (stiffness, source=reduced(problem%stiffness, basis))
+      allocate (mass, source=reduced(problem%mass, basis))
+      allocate (values(n), work(64*n + 64))
+      call dsygv(1, "N", "U", n, stiffness, n, mass, n, values, work, size(work), info)
+      if (info /= 0) values = ieee_value(values, ieee_quiet_nan)
+   end subroutine dense_squared_frequencies
+
+   !> The matrix with its zeros.
+   pure function dense_matrix(matrix) result(dense)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp) :: dense(matrix%rows, matrix%columns)
+      integer :: i, k
+
+      dense = 0
+      do i = 1, matrix%rows
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            dense(i, matrix%column(k)) = matrix%value(k)
+         end do
+      end do
+   end function dense_matrix
+
+   ! Orthonormal columns that span null(Cq); the rank of Cq is found.
+   subroutine constrained_motions(constraints, basis)
+      type(csr_matrix_type), intent(in) :: constraints
+      real(wp), allocatable, intent(out) :: basis(:, :)
+      real(wp), allocatable :: a(:, :), singular(:), vt(:, :), work(:)
+      real(wp) :: no_left(1, 1)
+      integer :: m, n, rank, info
+
+      m = max(1, constraints%rows)
+      n = constraints%columns
+      allocate (a(m, n), source=0.0_wp)
+      a(:constraints%rows, :) = dense_matrix(constraints)
+      allocate (singular(min(m, n)), vt(n, n), work(32*(m + n) + 64))
+      call dgesvd("N", "A", m, n, a, m, singular, no_left, 1, vt, n, work, size(work), info)
+      rank = count(singular > n*epsilon(singular)*singular(1))
+      allocate (basis, source=transpose(vt(rank + 1:, :)))
+      if (info /= 0) basis = ieee_value(basis, ieee_quiet_nan)
+   end subroutine constrained_motions
+
+   function reduced(matrix, basis)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp), contiguous, intent(in) :: basis(:, :)
+      real(wp) :: reduced(size(basis, 2), size(basis, 2))
+      real(wp) :: product(size(basis, 1), size(basis, 2))
+
+      product = 0
+      call matrix%add_product(1.0_wp, basis, product)
+      reduced = matmul(transpose(basis), product)
+   end function reduced
+end module dense_reference
