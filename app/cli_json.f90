@@ -41,7 +41,8 @@ contains
       type(modal_result_type), intent(in) :: result
       integer :: i
 
-      call print_line("mode,eigenvalue_re,eigenvalue_im,frequency_hz,damped_frequency_hz,damping_ratio,kind,backward_error")
+      call print_line("mode,eigenvalue_re,eigenvalue_im,frequency_hz,damped_frequency_hz,damping_ratio,kind,"// &
+         "backward_error")
       do i = 1, size(result%eigenvalues)
          call print_line(text(i)//","//plain(real(result%eigenvalues(i), wp), "")//","// &
             plain(aimag(result%eigenvalues(i)), "")//","//plain(result%frequency_hz(i), "")//","// &

@@ -140,8 +140,8 @@ contains
       sentence = text(size(result%eigenvalues))//" of "//text(asked)//" modes: "
       select case (result%reason)
       case (reason_max_restarts)
-         sentence = sentence//"the others had not converged after "//text(result%restarts)// &
-            " restarts; more --max-restarts or a larger --subspace may help"
+         sentence = sentence//"the others had not converged when the restarts ran out ("// &
+            text(result%restarts)//"); more --max-restarts or a larger --subspace may help"
       case (reason_fewer_modes)
          sentence = sentence//"the problem has no more"
       case (reason_cancelled)

@@ -49,7 +49,8 @@ contains
       where (result%kind == kind_rigid) cells(:, 5) = repeat(" ", 14)//"-"
 
       write (output_unit, "()")
-      write (output_unit, "(5x, 5a15, 2x, a11, a10)") "Re", "Im", "frequency", "damped", "damping", "kind       ", "backward"
+      write (output_unit, "(5x, 5a15, 2x, a11, a10)") "Re", "Im", "frequency", "damped", "damping", "kind       ", &
+         "backward"
       write (output_unit, "(5x, 5a15, 2x, a11, a10)") "1/s", "1/s", "Hz", "Hz", "%", "", "error"
       do i = 1, size(result%eigenvalues)
          write (output_unit, "(i5, 5a15, 2x, a11, es10.1)") i, cells(i, :), kind_names(result%kind(i)), &
@@ -75,7 +76,8 @@ contains
 
       associate (seconds => result%seconds)
          write (output_unit, "(a)") "seconds  analyze "//rounded(seconds%analyze)//", factorize "// &
-            rounded(seconds%factorize)//", solve "//rounded(seconds%solve)//", orthogonalize "//rounded(seconds%orthogonalize)
+            rounded(seconds%factorize)//", solve "//rounded(seconds%solve)// &
+            ", orthogonalize "//rounded(seconds%orthogonalize)
       end associate
       if (.not. allocated(result%history%converged)) return
       do i = 1, size(result%history%converged)

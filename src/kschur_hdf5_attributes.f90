@@ -2,11 +2,13 @@
 !> by its object's path in the file and its own name. Nothing is done where
 !> `error` is already raised; a message names the attribute, the caller adds the file.
 module kschur_hdf5_attributes
-   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t, c_associated
-   use hdf5, only: hid_t, hsize_t, size_t, h5acreate_by_name_f, h5aopen_by_name_f, h5aexists_by_name_f, h5aget_space_f, &
-      h5aget_type_f, h5aread_f, h5awrite_f, h5aclose_f, h5dvlen_reclaim_f, H5P_DEFAULT_F, h5screate_f, &
-      h5screate_simple_f, h5sget_simple_extent_npoints_f, h5sclose_f, H5S_SCALAR_F, h5tcopy_f, h5tget_class_f, &
-      h5tget_size_f, h5tset_cset_f, h5tis_variable_str_f, h5tclose_f, H5T_CSET_UTF8_F, H5T_STRING, H5T_STRING_F
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_null_ptr, c_ptr, &
+      c_size_t
+   use hdf5, only: hid_t, hsize_t, size_t, h5acreate_by_name_f, h5aopen_by_name_f, h5aexists_by_name_f, &
+      h5aget_space_f, h5aget_type_f, h5aread_f, h5awrite_f, h5aclose_f, h5dvlen_reclaim_f, H5P_DEFAULT_F, &
+      h5screate_f, h5screate_simple_f, h5sget_simple_extent_npoints_f, h5sclose_f, H5S_SCALAR_F, h5tcopy_f, &
+      h5tget_class_f, h5tget_size_f, h5tset_cset_f, h5tis_variable_str_f, h5tclose_f, H5T_CSET_UTF8_F, H5T_STRING, &
+      H5T_STRING_F
    use kschur_error, only: error_type, new_error, error_file, error_input
    use kschur_hdf5_basics, only: integer_type, real_type, new_complex_type, check_class
    use kschur_kinds, only: wp, long

@@ -234,7 +234,8 @@ contains
          size(result%damped_frequency_hz), size(result%damping_ratio), size(result%backward_error), &
          size(result%kind)] /= modes)) then
          call new_error(error, error_input, "the datasets do not all have the same number of modes")
-      else if (size(result%eigenvectors, 1) /= result%unknowns .or. size(result%multipliers, 1) /= result%constraints) then
+      else if (any([size(result%eigenvectors, 1), size(result%multipliers, 1)] /= &
+         [result%unknowns, result%constraints])) then
          call new_error(error, error_input, "the mode shapes do not have n unknowns and m multipliers")
       end if
    end subroutine check_shapes

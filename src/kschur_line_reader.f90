@@ -56,7 +56,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=256) :: reason
       integer :: status
+      logical :: there
 
+      inquire (file=path, exist=there)
+      if (.not. there) then
+         call new_error(error, error_file, path//": no such file")
+         return
+      end if
       open (newunit=self%unit, file=path, status="old", action="read", access="stream", &
          form="unformatted", iostat=status, iomsg=reason)
       if (status /= 0) then

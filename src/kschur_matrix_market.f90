@@ -186,7 +186,8 @@ contains
          if (allocated(error)) return
       end do
       call reader%next_line(comment, found)
-      if (found) call line_error(error, reader, "there are more than the "//count_text(header%entries)//" entries announced")
+      if (found) call line_error(error, reader, &
+         "there are more than the "//count_text(header%entries)//" entries announced")
    end subroutine read_entries
 
    subroutine read_array_entry(value, reader, error)
@@ -312,6 +313,7 @@ contains
       character(len=*), intent(in) :: mass_path, stiffness_path, damping_path, constraints_path
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: mass, stiffness, damping, constraints
+      character(len=:), allocatable :: paths
 
       call read_named(mass, mass_path, "mass matrix M", error)
       if (.not. allocated(error)) call read_named(stiffness, stiffness_path, "stiffness matrix K", error)
@@ -323,8 +325,10 @@ contains
       if (constraints_path /= "") call read_named(constraints, constraints_path, "constraint Jacobian Cq", error)
       if (allocated(error)) return
       call new_modal_problem(problem, mass, stiffness, error, damping, constraints)
-      call add_context(error, listed([character(len=max(len(mass_path), len(stiffness_path), len(damping_path), &
-         len(constraints_path))) :: mass_path, stiffness_path, damping_path, constraints_path]))
+      paths = mass_path//", "//stiffness_path
+      if (damping_path /= "") paths = paths//", "//damping_path
+      if (constraints_path /= "") paths = paths//", "//constraints_path
+      call add_context(error, paths)
    end subroutine read_matrix_market_files
 
    subroutine read_named(matrix, path, name, error)
@@ -335,17 +339,6 @@ contains
       call read_matrix_market(matrix, path, error)
       call add_context(error, "the "//name)
    end subroutine read_named
-
-   pure function listed(paths) result(list)
-      character(len=*), intent(in) :: paths(:)
-      character(len=:), allocatable :: list
-      integer :: i
-
-      list = trim(paths(1))
-      do i = 2, size(paths)
-         if (paths(i) /= "") list = list//", "//trim(paths(i))
-      end do
-   end function listed
 
    !> Writes M.mtx, K.mtx and, where they have entries, R.mtx and Cq.mtx into a
    !> folder, which is made where it does not exist.

@@ -34,4 +34,4 @@ get_filename_component(lib_dir "${pc_dir}" DIRECTORY)
 run("${FC}" "${SOURCE_DIR}/consumer.f90" ${flags} -Wl,-rpath,${lib_dir} -o "${WORK_DIR}/consumer_by_pkg_config")
 check_answer("${WORK_DIR}/consumer_by_pkg_config")
 
-check_answer("${prefix}/bin/kschur" scene beam-body --output "${WORK_DIR}/beam.h5" --quiet-check)
+run("${prefix}/bin/kschur" --version)
