@@ -2,10 +2,11 @@
 module kschur_files
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
    use kschur_error, only: error_type, new_error, error_file
+   use kschur_kinds, only: long
    use kschur_text, only: text
    implicit none
    private
-   public :: temporary_name, replace_file, remove_file, make_folder
+   public :: temporary_name, check_length, replace_file, remove_file, make_folder
 
    interface
       integer(c_int) function c_rename(from, to) bind(c, name="rename")
@@ -39,6 +40,22 @@ contains
 
       name = path//".partial-"//text(int(c_getpid()))
    end function temporary_name
+
+   !> Where `status` is 0, sets it and the reason if a closed file is not as long
+   !> as what was written into it: gfortran does not report a disk that fills up.
+   subroutine check_length(path, bytes, status, reason)
+      character(len=*), intent(in) :: path
+      integer(long), intent(in) :: bytes
+      integer, intent(inout) :: status
+      character(len=*), intent(inout) :: reason
+      integer(long) :: found
+
+      if (status /= 0) return
+      inquire (file=path, size=found)
+      if (found == bytes) return
+      status = 1
+      reason = "the disk is full"
+   end subroutine check_length
 
    !> Renames the finished file `temporary` to `path`, which it replaces at once
    !> and as a whole. Where that fails, and where `path` is a device, the

@@ -7,12 +7,13 @@ module kschur_hdf5_basics
       H5T_NATIVE_INTEGER, h5fis_hdf5_f, h5fopen_f, h5fcreate_f, h5fclose_f, H5F_ACC_RDONLY_F, H5F_ACC_TRUNC_F, &
       h5gcreate_f, h5gclose_f, h5lexists_f, h5tcreate_f, h5tinsert_f, h5tclose_f, h5tget_class_f, &
       h5tget_member_index_f, H5T_COMPOUND_F, H5T_FLOAT_F, H5T_INTEGER_F
-   use kschur_error, only: error_type, new_error, error_file, error_input, error_library
+   use kschur_error, only: error_type, new_error, add_context, error_file, error_input, error_library
+   use kschur_files, only: check_length, replace_file, remove_file
    use kschur_kinds, only: wp, long
    implicit none
    private
    public :: printing_type, silence_hdf5, restore_printing
-   public :: open_hdf5_file, create_hdf5_file, close_hdf5_file, create_group, exists
+   public :: open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    public :: integer_type, real_type, new_complex_type, check_class
 
    !> How HDF5 printed its errors before it was silenced.
@@ -94,32 +95,66 @@ contains
       end if
    end subroutine open_hdf5_file
 
-   !> Creates a file, or empties it.
+   !> Creates a file, or empties it. Fails with the system's reason, also where
+   !> the disk is full already: HDF5 cannot bear that.
    subroutine create_hdf5_file(file, path, error)
       integer(hid_t), intent(out) :: file
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(inout) :: error
-      integer :: status
+      integer, parameter :: room = 2**16
+      character(len=256) :: reason
+      integer :: unit, status, ignored
 
       file = -1
       if (allocated(error)) return
-      call h5fcreate_f(path, H5F_ACC_TRUNC_F, file, status)
+      reason = "HDF5 does not say why"
+      open (newunit=unit, file=path, status="replace", action="write", access="stream", iostat=status, iomsg=reason)
+      if (status == 0) then
+         write (unit, iostat=status, iomsg=reason) repeat(" ", room)
+         close (unit, iostat=ignored)
+         call check_length(path, int(room, long), status, reason)
+         if (status /= 0) call remove_file(path)
+      end if
+      if (status == 0) call h5fcreate_f(path, H5F_ACC_TRUNC_F, file, status)
       if (status == 0) return
       file = -1
-      call new_error(error, error_file, "the file cannot be created: is its folder there, and may you write into it?")
+      call new_error(error, error_file, "the file cannot be created: "//trim(reason))
    end subroutine create_hdf5_file
 
-   !> Closes a file that was opened or created; fails where the last of it cannot be written.
-   subroutine close_hdf5_file(file, error)
+   !> Closes a file that was opened.
+   subroutine close_hdf5_file(file)
       integer(hid_t), intent(in) :: file
-      type(error_type), allocatable, intent(inout) :: error
       integer :: status
 
-      if (file < 0) return
-      call h5fclose_f(file, status)
-      if (status < 0 .and. .not. allocated(error)) &
-         call new_error(error, error_file, "the file cannot be written: is the disk full?")
+      if (file >= 0) call h5fclose_f(file, status)
    end subroutine close_hdf5_file
+
+   !> Completes and closes the file created as `temporary` and gives it the name
+   !> `path`; removes it where an error is raised, now or before.
+   subroutine finish_hdf5_file(file, temporary, path, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: temporary, path
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: status, unit
+
+      if (file >= 0) then
+         if (allocated(error)) then
+            ! A full disk must not keep HDF5 from writing what it holds back: a
+            ! close that fails breaks the library, to a crash at the end of the program.
+            open (newunit=unit, file=temporary, status="replace", iostat=status)
+            if (status == 0) close (unit, iostat=status)
+         end if
+         call h5fclose_f(file, status)
+         if (status < 0 .and. .not. allocated(error)) &
+            call new_error(error, error_file, "the file cannot be written: is the disk full?")
+      end if
+      if (allocated(error)) then
+         call remove_file(temporary)
+         call add_context(error, path)
+      else
+         call replace_file(temporary, path, error)
+      end if
+   end subroutine finish_hdf5_file
 
    !> Creates the group `name`.
    subroutine create_group(file, name, error)

@@ -3,10 +3,10 @@
 module kschur_hdf5_problem
    use hdf5, only: hid_t
    use kschur_error, only: error_type, new_error, add_context, error_input
-   use kschur_files, only: temporary_name, replace_file, remove_file
+   use kschur_files, only: temporary_name
    use kschur_hdf5_attributes, only: has_attribute, read_attribute, write_attribute
    use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, open_hdf5_file, create_hdf5_file, &
-      close_hdf5_file, create_group, exists
+      close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset
    use kschur_kinds, only: wp
    use kschur_problem, only: modal_problem_type, new_modal_problem
@@ -41,7 +41,7 @@ contains
          if (exists(file, "/constraints")) &
             call read_matrix(constraints, file, "/constraints", "constraint Jacobian Cq", error)
       end if
-      call close_hdf5_file(file, error)
+      call close_hdf5_file(file)
       call restore_printing(printing)
       if (.not. allocated(error)) call new_modal_problem(problem, mass, stiffness, error, damping, constraints)
       call add_context(error, path)
@@ -99,14 +99,8 @@ contains
       call write_matrix(file, "/stiffness", problem%stiffness, error)
       if (problem%damping%nonzeros() > 0) call write_matrix(file, "/damping", problem%damping, error)
       if (problem%multipliers() > 0) call write_matrix(file, "/constraints", problem%constraints, error)
-      call close_hdf5_file(file, error)
+      call finish_hdf5_file(file, temporary, path, error)
       call restore_printing(printing)
-      if (allocated(error)) then
-         call remove_file(temporary)
-         call add_context(error, path)
-      else
-         call replace_file(temporary, path, error)
-      end if
    end subroutine write_hdf5_problem
 
    subroutine write_matrix(file, group, matrix, error)

@@ -4,10 +4,10 @@
 module kschur_hdf5_result
    use hdf5, only: hid_t
    use kschur_error, only: error_type, new_error, add_context, error_input, error_usage
-   use kschur_files, only: temporary_name, replace_file, remove_file
+   use kschur_files, only: temporary_name
    use kschur_hdf5_attributes, only: read_attribute, write_attribute
    use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, open_hdf5_file, create_hdf5_file, &
-      close_hdf5_file, create_group, exists
+      close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
    use kschur_options, only: formulation_names, index_of_name
    use kschur_problem, only: damping_names
@@ -41,14 +41,8 @@ contains
       call write_modes(file, result, error)
       call write_history(file, result%history, error)
       call write_facts(file, result, error)
-      call close_hdf5_file(file, error)
+      call finish_hdf5_file(file, temporary, path, error)
       call restore_printing(printing)
-      if (allocated(error)) then
-         call remove_file(temporary)
-         call add_context(error, path)
-      else
-         call replace_file(temporary, path, error)
-      end if
    end subroutine write_hdf5_result
 
    pure logical function is_whole(result)
@@ -132,7 +126,7 @@ contains
       call read_facts(result, file, error)
       call read_modes(result, file, error)
       call read_history(result%history, file, error)
-      call close_hdf5_file(file, error)
+      call close_hdf5_file(file)
       call restore_printing(printing)
       if (.not. allocated(error)) call check_shapes(result, error)
       call add_context(error, path)

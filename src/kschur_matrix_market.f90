@@ -2,7 +2,7 @@
 !> K. A. Remington, The Matrix Market exchange formats, NISTIR 5935 (1996).
 module kschur_matrix_market
    use kschur_error, only: error_type, new_error, add_context, error_file, error_input
-   use kschur_files, only: temporary_name, replace_file, remove_file, make_folder
+   use kschur_files, only: temporary_name, check_length, replace_file, remove_file, make_folder
    use kschur_kinds, only: wp, long
    use kschur_line_reader, only: line_reader_type, lower_case
    use kschur_problem, only: modal_problem_type, new_modal_problem
@@ -258,9 +258,11 @@ contains
       character(len=:), allocatable :: temporary
       character(len=256) :: reason
       integer :: unit, status, ignored, i, k
+      integer(long) :: position
 
       temporary = temporary_name(path)
-      open (newunit=unit, file=temporary, status="replace", action="write", iostat=status, iomsg=reason)
+      open (newunit=unit, file=temporary, status="replace", action="write", access="stream", form="formatted", &
+         iostat=status, iomsg=reason)
       if (status == 0) then
          write (unit, "(a)", iostat=status, iomsg=reason) banner//" matrix coordinate real general"
          if (status == 0) write (unit, "(i0, 2(1x, i0))", iostat=status, iomsg=reason) &
@@ -271,11 +273,9 @@ contains
                   i, matrix%column(k), matrix%value(k)
             end do
          end do
-         if (status == 0) then
-            close (unit, iostat=status, iomsg=reason)
-         else
-            close (unit, iostat=ignored)
-         end if
+         inquire (unit=unit, pos=position)
+         close (unit, iostat=ignored)
+         call check_length(temporary, position - 1, status, reason)
       end if
       if (status == 0) then
          call replace_file(temporary, path, error)

@@ -15,7 +15,7 @@ module kschur_pencil
    private
    public :: pencil_type, new_pencil, shift_invert_type, new_shift_invert
 
-   !> A x = theta B x. The damped forms have x = (phi, lambda phi, xi) and
+   !> A x = theta B x. The damped forms have x = (phi, lambda/unit phi, xi) and
    !> theta = lambda, the undamped ones x = (phi, xi) and theta = -+ lambda^2.
    type :: pencil_type
       !> One of `formulation_*`.
@@ -25,6 +25,8 @@ module kschur_pencil
       integer :: unknowns, multipliers
       !> Factor of each constraint: xi as given is `factors` times the xi of the pencil.
       real(wp), allocatable :: factors(:)
+      !> Unit of lambda in the second part of x (1/s).
+      real(wp) :: unit
       !> What a linear solver may use of A - sigma B.
       type(matrix_structure_type) :: structure
    contains
@@ -66,13 +68,16 @@ contains
    !> the problem. The equations of the damped forms stand in the order
    !> (second, first, third) of eqs. (30) and (33): that puts the stiffness on
    !> the diagonal of A - sigma B and changes no eigenvalue.
-   subroutine new_pencil(pencil, problem, formulation, factors, error)
+   subroutine new_pencil(pencil, problem, formulation, factors, unit, error)
       type(pencil_type), intent(out) :: pencil
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`, not `formulation_auto`.
       integer, intent(in) :: formulation
       !> Factor of each constraint, m numbers.
       real(wp), intent(in) :: factors(:)
+      !> Unit of lambda (1/s) in the second part of x, lambda/unit phi: the size
+      !> of the wanted ones keeps both parts alike.
+      real(wp), intent(in) :: unit
       type(error_type), allocatable, intent(out) :: error
       type(blocks_type) :: a, b
       type(csr_matrix_type) :: cq
@@ -86,6 +91,7 @@ contains
       pencil%formulation = formulation
       pencil%unknowns = n
       pencil%multipliers = m
+      pencil%unit = unit
       allocate (pencil%factors(m), source=factors)
       cq = problem%constraints
       do i = 1, m
@@ -98,11 +104,11 @@ contains
       if (pencil%is_damped()) then
          order = 2*n + m
          call a%add(0, 0, -1.0_wp, problem%stiffness)
-         call a%add(0, n, -1.0_wp, problem%damping)
+         call a%add(0, n, -unit, problem%damping)
          call a%add(0, 2*n, -1.0_wp, cq, transposed=.true.)
-         call a%add(n, n, 1.0_wp, identity_csr_matrix(n))
+         call a%add(n, n, unit, identity_csr_matrix(n))
          call a%add(2*n, 0, -1.0_wp, cq)
-         call b%add(0, n, 1.0_wp, problem%mass)
+         call b%add(0, n, unit, problem%mass)
          call b%add(n, 0, 1.0_wp, identity_csr_matrix(n))
          allocate (pencil%structure%node(2*n), source=[(i, i=1, n), (i, i=1, n)])
       else
@@ -208,7 +214,7 @@ contains
       do j = 1, size(x, 2)
          phi(:, j) = x(:n, j)
          if (self%is_damped()) then
-            if (norm2(abs(x(n + 1:2*n, j))) > norm2(abs(phi(:, j)))) phi(:, j) = x(n + 1:2*n, j)/lambda(j)
+            if (norm2(abs(x(n + 1:2*n, j))) > norm2(abs(phi(:, j)))) phi(:, j) = x(n + 1:2*n, j)*(self%unit/lambda(j))
          end if
          xi(:, j) = self%factors*x(size(x, 1) - self%multipliers + 1:, j)
       end do
@@ -233,20 +239,21 @@ contains
       if (.not. allocated(error)) call check_regular(operator, shifted, error)
    end subroutine new_shift_invert
 
-   ! Null pivots come from redundant constraints or from a singular matrix; a
-   ! system with a consistent right-hand side tells them apart.
+   ! The shift is an eigenvalue where a system with a consistent right-hand side
+   ! has no solution (null pivots alone may come from redundant constraints), or
+   ! where C has an eigenvalue that puts theta at sigma to rounding.
    subroutine check_regular(operator, shifted, error)
       type(shift_invert_type), intent(inout) :: operator
       type(complex_csr_matrix_type), intent(in) :: shifted
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: acceptable = 1.0e-6_wp
+      real(wp), parameter :: acceptable = 1.0e-6_wp, rounding = 16*epsilon(1.0_wp)
       complex(wp), allocatable :: x(:, :), y(:, :), b(:)
       real(wp), allocatable :: random(:)
-      real(wp) :: residual, size_of_b
+      real(wp) :: size_of_b
+      logical :: singular
       integer(long) :: state
       integer :: n, i, k
 
-      if (operator%solver%null_pivots == 0) return
       n = operator%order()
       allocate (random(n), x(n, 1), y(n, 1), b(n))
       state = 1
@@ -255,17 +262,22 @@ contains
       y = 0
       call operator%pencil%b%add_product((1.0_wp, 0.0_wp), x, y)
       b = y(:, 1)
+      size_of_b = maxval(abs(b))
       call operator%solver%solve(y, error)
       if (allocated(error)) return
-      residual = 0
-      size_of_b = maxval(abs(b))
       do i = 1, n
          do k = shifted%row_start(i), shifted%row_start(i + 1) - 1
             b(i) = b(i) - shifted%value(k)*y(shifted%column(k), 1)
          end do
-         residual = max(residual, abs(b(i)))
       end do
-      if (.not. residual <= acceptable*size_of_b) call new_error(error, error_singular, &
+      singular = operator%solver%null_pivots > 0 .and. .not. maxval(abs(b)) <= acceptable*size_of_b
+      if (.not. singular .and. norm2(abs(y)) > 0) then
+         x = y/norm2(abs(y))
+         call operator%apply(x, y, error)
+         if (allocated(error)) return
+         singular = .not. abs(operator%shift)*norm2(abs(y))*rounding <= 1
+      end if
+      if (singular) call new_error(error, error_singular, &
          "the shifted problem is singular: the shift is an eigenvalue; move it a little")
    end subroutine check_regular
 

@@ -171,7 +171,8 @@ contains
       class(complex_linear_solver_type), allocatable :: solver
 
       call new_pencil(pencil, problem, result%formulation, &
-         constraint_factors(problem, options%constraint_scaling, shift), error)
+         constraint_factors(problem, options%constraint_scaling, shift), &
+         scale(1.0_wp, exponent(max(abs(shift), first_scale(problem)))), error)
       if (allocated(error)) return
       allocate (mumps_complex_type :: solver)
       result%shift = shift
@@ -190,9 +191,12 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: steps = 30
       real(wp), parameter :: roughly = 0.1_wp
+      ! Beyond these, relative to the shift, a zero or an infinite eigenvalue may be blurred by rounding.
+      real(wp), parameter :: too_near = 1.0e-6_wp, too_far = 1.0e3_wp
       type(modal_selection_type) :: selection
       type(krylov_statistics_type) :: statistics
       complex(wp), allocatable :: mu(:), vectors(:, :)
+      real(wp) :: magnitude
       integer :: i
 
       proposed = 0
@@ -203,7 +207,9 @@ contains
       result%operator_applications = result%operator_applications + statistics%operator_applications
       result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
       do i = 1, size(mu)
-         proposed = max(proposed, shift_level*abs(operator%pencil%lambda(operator%theta(mu(i)))))
+         magnitude = abs(operator%pencil%lambda(operator%theta(mu(i))))
+         if (magnitude < too_near*abs(result%shift) .or. magnitude > too_far*abs(result%shift)) cycle
+         proposed = max(proposed, shift_level*magnitude)
       end do
    end subroutine propose_scale
 

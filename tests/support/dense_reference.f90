@@ -46,25 +46,32 @@ contains
       type(modal_problem_type), intent(in) :: problem
       complex(wp), allocatable, intent(out) :: values(:)
       real(wp), allocatable :: basis(:, :), a(:, :), b(:, :), re(:), im(:), beta(:), work(:)
-      real(wp) :: no_left(1, 1), no_right(1, 1)
+      real(wp) :: no_left(1, 1), no_right(1, 1), unit, level
       logical, allocatable :: finite(:)
       integer :: i, n, info
 
       call constrained_motions(problem%constraints, basis)
       n = size(basis, 2)
+      ! In units of time and force where M and K are alike.
+      unit = 1
+      level = problem%mass%infinity_norm()
+      if (.not. problem%stiffness%is_zero()) then
+         unit = sqrt(problem%stiffness%infinity_norm()/level)
+         level = problem%stiffness%infinity_norm()
+      end if
       allocate (a(2*n, 2*n), b(2*n, 2*n), source=0.0_wp)
       allocate (re(2*n), im(2*n), beta(2*n), work(32*n + 64))
       do i = 1, n
          a(i, n + i) = 1
          b(i, i) = 1
       end do
-      a(n + 1:, :n) = -reduced(problem%stiffness, basis)
-      a(n + 1:, n + 1:) = -reduced(problem%damping, basis)
-      b(n + 1:, n + 1:) = reduced(problem%mass, basis)
+      a(n + 1:, :n) = -reduced(problem%stiffness, basis)/level
+      a(n + 1:, n + 1:) = -reduced(problem%damping, basis)*(unit/level)
+      b(n + 1:, n + 1:) = reduced(problem%mass, basis)*(unit**2/level)
       call dggev("N", "N", 2*n, a, 2*n, b, 2*n, re, im, beta, no_left, 1, no_right, 1, work, size(work), info)
       if (info /= 0) re = ieee_value(re, ieee_quiet_nan)
       allocate (finite(2*n), source=beta > 2*n*epsilon(beta)*maxval(beta))
-      allocate (values(count(finite)), source=cmplx(pack(re, finite), pack(im, finite), wp)/pack(beta, finite))
+      allocate (values(count(finite)), source=unit*cmplx(pack(re, finite), pack(im, finite), wp)/pack(beta, finite))
    end subroutine dense_eigenvalues
 
    !> omega^2 of the undamped problem, ascending; M and K symmetric, M positive
