@@ -225,6 +225,7 @@ contains
       if (status == 0) then
          call h5tget_class_f(type, class, status)
          if (class /= H5T_STRING_F) status = -1
+         variable = .false.
          if (status == 0) call h5tis_variable_str_f(type, variable, status)
          if (status == 0 .and. variable) then
             call read_variable_string(value, attribute, type, status)

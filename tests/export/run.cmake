@@ -21,7 +21,7 @@ set(prefix "${WORK_DIR}/prefix")
 run("${CMAKE_COMMAND}" --install "${BUILD_DIR}" --prefix "${prefix}")
 
 run("${CMAKE_COMMAND}" -S "${SOURCE_DIR}" -B "${WORK_DIR}/build" -G "${GENERATOR}"
-    -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_Fortran_COMPILER=${FC})
+    -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_Fortran_COMPILER=${FC} -DCMAKE_Fortran_FLAGS=${FLAGS})
 run("${CMAKE_COMMAND}" --build "${WORK_DIR}/build")
 check_answer("${WORK_DIR}/build/consumer")
 
@@ -31,7 +31,7 @@ set(ENV{PKG_CONFIG_PATH} "${pc_dir}")
 run(pkg-config --define-variable=prefix=${prefix} --cflags --libs kschur)
 separate_arguments(flags UNIX_COMMAND "${output}")
 get_filename_component(lib_dir "${pc_dir}" DIRECTORY)
-run("${FC}" "${SOURCE_DIR}/consumer.f90" ${flags} -Wl,-rpath,${lib_dir} -o "${WORK_DIR}/consumer_by_pkg_config")
+run("${FC}" ${FLAGS} "${SOURCE_DIR}/consumer.f90" ${flags} -Wl,-rpath,${lib_dir} -o "${WORK_DIR}/consumer_by_pkg_config")
 check_answer("${WORK_DIR}/consumer_by_pkg_config")
 
 run("${prefix}/bin/kschur" --version)
