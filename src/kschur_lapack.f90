@@ -3,7 +3,7 @@ module kschur_lapack
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: zgemm, zgemv, zgees, ztrevc, ztrsen
+   public :: dgees, dgemm, dgemv, dgesvd, dtrevc, dtrsen, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
 
    interface
       !> C := alpha op(A) op(B) + beta C.
@@ -65,5 +65,85 @@ module kschur_lapack
          integer, intent(out) :: m, info
          real(wp), intent(out) :: s, sep
       end subroutine ztrsen
+
+      !> C := alpha op(A) op(B) + beta C, real.
+      subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+         import :: wp
+         character, intent(in) :: transa, transb
+         integer, intent(in) :: m, n, k, lda, ldb, ldc
+         real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+         real(wp), intent(inout) :: c(ldc, *)
+      end subroutine dgemm
+
+      !> y := alpha op(A) x + beta y, real.
+      subroutine dgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
+         import :: wp
+         character, intent(in) :: trans
+         integer, intent(in) :: m, n, lda, incx, incy
+         real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
+         real(wp), intent(inout) :: y(*)
+      end subroutine dgemv
+
+      !> Schur form of a real matrix.
+      subroutine dgees(jobvs, sort, select, n, a, lda, sdim, wr, wi, vs, ldvs, work, lwork, bwork, info)
+         import :: wp
+         character, intent(in) :: jobvs, sort
+         interface
+            logical function select(re, im)
+               import :: wp
+               real(wp), intent(in) :: re, im
+            end function select
+         end interface
+         integer, intent(in) :: n, lda, ldvs, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: sdim, info
+         real(wp), intent(out) :: wr(*), wi(*), vs(ldvs, *), work(*)
+         logical, intent(out) :: bwork(*)
+      end subroutine dgees
+
+      !> Eigenvectors of a real quasi-triangular matrix.
+      subroutine dtrevc(side, howmny, select, n, t, ldt, vl, ldvl, vr, ldvr, mm, m, work, info)
+         import :: wp
+         character, intent(in) :: side, howmny
+         logical, intent(inout) :: select(*)
+         integer, intent(in) :: n, ldt, ldvl, ldvr, mm
+         real(wp), intent(in) :: t(ldt, *)
+         real(wp), intent(inout) :: vl(ldvl, *), vr(ldvr, *)
+         integer, intent(out) :: m, info
+         real(wp), intent(out) :: work(*)
+      end subroutine dtrevc
+
+      !> Moves selected eigenvalues of a real Schur form to its head.
+      subroutine dtrsen(job, compq, select, n, t, ldt, q, ldq, wr, wi, m, s, sep, work, lwork, iwork, liwork, info)
+         import :: wp
+         character, intent(in) :: job, compq
+         logical, intent(in) :: select(*)
+         integer, intent(in) :: n, ldt, ldq, lwork, liwork
+         real(wp), intent(inout) :: t(ldt, *), q(ldq, *)
+         real(wp), intent(out) :: wr(*), wi(*), work(*)
+         integer, intent(out) :: m, iwork(*), info
+         real(wp), intent(out) :: s, sep
+      end subroutine dtrsen
+
+      !> Singular value decomposition of a real matrix.
+      subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
+         import :: wp
+         character, intent(in) :: jobu, jobvt
+         integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *), work(*)
+         integer, intent(out) :: info
+      end subroutine dgesvd
+
+      !> Singular value decomposition of a complex matrix.
+      subroutine zgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, rwork, info)
+         import :: wp
+         character, intent(in) :: jobu, jobvt
+         integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
+         complex(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: s(*), rwork(*)
+         complex(wp), intent(out) :: u(ldu, *), vt(ldvt, *), work(*)
+         integer, intent(out) :: info
+      end subroutine zgesvd
    end interface
 end module kschur_lapack
