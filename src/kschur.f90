@@ -15,7 +15,7 @@
 !> an error: `result%reason` tells.
 module kschur
    use kschur_error, only: error_type, new_error, add_context, error_usage, error_input, error_file, &
-      error_memory, error_singular, error_library, error_cancelled
+      error_memory, error_singular, error_library
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
    use kschur_hdf5_result, only: read_hdf5_result, write_hdf5_result
    use kschur_kinds, only: wp, long
@@ -26,7 +26,8 @@ module kschur
    use kschur_operator, only: real_operator_type, complex_operator_type
    use kschur_options, only: modal_options_type, index_of_name, formulation_names, formulation_auto, &
       formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, formulation_damped, &
-      formulation_damped_constrained, scaling_names, scaling_none, scaling_scalar, scaling_row
+      formulation_damped_constrained, formulation_quadratic, formulation_symmetric, formulation_proportional, &
+      scaling_names, scaling_none, scaling_scalar, scaling_row
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_names, damping_none, &
       damping_proportional, damping_general
    use kschur_release, only: kschur_version

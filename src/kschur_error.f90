@@ -17,8 +17,6 @@ module kschur_error
    integer, parameter, public :: error_singular = 5
    !> A library below us (MUMPS, METIS, LAPACK, HDF5) failed.
    integer, parameter, public :: error_library = 6
-   !> The caller's monitor asked to stop.
-   integer, parameter, public :: error_cancelled = 7
 
    !> What went wrong and what to do about it.
    type :: error_type

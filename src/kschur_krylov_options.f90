@@ -2,7 +2,7 @@
 !> real and complex operators alike.
 module kschur_krylov_options
    use kschur_kinds, only: wp
-   use kschur_result, only: history_type, reason_converged
+   use kschur_outcome, only: history_type, reason_converged
    implicit none
    private
    public :: krylov_options_type, krylov_statistics_type
@@ -17,6 +17,9 @@ module kschur_krylov_options
       !> vector: they remove what belongs to infinite eigenvalues.
       integer :: filter = 3
       integer :: seed = 1
+      !> Whether to look for copies of multiple eigenvalues with fresh random
+      !> vectors: one vector finds one copy, and others through rounding only.
+      logical :: verify = .true.
    end type krylov_options_type
 
    type :: krylov_statistics_type

@@ -3,7 +3,7 @@ module kschur_lapack
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: dgees, dgemm, dgemv, dgesvd, dtrevc, dtrsen, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
+   public :: ddot, dgees, dgemm, dgemv, dgesvd, dsyevd, dtrevc, dtrsen, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
 
    interface
       !> C := alpha op(A) op(B) + beta C.
@@ -145,5 +145,22 @@ module kschur_lapack
          complex(wp), intent(out) :: u(ldu, *), vt(ldvt, *), work(*)
          integer, intent(out) :: info
       end subroutine zgesvd
+
+      !> x^T y.
+      real(wp) function ddot(n, x, incx, y, incy)
+         import :: wp
+         integer, intent(in) :: n, incx, incy
+         real(wp), intent(in) :: x(*), y(*)
+      end function ddot
+
+      !> Eigenvalues and eigenvectors of a real symmetric matrix.
+      subroutine dsyevd(jobz, uplo, n, a, lda, w, work, lwork, iwork, liwork, info)
+         import :: wp
+         character, intent(in) :: jobz, uplo
+         integer, intent(in) :: n, lda, lwork, liwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: w(*), work(*)
+         integer, intent(out) :: iwork(*), info
+      end subroutine dsyevd
    end interface
 end module kschur_lapack

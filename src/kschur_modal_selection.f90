@@ -3,60 +3,69 @@
 module kschur_modal_selection
    use kschur_kinds, only: wp
    use kschur_modes, only: real_tolerance, same_value
-   use kschur_pencil, only: pencil_type
    use kschur_selection, only: selection_type
+   use kschur_spectral_map, only: spectral_map_type
    implicit none
    private
    public :: modal_selection_type
 
    !> Wants `wanted` modes, a complex-conjugate pair being one.
    type, extends(selection_type) :: modal_selection_type
-      type(pencil_type), pointer :: pencil => null()
-      !> The shift, as a theta of the pencil.
+      type(spectral_map_type) :: map
+      !> The shift, as a theta.
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
       !> The target, as a lambda (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp)
    contains
       procedure :: key
       procedure :: needed
-      procedure, private :: lambda_of
+      procedure, private :: lambdas_of
    end type modal_selection_type
 
 contains
 
-   pure complex(wp) function lambda_of(self, mu)
+   pure function lambdas_of(self, mu) result(lambdas)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: mu
+      complex(wp) :: lambdas(2)
 
-      lambda_of = huge(1.0_wp)
-      if (abs(mu) > tiny(1.0_wp)) lambda_of = self%pencil%lambda(self%shift + 1/mu)
-   end function lambda_of
+      lambdas = huge(1.0_wp)
+      if (abs(mu) > tiny(1.0_wp)) lambdas = self%map%lambdas(self%shift + 1/mu)
+   end function lambdas_of
 
-   !> Distance from the target; of an undamped pair +-lambda, that of the nearer one.
+   !> Distance of the nearer lambda from the target.
    real(wp) function key(self, value)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: value
-      complex(wp) :: lambda
 
-      lambda = self%lambda_of(value)
-      key = abs(lambda - self%target)
-      if (.not. self%pencil%is_damped()) key = min(key, abs(lambda + self%target))
+      key = minval(abs(self%lambdas_of(value) - self%target))
    end function key
 
-   !> Counts the values until they hold enough modes: one that is the
-   !> conjugate of an earlier one completes a pair and adds none.
+   !> Counts the values until they hold enough modes.
    integer function needed(self, values)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: values(:)
-      complex(wp) :: lambda(size(values))
+
+      if (self%map%oscillator) then
+         needed = needed_oscillators(self, values)
+      else
+         needed = needed_eigenvalues(self, values)
+      end if
+   end function needed
+
+   ! One that is the conjugate of an earlier one completes a pair and adds no mode.
+   integer function needed_eigenvalues(self, values) result(needed)
+      class(modal_selection_type), intent(in) :: self
+      complex(wp), intent(in) :: values(:)
+      complex(wp) :: lambda(size(values)), roots(2)
       logical :: single(size(values))
       integer :: modes, i, j
 
       modes = 0
-      do needed = 1, size(values)
-         i = needed
-         lambda(i) = self%lambda_of(values(i))
-         single(i) = abs(aimag(lambda(i))) > real_tolerance*abs(lambda(i)) .and. self%pencil%is_damped()
+      do i = 1, size(values)
+         roots = self%lambdas_of(values(i))
+         lambda(i) = roots(1)
+         single(i) = abs(aimag(lambda(i))) > real_tolerance*abs(lambda(i))
          modes = modes + 1
          if (single(i)) then
             do j = i - 1, 1, -1
@@ -67,8 +76,37 @@ contains
                exit
             end do
          end if
+         needed = i
          if (modes >= self%wanted) return
       end do
       needed = size(values) + self%wanted - modes
-   end function needed
+   end function needed_eigenvalues
+
+   ! An oscillator is one mode, or two when its roots are real: the second
+   ! counts once the values reach as far as it.
+   integer function needed_oscillators(self, values) result(needed)
+      class(modal_selection_type), intent(in) :: self
+      complex(wp), intent(in) :: values(:)
+      complex(wp) :: roots(2)
+      ! A theta below this, relative to the shift, may be a zero.
+      real(wp), parameter :: nearly_zero = 1.0e-6_wp
+      real(wp) :: second(size(values)), reach
+      logical :: zero
+      integer :: modes, i
+
+      modes = 0
+      second = huge(1.0_wp)
+      do i = 1, size(values)
+         roots = self%lambdas_of(values(i))
+         reach = minval(abs(roots - self%target))
+         ! Of a zero without damping the two roots are one mode.
+         zero = maxval(abs(roots))**2 <= nearly_zero*abs(self%shift) .and. .not. abs(self%map%alpha) > 0
+         if (.not. zero .and. all(abs(aimag(roots)) <= real_tolerance*abs(roots))) &
+            second(i) = maxval(abs(roots - self%target))
+         modes = i + count(second(:i) <= reach)
+         needed = i
+         if (modes >= self%wanted) return
+      end do
+      needed = size(values) + self%wanted - modes
+   end function needed_oscillators
 end module kschur_modal_selection

@@ -23,9 +23,14 @@ module kschur_modes
    ! A pair above this backward error is no mode of the problem.
    real(wp), parameter :: spurious = 1.0e-5_wp
    ! An energy below this, relative to its terms, is rounding.
-   real(wp), parameter :: no_energy = 100*epsilon(1.0_wp)
-   ! A zero eigenvalue found by iteration is below this, relative to the others.
-   real(wp), parameter :: nearly_zero = 1.0e-3_wp
+   real(wp), parameter :: no_energy = 8*epsilon(1.0_wp)
+   ! A zero eigenvalue found by iteration is below this, relative to the shift
+   ! or to the first one that is not zero.
+   real(wp), parameter :: nearly_zero = 1.0e-4_wp
+   ! Two roots closer than this may be one found twice if their shapes are parallel.
+   real(wp), parameter :: same_pair = 1.0e-2_wp
+   ! The distance from the target is known no better than this.
+   real(wp), parameter :: blurred = 1.0e-4_wp
    real(wp), parameter :: pi = acos(-1.0_wp)
 
    !> Eigenpairs of a modal problem.
@@ -43,12 +48,14 @@ contains
    !> Fills the modes of `result` from eigenpairs: conjugate pairs once,
    !> spurious pairs dropped, rigid-body modes as exact zeros, nearest to the
    !> target first, no more than were asked for.
-   subroutine select_modes(problem, options, found, reference, result)
+   subroutine select_modes(problem, options, found, reference, reach, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       type(eigenpairs_type), intent(in) :: found
       !> A size of lambda (1/s), as the shift, against which zeros are seen.
       real(wp), intent(in) :: reference
+      !> Eigenvalues are known as far as this from the target (1/s).
+      real(wp), intent(in) :: reach
       type(modal_result_type), intent(inout) :: result
       type(eigenpairs_type) :: pairs
       logical, allocatable :: rigid(:), accepted(:)
@@ -60,7 +67,7 @@ contains
       pairs = found
       call normalize(pairs)
       k = size(pairs%lambda)
-      largest = max(reference, maxval([0.0_wp, abs(pairs%lambda)]))
+      largest = max(reference, first_flexible(problem, pairs))
       allocate (rigid(k))
       do j = 1, k
          pairs%lambda(j) = cleaned(pairs%lambda(j), problem%damping_kind == damping_none)
@@ -81,7 +88,7 @@ contains
       accepted = accepted .and. errors <= spurious
       allocate (order(count(accepted)), source=pack([(j, j=1, k)], accepted))
       call sort_by_distance(pairs%lambda, options%target, order)
-      k = min(size(order), options%modes)
+      k = min(count(distances(pairs%lambda(order), options%target) <= (1 + blurred)*reach), options%modes)
       result%eigenvalues = pairs%lambda(order(:k))
       result%eigenvectors = pairs%phi(:, order(:k))
       result%multipliers = pairs%xi(:, order(:k))
@@ -138,10 +145,28 @@ contains
       if (abs(r) <= no_energy*r_terms .or. abs(lambda*m) < abs(lambda*m + r)) then
          rigid = abs(lambda) <= nearly_zero*largest
          if (rigid) lambda = 0
-      else if (problem%symmetric .and. abs(lambda*m + r) <= nearly_zero*abs(r)) then
+      else if (problem%symmetric .and. abs(lambda*m + r) <= blurred*abs(r)) then
          lambda = -real(r, wp)/real(m, wp)
       end if
    end subroutine settle_rigid
+
+   ! The smallest |lambda| of a shape that clearly stores energy; zero if none does.
+   real(wp) function first_flexible(problem, pairs)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(in) :: pairs
+      real(wp), parameter :: clearly = 100
+      complex(wp) :: k
+      real(wp) :: k_terms
+      integer :: j
+
+      first_flexible = huge(1.0_wp)
+      do j = 1, size(pairs%lambda)
+         if (abs(pairs%lambda(j)) >= first_flexible) cycle
+         call form(problem%stiffness, pairs%phi(:, j), k, k_terms)
+         if (abs(k) > clearly*no_energy*k_terms) first_flexible = abs(pairs%lambda(j))
+      end do
+      if (first_flexible >= huge(1.0_wp)) first_flexible = 0
+   end function first_flexible
 
    ! phi^* A phi, and the same with every term positive.
    pure subroutine form(matrix, phi, total, terms)
@@ -204,6 +229,13 @@ contains
 
       allocate (span(size(pairs%phi, 1), 0))
       allocate (u(size(pairs%phi, 1)))
+      depends = .true.
+      do i = 1, j - 1
+         if (.not. accepted(i)) cycle
+         if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_pair*abs(pairs%lambda(j))) cycle
+         u = pairs%phi(:, j) - dot_product(pairs%phi(:, i), pairs%phi(:, j))*pairs%phi(:, i)
+         if (norm2(abs(u)) <= dependent) return
+      end do
       do i = 1, j
          if (i < j .and. .not. accepted(i)) cycle
          if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_value*abs(pairs%lambda(j))) cycle
@@ -316,7 +348,13 @@ contains
       zeta = -(lambda + other)/(2*omega)
    end subroutine oscillator
 
-   ! By the distance of the nearer one of lambda and its conjugate.
+   ! Of the nearer one of lambda and its conjugate.
+   elemental real(wp) function distances(lambda, target)
+      complex(wp), intent(in) :: lambda, target
+
+      distances = min(abs(lambda - target), abs(conjg(lambda) - target))
+   end function distances
+
    subroutine sort_by_distance(lambda, target, order)
       complex(wp), intent(in) :: lambda(:), target
       integer, intent(inout) :: order(:)
@@ -325,7 +363,7 @@ contains
 
       do i = 1, size(order)
          current = order(i)
-         associate (d => min(abs(lambda(current) - target), abs(conjg(lambda(current)) - target)))
+         associate (d => distances(lambda(current), target))
             j = i - 1
             do while (j > 0)
                if (distance(j) <= d) exit

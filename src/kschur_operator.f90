@@ -6,7 +6,7 @@ module kschur_operator
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: real_operator_type, complex_operator_type
+   public :: real_operator_type, symmetric_operator_type, complex_operator_type
 
    !> An operator on real vectors.
    type, abstract :: real_operator_type
@@ -16,6 +16,14 @@ module kschur_operator
       !> y := C x for a block of vectors.
       procedure(apply_real), deferred :: apply
    end type real_operator_type
+
+   !> An operator C that is self-adjoint in the inner product x^T B y of its
+   !> metric B, symmetric and positive semidefinite: B C is symmetric.
+   type, abstract, extends(real_operator_type) :: symmetric_operator_type
+   contains
+      !> y := B x for a block of vectors.
+      procedure(apply_metric), deferred :: apply_metric
+   end type symmetric_operator_type
 
    !> An operator on complex vectors.
    type, abstract :: complex_operator_type
@@ -44,6 +52,14 @@ module kschur_operator
          real(wp), contiguous, intent(out) :: y(:, :)
          type(error_type), allocatable, intent(out) :: error
       end subroutine apply_real
+
+      subroutine apply_metric(self, x, y, error)
+         import :: symmetric_operator_type, wp, error_type
+         class(symmetric_operator_type), intent(inout) :: self
+         real(wp), contiguous, intent(in) :: x(:, :)
+         real(wp), contiguous, intent(out) :: y(:, :)
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine apply_metric
 
       subroutine apply_complex(self, x, y, error)
          import :: complex_operator_type, wp, error_type

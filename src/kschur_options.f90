@@ -17,9 +17,16 @@ module kschur_options
    integer, parameter, public :: formulation_damped = 4
    !> Eq. (33), theta = lambda; the 3m spurious eigenvalues are infinite.
    integer, parameter, public :: formulation_damped_constrained = 5
+   !> The structured form of (33), of order n + m; theta = lambda.
+   integer, parameter, public :: formulation_quadratic = 6
+   !> Symmetric, undamped: Lanczos on order n + m; theta = omega^2.
+   integer, parameter, public :: formulation_symmetric = 7
+   !> Symmetric with R = alpha M + beta K: the undamped modes, mapped.
+   integer, parameter, public :: formulation_proportional = 8
    !> The names of the formulations, in this order from `formulation_auto` on.
-   character(len=*), parameter, public :: formulation_names(0:5) = [character(len=20) :: "auto", &
-      "undamped", "undamped-negative", "undamped-constrained", "damped", "damped-constrained"]
+   character(len=*), parameter, public :: formulation_names(0:8) = [character(len=20) :: "auto", &
+      "undamped", "undamped-negative", "undamped-constrained", "damped", "damped-constrained", "quadratic", &
+      "symmetric", "proportional"]
 
    !> Cq as it is given.
    integer, parameter, public :: scaling_none = 0
@@ -48,6 +55,8 @@ module kschur_options
       real(wp) :: tolerance = 1.0e-12_wp
       !> Largest number of restarts.
       integer :: max_restarts = 200
+      !> Whether the structured formulations eliminate clamped and tied unknowns first.
+      logical :: presolve = .true.
       !> Seed of the start vector; the same seed gives the same digits.
       integer :: seed = 1
    end type modal_options_type

@@ -9,17 +9,20 @@ module kschur_pencil
       formulation_undamped, formulation_undamped_constrained, formulation_undamped_negative
    use kschur_problem, only: modal_problem_type, damping_none
    use kschur_random, only: random_vector
+   use kschur_spectral_map, only: spectral_map_type
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_from_triplets, &
       identity_csr_matrix, complex_combination
    implicit none
    private
-   public :: pencil_type, new_pencil, shift_invert_type, new_shift_invert
+   public :: check_fit, pencil_type, new_pencil, shift_invert_type, new_shift_invert
 
    !> A x = theta B x. The damped forms have x = (phi, lambda/unit phi, xi) and
    !> theta = lambda, the undamped ones x = (phi, xi) and theta = -+ lambda^2.
    type :: pencil_type
       !> One of `formulation_*`.
       integer :: formulation
+      !> How theta and lambda belong together.
+      type(spectral_map_type) :: map
       type(csr_matrix_type) :: a, b
       !> Numbers of unknowns n and multipliers m of the problem.
       integer :: unknowns, multipliers
@@ -89,6 +92,8 @@ contains
       n = problem%unknowns()
       m = problem%multipliers()
       pencil%formulation = formulation
+      pencil%map%oscillator = .not. (formulation == formulation_damped .or. formulation == formulation_damped_constrained)
+      pencil%map%sign = merge(1.0_wp, -1.0_wp, formulation == formulation_undamped)
       pencil%unknowns = n
       pencil%multipliers = m
       pencil%unit = unit
@@ -126,6 +131,7 @@ contains
       if (.not. allocated(error)) call new_csr_from_triplets(pencil%b, order, order, b%row, b%column, b%value, error)
    end subroutine new_pencil
 
+   !> Fails where a pencil of Table 1 does not fit a problem.
    subroutine check_fit(problem, formulation, error)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation
@@ -172,30 +178,23 @@ contains
    pure logical function is_damped(self)
       class(pencil_type), intent(in) :: self
 
-      is_damped = self%formulation == formulation_damped .or. self%formulation == formulation_damped_constrained
+      is_damped = .not. self%map%oscillator
    end function is_damped
 
    pure complex(wp) function theta(self, lambda)
       class(pencil_type), intent(in) :: self
       complex(wp), intent(in) :: lambda
 
-      if (self%is_damped()) then
-         theta = lambda
-      else
-         theta = merge(-1, 1, self%formulation == formulation_undamped)*lambda**2
-      end if
+      theta = self%map%theta(lambda)
    end function theta
 
    pure complex(wp) function lambda(self, theta)
       class(pencil_type), intent(in) :: self
       complex(wp), intent(in) :: theta
+      complex(wp) :: roots(2)
 
-      if (self%is_damped()) then
-         lambda = theta
-      else
-         lambda = sqrt(merge(-1, 1, self%formulation == formulation_undamped)*theta)
-         if (aimag(lambda) < 0) lambda = -lambda
-      end if
+      roots = self%map%lambdas(theta)
+      lambda = merge(roots(2), roots(1), aimag(roots(1)) < 0 .and. self%map%oscillator)
    end function lambda
 
    !> phi (n x k) and xi (m x k) of eigenvectors x; xi belongs to the

@@ -164,6 +164,9 @@ contains
          end if
          if (sum(a**2) > 0) alpha = alpha + dot_product(a, c)/sum(a**2)
       end do
+      ! A share of the size of rounding is none.
+      if (maxval(abs(alpha*m)) <= rounding*maxval(abs(r))) alpha = 0
+      if (maxval(abs(beta*k)) <= rounding*maxval(abs(r))) beta = 0
       if (all(abs(r - alpha*m - beta*k) <= rounding*(abs(r) + abs(alpha*m) + abs(beta*k)))) then
          problem%damping_kind = damping_proportional
          problem%alpha = alpha

@@ -1,10 +1,13 @@
 !> What the solver returns: modes, how good they are, how they were found.
 module kschur_result
    use kschur_kinds, only: wp, long
-   use kschur_options, only: formulation_auto
+   use kschur_outcome, only: history_type, reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, &
+      reason_cancelled
+   use kschur_options, only: modal_options_type, formulation_auto
    implicit none
    private
    public :: modal_result_type, history_type, timings_type
+   public :: reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled
 
    !> A zero eigenvalue: a motion without strain.
    integer, parameter, public :: kind_rigid = 0
@@ -21,28 +24,6 @@ module kschur_result
    !> The names of the kinds, in this order from `kind_rigid` on.
    character(len=*), parameter, public :: kind_names(0:5) = [character(len=11) :: &
       "rigid", "undamped", "underdamped", "overdamped", "unstable", "real"]
-
-   !> All the modes that were asked for have converged.
-   integer, parameter, public :: reason_converged = 0
-   !> The restarts ran out first.
-   integer, parameter, public :: reason_max_restarts = 1
-   !> The problem has fewer modes than were asked for; all of them are here.
-   integer, parameter, public :: reason_fewer_modes = 2
-   !> The monitor asked to stop.
-   integer, parameter, public :: reason_cancelled = 3
-   !> The names of the reasons, in this order from `reason_converged` on.
-   character(len=*), parameter, public :: reason_names(0:3) = [character(len=12) :: &
-      "converged", "max_restarts", "fewer_modes", "cancelled"]
-
-   !> One entry per restart of the Krylov-Schur method.
-   type :: history_type
-      !> Number of converged Ritz values among the wanted ones.
-      integer, allocatable :: converged(:)
-      !> Operator applications so far.
-      integer, allocatable :: operator_applications(:)
-      !> Largest relative residual among the wanted Ritz values.
-      real(wp), allocatable :: residual(:)
-   end type history_type
 
    !> Wall-clock seconds of each phase.
    type :: timings_type
@@ -76,6 +57,8 @@ module kschur_result
       !> One of `kind_*`.
       integer, allocatable :: kind(:)
 
+      !> What was asked for.
+      type(modal_options_type) :: options
       !> One of `reason_*`: why the iteration ended.
       integer :: reason = reason_converged
       !> Number of modes that were asked for.
@@ -98,6 +81,8 @@ module kschur_result
       integer(long) :: factor_entries = 0
       !> Sum of the squares of the couplings dropped by locking, under the root, relative to the operator.
       real(wp) :: locking_error = 0
+      !> Peak memory of the program that solved the problem; -1 where not known.
+      integer(long) :: peak_memory_bytes = -1
       type(timings_type) :: seconds
       type(history_type) :: history
    end type modal_result_type

@@ -1,0 +1,29 @@
+!> How an iteration went and why it ended.
+module kschur_outcome
+   use kschur_kinds, only: wp
+   implicit none
+   private
+   public :: history_type
+
+   !> All the modes that were asked for have converged.
+   integer, parameter, public :: reason_converged = 0
+   !> The restarts ran out first.
+   integer, parameter, public :: reason_max_restarts = 1
+   !> The problem has fewer modes than were asked for; all of them are here.
+   integer, parameter, public :: reason_fewer_modes = 2
+   !> The monitor asked to stop.
+   integer, parameter, public :: reason_cancelled = 3
+   !> The names of the reasons, in this order from `reason_converged` on.
+   character(len=*), parameter, public :: reason_names(0:3) = [character(len=12) :: &
+      "converged", "max_restarts", "fewer_modes", "cancelled"]
+
+   !> One entry per restart of the Krylov-Schur method.
+   type :: history_type
+      !> Number of converged Ritz values among the wanted ones.
+      integer, allocatable :: converged(:)
+      !> Operator applications so far.
+      integer, allocatable :: operator_applications(:)
+      !> Largest relative residual among the wanted Ritz values.
+      real(wp), allocatable :: residual(:)
+   end type history_type
+end module kschur_outcome

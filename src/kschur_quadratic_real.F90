@@ -1,0 +1,19 @@
+!> The structured quadratic operator at a real shift.
+module kschur_quadratic_real
+   use kschur_error, only: error_type, new_error, error_singular
+   use kschur_kinds, only: wp, long
+   use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_random, only: random_vector
+   use kschur_saddle, only: saddle_blocks
+   use kschur_sparse, only: csr_matrix_type, linear_combination
+   implicit none
+   private
+   public :: quadratic_operator_type, new_quadratic_operator
+
+#define SCALAR real(wp)
+#define MATRIX_TYPE csr_matrix_type
+#define SOLVER_TYPE real_linear_solver_type
+#define COMBINATION linear_combination
+#include "kschur_quadratic.inc"
+end module kschur_quadratic_real

@@ -1,0 +1,34 @@
+!> The structured quadratic form as a transform at a complex shift.
+module kschur_quadratic_transform_complex
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_krylov_complex, only: krylov_schur
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
+   use kschur_modal_selection, only: modal_selection_type
+   use kschur_monitor, only: monitor_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_quadratic_complex, only: quadratic_operator_type, new_quadratic_operator
+   use kschur_transform, only: transform_type
+   use kschur_two_level_complex, only: two_level_basis_type
+   implicit none
+   private
+   public :: quadratic_transform_type, new_quadratic_transform
+
+#define SCALAR complex(wp)
+#define SOLVER_TYPE complex_linear_solver_type
+#include "kschur_quadratic_transform.inc"
+
+   subroutine extend_complex(operator, x, v, x_plus, xi_plus, error)
+      type(quadratic_operator_type), intent(inout) :: operator
+      complex(wp), intent(in) :: x(:, :), v(:, :)
+      complex(wp), contiguous, intent(out) :: x_plus(:, :), xi_plus(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      complex(wp), allocatable :: parts(:, :, :)
+
+      allocate (parts(size(x, 1), size(x, 2), 2))
+      parts(:, :, 1) = x
+      parts(:, :, 2) = v
+      call operator%extend_with_multipliers(parts(:, :, 1), parts(:, :, 2), x_plus, xi_plus, error)
+   end subroutine extend_complex
+end module kschur_quadratic_transform_complex

@@ -1,0 +1,42 @@
+!> The structured quadratic form as a transform at a real shift.
+module kschur_quadratic_transform_real
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_krylov_real, only: krylov_schur
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_linear_solver, only: real_linear_solver_type, linear_solver_type
+   use kschur_modal_selection, only: modal_selection_type
+   use kschur_monitor, only: monitor_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_quadratic_real, only: quadratic_operator_type, new_quadratic_operator
+   use kschur_transform, only: transform_type
+   use kschur_two_level_real, only: two_level_basis_type
+   implicit none
+   private
+   public :: quadratic_transform_type, new_quadratic_transform
+
+#define SCALAR real(wp)
+#define SOLVER_TYPE real_linear_solver_type
+#include "kschur_quadratic_transform.inc"
+
+   subroutine extend_complex(operator, x, v, x_plus, xi_plus, error)
+      type(quadratic_operator_type), intent(inout) :: operator
+      complex(wp), intent(in) :: x(:, :), v(:, :)
+      complex(wp), contiguous, intent(out) :: x_plus(:, :), xi_plus(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: parts(:, :, :), shapes(:, :), multipliers(:, :)
+      integer :: k
+
+      ! Real and imaginary parts side by side, as one block of right-hand sides.
+      k = size(x, 2)
+      allocate (parts(size(x, 1), 2*k, 2), shapes(size(x, 1), 2*k), multipliers(size(xi_plus, 1), 2*k))
+      parts(:, :k, 1) = real(x, wp)
+      parts(:, k + 1:, 1) = aimag(x)
+      parts(:, :k, 2) = real(v, wp)
+      parts(:, k + 1:, 2) = aimag(v)
+      call operator%extend_with_multipliers(parts(:, :, 1), parts(:, :, 2), shapes, multipliers, error)
+      if (allocated(error)) return
+      x_plus = cmplx(shapes(:, :k), shapes(:, k + 1:), wp)
+      xi_plus = cmplx(multipliers(:, :k), multipliers(:, k + 1:), wp)
+   end subroutine extend_complex
+end module kschur_quadratic_transform_real

@@ -1,0 +1,219 @@
+!> Symmetric undamped and proportionally damped problems as a transform: real
+!> Lanczos on (K - s M)^{-1} M, restricted to the null space of Cq, in the
+!> inner product of M, which may be singular.
+module kschur_symmetric_transform
+   use kschur_error, only: error_type, new_error, error_singular
+   use kschur_kinds, only: wp
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_lanczos, only: lanczos
+   use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
+   use kschur_modal_selection, only: modal_selection_type
+   use kschur_monitor, only: monitor_type
+   use kschur_operator, only: symmetric_operator_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_saddle, only: saddle_blocks
+   use kschur_sparse, only: csr_matrix_type, linear_combination
+   use kschur_transform, only: transform_type
+   implicit none
+   private
+   public :: symmetric_transform_type, new_symmetric_transform, mass_is_semidefinite
+
+   !> C = (K - s M)^{-1} M on the motions that the constraints allow.
+   type, extends(symmetric_operator_type) :: symmetric_shift_invert_type
+      type(modal_problem_type), pointer :: problem => null()
+      class(real_linear_solver_type), allocatable :: solver
+      !> Factor of each constraint.
+      real(wp), allocatable :: factors(:)
+   contains
+      procedure :: order => operator_order
+      procedure :: apply
+      procedure :: apply_metric
+      procedure :: apply_with_multipliers
+   end type symmetric_shift_invert_type
+
+   type, extends(transform_type) :: symmetric_transform_type
+      type(symmetric_shift_invert_type) :: operator
+   contains
+      procedure :: iterate
+      procedure :: recover
+      procedure :: linear_solver
+      procedure :: order
+   end type symmetric_transform_type
+
+contains
+
+   !> Factors [K - s M, Cq^T; Cq, 0] where s = theta(lambda) is the square of a
+   !> frequency (1/s^2); of a complex lambda it takes the real part.
+   subroutine new_symmetric_transform(transform, problem, factors, lambda, solver, error)
+      type(symmetric_transform_type), intent(out) :: transform
+      type(modal_problem_type), target, intent(in) :: problem
+      real(wp), intent(in) :: factors(:)
+      complex(wp), intent(in) :: lambda
+      class(real_linear_solver_type), allocatable, intent(inout) :: solver
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: blocks(3)
+      type(matrix_structure_type) :: structure
+      integer :: i
+
+      transform%map%oscillator = .true.
+      transform%map%alpha = problem%alpha
+      transform%map%beta = problem%beta
+      transform%shift = real(transform%map%theta(lambda), wp)
+      transform%operator%problem => problem
+      allocate (transform%operator%factors(size(factors)), source=factors)
+      call move_alloc(solver, transform%operator%solver)
+      call saddle_blocks(problem, factors, blocks, error)
+      if (allocated(error)) return
+      structure%symmetric = .true.
+      structure%multipliers = size(factors)
+      allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
+      call transform%operator%solver%factorize(linear_combination([-real(transform%shift, wp), 0.0_wp, 1.0_wp], &
+         blocks), structure, error)
+      if (allocated(error)) return
+      if (transform%operator%solver%null_pivots > 0) call check_regular(transform, error)
+   end subroutine new_symmetric_transform
+
+   ! Null pivots come from redundant constraints or from a shift on an eigenvalue.
+   subroutine check_regular(self, error)
+      type(symmetric_transform_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: acceptable = 1.0e-6_wp
+      real(wp), allocatable :: x(:, :), y(:, :), xi(:, :), f(:, :)
+      real(wp) :: size_of_f
+      integer :: n, i
+
+      n = self%operator%order()
+      allocate (x(n, 1), source=reshape([(1 + mod(7*i, 11)/11.0_wp, i=1, n)], [n, 1]))
+      allocate (y(n, 1), xi(size(self%operator%factors), 1), f(n, 1))
+      call self%operator%apply_with_multipliers(x, y, xi, error)
+      if (allocated(error)) return
+      associate (p => self%operator%problem)
+         f = 0
+         call p%mass%add_product(-1.0_wp, x, f)
+         size_of_f = maxval(abs(f))
+         call p%stiffness%add_product(1.0_wp, y, f)
+         call p%mass%add_product(-real(self%shift, wp), y, f)
+         call p%constraints%add_transposed_product(1.0_wp, xi, f)
+      end associate
+      if (.not. maxval(abs(f)) <= acceptable*size_of_f) call new_error(error, error_singular, &
+         "the shifted problem is singular: the shift is an eigenvalue; move it a little")
+   end subroutine check_regular
+
+   !> Whether M has no negative eigenvalue, by the signs of its pivots; the
+   !> inner product of M is one only then.
+   subroutine mass_is_semidefinite(problem, solver, semidefinite, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> A solver that reports the number of negative pivots; used up.
+      class(real_linear_solver_type), intent(inout) :: solver
+      logical, intent(out) :: semidefinite
+      type(error_type), allocatable, intent(out) :: error
+      type(matrix_structure_type) :: structure
+
+      structure%symmetric = .true.
+      call solver%factorize(problem%mass, structure, error)
+      semidefinite = .not. allocated(error) .and. solver%negative_pivots == 0
+   end subroutine mass_is_semidefinite
+
+   integer function operator_order(self)
+      class(symmetric_shift_invert_type), intent(in) :: self
+
+      operator_order = self%problem%unknowns()
+   end function operator_order
+
+   subroutine apply(self, x, y, error)
+      class(symmetric_shift_invert_type), intent(inout) :: self
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), contiguous, intent(out) :: y(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: xi(:, :)
+
+      allocate (xi(size(self%factors), size(x, 2)))
+      call self%apply_with_multipliers(x, y, xi, error)
+   end subroutine apply
+
+   subroutine apply_metric(self, x, y, error)
+      class(symmetric_shift_invert_type), intent(inout) :: self
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), contiguous, intent(out) :: y(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      y = 0
+      call self%problem%mass%add_product(1.0_wp, x, y)
+   end subroutine apply_metric
+
+   subroutine apply_with_multipliers(self, x, y, xi, error)
+      class(symmetric_shift_invert_type), intent(inout) :: self
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), contiguous, intent(out) :: y(:, :), xi(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: rhs(:, :)
+      integer :: n, j
+
+      n = size(x, 1)
+      y = 0
+      call self%problem%mass%add_product(1.0_wp, x, y)
+      if (size(self%factors) == 0) then
+         call self%solver%solve(y, error)
+         return
+      end if
+      allocate (rhs(n + size(self%factors), size(x, 2)), source=0.0_wp)
+      rhs(:n, :) = y
+      call self%solver%solve(rhs, error)
+      if (allocated(error)) return
+      y = rhs(:n, :)
+      do j = 1, size(x, 2)
+         xi(:, j) = self%factors*rhs(n + 1:, j)
+      end do
+   end subroutine apply_with_multipliers
+
+   subroutine iterate(self, selection, options, mu, vectors, statistics, error, monitor)
+      class(symmetric_transform_type), target, intent(inout) :: self
+      type(modal_selection_type), intent(in) :: selection
+      type(krylov_options_type), intent(in) :: options
+      complex(wp), allocatable, intent(out) :: mu(:), vectors(:, :)
+      type(krylov_statistics_type), intent(out) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), intent(inout), optional :: monitor
+      real(wp), allocatable :: values(:), shapes(:, :)
+
+      call lanczos(self%operator, selection, options, values, shapes, statistics, error, monitor, options%verify)
+      if (allocated(error)) return
+      allocate (mu(size(values)), source=cmplx(values, 0, wp))
+      allocate (vectors(size(shapes, 1), size(shapes, 2)), source=cmplx(shapes, 0, wp))
+   end subroutine iterate
+
+   subroutine recover(self, mu, vectors, phi, xi, error)
+      class(symmetric_transform_type), intent(inout) :: self
+      complex(wp), intent(in) :: mu(:)
+      complex(wp), contiguous, intent(in) :: vectors(:, :)
+      complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: x(:, :), y(:, :), multipliers(:, :)
+      real(wp) :: length
+      integer :: j
+
+      allocate (x(size(vectors, 1), size(mu)), source=real(vectors, wp))
+      allocate (y(size(vectors, 1), size(mu)), multipliers(size(self%operator%factors), size(mu)))
+      call self%operator%apply_with_multipliers(x, y, multipliers, error)
+      if (allocated(error)) return
+      allocate (phi(size(y, 1), size(mu)), xi(size(multipliers, 1), size(mu)))
+      do j = 1, size(mu)
+         length = max(norm2(y(:, j)), tiny(1.0_wp))
+         phi(:, j) = y(:, j)/length
+         xi(:, j) = multipliers(:, j)/length
+      end do
+   end subroutine recover
+
+   function linear_solver(self) result(solver)
+      class(symmetric_transform_type), target, intent(in) :: self
+      class(linear_solver_type), pointer :: solver
+
+      solver => self%operator%solver
+   end function linear_solver
+
+   integer function order(self)
+      class(symmetric_transform_type), intent(in) :: self
+
+      order = self%operator%order() + size(self%operator%factors)
+   end function order
+end module kschur_symmetric_transform

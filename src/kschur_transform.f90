@@ -1,0 +1,76 @@
+!> A formulation of a problem, factored at a shift and ready to be iterated:
+!> what the solver asks of pencils and structured operators alike.
+module kschur_transform
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_linear_solver, only: linear_solver_type
+   use kschur_modal_selection, only: modal_selection_type
+   use kschur_monitor, only: monitor_type
+   use kschur_spectral_map, only: spectral_map_type
+   implicit none
+   private
+   public :: transform_type
+
+   type, abstract :: transform_type
+      type(spectral_map_type) :: map
+      !> sigma, a value of theta: Ritz values are mu = 1/(theta - sigma).
+      complex(wp) :: shift = (0.0_wp, 0.0_wp)
+   contains
+      !> Ritz values and vectors, most wanted first.
+      procedure(iterate_interface), deferred :: iterate
+      !> Shapes and multipliers of Ritz vectors, purified by one more
+      !> application, which removes what is left of infinite eigenvalues.
+      procedure(recover_interface), deferred :: recover
+      !> The solver that holds the factors.
+      procedure(solver_interface), deferred :: linear_solver
+      !> Order of the factored matrix.
+      procedure(order_interface), deferred :: order
+      !> theta of a Ritz value, eq. (42).
+      procedure :: theta
+   end type transform_type
+
+   abstract interface
+      subroutine iterate_interface(self, selection, options, mu, vectors, statistics, error, monitor)
+         import :: transform_type, modal_selection_type, krylov_options_type, krylov_statistics_type, wp, &
+            error_type, monitor_type
+         class(transform_type), target, intent(inout) :: self
+         type(modal_selection_type), intent(in) :: selection
+         type(krylov_options_type), intent(in) :: options
+         complex(wp), allocatable, intent(out) :: mu(:), vectors(:, :)
+         type(krylov_statistics_type), intent(out) :: statistics
+         type(error_type), allocatable, intent(out) :: error
+         class(monitor_type), intent(inout), optional :: monitor
+      end subroutine iterate_interface
+
+      subroutine recover_interface(self, mu, vectors, phi, xi, error)
+         import :: transform_type, wp, error_type
+         class(transform_type), intent(inout) :: self
+         complex(wp), intent(in) :: mu(:)
+         complex(wp), contiguous, intent(in) :: vectors(:, :)
+         complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine recover_interface
+
+      function solver_interface(self) result(solver)
+         import :: transform_type, linear_solver_type
+         class(transform_type), target, intent(in) :: self
+         class(linear_solver_type), pointer :: solver
+      end function solver_interface
+
+      integer function order_interface(self)
+         import :: transform_type
+         class(transform_type), intent(in) :: self
+      end function order_interface
+   end interface
+
+contains
+
+   pure complex(wp) function theta(self, mu)
+      class(transform_type), intent(in) :: self
+      complex(wp), intent(in) :: mu
+
+      theta = huge(1.0_wp)
+      if (abs(mu) > tiny(1.0_wp)) theta = self%shift + 1/mu
+   end function theta
+end module kschur_transform

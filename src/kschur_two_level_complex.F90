@@ -1,0 +1,37 @@
+!> Two-level Krylov bases of complex quadratic operators.
+module kschur_two_level_complex
+   use kschur_basis_complex, only: basis_type, orthogonalize, rotate_columns, combine_columns
+   use kschur_clock, only: clock, seconds_since
+   use kschur_error, only: error_type, new_error, error_memory
+   use kschur_kinds, only: wp, long
+   use kschur_lapack, only: zgemm, zgesvd
+   use kschur_quadratic_complex, only: quadratic_operator_type
+   use kschur_random, only: random_vector
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: two_level_basis_type
+
+#define SCALAR complex(wp)
+#define OPERATOR_TYPE quadratic_operator_type
+#define GEMM zgemm
+#define ADJOINT(x) conjg(transpose(x))
+#include "kschur_two_level.inc"
+
+   subroutine left_singular_vectors(a, left, singular)
+      complex(wp), intent(inout) :: a(:, :)
+      complex(wp), allocatable, intent(out) :: left(:, :)
+      real(wp), allocatable, intent(out) :: singular(:)
+      complex(wp), allocatable :: work(:)
+      complex(wp) :: none(1, 1), work_size(1)
+      real(wp) :: rwork(5*min(size(a, 1), size(a, 2)))
+      integer :: rows, columns, info
+
+      rows = size(a, 1)
+      columns = size(a, 2)
+      allocate (left(rows, min(rows, columns)), singular(min(rows, columns)))
+      call zgesvd("S", "N", rows, columns, a, rows, singular, left, rows, none, 1, work_size, -1, rwork, info)
+      allocate (work(int(work_size(1))))
+      call zgesvd("S", "N", rows, columns, a, rows, singular, left, rows, none, 1, work, size(work), rwork, info)
+   end subroutine left_singular_vectors
+end module kschur_two_level_complex

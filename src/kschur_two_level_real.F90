@@ -1,0 +1,36 @@
+!> Two-level Krylov bases of real quadratic operators.
+module kschur_two_level_real
+   use kschur_basis_real, only: basis_type, orthogonalize, rotate_columns, combine_columns
+   use kschur_clock, only: clock, seconds_since
+   use kschur_error, only: error_type, new_error, error_memory
+   use kschur_kinds, only: wp, long
+   use kschur_lapack, only: dgemm, dgesvd
+   use kschur_quadratic_real, only: quadratic_operator_type
+   use kschur_random, only: random_vector
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: two_level_basis_type
+
+#define SCALAR real(wp)
+#define OPERATOR_TYPE quadratic_operator_type
+#define GEMM dgemm
+#define ADJOINT(x) transpose(x)
+#include "kschur_two_level.inc"
+
+   subroutine left_singular_vectors(a, left, singular)
+      real(wp), intent(inout) :: a(:, :)
+      real(wp), allocatable, intent(out) :: left(:, :)
+      real(wp), allocatable, intent(out) :: singular(:)
+      real(wp), allocatable :: work(:)
+      real(wp) :: none(1, 1), work_size(1)
+      integer :: rows, columns, info
+
+      rows = size(a, 1)
+      columns = size(a, 2)
+      allocate (left(rows, min(rows, columns)), singular(min(rows, columns)))
+      call dgesvd("S", "N", rows, columns, a, rows, singular, left, rows, none, 1, work_size, -1, info)
+      allocate (work(int(work_size(1))))
+      call dgesvd("S", "N", rows, columns, a, rows, singular, left, rows, none, 1, work, size(work), info)
+   end subroutine left_singular_vectors
+end module kschur_two_level_real
