@@ -16,6 +16,7 @@
 module kschur
    use kschur_error, only: error_type, new_error, add_context, error_usage, error_input, error_file, &
       error_memory, error_singular, error_library
+   use kschur_formulation, only: smallest_formulation
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
    use kschur_hdf5_result, only: read_hdf5_result, write_hdf5_result
    use kschur_kinds, only: wp, long
@@ -34,7 +35,7 @@ module kschur
    use kschur_result, only: modal_result_type, history_type, timings_type, kind_names, kind_rigid, kind_undamped, &
       kind_underdamped, kind_overdamped, kind_unstable, kind_real, reason_names, reason_converged, &
       reason_max_restarts, reason_fewer_modes, reason_cancelled
-   use kschur_solver, only: solve_modes, smallest_formulation
+   use kschur_solver, only: solve_modes
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_matrix, new_csr_from_triplets, &
       empty_csr_matrix
    use kschur_text, only: text

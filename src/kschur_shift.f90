@@ -1,0 +1,203 @@
+!> Where a formulation is factored: at the shift that was given, or at one
+!> chosen at the scale of the wanted modes.
+module kschur_shift
+   use kschur_error, only: error_type, error_singular
+   use kschur_kinds, only: wp
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
+   use kschur_modal_selection, only: modal_selection_type
+   use kschur_mumps_complex, only: mumps_complex_type
+   use kschur_mumps_real, only: mumps_real_type
+   use kschur_options, only: modal_options_type, formulation_proportional, formulation_quadratic, formulation_symmetric
+   use kschur_pencil_transform, only: pencil_transform_type, new_pencil_transform
+   use kschur_problem, only: modal_problem_type
+   use kschur_quadratic_transform_complex, only: complex_quadratic_type => quadratic_transform_type, &
+      new_complex_quadratic => new_quadratic_transform
+   use kschur_quadratic_transform_real, only: real_quadratic_type => quadratic_transform_type, &
+      new_real_quadratic => new_quadratic_transform
+   use kschur_result, only: modal_result_type
+   use kschur_scaling, only: constraint_factors
+   use kschur_symmetric_transform, only: symmetric_transform_type, new_symmetric_transform
+   use kschur_transform, only: transform_type
+   implicit none
+   private
+   public :: place_shift, account
+
+   ! Where no shift is given it lies at this part of the largest wanted |lambda|.
+   real(wp), parameter :: shift_level = 0.25_wp
+   ! A shift within this factor of that place is left where it is.
+   real(wp), parameter :: close_enough = 4
+   integer, parameter :: shift_attempts = 5
+
+contains
+
+   !> Factors at the shift that was given, next to a target, or, where that is
+   !> small, at the scale of the lowest modes. Sets result%shift.
+   subroutine place_shift(problem, options, transform, result, error)
+      type(modal_problem_type), target, intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      class(transform_type), allocatable, intent(out) :: transform
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: scale
+
+      if (allocated(options%shift)) then
+         call factor_at(problem, options, options%shift, transform, result, error)
+      else if (abs(options%target) > first_scale(problem)) then
+         call factor_near_target(problem, options, transform, result, error)
+      else
+         call factor_at_scale(problem, options, transform, scale, result, error)
+         if (allocated(error)) return
+         if (abs(options%target) <= scale) return
+         call account(transform%linear_solver(), result)
+         call factor_near_target(problem, options, transform, result, error)
+      end if
+   end subroutine place_shift
+
+   ! To the right of the target, where a stable system has no eigenvalue.
+   subroutine factor_near_target(problem, options, transform, result, error)
+      type(modal_problem_type), target, intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      class(transform_type), allocatable, intent(out) :: transform
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: off_axis(3) = [0.01_wp, 0.03_wp, 0.1_wp]
+      integer :: attempt
+
+      do attempt = 1, size(off_axis)
+         call factor_at(problem, options, options%target + off_axis(attempt)*abs(options%target), transform, &
+            result, error)
+         if (.not. allocated(error)) return
+         if (error%code /= error_singular) return
+      end do
+   end subroutine factor_near_target
+
+   ! At the scale of the lowest modes, found by trial.
+   subroutine factor_at_scale(problem, options, transform, scale, result, error)
+      type(modal_problem_type), target, intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      class(transform_type), allocatable, intent(out) :: transform
+      !> The shift (1/s).
+      real(wp), intent(out) :: scale
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: previous, proposed
+      integer :: attempt
+
+      scale = first_scale(problem)
+      previous = scale
+      do attempt = 1, shift_attempts
+         call factor_at(problem, options, cmplx(scale, 0, wp), transform, result, error)
+         if (allocated(error) .and. attempt > 1) then
+            scale = previous
+            call factor_at(problem, options, cmplx(scale, 0, wp), transform, result, error)
+            return
+         end if
+         if (allocated(error) .or. attempt == shift_attempts) return
+         call propose_scale(transform, options, result, proposed, error)
+         if (allocated(error) .or. .not. proposed > 0) return
+         if (proposed >= scale/close_enough .and. proposed <= scale*close_enough) return
+         call account(transform%linear_solver(), result)
+         previous = scale
+         scale = proposed
+      end do
+   end subroutine factor_at_scale
+
+   ! A frequency that the matrices suggest (1/s): far above the lowest modes of
+   ! a fine mesh, but of their units.
+   real(wp) function first_scale(problem)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), parameter :: below_the_highest = 1.0e-3_wp
+      real(wp) :: mass, damping, stiffness
+
+      mass = problem%mass%infinity_norm()
+      damping = problem%damping%infinity_norm()
+      stiffness = problem%stiffness%infinity_norm()
+      first_scale = below_the_highest*max(sqrt(stiffness/mass), damping/mass)
+      if (stiffness > 0) first_scale = below_the_highest*sqrt(stiffness/mass)
+      if (.not. first_scale > 0) first_scale = 1
+   end function first_scale
+
+   subroutine factor_at(problem, options, shift, transform, result, error)
+      type(modal_problem_type), target, intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      complex(wp), intent(in) :: shift
+      class(transform_type), allocatable, intent(out) :: transform
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(complex_linear_solver_type), allocatable :: solver
+      class(real_linear_solver_type), allocatable :: real_solver
+      type(pencil_transform_type), allocatable :: pencil
+      type(complex_quadratic_type), allocatable :: quadratic
+      type(real_quadratic_type), allocatable :: real_quadratic
+      type(symmetric_transform_type), allocatable :: symmetric
+      real(wp) :: factors(problem%multipliers()), unit
+
+      result%shift = shift
+      factors = constraint_factors(problem, options%constraint_scaling, shift)
+      unit = scale(1.0_wp, exponent(max(abs(shift), first_scale(problem))))
+      allocate (mumps_complex_type :: solver)
+      allocate (mumps_real_type :: real_solver)
+      if (any(result%formulation == [formulation_symmetric, formulation_proportional])) then
+         allocate (symmetric)
+         call new_symmetric_transform(symmetric, problem, factors, shift, real_solver, error)
+         call move_alloc(symmetric, transform)
+      else if (result%formulation /= formulation_quadratic) then
+         allocate (pencil)
+         call new_pencil_transform(pencil, problem, result%formulation, factors, unit, shift, solver, error)
+         call move_alloc(pencil, transform)
+      else if (abs(aimag(shift)) > 0) then
+         allocate (quadratic)
+         call new_complex_quadratic(quadratic, problem, factors, unit, shift, solver, error)
+         call move_alloc(quadratic, transform)
+      else
+         allocate (real_quadratic)
+         call new_real_quadratic(real_quadratic, problem, factors, unit, real(shift, wp), real_solver, error)
+         call move_alloc(real_quadratic, transform)
+      end if
+      if (allocated(error)) return
+      result%factorizations = result%factorizations + 1
+   end subroutine factor_at
+
+   ! Where the shift had better be, from a few steps at the shift that is; zero
+   ! where they do not tell.
+   subroutine propose_scale(transform, options, result, proposed, error)
+      class(transform_type), target, intent(inout) :: transform
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      real(wp), intent(out) :: proposed
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: steps = 30
+      real(wp), parameter :: roughly = 0.1_wp
+      ! Beyond these, relative to the shift, a zero or an infinite eigenvalue may be blurred by rounding.
+      real(wp), parameter :: too_near = 1.0e-4_wp, too_far = 1.0e3_wp
+      type(modal_selection_type) :: selection
+      type(krylov_statistics_type) :: statistics
+      complex(wp), allocatable :: mu(:), vectors(:, :)
+      real(wp) :: magnitude
+      integer :: i
+
+      proposed = 0
+      selection = modal_selection_type(options%modes, transform%map, transform%shift, options%target)
+      call transform%iterate(selection, krylov_options_type(subspace=steps, tolerance=roughly, &
+         max_restarts=1, seed=options%seed, verify=.false.), mu, vectors, statistics, error)
+      if (allocated(error)) return
+      result%operator_applications = result%operator_applications + statistics%operator_applications
+      result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
+      do i = 1, size(mu)
+         magnitude = maxval(abs(transform%map%lambdas(transform%theta(mu(i)))))
+         if (magnitude < too_near*abs(result%shift) .or. magnitude > too_far*abs(result%shift)) cycle
+         proposed = max(proposed, shift_level*magnitude)
+      end do
+   end subroutine propose_scale
+
+   !> Adds the counts and seconds of a linear solver to a result.
+   subroutine account(solver, result)
+      class(linear_solver_type), intent(in) :: solver
+      type(modal_result_type), intent(inout) :: result
+
+      result%seconds%analyze = result%seconds%analyze + solver%analyze_seconds
+      result%seconds%factorize = result%seconds%factorize + solver%factorize_seconds
+      result%seconds%solve = result%seconds%solve + solver%solve_seconds
+   end subroutine account
+end module kschur_shift
