@@ -2,12 +2,12 @@
 !> file, or Matrix Market files named one by one.
 module cli_input
    use cli_arguments, only: arguments_type
-   use cli_system, only: is_folder
+   use cli_system, only: is_folder, same_file
    use kschur, only: add_context, error_file, error_input, error_type, error_usage, modal_problem_type, new_error, &
       read_hdf5_problem, read_matrix_market_files, read_matrix_market_problem
    implicit none
    private
-   public :: input_type, read_problem, take_input
+   public :: input_type, is_part_of, read_problem, take_input
 
    !> Names of files; what was not given is not allocated.
    type :: input_type
@@ -45,6 +45,26 @@ contains
          call new_error(error, error_usage, "no problem is given; see kschur help")
       end if
    end subroutine take_input
+
+   !> Whether a path names a file that the problem is read from.
+   logical function is_part_of(input, path)
+      type(input_type), intent(in) :: input
+      character(len=*), intent(in) :: path
+      character(len=*), parameter :: names(4) = [character(len=6) :: "M.mtx", "K.mtx", "R.mtx", "Cq.mtx"]
+      integer :: i
+
+      if (allocated(input%path)) then
+         is_part_of = same_file(path, input%path)
+         do i = 1, size(names)
+            if (.not. is_part_of) is_part_of = same_file(path, input%path//"/"//trim(names(i)))
+         end do
+      else
+         is_part_of = same_file(path, input%mass)
+         if (.not. is_part_of) is_part_of = same_file(path, input%stiffness)
+         if (.not. is_part_of) is_part_of = same_file(path, or_empty(input%damping))
+         if (.not. is_part_of) is_part_of = same_file(path, or_empty(input%constraints))
+      end if
+   end function is_part_of
 
    !> Reads the problem; whatever is wrong with it is `error_input` and names a file.
    subroutine read_problem(input, problem, error)

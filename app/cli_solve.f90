@@ -1,7 +1,7 @@
 !> kschur solve: reads a problem, computes its modes, writes and prints them.
 module cli_solve
    use cli_arguments, only: arguments_type
-   use cli_input, only: input_type, read_problem, take_input
+   use cli_input, only: input_type, is_part_of, read_problem, take_input
    use cli_output, only: print_result, take_format
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_writable_folder, complain, set_threads
@@ -70,8 +70,7 @@ contains
          call take_target(arguments, options, error)
          call arguments%take_complex("--shift", options%shift, error)
          call arguments%take_choice("--formulation", formulation_names, options%formulation, error, &
-            planned=[character(len=25) :: "undamped-constrained-zero", "damped-constrained-zero", "quadratic", &
-            "symmetric", "proportional"])
+            planned=[character(len=25) :: "undamped-constrained-zero", "damped-constrained-zero"])
          call arguments%take_choice("--constraint-scaling", scaling_names, options%constraint_scaling, error)
          call arguments%take_integer("--subspace", 1, options%subspace, error)
          call arguments%take_positive("--tolerance", tolerance, error)
@@ -89,8 +88,8 @@ contains
       if (allocated(error)) return
       if (request%quiet .and. request%verbose) &
          call new_error(error, error_usage, "--quiet and --verbose exclude each other")
-      if (.not. (allocated(request%output) .and. allocated(request%input%path))) return
-      if (request%output == request%input%path) &
+      if (.not. allocated(request%output)) return
+      if (is_part_of(request%input, request%output)) &
          call new_error(error, error_usage, "--output "//request%output//" would replace the problem")
    end subroutine take_request
 
@@ -140,8 +139,8 @@ contains
       sentence = text(size(result%eigenvalues))//" of "//text(asked)//" modes: "
       select case (result%reason)
       case (reason_max_restarts)
-         sentence = sentence//"the others had not converged when the restarts ran out ("// &
-            text(result%restarts)//"); more --max-restarts or a larger --subspace may help"
+         sentence = sentence//"the others had not converged when the restarts ran out; "// &
+            "more --max-restarts or a larger --subspace may help"
       case (reason_fewer_modes)
          sentence = sentence//"the problem has no more"
       case (reason_cancelled)

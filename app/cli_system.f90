@@ -1,11 +1,11 @@
 !> What the program asks of the operating system.
 module cli_system
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use kschur, only: error_file, error_type, long, new_error
    implicit none
    private
-   public :: check_writable_folder, complain, end_program, is_folder, peak_memory_bytes, set_threads, &
+   public :: check_writable_folder, complain, end_program, is_folder, peak_memory_bytes, same_file, set_threads, &
       standard_error_is_terminal
 
    interface
@@ -14,6 +14,12 @@ module cli_system
          character(kind=c_char), intent(in) :: path(*)
          integer(c_int), value :: mode
       end function c_access
+
+      type(c_ptr) function c_realpath(path, resolved) bind(c, name="realpath")
+         import :: c_char, c_ptr
+         character(kind=c_char), intent(in) :: path(*)
+         character(kind=c_char), intent(out) :: resolved(*)
+      end function c_realpath
 
       subroutine c_exit(status) bind(c, name="exit")
          import :: c_int
@@ -65,6 +71,28 @@ contains
 
       is_folder = c_access(path//"/."//c_null_char, 0_c_int) == 0
    end function is_folder
+
+   !> Whether two paths name one existing file.
+   logical function same_file(first, second)
+      character(len=*), intent(in) :: first, second
+      character(len=:), allocatable :: resolved, other
+
+      resolved = real_path(first)
+      other = real_path(second)
+      same_file = resolved /= "" .and. resolved == other
+   end function same_file
+
+   ! Without links and dots; empty where there is no such file.
+   function real_path(path) result(resolved)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: resolved
+      integer, parameter :: longest_path = 4096
+      character(kind=c_char, len=longest_path) :: buffer
+
+      resolved = ""
+      if (.not. c_associated(c_realpath(path//c_null_char, buffer))) return
+      resolved = buffer(:index(buffer, c_null_char) - 1)
+   end function real_path
 
    !> Fails where no file `path` could be made because of its folder.
    subroutine check_writable_folder(path, error)

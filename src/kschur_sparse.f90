@@ -95,11 +95,16 @@ contains
       integer, intent(in) :: row(:), column(:)
       real(wp), intent(in) :: value(:)
       type(error_type), allocatable, intent(out) :: error
+      ! A wrong size line must not take all the memory there is.
+      integer, parameter :: very_large = 100000000, very_sparse = 100
       integer, allocatable :: by_column(:), by_row(:), next(:)
       integer :: i, k, entries, last
 
       if (rows < 0 .or. columns < 0) then
          call new_error(error, error_input, "a matrix cannot have "//text(rows)//" x "//text(columns)//" entries")
+      else if (max(rows, columns) > very_large .and. max(rows, columns)/very_sparse > size(row)) then
+         call new_error(error, error_input, "a matrix of "//text(rows)//" x "//text(columns)//" with only "// &
+            text(size(row))//" entries cannot be meant")
       else if (size(row) /= size(column) .or. size(row) /= size(value)) then
          call new_error(error, error_input, "row indices, column indices and values differ in number")
       else

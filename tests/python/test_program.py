@@ -268,7 +268,26 @@ def test_wrong_usage(folder):
         check_refused(" ".join(os.path.basename(str(word)) for word in words) or "no words", 1, kschur(*words), *named)
 
 
+def test_output_never_replaces_the_problem(folder):
+    problem = folder / "undamped.h5"
+    before = problem.read_bytes()
+    (folder / "here").mkdir()
+    (folder / "link.h5").symlink_to(problem)
+    for path in (problem, folder / "here" / ".." / "undamped.h5", folder / "link.h5"):
+        check_refused(f"--output {path.name}, the problem itself", 1, kschur("solve", problem, "--output", path), "replace")
+    matrices = write_problem(folder / "matrices", M=np.eye(3), K=np.eye(3))
+    check_refused("--output M.mtx", 1, kschur("solve", matrices, "--output", matrices / "M.mtx"), "replace")
+    check_refused("--output K.mtx", 1, kschur("solve", "--mass", matrices / "M.mtx", "--stiffness", matrices / "K.mtx",
+                  "--output", matrices / "K.mtx"), "replace")
+    check("the problem is as it was", problem.read_bytes() == before)
+
+
 def test_bad_input(folder):
+    bad = folder / "huge"
+    bad.mkdir()
+    for name in ("M.mtx", "K.mtx"):
+        (bad / name).write_text("%%MatrixMarket matrix coordinate real general\n2000000000 2000000000 1\n1 1 1.0\n")
+    check_refused("two thousand million rows, one entry", 2, kschur("solve", bad), "M.mtx", "2000000000")
     check_refused("missing file", 2, kschur("solve", folder / "missing.h5"), folder / "missing.h5")
     whole = (folder / "undamped.h5").read_bytes()
     (folder / "truncated.h5").write_bytes(whole[:len(whole) // 2])
@@ -327,7 +346,8 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for test in (test_help, test_beam_body, test_random_problems, test_json, test_rigid_modes, test_csv,
-                     test_result_file, test_info, test_more_modes_than_exist, test_wrong_usage, test_bad_input,
+                     test_result_file, test_info, test_more_modes_than_exist, test_wrong_usage,
+                     test_output_never_replaces_the_problem, test_bad_input,
                      test_progress):
             try:
                 test(folder)
