@@ -2,7 +2,6 @@
 module cli_json
    use, intrinsic :: iso_fortran_env, only: output_unit
    use cli_numbers, only: plain
-   use cli_system, only: peak_memory_bytes
    use kschur, only: damping_names, formulation_names, kind_names, kschur_version, long, modal_result_type, &
       reason_names, text, timings_type, wp
    implicit none
@@ -32,7 +31,7 @@ contains
       call print_line(' "counts": {"operator_applications": '//text(result%operator_applications)// &
          ', "restarts": '//text(result%restarts)//', "factorizations": '//text(result%factorizations)//'},')
       call print_line(' "seconds": '//seconds(result%seconds)//',')
-      call print_line(' "peak_memory_bytes": '//memory(peak_memory_bytes())//'}')
+      call print_line(' "peak_memory_bytes": '//memory(result%peak_memory_bytes)//'}')
    end subroutine print_json
 
    !> Prints a line of names and one line per mode on standard output; an

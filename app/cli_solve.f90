@@ -4,7 +4,7 @@ module cli_solve
    use cli_input, only: input_type, is_part_of, read_problem, take_input
    use cli_output, only: print_result, take_format
    use cli_progress, only: new_progress, progress_type
-   use cli_system, only: check_writable_folder, complain, set_threads
+   use cli_system, only: check_writable_folder, peak_memory_bytes, complain, set_threads
    use kschur, only: error_type, error_usage, formulation_names, modal_options_type, modal_problem_type, &
       modal_result_type, new_error, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts, &
       scaling_names, solve_modes, text, wp, write_hdf5_result
@@ -52,6 +52,7 @@ contains
       call progress%show("")
       if (allocated(error)) return
 
+      result%peak_memory_bytes = peak_memory_bytes()
       if (allocated(request%output)) call write_hdf5_result(result, request%output, error)
       call print_result(result, request%format, request%verbose)
       if (allocated(error)) return

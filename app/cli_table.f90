@@ -2,7 +2,6 @@
 module cli_table
    use, intrinsic :: iso_fortran_env, only: output_unit
    use cli_numbers, only: aligned, rounded
-   use cli_system, only: peak_memory_bytes
    use kschur, only: damping_names, formulation_names, kind_names, kind_rigid, modal_result_type, reason_names, text, wp
    implicit none
    private
@@ -65,8 +64,8 @@ contains
       write (output_unit, "(a)", advance="no") "effort   operator applications "// &
          text(result%operator_applications)//", restarts "//text(result%restarts)//", factorizations "// &
          text(result%factorizations)//", "//rounded(result%seconds%total)//" s"
-      if (peak_memory_bytes() >= 0) write (output_unit, "(a, i0, a)", advance="no") &
-         ", ", peak_memory_bytes()/1000000, " MB"
+      if (result%peak_memory_bytes >= 0) write (output_unit, "(a, i0, a)", advance="no") &
+         ", ", result%peak_memory_bytes/1000000, " MB"
       write (output_unit, "()")
    end subroutine print_effort
 

@@ -9,7 +9,7 @@ module kschur_hdf5_result
    use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, open_hdf5_file, create_hdf5_file, &
       close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
-   use kschur_options, only: formulation_names, index_of_name
+   use kschur_options, only: formulation_names, index_of_name, scaling_names
    use kschur_problem, only: damping_names
    use kschur_result, only: modal_result_type, history_type, kind_names, reason_names
    use kschur_release, only: kschur_version
@@ -99,6 +99,13 @@ contains
       call write_attribute(file, root, "shift", result%shift, error)
       call write_attribute(file, root, "reason", trim(reason_names(result%reason)), error)
       call write_attribute(file, root, "modes_asked", result%modes_asked, error)
+      call write_attribute(file, root, "tolerance", result%options%tolerance, error)
+      call write_attribute(file, root, "subspace", result%options%subspace, error)
+      call write_attribute(file, root, "max_restarts", result%options%max_restarts, error)
+      call write_attribute(file, root, "constraint_scaling", &
+         trim(scaling_names(result%options%constraint_scaling)), error)
+      call write_attribute(file, root, "seed", result%options%seed, error)
+      call write_attribute(file, root, "peak_memory_bytes", result%peak_memory_bytes, error)
       call write_attribute(file, root, "operator_applications", result%operator_applications, error)
       call write_attribute(file, root, "restarts", result%restarts, error)
       call write_attribute(file, root, "factorizations", result%factorizations, error)
@@ -193,6 +200,12 @@ contains
       call read_attribute(result%shift, file, root, "shift", error)
       call read_name(result%reason, file, "reason", reason_names, error)
       call read_attribute(result%modes_asked, file, root, "modes_asked", error)
+      call read_attribute(result%options%tolerance, file, root, "tolerance", error)
+      call read_attribute(result%options%subspace, file, root, "subspace", error)
+      call read_attribute(result%options%max_restarts, file, root, "max_restarts", error)
+      call read_name(result%options%constraint_scaling, file, "constraint_scaling", scaling_names, error)
+      call read_attribute(result%options%seed, file, root, "seed", error)
+      call read_attribute(result%peak_memory_bytes, file, root, "peak_memory_bytes", error)
       call read_attribute(result%operator_applications, file, root, "operator_applications", error)
       call read_attribute(result%restarts, file, root, "restarts", error)
       call read_attribute(result%factorizations, file, root, "factorizations", error)

@@ -201,7 +201,10 @@ def test_result_file(folder):
         m, k, cq = (read_dense(problem[name]) for name in ("mass", "stiffness", "constraints"))
         check("result: the datasets", {"frequency_hz", "damped_frequency_hz", "damping_ratio", "backward_error", "kind",
                                        "history"} <= set(file), list(file))
-        check("result: attributes", len(file.attrs) > 0, dict(file.attrs))
+        check("result: options, counts, timings and version as attributes", {
+            "kschur", "modes_asked", "target", "shift", "tolerance", "subspace", "max_restarts", "constraint_scaling",
+            "seed", "method", "formulation", "reason", "operator_applications", "restarts", "factorizations",
+            "seconds_total", "peak_memory_bytes"} <= set(file.attrs), dict(file.attrs))
     check("result: complex values and shapes", np.iscomplexobj(values) and shapes.shape == (5, 30)
           and multipliers.shape == (5, 6), (values.dtype, shapes.shape, multipliers.shape))
     check("result: the values that were printed", np.array_equal(values, eigenvalues(result)))
@@ -213,6 +216,7 @@ def test_result_file(folder):
     again = kschur("info", output, "--format", "json")
     check("info RESULT: its modes in JSON", again.returncode == 0
           and json.loads(again.stdout)["modes"] == result["modes"], again)
+    check("info RESULT: the memory of the solution", json.loads(again.stdout)["peak_memory_bytes"] > 1000000)
     check_refused("output in a folder that does not exist", 4, kschur(
         "solve", folder / "undamped.h5", "--output", folder / "nowhere" / "r.h5"), "nowhere")
 
