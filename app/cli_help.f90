@@ -1,6 +1,6 @@
 !> What `kschur help` says.
 module cli_help
-   use, intrinsic :: iso_fortran_env, only: output_unit
+   use cli_system, only: print_line
    use kschur, only: error_type, error_usage, kschur_version, new_error
    use kschur_scenes, only: scene_help, scene_names
    implicit none
@@ -11,7 +11,7 @@ contains
 
    !> Prints the name and the version of the program.
    subroutine print_version()
-      write (output_unit, "(a)") "kschur "//kschur_version
+      call print_line("kschur "//kschur_version)
    end subroutine print_version
 
    !> Prints the help on a command, or on the program where `topic` is empty.
@@ -63,7 +63,8 @@ contains
          "  --shift RE[,IM]        where to factor, in 1/s (chosen near the target)", &
          "  --method NAME          auto, krylov-schur (auto)", &
          "  --formulation NAME     auto, undamped, undamped-negative, undamped-constrained,", &
-         "                         damped, damped-constrained (auto)", &
+         "                         damped, damped-constrained, quadratic, symmetric,", &
+         "                         proportional (auto)", &
          "  --inner NAME           auto, mumps (auto)", &
          "  --subspace M           largest dimension of the Krylov space (chosen)", &
          "  --tolerance T          relative residual of a converged mode (1e-12)", &
@@ -85,7 +86,8 @@ contains
          "Writes an HDF5 file where PROBLEM ends in .h5 or .hdf5, else a folder of Matrix", &
          "Market files. The scenes, their options and defaults:"])
       do i = 1, size(scene_names)
-         write (output_unit, "(/, a)") scene_help(scene_names(i))
+         call print_line("")
+         call print_line(scene_help(scene_names(i)))
       end do
    end subroutine print_scene_help
 
@@ -103,7 +105,7 @@ contains
       integer :: i
 
       do i = 1, size(lines)
-         write (output_unit, "(a)") trim(lines(i))
+         call print_line(trim(lines(i)))
       end do
    end subroutine print_lines
 end module cli_help

@@ -1,10 +1,10 @@
 !> kschur info: what a problem is, or the table of a result that was written.
 module cli_info
-   use, intrinsic :: iso_fortran_env, only: output_unit
    use cli_arguments, only: arguments_type
    use cli_input, only: input_type, read_problem, take_input
    use cli_numbers, only: rounded
    use cli_output, only: format_table, print_result, take_format
+   use cli_system, only: print_line
    use kschur, only: csr_matrix_type, damping_names, damping_proportional, error_type, error_usage, &
       formulation_names, modal_problem_type, modal_result_type, new_error, read_hdf5_result, smallest_formulation, text
    implicit none
@@ -46,12 +46,13 @@ contains
    subroutine print_problem(problem)
       type(modal_problem_type), intent(in) :: problem
 
-      write (output_unit, "(a)") "unknowns     "//text(problem%unknowns())
-      write (output_unit, "(a)") "constraints  "//text(problem%multipliers())
-      write (output_unit, "(a)") "symmetric    "//trim(merge("yes", "no ", problem%symmetric))
-      write (output_unit, "(a)") "damping      "//damping_text(problem)
-      write (output_unit, "(a)") "formulation  "//trim(formulation_names(smallest_formulation(problem)))
-      write (output_unit, "(/, a)") "matrix                     nonzeros   infinity norm"
+      call print_line("unknowns     "//text(problem%unknowns()))
+      call print_line("constraints  "//text(problem%multipliers()))
+      call print_line("symmetric    "//trim(merge("yes", "no ", problem%symmetric)))
+      call print_line("damping      "//damping_text(problem))
+      call print_line("formulation  "//trim(formulation_names(smallest_formulation(problem))))
+      call print_line("")
+      call print_line("matrix                     nonzeros   infinity norm")
       call print_matrix("mass M", problem%mass)
       call print_matrix("damping R", problem%damping)
       call print_matrix("stiffness K", problem%stiffness)
@@ -61,9 +62,11 @@ contains
    subroutine print_matrix(name, matrix)
       character(len=*), intent(in) :: name
       type(csr_matrix_type), intent(in) :: matrix
+      character(len=51) :: line
 
-      write (output_unit, "(a20, i15, a16)") adjustl(name//repeat(" ", 20)), matrix%nonzeros(), &
+      write (line, "(a20, i15, a16)") adjustl(name//repeat(" ", 20)), matrix%nonzeros(), &
          rounded(matrix%infinity_norm())
+      call print_line(line)
    end subroutine print_matrix
 
    function damping_text(problem)

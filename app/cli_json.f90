@@ -1,7 +1,7 @@
 !> A result as JSON (one object) and as comma-separated values.
 module cli_json
-   use, intrinsic :: iso_fortran_env, only: output_unit
    use cli_numbers, only: plain
+   use cli_system, only: print_line
    use kschur, only: damping_names, formulation_names, kind_names, kschur_version, long, modal_result_type, &
       reason_names, text, timings_type, wp
    implicit none
@@ -49,12 +49,6 @@ contains
             trim(kind_names(result%kind(i)))//","//plain(result%backward_error(i), ""))
       end do
    end subroutine print_csv
-
-   subroutine print_line(line)
-      character(len=*), intent(in) :: line
-
-      write (output_unit, "(a)") line
-   end subroutine print_line
 
    pure function mode(result, i) result(object)
       type(modal_result_type), intent(in) :: result

@@ -1,8 +1,7 @@
 !> kschur scene: builds one of the models of examples/scenes and writes it as a problem.
 module cli_scene
-   use, intrinsic :: iso_fortran_env, only: output_unit
    use cli_arguments, only: arguments_type
-   use cli_system, only: check_writable_folder
+   use cli_system, only: check_writable_folder, print_line
    use kschur, only: error_type, error_usage, modal_problem_type, new_error, text, write_hdf5_problem, &
       write_matrix_market_problem
    use kschur_scenes, only: build_scene
@@ -40,8 +39,8 @@ contains
          call write_matrix_market_problem(problem, output, error)
       end if
       if (allocated(error)) return
-      write (output_unit, "(a)") output//": "//text(problem%unknowns())//" unknowns, "// &
-         text(problem%multipliers())//" constraints"
+      call print_line(output//": "//text(problem%unknowns())//" unknowns, "// &
+         text(problem%multipliers())//" constraints")
    end subroutine scene_command
 
    pure logical function ends_with(word, suffix)

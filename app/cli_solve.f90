@@ -4,10 +4,10 @@ module cli_solve
    use cli_input, only: input_type, is_part_of, read_problem, take_input
    use cli_output, only: print_result, take_format
    use cli_progress, only: new_progress, progress_type
-   use cli_system, only: check_writable_folder, peak_memory_bytes, complain, set_threads
+   use cli_system, only: check_output, check_writable_folder, complain, peak_memory_bytes, set_threads
    use kschur, only: error_type, error_usage, formulation_names, modal_options_type, modal_problem_type, &
       modal_result_type, new_error, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts, &
-      scaling_names, solve_modes, text, wp, write_hdf5_result
+      reason_names, scaling_names, solve_modes, text, wp, write_hdf5_result
    implicit none
    private
    public :: solve_command
@@ -55,6 +55,7 @@ contains
       result%peak_memory_bytes = peak_memory_bytes()
       if (allocated(request%output)) call write_hdf5_result(result, request%output, error)
       call print_result(result, request%format, request%verbose)
+      call check_output(error)
       if (allocated(error)) return
       complete = result%reason == reason_converged .and. size(result%eigenvalues) >= request%options%modes
       if (.not. complete) call complain(shortfall(result, request%options%modes))
@@ -147,7 +148,18 @@ contains
       case (reason_cancelled)
          sentence = sentence//"the computation was stopped"
       case default
-         sentence = sentence//"the solver found no more"
+         sentence = sentence//spaced(reason_names(result%reason))
       end select
    end function shortfall
+
+   ! The words that a name is made of.
+   pure function spaced(name)
+      character(len=*), intent(in) :: name
+      character(len=len_trim(name)) :: spaced
+      integer :: i
+
+      do i = 1, len(spaced)
+         spaced(i:i) = merge(" ", name(i:i), scan(name(i:i), "_-") == 1)
+      end do
+   end function spaced
 end module cli_solve

@@ -1,12 +1,15 @@
 !> What the program asks of the operating system.
 module cli_system
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
-   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-   use kschur, only: error_file, error_type, long, new_error
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_null_ptr, c_ptr
+   use, intrinsic :: iso_fortran_env, only: error_unit
+   use kschur, only: error_file, error_library, error_type, long, new_error
    implicit none
    private
-   public :: check_writable_folder, complain, end_program, is_folder, peak_memory_bytes, same_file, set_threads, &
-      standard_error_is_terminal
+   public :: check_output, check_writable_folder, complain, end_program, is_folder, peak_memory_bytes, print_line, &
+      same_file, set_threads, standard_error_is_terminal
+
+   ! Whether a line for standard output was lost.
+   logical :: output_lost = .false.
 
    interface
       integer(c_int) function c_access(path, mode) bind(c, name="access")
@@ -20,6 +23,16 @@ module cli_system
          character(kind=c_char), intent(in) :: path(*)
          character(kind=c_char), intent(out) :: resolved(*)
       end function c_realpath
+
+      integer(c_int) function c_puts(line) bind(c, name="puts")
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: line(*)
+      end function c_puts
+
+      integer(c_int) function c_fflush(stream) bind(c, name="fflush")
+         import :: c_int, c_ptr
+         type(c_ptr), value :: stream
+      end function c_fflush
 
       subroutine c_exit(status) bind(c, name="exit")
          import :: c_int
@@ -43,10 +56,26 @@ contains
    subroutine end_program(status)
       integer, intent(in) :: status
 
-      flush (output_unit)
       flush (error_unit)
       call c_exit(int(status, c_int))
    end subroutine end_program
+
+   !> One line on standard output. C writes it, as gfortran does not report a
+   !> disk that is full or an output that is closed; `check_output` does.
+   subroutine print_line(line)
+      character(len=*), intent(in) :: line
+
+      if (c_puts(line//c_null_char) < 0) output_lost = .true.
+   end subroutine print_line
+
+   !> Fails where a line of `print_line` did not arrive, unless `error` is already raised.
+   subroutine check_output(error)
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (c_fflush(c_null_ptr) /= 0) output_lost = .true.
+      if (output_lost .and. .not. allocated(error)) &
+         call new_error(error, error_library, "standard output cannot be written to")
+   end subroutine check_output
 
    !> One line on standard error, with the name of the program before it.
    subroutine complain(message)
@@ -69,7 +98,7 @@ contains
    logical function is_folder(path)
       character(len=*), intent(in) :: path
 
-      is_folder = c_access(path//"/."//c_null_char, 0_c_int) == 0
+      is_folder = c_access(path//"/"//c_null_char, 0_c_int) == 0
    end function is_folder
 
    !> Whether two paths name one existing file.

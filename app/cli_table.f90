@@ -1,7 +1,7 @@
 !> A result as a table for people.
 module cli_table
-   use, intrinsic :: iso_fortran_env, only: output_unit
    use cli_numbers, only: aligned, rounded
+   use cli_system, only: print_line
    use kschur, only: damping_names, formulation_names, kind_names, kind_rigid, modal_result_type, reason_names, text, wp
    implicit none
    private
@@ -24,19 +24,20 @@ contains
    subroutine print_header(result)
       type(modal_result_type), intent(in) :: result
 
-      write (output_unit, "(a)") "problem  "//text(result%unknowns)//" unknowns, "//text(result%constraints)// &
+      call print_line("problem  "//text(result%unknowns)//" unknowns, "//text(result%constraints)// &
          " constraints, "//trim(merge("symmetric  ", "unsymmetric", result%symmetric))//", damping "// &
-         trim(damping_names(result%damping_kind))
-      write (output_unit, "(a)") "method   "//result%method//", formulation "// &
+         trim(damping_names(result%damping_kind)))
+      call print_line("method   "//result%method//", formulation "// &
          trim(formulation_names(result%formulation))//", target "//rounded(result%target)//", shift "// &
-         rounded(result%shift)//" 1/s"
-      write (output_unit, "(a)") "modes    "//text(size(result%eigenvalues))//" of "//text(result%modes_asked)// &
-         ", "//trim(reason_names(result%reason))
+         rounded(result%shift)//" 1/s")
+      call print_line("modes    "//text(size(result%eigenvalues))//" of "//text(result%modes_asked)// &
+         ", "//trim(reason_names(result%reason)))
    end subroutine print_header
 
    subroutine print_modes(result)
       type(modal_result_type), intent(in) :: result
       character(len=15) :: cells(size(result%eigenvalues), 5)
+      character(len=103) :: line
       integer :: i
 
       cells(:, 1) = aligned(real(result%eigenvalues, wp))
@@ -47,26 +48,28 @@ contains
       where (result%kind == kind_rigid) cells(:, 3) = repeat(" ", 14)//"0"
       where (result%kind == kind_rigid) cells(:, 5) = repeat(" ", 14)//"-"
 
-      write (output_unit, "()")
-      write (output_unit, "(5x, 5a15, 2x, a11, a10)") "Re", "Im", "frequency", "damped", "damping", "kind       ", &
-         "backward"
-      write (output_unit, "(5x, 5a15, 2x, a11, a10)") "1/s", "1/s", "Hz", "Hz", "%", "", "error"
+      call print_line("")
+      write (line, "(5x, 5a15, 2x, a11, a10)") "Re", "Im", "frequency", "damped", "damping", "kind       ", "backward"
+      call print_line(line)
+      write (line, "(5x, 5a15, 2x, a11, a10)") "1/s", "1/s", "Hz", "Hz", "%", "", "error"
+      call print_line(line)
       do i = 1, size(result%eigenvalues)
-         write (output_unit, "(i5, 5a15, 2x, a11, es10.1)") i, cells(i, :), kind_names(result%kind(i)), &
+         write (line, "(i5, 5a15, 2x, a11, es10.1)") i, cells(i, :), kind_names(result%kind(i)), &
             result%backward_error(i)
+         call print_line(line)
       end do
-      write (output_unit, "()")
+      call print_line("")
    end subroutine print_modes
 
    subroutine print_effort(result)
       type(modal_result_type), intent(in) :: result
+      character(len=:), allocatable :: memory
 
-      write (output_unit, "(a)", advance="no") "effort   operator applications "// &
-         text(result%operator_applications)//", restarts "//text(result%restarts)//", factorizations "// &
-         text(result%factorizations)//", "//rounded(result%seconds%total)//" s"
-      if (result%peak_memory_bytes >= 0) write (output_unit, "(a, i0, a)", advance="no") &
-         ", ", result%peak_memory_bytes/1000000, " MB"
-      write (output_unit, "()")
+      memory = "-"
+      if (result%peak_memory_bytes >= 0) memory = text(int(result%peak_memory_bytes/1000000))
+      call print_line("effort   operator applications "//text(result%operator_applications)//", restarts "// &
+         text(result%restarts)//", factorizations "//text(result%factorizations)//", "// &
+         rounded(result%seconds%total)//" s, "//memory//" MB")
    end subroutine print_effort
 
    subroutine print_details(result)
@@ -74,15 +77,15 @@ contains
       integer :: i
 
       associate (seconds => result%seconds)
-         write (output_unit, "(a)") "seconds  analyze "//rounded(seconds%analyze)//", factorize "// &
+         call print_line("seconds  analyze "//rounded(seconds%analyze)//", factorize "// &
             rounded(seconds%factorize)//", solve "//rounded(seconds%solve)// &
-            ", orthogonalize "//rounded(seconds%orthogonalize)
+            ", orthogonalize "//rounded(seconds%orthogonalize))
       end associate
       if (.not. allocated(result%history%converged)) return
       do i = 1, size(result%history%converged)
-         write (output_unit, "(a)") "restart  "//text(i)//": "//"converged "//text(result%history%converged(i))// &
+         call print_line("restart  "//text(i)//": "//"converged "//text(result%history%converged(i))// &
             ", operator applications "//text(result%history%operator_applications(i))//", residual "// &
-            rounded(result%history%residual(i))
+            rounded(result%history%residual(i)))
       end do
    end subroutine print_details
 end module cli_table

@@ -5,7 +5,7 @@ program kschur_program
    use cli_info, only: info_command
    use cli_scene, only: scene_command
    use cli_solve, only: solve_command
-   use cli_system, only: complain, end_program
+   use cli_system, only: check_output, complain, end_program
    use kschur, only: error_input, error_type, error_usage, new_error
    implicit none
 
@@ -21,6 +21,7 @@ program kschur_program
    if (.not. allocated(command)) allocate (character(len=0) :: command)
    call take_flags()
    if (.not. allocated(error)) call do_command()
+   call check_output(error)
 
    if (allocated(error)) then
       call complain(error%message)

@@ -1,12 +1,12 @@
 !> Files and folders, as far as Fortran has no word for them.
 module kschur_files
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
    use kschur_error, only: error_type, new_error, error_file
    use kschur_kinds, only: long
    use kschur_text, only: text
    implicit none
    private
-   public :: temporary_name, check_length, replace_file, remove_file, make_folder
+   public :: temporary_name, check_length, replace_file, remove_file, make_folder, is_link
 
    interface
       integer(c_int) function c_rename(from, to) bind(c, name="rename")
@@ -24,6 +24,14 @@ module kschur_files
          character(kind=c_char), intent(in) :: path(*)
          integer(c_int), value :: mode
       end function c_mkdir
+
+      ! ssize_t is as long as size_t, but signed: as Fortran's integers are.
+      integer(c_size_t) function c_readlink(path, target, size) bind(c, name="readlink")
+         import :: c_char, c_size_t
+         character(kind=c_char), intent(in) :: path(*)
+         character(kind=c_char), intent(out) :: target(*)
+         integer(c_size_t), value :: size
+      end function c_readlink
 
       integer(c_int) function c_getpid() bind(c, name="getpid")
          import :: c_int
@@ -79,6 +87,14 @@ contains
 
       status = c_remove(path//c_null_char)
    end subroutine remove_file
+
+   !> Whether `path` is a symbolic link, wherever that leads.
+   logical function is_link(path)
+      character(len=*), intent(in) :: path
+      character(kind=c_char) :: target(1)
+
+      is_link = c_readlink(path//c_null_char, target, 1_c_size_t) >= 0
+   end function is_link
 
    !> Creates a folder; nothing happens where it exists, or where its parent
    !> does not: writing into it will fail then.

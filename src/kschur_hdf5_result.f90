@@ -5,7 +5,7 @@ module kschur_hdf5_result
    use hdf5, only: hid_t
    use kschur_error, only: error_type, new_error, add_context, error_input, error_usage
    use kschur_files, only: temporary_name
-   use kschur_hdf5_attributes, only: read_attribute, write_attribute
+   use kschur_hdf5_attributes, only: has_attribute, read_attribute, write_attribute
    use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, open_hdf5_file, create_hdf5_file, &
       close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
@@ -41,6 +41,7 @@ contains
       call write_modes(file, result, error)
       call write_history(file, result%history, error)
       call write_facts(file, result, error)
+      call write_options(file, result, error)
       call finish_hdf5_file(file, temporary, path, error)
       call restore_printing(printing)
    end subroutine write_hdf5_result
@@ -99,13 +100,6 @@ contains
       call write_attribute(file, root, "shift", result%shift, error)
       call write_attribute(file, root, "reason", trim(reason_names(result%reason)), error)
       call write_attribute(file, root, "modes_asked", result%modes_asked, error)
-      call write_attribute(file, root, "tolerance", result%options%tolerance, error)
-      call write_attribute(file, root, "subspace", result%options%subspace, error)
-      call write_attribute(file, root, "max_restarts", result%options%max_restarts, error)
-      call write_attribute(file, root, "constraint_scaling", &
-         trim(scaling_names(result%options%constraint_scaling)), error)
-      call write_attribute(file, root, "seed", result%options%seed, error)
-      call write_attribute(file, root, "peak_memory_bytes", result%peak_memory_bytes, error)
       call write_attribute(file, root, "operator_applications", result%operator_applications, error)
       call write_attribute(file, root, "restarts", result%restarts, error)
       call write_attribute(file, root, "factorizations", result%factorizations, error)
@@ -119,6 +113,22 @@ contains
       call write_attribute(file, root, "seconds_orthogonalize", result%seconds%orthogonalize, error)
    end subroutine write_facts
 
+   subroutine write_options(file, result, error)
+      integer(hid_t), intent(in) :: file
+      type(modal_result_type), intent(in) :: result
+      type(error_type), allocatable, intent(inout) :: error
+
+      associate (options => result%options)
+         call write_attribute(file, root, "tolerance", options%tolerance, error)
+         call write_attribute(file, root, "subspace", options%subspace, error)
+         call write_attribute(file, root, "max_restarts", options%max_restarts, error)
+         call write_attribute(file, root, "constraint_scaling", trim(scaling_names(options%constraint_scaling)), error)
+         call write_attribute(file, root, "presolve", merge(1, 0, options%presolve), error)
+         call write_attribute(file, root, "seed", options%seed, error)
+      end associate
+      call write_attribute(file, root, "peak_memory_bytes", result%peak_memory_bytes, error)
+   end subroutine write_options
+
    !> Reads a result that `write_hdf5_result` wrote. Fails with the file and what
    !> is wrong.
    subroutine read_hdf5_result(result, path, error)
@@ -131,6 +141,7 @@ contains
       call silence_hdf5(printing, error)
       call open_hdf5_file(file, path, error)
       call read_facts(result, file, error)
+      call read_options(result, file, error)
       call read_modes(result, file, error)
       call read_history(result%history, file, error)
       call close_hdf5_file(file)
@@ -200,12 +211,6 @@ contains
       call read_attribute(result%shift, file, root, "shift", error)
       call read_name(result%reason, file, "reason", reason_names, error)
       call read_attribute(result%modes_asked, file, root, "modes_asked", error)
-      call read_attribute(result%options%tolerance, file, root, "tolerance", error)
-      call read_attribute(result%options%subspace, file, root, "subspace", error)
-      call read_attribute(result%options%max_restarts, file, root, "max_restarts", error)
-      call read_name(result%options%constraint_scaling, file, "constraint_scaling", scaling_names, error)
-      call read_attribute(result%options%seed, file, root, "seed", error)
-      call read_attribute(result%peak_memory_bytes, file, root, "peak_memory_bytes", error)
       call read_attribute(result%operator_applications, file, root, "operator_applications", error)
       call read_attribute(result%restarts, file, root, "restarts", error)
       call read_attribute(result%factorizations, file, root, "factorizations", error)
@@ -218,6 +223,40 @@ contains
       call read_attribute(result%seconds%solve, file, root, "seconds_solve", error)
       call read_attribute(result%seconds%orthogonalize, file, root, "seconds_orthogonalize", error)
    end subroutine read_facts
+
+   ! Files of the first days do not have these: what is not there keeps its default.
+   subroutine read_options(result, file, error)
+      type(modal_result_type), intent(inout) :: result
+      integer(hid_t), intent(in) :: file
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: presolve
+
+      if (allocated(error)) return
+      associate (options => result%options)
+         options%modes = result%modes_asked
+         options%target = result%target
+         if (has("tolerance")) call read_attribute(options%tolerance, file, root, "tolerance", error)
+         if (has("subspace")) call read_attribute(options%subspace, file, root, "subspace", error)
+         if (has("max_restarts")) call read_attribute(options%max_restarts, file, root, "max_restarts", error)
+         if (has("constraint_scaling")) &
+            call read_name(options%constraint_scaling, file, "constraint_scaling", scaling_names, error)
+         if (has("presolve")) then
+            call read_attribute(presolve, file, root, "presolve", error)
+            options%presolve = presolve /= 0
+         end if
+         if (has("seed")) call read_attribute(options%seed, file, root, "seed", error)
+      end associate
+      if (has("peak_memory_bytes")) &
+         call read_attribute(result%peak_memory_bytes, file, root, "peak_memory_bytes", error)
+
+   contains
+
+      logical function has(name)
+         character(len=*), intent(in) :: name
+
+         has = has_attribute(file, root, name)
+      end function has
+   end subroutine read_options
 
    subroutine read_name(position, file, name, names, error)
       integer, intent(out) :: position

@@ -1,9 +1,11 @@
 !> Reads a text file line by line and word by word, through a fixed
-!> buffer; a line longer than the buffer counts as several.
+!> buffer; of a line longer than the buffer each piece is read as a line of its
+!> own, unless it is a comment.
 module kschur_line_reader
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf, ieee_negative_inf
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_intptr_t, c_loc, c_null_char
    use kschur_error, only: error_type, new_error, error_file
+   use kschur_files, only: is_link
    use kschur_kinds, only: wp, long
    implicit none
    private
@@ -17,12 +19,16 @@ module kschur_line_reader
       private
       !> Number of the line, from 1.
       integer, public :: line = 0
+      !> Whether the system refused to read on before the end of the file.
+      logical, public :: failed = .false.
       character(len=:), allocatable :: buffer
       integer :: unit = 0
       integer :: filled = 0
       integer(long) :: unread = 0
       ! The words of the line that are still to come, and the start of the next line.
       integer :: cursor = 1, line_end = 0, next = 1
+      ! Whether the line goes on in the next piece.
+      logical :: unfinished = .false.
    contains
       !> Opens a file; fails where it cannot be read.
       procedure :: open => open_file
@@ -55,17 +61,21 @@ contains
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
       character(len=256) :: reason
-      integer :: status
+      integer :: status, place
       logical :: there
 
-      inquire (file=path, exist=there)
-      if (.not. there) then
-         call new_error(error, error_file, path//": no such file")
+      inquire (file=path//"/", exist=there)
+      if (there) then
+         call new_error(error, error_file, path//": a folder, not a file")
          return
       end if
       open (newunit=self%unit, file=path, status="old", action="read", access="stream", &
          form="unformatted", iostat=status, iomsg=reason)
       if (status /= 0) then
+         ! What gfortran puts before the system's words names the file again.
+         place = index(reason, "': ", back=.true.)
+         if (place > 0) reason = reason(place + 3:)
+         if (is_link(path)) reason = trim(reason)//" (where this link leads)"
          call new_error(error, error_file, path//": "//trim(reason))
          return
       end if
@@ -92,6 +102,9 @@ contains
          call skip_blanks(self)
          if (self%cursor > self%line_end) cycle
          if (self%buffer(self%cursor:self%cursor) /= comment) return
+         do while (self%unfinished)
+            call next_raw_line(self, found)
+         end do
       end do
    end subroutine next_line
 
@@ -99,7 +112,9 @@ contains
       class(line_reader_type), intent(inout) :: self
       logical, intent(out) :: found
       integer :: place
+      logical :: continues
 
+      continues = self%unfinished
       place = self%next
       do
          do while (place <= self%filled)
@@ -114,7 +129,8 @@ contains
       self%cursor = self%next
       self%line_end = place - 1
       self%next = min(place, self%filled) + 1
-      if (found) self%line = self%line + 1
+      self%unfinished = place > self%filled .and. self%unread > 0
+      if (found .and. .not. continues) self%line = self%line + 1
    end subroutine next_raw_line
 
    ! Moves the unfinished line to the front, and reads as much as fits behind it.
@@ -130,6 +146,7 @@ contains
       self%filled = kept + fresh
       self%unread = self%unread - fresh
       if (status == 0) return
+      self%failed = .true.
       self%filled = kept
       self%unread = 0
    end subroutine refill

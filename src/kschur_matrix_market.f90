@@ -2,7 +2,7 @@
 !> K. A. Remington, The Matrix Market exchange formats, NISTIR 5935 (1996).
 module kschur_matrix_market
    use kschur_error, only: error_type, new_error, add_context, error_file, error_input
-   use kschur_files, only: temporary_name, check_length, replace_file, remove_file, make_folder
+   use kschur_files, only: temporary_name, check_length, replace_file, remove_file, make_folder, is_link
    use kschur_kinds, only: wp, long
    use kschur_line_reader, only: line_reader_type, lower_case
    use kschur_problem, only: modal_problem_type, new_modal_problem
@@ -45,6 +45,7 @@ contains
       call read_header(header, reader, error)
       if (.not. allocated(error)) call read_entries(triplets, header, reader, error)
       call reader%close()
+      if (reader%failed) call new_error(error, error_file, "the file cannot be read to its end")
       if (.not. allocated(error)) call new_csr_from_triplets(matrix, header%rows, header%columns, &
          triplets%row(:triplets%count), triplets%column(:triplets%count), triplets%value(:triplets%count), error)
       call add_context(error, path)
@@ -112,8 +113,11 @@ contains
 
       ! No line begins with a blank: this takes the banner, which looks like a comment.
       call reader%next_line(" ", found)
-      word = ""
-      if (found) word = lower_case(reader%next_word())
+      if (.not. found) then
+         call new_error(error, error_input, "the file is empty")
+         return
+      end if
+      word = lower_case(reader%next_word())
       if (word /= lower_case(banner)) then
          call line_error(error, reader, "the file does not begin with "//banner)
          return
@@ -285,8 +289,8 @@ contains
       end if
    end subroutine write_matrix_market
 
-   !> Reads M.mtx, K.mtx and, where they exist, R.mtx and Cq.mtx of a folder.
-   !> Fails with the file, the matrix and what is wrong.
+   !> Reads M.mtx, K.mtx and, where they exist, R.mtx and Cq.mtx of a folder; a
+   !> link that leads nowhere exists. Fails with the file, the matrix and what is wrong.
    subroutine read_matrix_market_problem(problem, folder, error)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: folder
@@ -302,6 +306,7 @@ contains
       logical :: exists
 
       inquire (file=path, exist=exists)
+      if (.not. exists) exists = is_link(path)
       given = ""
       if (exists) given = path
    end function if_exists

@@ -108,6 +108,9 @@ def test_help(_):
         "--modes --target --frequency --shift --method --formulation --inner --subspace --tolerance --max-restarts "
         "--constraint-scaling --mass --stiffness --damping --constraints --output --format --quiet --verbose "
         "--threads").split()))
+    possible = re.search("wants one of (.*), not 'best'", kschur("solve", DATA, "--formulation", "best").stderr)
+    check("help solve: every formulation", possible and all(
+        name in kschur("help", "solve").stdout for name in possible[1].split(", ")), possible)
     check("help scene: every scene", all(s in kschur("help", "scene").stdout for s in ("beam-body", "cantilever", "grid")))
     check("--version: name and number", kschur("--version").stdout.split()[0] == "kschur")
 
@@ -194,7 +197,8 @@ def test_result_file(folder):
     place.mkdir()
     output = place / "result.h5"
     output.write_text("what stood there before")
-    result, _ = solve(folder / "undamped.h5", "--modes", 5, "--output", output)
+    result, _ = solve(folder / "undamped.h5", "--modes", 5, "--tolerance", "1e-11", "--subspace", 21, "--max-restarts",
+                      150, "--constraint-scaling", "scalar", "--output", output)
     check("result: only the file under its final name", os.listdir(place) == ["result.h5"], os.listdir(place))
     with h5py.File(output) as file, h5py.File(folder / "undamped.h5") as problem:
         values, shapes, multipliers = (file[name][:] for name in ("eigenvalues", "eigenvectors", "multipliers"))
@@ -205,6 +209,9 @@ def test_result_file(folder):
             "kschur", "modes_asked", "target", "shift", "tolerance", "subspace", "max_restarts", "constraint_scaling",
             "seed", "method", "formulation", "reason", "operator_applications", "restarts", "factorizations",
             "seconds_total", "peak_memory_bytes"} <= set(file.attrs), dict(file.attrs))
+        check("result: the options that were given", [file.attrs[name] for name in (
+            "tolerance", "subspace", "max_restarts", "constraint_scaling")] == [1e-11, 21, 150, "scalar"], dict(file.attrs))
+        check("result: the memory that was printed", file.attrs["peak_memory_bytes"] == result["peak_memory_bytes"])
     check("result: complex values and shapes", np.iscomplexobj(values) and shapes.shape == (5, 30)
           and multipliers.shape == (5, 6), (values.dtype, shapes.shape, multipliers.shape))
     check("result: the values that were printed", np.array_equal(values, eigenvalues(result)))
@@ -216,7 +223,14 @@ def test_result_file(folder):
     again = kschur("info", output, "--format", "json")
     check("info RESULT: its modes in JSON", again.returncode == 0
           and json.loads(again.stdout)["modes"] == result["modes"], again)
-    check("info RESULT: the memory of the solution", json.loads(again.stdout)["peak_memory_bytes"] > 1000000)
+    check("info RESULT: the memory of the solution",
+          json.loads(again.stdout)["peak_memory_bytes"] == result["peak_memory_bytes"] > 1000000, again.stdout)
+    with h5py.File(output, "r+") as file:
+        for name in ("tolerance", "subspace", "max_restarts", "constraint_scaling", "seed", "peak_memory_bytes"):
+            del file.attrs[name]
+    again, table = kschur("info", output, "--format", "json"), kschur("info", output).stdout
+    check("info RESULT of before the options: is read, its memory unknown", again.returncode == 0
+          and json.loads(again.stdout)["peak_memory_bytes"] is None and " s, - MB\n" in table, (again, table))
     check_refused("output in a folder that does not exist", 4, kschur(
         "solve", folder / "undamped.h5", "--output", folder / "nowhere" / "r.h5"), "nowhere")
 
@@ -230,6 +244,14 @@ def test_info(folder):
     factors = re.search(r"proportional, alpha (\S+) 1/s, beta (\S+) s\n", run.stdout)
     check("info PROBLEM: proportional damping and its formulation", factors and "formulation  proportional" in run.stdout
           and np.allclose([float(factor) for factor in factors.groups()], [1e-3, 1e-5], rtol=1e-5, atol=0), run)
+
+
+def test_restarts_run_out(folder):
+    _, run = solve(folder / "undamped.h5", "--modes", 12, "--subspace", 14, "--max-restarts", 1, "--tolerance", "1e-14",
+                   "--formulation", "undamped-constrained", status=3)
+    lines = run.stderr.splitlines()
+    check("restarts ran out: one line that names the option", len(lines) == 1 and "of 12 modes" in lines[0]
+          and "--max-restarts" in lines[0] and "(" not in lines[0], run.stderr)
 
 
 def test_more_modes_than_exist(folder):
@@ -277,18 +299,86 @@ def test_output_never_replaces_the_problem(folder):
     before = problem.read_bytes()
     (folder / "here").mkdir()
     (folder / "link.h5").symlink_to(problem)
-    for path in (problem, folder / "here" / ".." / "undamped.h5", folder / "link.h5"):
-        check_refused(f"--output {path.name}, the problem itself", 1, kschur("solve", problem, "--output", path), "replace")
+    for path in (problem, f"{folder}/./undamped.h5", f"{folder}/here/../undamped.h5", folder / "link.h5"):
+        check_refused(f"--output {path}, the problem itself", 1, kschur("solve", problem, "--output", path), "replace")
+    check_refused("--output of a relative path", 1, kschur("solve", problem, "--output", "undamped.h5", cwd=folder), "replace")
+    check_refused("a problem by a link, --output its file", 1,
+                  kschur("solve", folder / "link.h5", "--output", problem), "replace")
+    os.link(problem, folder / "second-name.h5")
+    run = kschur("solve", problem, "--output", folder / "second-name.h5")
+    check("--output of a hard link: a file of its own, the problem stays", run.returncode == 0
+          and not os.path.samefile(problem, folder / "second-name.h5") and problem.read_bytes() == before, run)
     matrices = write_problem(folder / "matrices", M=np.eye(3), K=np.eye(3))
-    check_refused("--output M.mtx", 1, kschur("solve", matrices, "--output", matrices / "M.mtx"), "replace")
-    check_refused("--output K.mtx", 1, kschur("solve", "--mass", matrices / "M.mtx", "--stiffness", matrices / "K.mtx",
-                  "--output", matrices / "K.mtx"), "replace")
+    for name in ("M", "K", "R", "Cq"):
+        write_matrix(matrices / f"{name}.mtx", np.eye(3))
+    files = {path.name: path.read_bytes() for path in matrices.iterdir()}
+    for name in files:
+        check_refused(f"--output {name} of the folder", 1,
+                      kschur("solve", matrices, "--output", matrices / name), "replace")
+        check_refused(f"--output {name}, named", 1, kschur(
+            "solve", "--mass", matrices / "M.mtx", "--stiffness", matrices / "K.mtx", "--damping", matrices / "R.mtx",
+            "--constraints", matrices / "Cq.mtx", "--output", f"{matrices}/./{name}"), "replace")
+    check("the matrices are as they were",
+          files == {path.name: path.read_bytes() for path in matrices.iterdir()})
     check("the problem is as it was", problem.read_bytes() == before)
+
+
+def run_without_output(how, *words):
+    """Runs kschur with its standard output redirected as the shell writes it."""
+    return subprocess.run(["sh", "-c", f'exec "$0" "$@" {how}', KSCHUR, *map(str, words)], stderr=subprocess.PIPE,
+                          text=True, timeout=300)
+
+
+def test_lost_output(folder):
+    problem, output = folder / "undamped.h5", folder / "kept.h5"
+    kschur("solve", problem, "--output", output)
+    for how in (">&-", "> /dev/full"):
+        if "full" in how and not os.path.exists("/dev/full"):
+            continue
+        for words in (["--version"], ["help", "scene"], ["info", problem], ["info", output, "--verbose"],
+                      ["solve", problem], ["solve", problem, "--modes", 99], ["solve", problem, "--format", "json"],
+                      ["solve", problem, "--format", "csv"], ["scene", "grid", "--output", folder / "g.h5"]):
+            run = run_without_output(how, *words)
+            name = " ".join([os.path.basename(str(word)) for word in words] + [how])
+            check(f"{name}: exit status 4", run.returncode == 4, (run.returncode, run.stderr))
+            check(f"{name}: one line", run.stderr == "kschur: standard output cannot be written to\n", run.stderr)
+    output.unlink()
+    run = run_without_output(">&-", "solve", problem, "--output", output)
+    check("result with standard output closed: exit status 4, but written", run.returncode == 4
+          and kschur("info", output).returncode == 0, run)
+
+
+def test_matrices_that_cannot_be_read(folder):
+    for name, link in (("R", "nowhere"), ("Cq", "nowhere"), ("R", "R.mtx")):
+        bad = write_problem(folder / f"broken-{name}-{link}", M=np.eye(3), K=np.eye(3))
+        (bad / f"{name}.mtx").symlink_to(link)
+        check_refused(f"{name}.mtx a link to {link}", 2, kschur("solve", bad), f"{name}.mtx", "link")
+    bad = write_problem(folder / "folder-R", M=np.eye(3), K=np.eye(3))
+    (bad / "R.mtx").mkdir()
+    check_refused("R.mtx a folder", 2, kschur("solve", bad), "R.mtx", "a folder, not a file")
+    check_refused("--mass a folder", 2, kschur("solve", "--mass", bad, "--stiffness", bad / "K.mtx"), "a folder")
+    bad = write_problem(folder / "empty-R", M=np.eye(3), K=np.eye(3))
+    (bad / "R.mtx").touch()
+    check_refused("R.mtx empty", 2, kschur("solve", bad), "R.mtx", "the file is empty")
+    if os.getuid() == 0:
+        return  # who may read everything
+    (bad / "R.mtx").chmod(0)
+    check_refused("R.mtx unreadable", 2, kschur("solve", bad), "R.mtx", "Permission denied")
+    bad.chmod(0)
+    check_refused("an unreadable folder", 2, kschur("solve", bad), "M.mtx", "Permission denied")
+    bad.chmod(0o700)
 
 
 def test_bad_input(folder):
     bad = folder / "huge"
     bad.mkdir()
+    with h5py.File(folder / "huge.h5", "w") as file:
+        for name in ("mass", "stiffness"):
+            group = file.create_group(name)
+            group.attrs["shape"] = [2000000000, 2000000000]
+            for dataset, values in (("indptr", [0, 1]), ("indices", [0]), ("data", [1.0])):
+                group[dataset] = values
+    check_refused("two thousand million rows, HDF5", 2, kschur("solve", folder / "huge.h5"), "huge.h5", "2000000000")
     for name in ("M.mtx", "K.mtx"):
         (bad / name).write_text("%%MatrixMarket matrix coordinate real general\n2000000000 2000000000 1\n1 1 1.0\n")
     check_refused("two thousand million rows, one entry", 2, kschur("solve", bad), "M.mtx", "2000000000")
@@ -350,9 +440,9 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for test in (test_help, test_beam_body, test_random_problems, test_json, test_rigid_modes, test_csv,
-                     test_result_file, test_info, test_more_modes_than_exist, test_wrong_usage,
-                     test_output_never_replaces_the_problem, test_bad_input,
-                     test_progress):
+                     test_result_file, test_info, test_restarts_run_out, test_more_modes_than_exist, test_wrong_usage,
+                     test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
+                     test_bad_input, test_progress):
             try:
                 test(folder)
             except Exception as error:
