@@ -1,0 +1,178 @@
+!> What each formulation costs on the scene `grid`: prints the tables of docs/formulations.md.
+!>
+!>     benchmark_formulations [--cells NXxNY] [--modes N] [--repeat K]
+!>
+!> Every formulation is asked for the same modes with the same options. The
+!> repetitions are interleaved, so that what else the machine does falls on all
+!> formulations alike; a number of seconds is the median over them.
+program formulations
+   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use kschur, only: error_input, error_type, error_usage, formulation_damped_constrained, formulation_names, &
+      formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped_constrained, long, &
+      modal_options_type, modal_problem_type, modal_result_type, new_error, reason_converged, reason_names, &
+      solve_modes, text, wp
+   use kschur_scenes, only: build_scene
+   implicit none
+
+   !> One formulation and what was measured of it.
+   type :: row_type
+      integer :: formulation = 0
+      integer :: order = 0, factorizations = 0, applications = 0
+      integer(long) :: entries = 0
+      real(wp) :: worst_backward_error = 0
+      !> |lambda|^2 of each mode (1/s^2), in order: rounding of K moves it by the same for all modes.
+      real(wp), allocatable :: squares(:)
+      !> Seconds: analyse, factorise, one solve, total; by repetition.
+      real(wp), allocatable :: seconds(:, :)
+   end type row_type
+
+   integer, parameter :: analyze = 1, factorize = 2, one_solve = 3, total = 4
+   type(modal_problem_type) :: damped, undamped
+   type(error_type), allocatable :: error
+   type(row_type) :: damped_rows(3), undamped_rows(2)
+   character(len=16) :: cells
+   integer :: modes, repetitions, repetition, i
+
+   call read_options(cells, modes, repetitions, error)
+   if (.not. allocated(error)) call build_scene("grid", [character(len=16) :: "--cells", cells], damped, error)
+   if (.not. allocated(error)) call build_scene("grid", [character(len=16) :: "--cells", cells, "--damping", "none"], &
+      undamped, error)
+   call stop_on(error)
+
+   ! The paper's pencil first: the others are compared with it.
+   damped_rows%formulation = [formulation_damped_constrained, formulation_quadratic, formulation_proportional]
+   undamped_rows%formulation = [formulation_undamped_constrained, formulation_symmetric]
+   do i = 1, size(damped_rows)
+      allocate (damped_rows(i)%seconds(4, repetitions))
+   end do
+   do i = 1, size(undamped_rows)
+      allocate (undamped_rows(i)%seconds(4, repetitions))
+   end do
+   do repetition = 1, repetitions
+      call measure(damped, modes, repetition, damped_rows)
+      call measure(undamped, modes, repetition, undamped_rows)
+   end do
+
+   print "(a)", "Grid "//trim(cells)//": "//text(damped%unknowns())//" unknowns, "//text(damped%multipliers())// &
+      " constraints, "//text(modes)//" modes, automatic shift, "//text(repetitions)//" repetitions."
+   call print_table("Rayleigh damping", damped_rows)
+   call print_table("No damping", undamped_rows)
+
+contains
+
+   subroutine read_options(cells, modes, repetitions, error)
+      character(len=*), intent(out) :: cells
+      integer, intent(out) :: modes, repetitions
+      type(error_type), allocatable, intent(out) :: error
+      character(len=16) :: name, value
+      integer :: i, status
+
+      cells = "20x14"
+      modes = 56
+      repetitions = 3
+      do i = 1, command_argument_count(), 2
+         call get_command_argument(i, name)
+         call get_command_argument(i + 1, value)
+         status = 0
+         select case (name)
+         case ("--cells")
+            cells = value
+         case ("--modes")
+            read (value, "(i16)", iostat=status) modes
+         case ("--repeat")
+            read (value, "(i16)", iostat=status) repetitions
+         case default
+            status = 1
+         end select
+         if (status == 0 .and. value /= "" .and. modes > 0 .and. repetitions > 0) cycle
+         call new_error(error, error_usage, "usage: benchmark_formulations [--cells NXxNY] [--modes N] [--repeat K]")
+         return
+      end do
+   end subroutine read_options
+
+   !> Solves once with each formulation; ends the program where one does not
+   !> find what the first one found: its time would mean nothing.
+   subroutine measure(problem, modes, repetition, rows)
+      type(modal_problem_type), intent(in) :: problem
+      integer, intent(in) :: modes, repetition
+      type(row_type), intent(inout) :: rows(:)
+      real(wp), parameter :: same = 1.0e-8_wp
+      type(modal_result_type) :: result
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: name
+      integer :: i
+
+      do i = 1, size(rows)
+         associate (row => rows(i))
+            name = trim(formulation_names(row%formulation))
+            call solve_modes(problem, modal_options_type(modes=modes, formulation=row%formulation), result, error)
+            call stop_on(error)
+            if (result%reason /= reason_converged) &
+               call new_error(error, error_input, name//": "//trim(reason_names(result%reason)))
+            call stop_on(error)
+            row%order = result%factored_order
+            row%entries = result%factor_entries
+            row%factorizations = result%factorizations
+            row%applications = result%operator_applications
+            row%worst_backward_error = max(row%worst_backward_error, maxval(result%backward_error))
+            row%seconds(:, repetition) = [result%seconds%analyze, result%seconds%factorize, &
+               result%seconds%solve/result%operator_applications, result%seconds%total]
+            row%squares = abs(result%eigenvalues)**2
+            if (maxval(abs(row%squares - rows(1)%squares)) > same*maxval(rows(1)%squares)) &
+               call new_error(error, error_input, name//" finds other modes than "// &
+               trim(formulation_names(rows(1)%formulation)))
+            call stop_on(error)
+            write (error_unit, "(a, i0, 3a, f7.3, a)") "repetition ", repetition, ": ", name, " ", &
+               row%seconds(total, repetition), " s"
+         end associate
+      end do
+   end subroutine measure
+
+   subroutine print_table(scene, rows)
+      character(len=*), intent(in) :: scene
+      type(row_type), intent(in) :: rows(:)
+      real(wp) :: paper, seconds(4), spread
+      integer :: i, k
+
+      print "(/, 3a)", "| ", scene, " | order | entries of the factors | factorisations | applications | "// &
+         "analyse, s | factorise, s | one solve, ms | total, s | spread | worst backward error | times faster |"
+      print "(a)", "|---|"//repeat("---:|", 11)
+      paper = median(rows(1)%seconds(total, :))
+      do i = 1, size(rows)
+         associate (row => rows(i))
+            seconds = [(median(row%seconds(k, :)), k=1, 4)]
+            spread = (maxval(row%seconds(total, :)) - minval(row%seconds(total, :)))/seconds(total)
+            print "(3a, 4(i0, a), 4(f7.3, a), i0, a, es7.1, a, f5.1, a)", "| `", &
+               trim(formulation_names(row%formulation)), "` | ", row%order, " | ", row%entries, " | ", &
+               row%factorizations, " | ", row%applications, " | ", seconds(analyze), " | ", seconds(factorize), " | ", &
+               1000*seconds(one_solve), " | ", seconds(total), " | ", nint(100*spread), " % | ", &
+               row%worst_backward_error, " | ", paper/seconds(total), " |"
+         end associate
+      end do
+      flush (output_unit)
+   end subroutine print_table
+
+   pure real(wp) function median(values)
+      real(wp), intent(in) :: values(:)
+      real(wp) :: sorted(size(values)), least
+      integer :: i, at
+
+      sorted = values
+      do i = 1, size(sorted) - 1
+         at = i - 1 + minloc(sorted(i:), 1)
+         least = sorted(at)
+         sorted(at) = sorted(i)
+         sorted(i) = least
+      end do
+      median = (sorted((size(sorted) + 1)/2) + sorted(size(sorted)/2 + 1))/2
+   end function median
+
+   !> Ends the program with the message of a raised error.
+   subroutine stop_on(error)
+      type(error_type), allocatable, intent(in) :: error
+
+      if (.not. allocated(error)) return
+      write (error_unit, "(a)") error%message
+      stop 1
+   end subroutine stop_on
+end program formulations
