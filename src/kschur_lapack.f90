@@ -3,7 +3,7 @@ module kschur_lapack
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: ddot, dgees, dgemm, dgemv, dgesvd, dsyevd, dtrevc, dtrsen, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
+   public :: ddot, dgees, dgemm, dgemv, dgesvd, dsyevd, dsygv, dtrevc, dtrsen, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
 
    interface
       !> C := alpha op(A) op(B) + beta C.
@@ -162,5 +162,15 @@ module kschur_lapack
          real(wp), intent(out) :: w(*), work(*)
          integer, intent(out) :: iwork(*), info
       end subroutine dsyevd
+
+      !> Eigenvalues and B-orthonormal eigenvectors of A x = theta B x, symmetric with B definite.
+      subroutine dsygv(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, info)
+         import :: wp
+         character, intent(in) :: jobz, uplo
+         integer, intent(in) :: itype, n, lda, ldb, lwork
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         real(wp), intent(out) :: w(*), work(*)
+         integer, intent(out) :: info
+      end subroutine dsygv
    end interface
 end module kschur_lapack

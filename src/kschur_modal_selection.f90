@@ -16,10 +16,13 @@ module kschur_modal_selection
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
       !> The target, as a lambda (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp)
+      !> Modes that are known beforehand and count with those that are found (1/s).
+      complex(wp), allocatable :: known(:)
    contains
       procedure :: key
       procedure :: needed
       procedure, private :: lambdas_of
+      procedure, private :: nearer
    end type modal_selection_type
 
 contains
@@ -41,7 +44,17 @@ contains
       key = minval(abs(self%lambdas_of(value) - self%target))
    end function key
 
-   !> Counts the values until they hold enough modes.
+   ! The number of known modes within a distance.
+   pure integer function nearer(self, distance)
+      class(modal_selection_type), intent(in) :: self
+      real(wp), intent(in) :: distance
+
+      nearer = 0
+      if (allocated(self%known)) nearer = count(abs(self%known - self%target) <= distance)
+   end function nearer
+
+   !> Counts the values until they hold enough modes, together with the known ones
+   !> that are nearer.
    integer function needed(self, values)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: values(:)
@@ -77,7 +90,7 @@ contains
             end do
          end if
          needed = i
-         if (modes >= self%wanted) return
+         if (modes + self%nearer(self%key(values(i))) >= self%wanted) return
       end do
       needed = size(values) + self%wanted - modes
    end function needed_eigenvalues
@@ -105,7 +118,7 @@ contains
             second(i) = maxval(abs(roots - self%target))
          modes = i + count(second(:i) <= reach)
          needed = i
-         if (modes >= self%wanted) return
+         if (modes + self%nearer(reach) >= self%wanted) return
       end do
       needed = size(values) + self%wanted - modes
    end function needed_oscillators

@@ -10,7 +10,7 @@ module kschur_modes
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
-   public :: eigenpairs_type, select_modes, backward_errors, real_tolerance, same_value
+   public :: eigenpairs_type, orthonormalize_zeros, select_modes, backward_errors, real_tolerance, same_value
 
    !> An imaginary part below this, relative to the eigenvalue, is rounding.
    real(wp), parameter :: real_tolerance = 1.0e-8_wp
@@ -25,7 +25,7 @@ module kschur_modes
    ! An energy below this, relative to its terms, is rounding.
    real(wp), parameter :: no_energy = 8*epsilon(1.0_wp)
    ! A zero eigenvalue found by iteration is below this, relative to the shift
-   ! or to the first one that is not zero.
+   ! or to the first one that is not rigid.
    real(wp), parameter :: nearly_zero = 1.0e-4_wp
    ! Two roots closer than this may be one found twice if their shapes are parallel.
    real(wp), parameter :: same_pair = 1.0e-2_wp
@@ -46,42 +46,43 @@ module kschur_modes
 contains
 
    !> Fills the modes of `result` from eigenpairs: conjugate pairs once,
-   !> spurious pairs dropped, rigid-body modes as exact zeros, nearest to the
-   !> target first, no more than were asked for.
-   subroutine select_modes(problem, options, found, reference, reach, result)
+   !> spurious pairs dropped, nearest to the target first, no more than were
+   !> asked for.
+   subroutine select_modes(problem, options, found, rigid, reference, reach, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
+      !> Pairs of an iteration.
       type(eigenpairs_type), intent(in) :: found
+      !> Rigid motions, known exactly: all of the eigenvalue zero with orthonormal shapes,
+      !> and others.
+      type(eigenpairs_type), intent(in) :: rigid
       !> A size of lambda (1/s), as the shift, against which zeros are seen.
       real(wp), intent(in) :: reference
       !> Eigenvalues are known as far as this from the target (1/s).
       real(wp), intent(in) :: reach
       type(modal_result_type), intent(inout) :: result
       type(eigenpairs_type) :: pairs
-      logical, allocatable :: rigid(:), accepted(:)
+      logical, allocatable :: accepted(:)
       real(wp), allocatable :: errors(:)
       integer, allocatable :: order(:)
-      real(wp) :: largest
       integer :: k, upper, j
 
       pairs = found
       call normalize(pairs)
-      k = size(pairs%lambda)
-      largest = max(reference, first_flexible(problem, pairs))
-      allocate (rigid(k))
-      do j = 1, k
+      do j = 1, size(pairs%lambda)
          pairs%lambda(j) = cleaned(pairs%lambda(j), problem%damping_kind == damping_none)
-         call settle_rigid(problem, pairs%phi(:, j), largest, pairs%lambda(j), rigid(j))
       end do
-      allocate (accepted(k), source=.not. rigid .and. aimag(pairs%lambda) >= 0)
-      upper = count(accepted)
-      pairs = joined(joined(subset(pairs, accepted), conjugated(subset(pairs, .not. rigid .and. .not. accepted))), &
-         rigid_basis(subset(pairs, rigid)))
+      allocate (accepted(size(pairs%lambda)), source=.not. repeats_zero(problem, pairs, rigid, reference))
+      pairs = subset(pairs, accepted)
+      upper = count(aimag(pairs%lambda) >= 0)
+      pairs = joined(joined(subset(pairs, aimag(pairs%lambda) >= 0), &
+         conjugated(subset(pairs, .not. aimag(pairs%lambda) >= 0))), rigid)
+      call normalize(pairs)
       k = size(pairs%lambda)
       deallocate (accepted)
       allocate (accepted(k), source=.true.)
-      do j = upper + 1, k
-         if (abs(pairs%lambda(j)) > 0) accepted(j) = .not. depends(pairs, accepted, j)
+      do j = upper + 1, k - size(rigid%lambda)
+         accepted(j) = .not. depends(pairs, accepted, j)
       end do
 
       allocate (errors(k), source=backward_errors(problem, pairs))
@@ -125,48 +126,65 @@ contains
       end if
    end function cleaned
 
-   ! A shape without strain energy has the roots 0 and -r/m of lambda^2 m +
-   ! lambda r = 0: takes the nearer one for an eigenvalue that rounding blurred.
-   ! `rigid` is true for the zero.
-   subroutine settle_rigid(problem, phi, largest, lambda, rigid)
-      type(modal_problem_type), intent(in) :: problem
-      complex(wp), intent(in) :: phi(:)
-      real(wp), intent(in) :: largest
-      complex(wp), intent(inout) :: lambda
-      logical, intent(out) :: rigid
-      complex(wp) :: m, r, k
-      real(wp) :: m_terms, r_terms, k_terms
+   !> Makes the shapes of the pairs with eigenvalue zero orthonormal.
+   subroutine orthonormalize_zeros(pairs)
+      type(eigenpairs_type), intent(inout) :: pairs
+      complex(wp) :: factor
+      integer :: i, j, pass
 
-      rigid = .false.
-      call form(problem%stiffness, phi, k, k_terms)
-      if (abs(k) > no_energy*k_terms) return
-      call form(problem%damping, phi, r, r_terms)
-      call form(problem%mass, phi, m, m_terms)
-      if (abs(r) <= no_energy*r_terms .or. abs(lambda*m) < abs(lambda*m + r)) then
-         rigid = abs(lambda) <= nearly_zero*largest
-         if (rigid) lambda = 0
-      else if (problem%symmetric .and. abs(lambda*m + r) <= blurred*abs(r)) then
-         lambda = -real(r, wp)/real(m, wp)
-      end if
-   end subroutine settle_rigid
-
-   ! The smallest |lambda| of a shape that clearly stores energy; zero if none does.
-   real(wp) function first_flexible(problem, pairs)
-      type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type), intent(in) :: pairs
-      real(wp), parameter :: clearly = 100
-      complex(wp) :: k
-      real(wp) :: k_terms
-      integer :: j
-
-      first_flexible = huge(1.0_wp)
       do j = 1, size(pairs%lambda)
-         if (abs(pairs%lambda(j)) >= first_flexible) cycle
-         call form(problem%stiffness, pairs%phi(:, j), k, k_terms)
-         if (abs(k) > clearly*no_energy*k_terms) first_flexible = abs(pairs%lambda(j))
+         if (abs(pairs%lambda(j)) > 0) cycle
+         do pass = 1, 2
+            do i = 1, j - 1
+               if (abs(pairs%lambda(i)) > 0) cycle
+               factor = dot_product(pairs%phi(:, i), pairs%phi(:, j))
+               pairs%phi(:, j) = pairs%phi(:, j) - factor*pairs%phi(:, i)
+               pairs%xi(:, j) = pairs%xi(:, j) - factor*pairs%xi(:, i)
+            end do
+            factor = 1/norm2(abs(pairs%phi(:, j)))
+            pairs%phi(:, j) = factor*pairs%phi(:, j)
+            pairs%xi(:, j) = factor*pairs%xi(:, j)
+         end do
       end do
-      if (first_flexible >= huge(1.0_wp)) first_flexible = 0
-   end function first_flexible
+   end subroutine orthonormalize_zeros
+
+   ! Which pairs are a zero that the rigid motions stand for already. Such a motion has the
+   ! roots 0 and -r/m of lambda^2 m + lambda r = 0: it is the nearer one that an iteration blurred.
+   function repeats_zero(problem, pairs, rigid, reference) result(repeats)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(in) :: pairs, rigid
+      real(wp), intent(in) :: reference
+      logical :: repeats(size(pairs%lambda))
+      complex(wp), allocatable :: rest(:)
+      ! A root whose inertia is less than this part of the terms of stiffness is made of their rounding.
+      real(wp), parameter :: blurring = 100*epsilon(1.0_wp)
+      complex(wp) :: m, r, k
+      real(wp) :: m_terms, r_terms, k_terms, largest
+      integer :: i, j
+
+      repeats = .false.
+      if (size(rigid%lambda) == 0) return
+      do j = 1, size(repeats)
+         rest = pairs%phi(:, j)
+         do i = 1, size(rigid%lambda)
+            if (abs(rigid%lambda(i)) > 0) cycle
+            rest = rest - dot_product(rigid%phi(:, i), rest)*rigid%phi(:, i)
+         end do
+         repeats(j) = norm2(abs(rest)) <= dependent
+      end do
+      largest = minval(abs(pairs%lambda), .not. repeats)
+      if (all(repeats)) largest = 0
+      largest = max(reference, largest)
+      do j = 1, size(repeats)
+         if (.not. repeats(j)) cycle
+         call form(problem%mass, pairs%phi(:, j), m, m_terms)
+         call form(problem%damping, pairs%phi(:, j), r, r_terms)
+         call form(problem%stiffness, pairs%phi(:, j), k, k_terms)
+         repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= no_energy*r_terms .or. &
+            abs(pairs%lambda(j)**2)*m_terms <= blurring*k_terms .or. &
+            abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r))
+      end do
+   end function repeats_zero
 
    ! phi^* A phi, and the same with every term positive.
    pure subroutine form(matrix, phi, total, terms)
@@ -187,36 +205,6 @@ contains
          end do
       end do
    end subroutine form
-
-   ! An orthonormal real basis of the rigid-body shapes: the eigenvalues +-0
-   ! of a double zero of Jordan type have the same shape.
-   function rigid_basis(pairs) result(basis)
-      type(eigenpairs_type), intent(in) :: pairs
-      type(eigenpairs_type) :: basis
-      complex(wp), allocatable :: v(:), w(:)
-      complex(wp) :: factor
-      integer :: j, part, i, pass
-
-      basis = subset(pairs, spread(.false., 1, size(pairs%lambda)))
-      do j = 1, size(pairs%lambda)
-         do part = 1, 2
-            factor = merge((1.0_wp, 0.0_wp), (0.0_wp, -1.0_wp), part == 1)
-            v = real(factor*pairs%phi(:, j), wp)
-            w = real(factor*pairs%xi(:, j), wp)
-            do pass = 1, 2
-               do i = 1, size(basis%lambda)
-                  factor = dot_product(basis%phi(:, i), v)
-                  v = v - factor*basis%phi(:, i)
-                  w = w - factor*basis%xi(:, i)
-               end do
-            end do
-            if (norm2(abs(v)) <= dependent) cycle
-            basis = joined(basis, eigenpairs_type([(0.0_wp, 0.0_wp)], &
-               reshape(v/norm2(abs(v)), [size(v), 1]), reshape(w/norm2(abs(v)), [size(w), 1])))
-         end do
-      end do
-      call normalize(basis)
-   end function rigid_basis
 
    ! Whether the shape of pair j lies in the span of the other accepted ones
    ! that come before it and share its eigenvalue.

@@ -1,6 +1,7 @@
 !> The paper's Table 1: the modal problem as a pencil A x = theta B x of real
 !> sparse matrices, and its shift-invert operator.
 module kschur_pencil
+   use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
@@ -50,6 +51,7 @@ module kschur_pencil
       !> sigma, a value of theta.
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
       class(complex_linear_solver_type), allocatable :: solver
+      type(deflation_type), pointer :: deflation => null()
    contains
       procedure :: order => shift_invert_order
       procedure :: apply => shift_invert_apply
@@ -221,16 +223,19 @@ contains
 
    !> Factors A - sigma B. Fails where it is singular, that is where sigma is
    !> an eigenvalue; redundant constraints do no harm.
-   subroutine new_shift_invert(operator, pencil, shift, solver, error)
+   subroutine new_shift_invert(operator, pencil, shift, solver, error, deflation)
       type(shift_invert_type), intent(out) :: operator
       type(pencil_type), intent(in) :: pencil
       !> sigma, a value of theta.
       complex(wp), intent(in) :: shift
       class(complex_linear_solver_type), allocatable, intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
+      !> Motions to be kept out of the iteration.
+      type(deflation_type), target, optional, intent(in) :: deflation
       type(complex_csr_matrix_type) :: shifted
 
       operator%pencil = pencil
+      if (present(deflation)) operator%deflation => deflation
       operator%shift = shift
       call move_alloc(solver, operator%solver)
       shifted = complex_combination([(1.0_wp, 0.0_wp), -shift], [csr_matrix_type :: pencil%a, pencil%b])
@@ -295,6 +300,11 @@ contains
       y = 0
       call self%pencil%b%add_product((1.0_wp, 0.0_wp), x, y)
       call self%solver%solve(y, error)
+      if (allocated(error) .or. .not. associated(self%deflation)) return
+      associate (n => self%pencil%unknowns)
+         call self%deflation%project(y(:n, :))
+         if (self%pencil%is_damped()) call self%deflation%project(y(n + 1:2*n, :))
+      end associate
    end subroutine shift_invert_apply
 
    pure complex(wp) function theta_of_ritz_value(self, mu) result(theta)

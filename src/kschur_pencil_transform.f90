@@ -1,6 +1,7 @@
 !> The pencils of Table 1 as a transform: complex Krylov-Schur on
 !> (A - sigma B)^{-1} B.
 module kschur_pencil_transform
+   use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_krylov_complex, only: krylov_schur
@@ -27,9 +28,10 @@ module kschur_pencil_transform
 contains
 
    !> Builds the pencil and factors it at a lambda.
-   subroutine new_pencil_transform(transform, problem, formulation, factors, unit, lambda, solver, error)
+   subroutine new_pencil_transform(transform, problem, deflation, formulation, factors, unit, lambda, solver, error)
       type(pencil_transform_type), intent(out) :: transform
       type(modal_problem_type), intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
       integer, intent(in) :: formulation
       real(wp), intent(in) :: factors(:), unit
       complex(wp), intent(in) :: lambda
@@ -42,7 +44,7 @@ contains
       transform%map = pencil%map
       transform%shift = pencil%theta(lambda)
       allocate (transform%operator)
-      call new_shift_invert(transform%operator, pencil, transform%shift, solver, error)
+      call new_shift_invert(transform%operator, pencil, transform%shift, solver, error, deflation)
    end subroutine new_pencil_transform
 
    subroutine iterate(self, selection, options, mu, vectors, statistics, error, monitor)

@@ -1,5 +1,6 @@
 !> The structured quadratic operator at a real shift.
 module kschur_quadratic_real
+   use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type

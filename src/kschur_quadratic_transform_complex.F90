@@ -1,5 +1,6 @@
 !> The structured quadratic form as a transform at a complex shift.
 module kschur_quadratic_transform_complex
+   use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_krylov_complex, only: krylov_schur

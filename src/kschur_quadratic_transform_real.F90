@@ -1,5 +1,6 @@
 !> The structured quadratic form as a transform at a real shift.
 module kschur_quadratic_transform_real
+   use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_krylov_real, only: krylov_schur

@@ -1,7 +1,9 @@
 !> Where a formulation is factored: at the shift that was given, or at one
 !> chosen at the scale of the wanted modes.
 module kschur_shift
+   use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type, error_singular
+   use kschur_formulation, only: is_structured
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
@@ -33,30 +35,38 @@ contains
 
    !> Factors at the shift that was given, next to a target, or, where that is
    !> small, at the scale of the lowest modes. Sets result%shift.
-   subroutine place_shift(problem, options, transform, result, error)
+   subroutine place_shift(problem, deflation, options, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
       class(transform_type), allocatable, intent(out) :: transform
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: scale
+      integer :: search
 
       if (allocated(options%shift)) then
-         call factor_at(problem, options, options%shift, transform, result, error)
+         call factor_at(problem, deflation, options, result%formulation, options%shift, transform, result, error)
       else if (abs(options%target) > first_scale(problem)) then
-         call factor_near_target(problem, options, transform, result, error)
+         call factor_near_target(problem, deflation, options, transform, result, error)
       else
-         call factor_at_scale(problem, options, transform, scale, result, error)
-         if (allocated(error)) return
-         if (abs(options%target) <= scale) return
+         ! A pencil has infinite eigenvalues and costs more: the structured form tells the scale.
+         search = merge(result%formulation, formulation_quadratic, is_structured(result%formulation))
+         call factor_at_scale(problem, deflation, options, search, transform, scale, result, error)
+         if (allocated(error) .or. (abs(options%target) <= scale .and. search == result%formulation)) return
          call account(transform%linear_solver(), result)
-         call factor_near_target(problem, options, transform, result, error)
+         if (abs(options%target) <= scale) then
+            call factor_at(problem, deflation, options, result%formulation, cmplx(scale, 0, wp), transform, result, error)
+         else
+            call factor_near_target(problem, deflation, options, transform, result, error)
+         end if
       end if
    end subroutine place_shift
 
    ! To the right of the target, where a stable system has no eigenvalue.
-   subroutine factor_near_target(problem, options, transform, result, error)
+   subroutine factor_near_target(problem, deflation, options, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
       class(transform_type), allocatable, intent(out) :: transform
       type(modal_result_type), intent(inout) :: result
@@ -65,17 +75,19 @@ contains
       integer :: attempt
 
       do attempt = 1, size(off_axis)
-         call factor_at(problem, options, options%target + off_axis(attempt)*abs(options%target), transform, &
-            result, error)
+         call factor_at(problem, deflation, options, result%formulation, &
+            options%target + off_axis(attempt)*abs(options%target), transform, result, error)
          if (.not. allocated(error)) return
          if (error%code /= error_singular) return
       end do
    end subroutine factor_near_target
 
    ! At the scale of the lowest modes, found by trial.
-   subroutine factor_at_scale(problem, options, transform, scale, result, error)
+   subroutine factor_at_scale(problem, deflation, options, formulation, transform, scale, result, error)
       type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
+      integer, intent(in) :: formulation
       class(transform_type), allocatable, intent(out) :: transform
       !> The shift (1/s).
       real(wp), intent(out) :: scale
@@ -87,14 +99,14 @@ contains
       scale = first_scale(problem)
       previous = scale
       do attempt = 1, shift_attempts
-         call factor_at(problem, options, cmplx(scale, 0, wp), transform, result, error)
+         call factor_at(problem, deflation, options, formulation, cmplx(scale, 0, wp), transform, result, error)
          if (allocated(error) .and. attempt > 1) then
             scale = previous
-            call factor_at(problem, options, cmplx(scale, 0, wp), transform, result, error)
+            call factor_at(problem, deflation, options, formulation, cmplx(scale, 0, wp), transform, result, error)
             return
          end if
          if (allocated(error) .or. attempt == shift_attempts) return
-         call propose_scale(transform, options, result, proposed, error)
+         call propose_scale(transform, deflation, options, result, proposed, error)
          if (allocated(error) .or. .not. proposed > 0) return
          if (proposed >= scale/close_enough .and. proposed <= scale*close_enough) return
          call account(transform%linear_solver(), result)
@@ -118,9 +130,11 @@ contains
       if (.not. first_scale > 0) first_scale = 1
    end function first_scale
 
-   subroutine factor_at(problem, options, shift, transform, result, error)
+   subroutine factor_at(problem, deflation, options, formulation, shift, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
+      integer, intent(in) :: formulation
       complex(wp), intent(in) :: shift
       class(transform_type), allocatable, intent(out) :: transform
       type(modal_result_type), intent(inout) :: result
@@ -138,21 +152,21 @@ contains
       unit = scale(1.0_wp, exponent(max(abs(shift), first_scale(problem))))
       allocate (mumps_complex_type :: solver)
       allocate (mumps_real_type :: real_solver)
-      if (any(result%formulation == [formulation_symmetric, formulation_proportional])) then
+      if (any(formulation == [formulation_symmetric, formulation_proportional])) then
          allocate (symmetric)
-         call new_symmetric_transform(symmetric, problem, factors, shift, real_solver, error)
+         call new_symmetric_transform(symmetric, problem, deflation, factors, shift, real_solver, error)
          call move_alloc(symmetric, transform)
-      else if (result%formulation /= formulation_quadratic) then
+      else if (formulation /= formulation_quadratic) then
          allocate (pencil)
-         call new_pencil_transform(pencil, problem, result%formulation, factors, unit, shift, solver, error)
+         call new_pencil_transform(pencil, problem, deflation, formulation, factors, unit, shift, solver, error)
          call move_alloc(pencil, transform)
       else if (abs(aimag(shift)) > 0) then
          allocate (quadratic)
-         call new_complex_quadratic(quadratic, problem, factors, unit, shift, solver, error)
+         call new_complex_quadratic(quadratic, problem, deflation, factors, unit, shift, solver, error)
          call move_alloc(quadratic, transform)
       else
          allocate (real_quadratic)
-         call new_real_quadratic(real_quadratic, problem, factors, unit, real(shift, wp), real_solver, error)
+         call new_real_quadratic(real_quadratic, problem, deflation, factors, unit, real(shift, wp), real_solver, error)
          call move_alloc(real_quadratic, transform)
       end if
       if (allocated(error)) return
@@ -161,8 +175,9 @@ contains
 
    ! Where the shift had better be, from a few steps at the shift that is; zero
    ! where they do not tell.
-   subroutine propose_scale(transform, options, result, proposed, error)
+   subroutine propose_scale(transform, deflation, options, result, proposed, error)
       class(transform_type), target, intent(inout) :: transform
+      type(deflation_type), intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(inout) :: result
       real(wp), intent(out) :: proposed
@@ -178,7 +193,7 @@ contains
       integer :: i
 
       proposed = 0
-      selection = modal_selection_type(options%modes, transform%map, transform%shift, options%target)
+      selection = modal_selection_type(options%modes, transform%map, transform%shift, options%target, deflation%eigenvalues())
       call transform%iterate(selection, krylov_options_type(subspace=steps, tolerance=roughly, &
          max_restarts=1, seed=options%seed, verify=.false.), mu, vectors, statistics, error)
       if (allocated(error)) return

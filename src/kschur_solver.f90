@@ -2,18 +2,21 @@
 !> Krylov-Schur method, turns Ritz pairs into modes.
 module kschur_solver
    use kschur_clock, only: clock, seconds_since
+   use kschur_deflation, only: deflation_type, new_deflation
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_formulation, only: choose_formulation, is_structured
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
-   use kschur_linear_solver, only: linear_solver_type
+   use kschur_linear_solver, only: linear_solver_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_modes, only: eigenpairs_type, select_modes
+   use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, select_modes
    use kschur_monitor, only: monitor_type
+   use kschur_mumps_real, only: mumps_real_type
    use kschur_options, only: modal_options_type, formulation_names, scaling_names
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type, reason_converged, reason_fewer_modes
+   use kschur_rigid, only: find_rigid_motions
    use kschur_shift, only: account, place_shift
    use kschur_transform, only: transform_type
    implicit none
@@ -36,7 +39,8 @@ contains
       class(transform_type), allocatable :: transform
       type(modal_problem_type), target :: work
       type(presolve_type) :: plan
-      type(eigenpairs_type) :: pairs
+      type(deflation_type), target :: deflation
+      type(eigenpairs_type) :: pairs, rigid
       type(krylov_statistics_type) :: statistics
       logical :: presolved
       class(linear_solver_type), pointer :: solver
@@ -69,17 +73,20 @@ contains
          work = problem
       end if
 
-      call place_shift(work, options, transform, result, error)
+      call find_rigid(work, deflation, rigid, result, error)
+      if (.not. allocated(error)) call place_shift(work, deflation, options, transform, result, error)
       if (allocated(error)) return
+      if (presolved) call undo_presolve(problem, plan, rigid)
+      call orthonormalize_zeros(rigid)
       ! Ritz values near zero cannot be told apart while they iterate: where
       ! they make fewer modes than they seemed to, more are asked for.
       most = 2*problem%unknowns()
       asked = min(options%modes, most)
       do
-         call iterate(transform, options, asked, pairs, reach, statistics, result, error, monitor)
+         call iterate(transform, options, deflation%eigenvalues(), asked, pairs, reach, statistics, result, error, monitor)
          if (allocated(error)) return
          if (presolved) call undo_presolve(problem, plan, pairs)
-         call select_modes(problem, options, pairs, abs(result%shift), reach, result)
+         call select_modes(problem, options, pairs, rigid, abs(result%shift), reach, result)
          missing = options%modes - size(result%eigenvalues)
          if (missing == 0 .or. asked == most .or. statistics%reason /= reason_converged) exit
          asked = min(asked + max(missing, asked/4), most)
@@ -132,7 +139,7 @@ contains
       type(eigenpairs_type) :: none
 
       allocate (none%lambda(0), none%phi(problem%unknowns(), 0), none%xi(problem%multipliers(), 0))
-      call select_modes(problem, result%options, none, 0.0_wp, 0.0_wp, result)
+      call select_modes(problem, result%options, none, none, 0.0_wp, 0.0_wp, result)
       allocate (result%history%converged(0), result%history%operator_applications(0), result%history%residual(0))
       result%reason = reason_fewer_modes
    end subroutine no_modes
@@ -151,11 +158,42 @@ contains
       call move_alloc(xi, pairs%xi)
    end subroutine undo_presolve
 
+   ! The eigenvalue zero, and what can be deflated with it.
+   subroutine find_rigid(problem, deflation, rigid, result, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(deflation_type), intent(out) :: deflation
+      type(eigenpairs_type), intent(out) :: rigid
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(real_linear_solver_type), allocatable :: solver
+      real(wp), allocatable :: motions(:, :), multipliers(:, :)
+      integer, allocatable :: decaying(:)
+      integer :: k, l, j
+
+      allocate (mumps_real_type :: solver)
+      call find_rigid_motions(problem, solver, motions, multipliers, error)
+      if (allocated(error)) return
+      call account(solver, result)
+      result%factorizations = result%factorizations + 1
+      call new_deflation(deflation, problem, motions)
+      allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], deflation%decay > 0))
+      k = size(motions, 2)
+      l = size(decaying)
+      allocate (rigid%lambda(k + l), source=(0.0_wp, 0.0_wp))
+      allocate (rigid%phi(problem%unknowns(), k + l), rigid%xi(problem%multipliers(), k + l), source=(0.0_wp, 0.0_wp))
+      rigid%lambda(k + 1:) = -deflation%decay(decaying)
+      rigid%phi(:, :k) = motions
+      rigid%phi(:, k + 1:) = deflation%shapes(:, decaying)
+      rigid%xi(:, :k) = multipliers
+   end subroutine find_rigid
+
    ! Runs the iteration and purifies what it found by one more application,
    ! which removes what is left of infinite eigenvalues.
-   subroutine iterate(transform, options, asked, pairs, reach, statistics, result, error, monitor)
+   subroutine iterate(transform, options, known, asked, pairs, reach, statistics, result, error, monitor)
       class(transform_type), target, intent(inout) :: transform
       type(modal_options_type), intent(in) :: options
+      !> Eigenvalues of modes that are not to be found, but count.
+      complex(wp), intent(in) :: known(:)
       integer, intent(in) :: asked
       type(eigenpairs_type), intent(out) :: pairs
       !> All eigenvalues nearer to the target than this are among the pairs.
@@ -171,7 +209,7 @@ contains
       integer, allocatable :: of(:)
       integer :: values, j
 
-      selection = modal_selection_type(asked, transform%map, transform%shift, options%target)
+      selection = modal_selection_type(asked, transform%map, transform%shift, options%target, known)
       values = merge(1, 2, transform%map%oscillator)*asked
       krylov%subspace = options%subspace
       if (krylov%subspace == 0) krylov%subspace = max(2*values, values + 20)

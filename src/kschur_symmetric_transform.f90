@@ -2,6 +2,7 @@
 !> Lanczos on (K - s M)^{-1} M, restricted to the null space of Cq, in the
 !> inner product of M, which may be singular.
 module kschur_symmetric_transform
+   use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
@@ -21,6 +22,7 @@ module kschur_symmetric_transform
    !> C = (K - s M)^{-1} M on the motions that the constraints allow.
    type, extends(symmetric_operator_type) :: symmetric_shift_invert_type
       type(modal_problem_type), pointer :: problem => null()
+      type(deflation_type), pointer :: deflation => null()
       class(real_linear_solver_type), allocatable :: solver
       !> Factor of each constraint.
       real(wp), allocatable :: factors(:)
@@ -44,9 +46,11 @@ contains
 
    !> Factors [K - s M, Cq^T; Cq, 0] where s = theta(lambda) is the square of a
    !> frequency (1/s^2); of a complex lambda it takes the real part.
-   subroutine new_symmetric_transform(transform, problem, factors, lambda, solver, error)
+   subroutine new_symmetric_transform(transform, problem, deflation, factors, lambda, solver, error)
       type(symmetric_transform_type), intent(out) :: transform
       type(modal_problem_type), target, intent(in) :: problem
+      !> The motions to be kept out of the iteration.
+      type(deflation_type), target, intent(in) :: deflation
       real(wp), intent(in) :: factors(:)
       complex(wp), intent(in) :: lambda
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
@@ -60,6 +64,7 @@ contains
       transform%map%beta = problem%beta
       transform%shift = real(transform%map%theta(lambda), wp)
       transform%operator%problem => problem
+      transform%operator%deflation => deflation
       allocate (transform%operator%factors(size(factors)), source=factors)
       call move_alloc(solver, transform%operator%solver)
       call saddle_blocks(problem, factors, blocks, error)
@@ -154,6 +159,7 @@ contains
       call self%problem%mass%add_product(1.0_wp, x, y)
       if (size(self%factors) == 0) then
          call self%solver%solve(y, error)
+         if (.not. allocated(error)) call self%deflation%project(y)
          return
       end if
       allocate (rhs(n + size(self%factors), size(x, 2)), source=0.0_wp)
@@ -161,6 +167,7 @@ contains
       call self%solver%solve(rhs, error)
       if (allocated(error)) return
       y = rhs(:n, :)
+      call self%deflation%project(y)
       do j = 1, size(x, 2)
          xi(:, j) = self%factors*rhs(n + 1:, j)
       end do

@@ -1,0 +1,99 @@
+!> Motions that are known, kept out of an iteration.
+module kschur_deflation
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: dsygv
+   use kschur_problem, only: modal_problem_type, damping_proportional
+   implicit none
+   private
+   public :: deflation_type, new_deflation
+
+   !> Rigid motions N with R N = M N diag(decay): they have the eigenvalues 0 and
+   !> -decay, and the motions M-orthogonal to them are a problem of their own. Without
+   !> this a decay of zero is a Jordan block, that an iteration sees as a ring of
+   !> radius sqrt(epsilon).
+   type :: deflation_type
+      !> N, n x k, N^T M N = I, and M N.
+      real(wp), allocatable :: shapes(:, :), images(:, :)
+      !> k numbers (1/s).
+      real(wp), allocatable :: decay(:)
+   contains
+      !> All eigenvalues (1/s).
+      procedure :: eigenvalues
+      procedure, private :: project_real, project_complex
+      !> Makes each column of a block M-orthogonal to N.
+      generic :: project => project_real, project_complex
+   end type deflation_type
+
+contains
+
+   !> Of the rigid motions of a symmetric problem those that can be deflated; none
+   !> where the problem is unsymmetric.
+   subroutine new_deflation(deflation, problem, motions)
+      type(deflation_type), intent(out) :: deflation
+      type(modal_problem_type), intent(in) :: problem
+      !> A basis, n x k.
+      real(wp), intent(in) :: motions(:, :)
+      real(wp), parameter :: rounding = 1.0e-12_wp
+      real(wp), allocatable :: shapes(:, :), masses(:, :), dampers(:, :), mass(:, :), damping(:, :), decay(:), work(:)
+      logical, allocatable :: separate(:)
+      integer :: n, k, i, info
+
+      n = problem%unknowns()
+      k = merge(size(motions, 2), 0, problem%symmetric)
+      allocate (masses(n, k), dampers(n, k), shapes(n, k), source=0.0_wp)
+      allocate (separate(k), source=.true.)
+      call problem%mass%add_product(1.0_wp, motions(:, :k), masses)
+      call problem%damping%add_product(1.0_wp, motions(:, :k), dampers)
+      allocate (mass(k, k), source=matmul(transpose(motions(:, :k)), masses))
+      allocate (damping(k, k), source=matmul(transpose(motions(:, :k)), dampers))
+      allocate (decay(k), work(10*k + 1))
+      call dsygv(1, "V", "U", k, damping, max(k, 1), mass, max(k, 1), decay, work, size(work), info)
+      ! A motion without mass leaves no inner product.
+      if (info /= 0) separate = .false.
+      shapes = matmul(motions(:, :k), damping)
+      masses = matmul(masses, damping)
+      dampers = matmul(dampers, damping)
+      if (problem%damping_kind == damping_proportional) decay = problem%alpha
+      do i = 1, k
+         associate (level => problem%damping%infinity_norm()*maxval(abs(shapes(:, i))))
+            if (maxval(abs(dampers(:, i))) <= rounding*level) decay(i) = 0
+            if (maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) > rounding*level) separate(i) = .false.
+         end associate
+      end do
+      k = count(separate)
+      allocate (deflation%shapes(n, k), source=shapes(:, pack([(i, i=1, size(separate))], separate)))
+      allocate (deflation%images(n, k), source=masses(:, pack([(i, i=1, size(separate))], separate)))
+      allocate (deflation%decay(k), source=pack(decay, separate))
+   end subroutine new_deflation
+
+   pure function eigenvalues(self)
+      class(deflation_type), intent(in) :: self
+      complex(wp), allocatable :: eigenvalues(:)
+
+      allocate (eigenvalues, source=cmplx([0*self%decay, -pack(self%decay, abs(self%decay) > 0)], 0, wp))
+   end function eigenvalues
+
+   pure subroutine project_real(self, x)
+      class(deflation_type), intent(in) :: self
+      real(wp), intent(inout) :: x(:, :)
+      integer :: i, j
+
+      do j = 1, size(x, 2)
+         do i = 1, size(self%decay)
+            x(:, j) = x(:, j) - dot_product(self%images(:, i), x(:, j))*self%shapes(:, i)
+         end do
+      end do
+   end subroutine project_real
+
+   pure subroutine project_complex(self, x)
+      class(deflation_type), intent(in) :: self
+      complex(wp), intent(inout) :: x(:, :)
+      integer :: i, j
+
+      do j = 1, size(x, 2)
+         do i = 1, size(self%decay)
+            x(:, j) = x(:, j) - dot_product(self%images(:, i), x(:, j))*self%shapes(:, i)
+         end do
+      end do
+   end subroutine project_complex
+end module kschur_deflation

@@ -1,0 +1,186 @@
+!> Rigid-body motions and mechanisms: the shapes that the constraints allow and
+!> that meet no stiffness, that is the eigenvalue zero, found before anything
+!> else is.
+module kschur_rigid
+   use kschur_error, only: error_type, error_library, new_error
+   use kschur_kinds, only: wp, long
+   use kschur_lapack, only: dgesvd
+   use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_random, only: random_vector
+   use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
+   implicit none
+   private
+   public :: find_rigid_motions
+
+   ! What is added to the diagonal of the scaled stiffness: just above its rounding.
+   real(wp), parameter :: regularization = 16*epsilon(1.0_wp)
+   integer, parameter :: iterations = 3
+   ! A motion is rigid where the scaled stiffness is below this.
+   real(wp), parameter :: negligible = 2*regularization
+
+   ! [D K D + delta I, D Cq^T S; S Cq D, 0] with D and S such that the rows of both blocks are of
+   ! size one: what is zero does not depend on units, or on heavy and light parts.
+   type :: scaled_stiffness_type
+      real(wp), allocatable :: scaling(:), constraint_scaling(:)
+      type(csr_matrix_type) :: matrix
+      class(real_linear_solver_type), allocatable :: solver
+   end type scaled_stiffness_type
+
+contains
+
+   !> A basis of {phi : K phi + Cq^T xi = 0, Cq phi = 0}, k = 0 if there is no such
+   !> motion, by inverse iteration on blocks of random vectors, with the adjoint in turn:
+   !> an unsymmetric K may be far from normal. The rounding of K decides what is zero.
+   subroutine find_rigid_motions(problem, solver, motions, multipliers, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> Holds other factors on return.
+      class(real_linear_solver_type), allocatable, intent(inout) :: solver
+      !> phi, n x k, and xi, m x k.
+      real(wp), allocatable, intent(out) :: motions(:, :), multipliers(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      type(scaled_stiffness_type) :: stiffness
+      ! Scaled motions above scaled multipliers.
+      real(wp), allocatable :: found(:, :)
+      integer(long) :: state
+      integer :: block_size, n, i, before
+
+      n = problem%unknowns()
+      call new_scaled_stiffness(stiffness, problem, solver, error)
+      if (allocated(error)) return
+      allocate (found(n + problem%multipliers(), 0))
+      state = 1
+      block_size = 1
+      do
+         before = size(found, 2)
+         block_size = min(block_size, n - before)
+         call find_more(stiffness, block_size, state, found, error)
+         if (allocated(error)) return
+         if (size(found, 2) < before + block_size .or. size(found, 2) == n) exit
+         block_size = 8*block_size
+      end do
+      call move_alloc(stiffness%solver, solver)
+      allocate (motions(n, size(found, 2)), multipliers(problem%multipliers(), size(found, 2)))
+      do i = 1, size(found, 2)
+         motions(:, i) = stiffness%scaling*found(:n, i)
+         multipliers(:, i) = stiffness%constraint_scaling*found(n + 1:, i)
+      end do
+   end subroutine find_rigid_motions
+
+   subroutine new_scaled_stiffness(self, problem, solver, error)
+      type(scaled_stiffness_type), intent(out) :: self
+      type(modal_problem_type), intent(in) :: problem
+      class(real_linear_solver_type), allocatable, intent(inout) :: solver
+      type(error_type), allocatable, intent(out) :: error
+      type(matrix_structure_type) :: structure
+      real(wp), allocatable :: level(:), borders(:)
+      integer, allocatable :: row(:), constraint(:)
+      integer :: n, m, i
+
+      n = problem%unknowns()
+      m = problem%multipliers()
+      call move_alloc(solver, self%solver)
+      associate (k => problem%stiffness, cq => problem%constraints)
+         allocate (level(n), source=k%row_maxima())
+         where (.not. level > 0) level = max(maxval(level), tiny(1.0_wp))
+         ! Powers of two: scaling rounds nothing.
+         allocate (self%scaling(n), source=scale(1.0_wp, -exponent(level)/2))
+         allocate (row(k%nonzeros()), source=k%row_indices())
+         allocate (constraint(cq%nonzeros()), source=cq%row_indices())
+         allocate (borders(cq%nonzeros()), source=cq%value*self%scaling(cq%column))
+         allocate (self%constraint_scaling(m))
+         do i = 1, m
+            associate (border => borders(cq%row_start(i):cq%row_start(i + 1) - 1))
+               self%constraint_scaling(i) = scale(1.0_wp, -exponent(maxval(abs(border))))
+               border = self%constraint_scaling(i)*border
+            end associate
+         end do
+         call new_csr_from_triplets(self%matrix, n + m, n + m, &
+            [row, [(i, i=1, n)], n + constraint, cq%column], [k%column, [(i, i=1, n)], cq%column, n + constraint], &
+            [self%scaling(row)*k%value*self%scaling(k%column), spread(regularization, 1, n), borders, borders], error)
+      end associate
+      if (allocated(error)) return
+      structure%symmetric = problem%stiffness%is_symmetric()
+      structure%multipliers = m
+      allocate (structure%node(n), source=[(i, i=1, n)])
+      call self%solver%factorize(self%matrix, structure, error)
+   end subroutine new_scaled_stiffness
+
+   ! Adds up to `wanted` motions to those found: fewer, if there are no more.
+   subroutine find_more(stiffness, wanted, state, found, error)
+      type(scaled_stiffness_type), intent(inout) :: stiffness
+      integer, intent(in) :: wanted
+      integer(long), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: found(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      ! Motions above their multipliers, and the forces K x + Cq^T xi above violations.
+      real(wp), allocatable :: x(:, :), forces(:, :), force(:), rotation(:, :), all(:, :)
+      integer :: i, n, before, rigid
+
+      n = size(stiffness%scaling)
+      before = size(found, 2)
+      allocate (x(size(found, 1), wanted), forces(size(found, 1), wanted))
+      do i = 1, wanted
+         call random_vector(state, x(:n, i))
+      end do
+      do i = 1, iterations
+         x(n + 1:, :) = 0
+         call stiffness%solver%solve_adjoint(x, error)
+         if (allocated(error)) return
+         x(n + 1:, :) = 0
+         call orthonormalize(found, n, x)
+         call stiffness%solver%solve(x, error)
+         if (allocated(error)) return
+         if (norm2(x(:n, :)) < 1/negligible) return
+         call orthonormalize(found, n, x)
+      end do
+      forces = 0
+      forces(:n, :) = -regularization*x(:n, :)
+      call stiffness%matrix%add_product(1.0_wp, x, forces)
+      call least_forces(forces, force, rotation, error)
+      if (allocated(error)) return
+      rigid = count(force < negligible)
+      allocate (all(size(found, 1), before + rigid))
+      all(:, :before) = found
+      all(:, before + 1:) = matmul(x, rotation(:, :rigid))
+      ! A free motion needs no reaction.
+      where (abs(all(n + 1:, before + 1:)) < negligible) all(n + 1:, before + 1:) = 0
+      call move_alloc(all, found)
+   end subroutine find_more
+
+   ! Gram-Schmidt, twice; only the first n rows count, the others follow.
+   pure subroutine orthonormalize(found, n, x)
+      real(wp), intent(in) :: found(:, :)
+      integer, intent(in) :: n
+      real(wp), intent(inout) :: x(:, :)
+      integer :: i, pass
+
+      do i = 1, size(x, 2)
+         do pass = 1, 2
+            x(:, i) = x(:, i)/max(norm2(x(:n, i)), tiny(1.0_wp))
+            x(:, i) = x(:, i) - matmul(found, matmul(x(:n, i), found(:n, :)))
+            x(:, i) = x(:, i) - matmul(x(:, :i - 1), matmul(x(:n, i), x(:n, :i - 1)))
+         end do
+         x(:, i) = x(:, i)/max(norm2(x(:n, i)), tiny(1.0_wp))
+      end do
+   end subroutine orthonormalize
+
+   ! The combinations of columns that are smaller than others, the smallest first.
+   subroutine least_forces(forces, force, rotation, error)
+      real(wp), intent(in) :: forces(:, :)
+      real(wp), allocatable, intent(out) :: force(:), rotation(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: a(:, :), vt(:, :), work(:)
+      real(wp) :: none(1, 1)
+      integer :: n, k, info
+
+      n = size(forces, 1)
+      k = size(forces, 2)
+      allocate (a(n, k), source=forces)
+      allocate (force(k), vt(k, k), rotation(k, k), work(10*k + n))
+      call dgesvd("N", "S", n, k, a, n, force, none, 1, vt, k, work, size(work), info)
+      if (info /= 0) call new_error(error, error_library, "LAPACK's dgesvd did not converge")
+      rotation = transpose(vt(k:1:-1, :))
+      force = force(k:1:-1)
+   end subroutine least_forces
+end module kschur_rigid
