@@ -66,6 +66,7 @@ contains
          "                         damped, damped-constrained, quadratic, symmetric,", &
          "                         proportional (auto)", &
          "  --inner NAME           auto, mumps (auto)", &
+         "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &
          "  --subspace M           largest dimension of the Krylov space (chosen)", &
          "  --tolerance T          relative residual of a converged mode (1e-12)", &
          "  --max-restarts K       (200)", &

@@ -5,8 +5,9 @@ module cli_info
    use cli_numbers, only: rounded
    use cli_output, only: format_table, print_result, take_format
    use cli_system, only: print_line
-   use kschur, only: csr_matrix_type, damping_names, damping_proportional, error_type, error_usage, &
-      formulation_names, modal_problem_type, modal_result_type, new_error, read_hdf5_result, smallest_formulation, text
+   use kschur, only: choose_formulation, csr_matrix_type, damping_names, damping_proportional, error_type, &
+      error_usage, formulation_auto, formulation_names, modal_problem_type, modal_result_type, new_error, presolve, &
+      presolve_type, read_hdf5_result, text
    implicit none
    private
    public :: info_command
@@ -40,17 +41,29 @@ contains
       else
          call read_problem(input, problem, error)
       end if
-      if (.not. allocated(error)) call print_problem(problem)
+      if (.not. allocated(error)) call print_problem(problem, error)
    end subroutine info_command
 
-   subroutine print_problem(problem)
+   subroutine print_problem(problem, error)
       type(modal_problem_type), intent(in) :: problem
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: no_motion
+      type(modal_problem_type) :: reduced
+      type(presolve_type) :: plan
+      character(len=:), allocatable :: decision
+      integer :: formulation
 
+      call choose_formulation(problem, formulation_auto, formulation, decision, error)
+      if (allocated(error)) return
+      call presolve(problem, reduced, plan, no_motion)
       call print_line("unknowns     "//text(problem%unknowns()))
       call print_line("constraints  "//text(problem%multipliers()))
       call print_line("symmetric    "//trim(merge("yes", "no ", problem%symmetric)))
       call print_line("damping      "//damping_text(problem))
-      call print_line("formulation  "//trim(formulation_names(smallest_formulation(problem))))
+      call print_line("presolve     "//text(plan%eliminated)//" constraints clamp or tie an unknown, "// &
+         text(plan%redundant)//" follow from them: "//text(plan%unknowns_after)//" unknowns, "// &
+         text(plan%constraints_after)//" constraints are left")
+      call print_line("formulation  "//trim(formulation_names(formulation))//", because "//decision)
       call print_line("")
       call print_line("matrix                     nonzeros   infinity norm")
       call print_matrix("mass M", problem%mass)

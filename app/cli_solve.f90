@@ -66,6 +66,7 @@ contains
       type(request_type), intent(out) :: request
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: tolerance
+      integer :: presolve
 
       associate (options => request%options)
          call arguments%take_integer("--modes", 1, options%modes, error)
@@ -74,6 +75,9 @@ contains
          call arguments%take_choice("--formulation", formulation_names, options%formulation, error, &
             planned=[character(len=25) :: "undamped-constrained-zero", "damped-constrained-zero"])
          call arguments%take_choice("--constraint-scaling", scaling_names, options%constraint_scaling, error)
+         presolve = 1
+         call arguments%take_choice("--presolve", [character(len=3) :: "off", "on"], presolve, error)
+         options%presolve = presolve == 1
          call arguments%take_integer("--subspace", 1, options%subspace, error)
          call arguments%take_positive("--tolerance", tolerance, error)
          if (allocated(tolerance)) options%tolerance = tolerance

@@ -30,6 +30,7 @@ contains
       call print_line("method   "//result%method//", formulation "// &
          trim(formulation_names(result%formulation))//", target "//rounded(result%target)//", shift "// &
          rounded(result%shift)//" 1/s")
+      call print_line("because  "//result%decision)
       call print_line("modes    "//text(size(result%eigenvalues))//" of "//text(result%modes_asked)// &
          ", "//trim(reason_names(result%reason)))
    end subroutine print_header

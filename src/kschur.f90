@@ -16,7 +16,7 @@
 module kschur
    use kschur_error, only: error_type, new_error, add_context, error_usage, error_input, error_file, &
       error_memory, error_singular, error_library
-   use kschur_formulation, only: smallest_formulation
+   use kschur_formulation, only: choose_formulation
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
    use kschur_hdf5_result, only: read_hdf5_result, write_hdf5_result
    use kschur_kinds, only: wp, long
@@ -29,6 +29,7 @@ module kschur
       formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, formulation_damped, &
       formulation_damped_constrained, formulation_quadratic, formulation_symmetric, formulation_proportional, &
       scaling_names, scaling_none, scaling_scalar, scaling_row
+   use kschur_presolve, only: presolve_type, presolve
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_names, damping_none, &
       damping_proportional, damping_general
    use kschur_release, only: kschur_version

@@ -10,12 +10,11 @@ module kschur_formulation
    use kschur_symmetric_transform, only: mass_is_semidefinite
    implicit none
    private
-   public :: choose_formulation, is_structured, smallest_formulation
+   public :: choose_formulation, is_structured
 
 contains
 
-   !> The smallest formulation that is exact for a problem with a mass matrix
-   !> that has no negative eigenvalue: one of `formulation_*`.
+   ! The smallest formulation that is exact for a problem with a definite mass matrix.
    pure integer function smallest_formulation(problem) result(formulation)
       type(modal_problem_type), intent(in) :: problem
 
@@ -43,41 +42,70 @@ contains
       is_structured = any(formulation == [formulation_quadratic, formulation_symmetric, formulation_proportional])
    end function is_structured
 
-   !> The formulation that was asked for, or the smallest for `formulation_auto`.
-   !> Fails where it does not fit the problem, with the reason.
-   subroutine choose_formulation(problem, asked, formulation, error)
+   !> The formulation that was asked for, or the smallest exact one for
+   !> `formulation_auto`. Fails where it does not fit the problem, with the reason.
+   subroutine choose_formulation(problem, asked, formulation, decision, error)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
       integer, intent(in) :: asked
       integer, intent(out) :: formulation
+      !> Why, in words.
+      character(len=:), allocatable, intent(out) :: decision
       type(error_type), allocatable, intent(out) :: error
-      type(mumps_real_type) :: solver
-      character(len=:), allocatable :: name
-      logical :: semidefinite
+      character(len=:), allocatable :: obstacle
 
       formulation = asked
       if (asked == formulation_auto) formulation = smallest_formulation(problem)
       if (.not. is_structured(formulation)) then
          call check_fit(problem, formulation, error)
-         return
+         if (allocated(error)) return
       end if
-      if (formulation == formulation_quadratic) return
-      name = "the formulation "//trim(formulation_names(formulation))//" does not fit the problem: "
-      if (.not. problem%symmetric) then
-         call new_error(error, error_usage, name//"its matrices are not symmetric")
-      else if (formulation == formulation_symmetric .and. problem%damping_kind /= damping_none) then
-         call new_error(error, error_usage, name//"it has damping")
-      else if (problem%damping_kind == damping_general) then
-         call new_error(error, error_usage, name//"its damping is not proportional")
-      end if
+      call find_obstacle(problem, formulation, obstacle, error)
       if (allocated(error)) return
-      call mass_is_semidefinite(problem, solver, semidefinite, error)
-      if (allocated(error)) return
-      if (semidefinite) return
-      if (asked == formulation_auto) then
+      if (len(obstacle) > 0 .and. asked /= formulation_auto) then
+         call new_error(error, error_usage, "the formulation "//trim(formulation_names(formulation))// &
+            " does not fit the problem: "//obstacle)
+      else if (len(obstacle) > 0) then
          formulation = general_formulation(problem)
+         decision = obstacle
+      else if (asked /= formulation_auto) then
+         decision = "it was asked for"
+      else if (.not. problem%symmetric) then
+         decision = "the matrices are not symmetric"
+      else if (problem%damping_kind == damping_none) then
+         decision = "the matrices are symmetric and there is no damping"
+      else if (problem%damping_kind == damping_general) then
+         decision = "the damping is not a combination of mass and stiffness"
       else
-         call new_error(error, error_usage, name//"its mass matrix has negative eigenvalues")
+         decision = "the damping is a combination of mass and stiffness, so that the undamped modes give the damped ones"
       end if
    end subroutine choose_formulation
+
+   ! What keeps a problem from a formulation for symmetric matrices; empty where nothing does.
+   subroutine find_obstacle(problem, formulation, obstacle, error)
+      type(modal_problem_type), intent(in) :: problem
+      integer, intent(in) :: formulation
+      character(len=:), allocatable, intent(out) :: obstacle
+      type(error_type), allocatable, intent(out) :: error
+      type(mumps_real_type) :: solver
+      logical :: semidefinite
+
+      obstacle = ""
+      if (all(formulation /= [formulation_symmetric, formulation_proportional])) return
+      if (.not. problem%symmetric) then
+         obstacle = "its matrices are not symmetric"
+      else if (formulation == formulation_symmetric .and. problem%damping_kind /= damping_none) then
+         obstacle = "it has damping"
+      else if (problem%damping_kind == damping_general) then
+         obstacle = "its damping is not proportional"
+      else
+         call mass_is_semidefinite(problem, solver, semidefinite, error)
+         if (allocated(error)) return
+         if (.not. semidefinite) then
+            obstacle = "its mass matrix has negative eigenvalues"
+         else if (solver%null_pivots > 0 .and. abs(problem%beta) > 0) then
+            obstacle = "its mass matrix is singular, so that damping by stiffness makes modes that it lacks without"
+         end if
+      end if
+   end subroutine find_obstacle
 end module kschur_formulation

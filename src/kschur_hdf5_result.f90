@@ -96,6 +96,7 @@ contains
       call write_attribute(file, root, "damping", trim(damping_names(result%damping_kind)), error)
       call write_attribute(file, root, "method", result%method, error)
       call write_attribute(file, root, "formulation", trim(formulation_names(result%formulation)), error)
+      call write_attribute(file, root, "decision", result%decision, error)
       call write_attribute(file, root, "target", result%target, error)
       call write_attribute(file, root, "shift", result%shift, error)
       call write_attribute(file, root, "reason", trim(reason_names(result%reason)), error)
@@ -207,6 +208,8 @@ contains
       call read_name(result%damping_kind, file, "damping", damping_names, error)
       call read_attribute(result%method, file, root, "method", error)
       call read_name(result%formulation, file, "formulation", formulation_names, error)
+      result%decision = ""
+      if (has_attribute(file, root, "decision")) call read_attribute(result%decision, file, root, "decision", error)
       call read_attribute(result%target, file, root, "target", error)
       call read_attribute(result%shift, file, root, "shift", error)
       call read_name(result%reason, file, "reason", reason_names, error)

@@ -137,6 +137,10 @@ contains
       forces = 0
       forces(:n, :) = -regularization*x(:n, :)
       call stiffness%matrix%add_product(1.0_wp, x, forces)
+      ! A column without a length found no direction of its own.
+      do i = 1, wanted
+         if (norm2(x(:n, i)) < 0.5_wp) forces(:, i) = 1
+      end do
       call least_forces(forces, force, rotation, error)
       if (allocated(error)) return
       rigid = count(force < negligible)

@@ -59,7 +59,7 @@ contains
       result%damping_kind = problem%damping_kind
       result%symmetric = problem%symmetric
       result%target = options%target
-      call choose_formulation(problem, options%formulation, result%formulation, error)
+      call choose_formulation(problem, options%formulation, result%formulation, result%decision, error)
       if (allocated(error)) return
       presolved = options%presolve .and. is_structured(result%formulation)
       if (presolved) then

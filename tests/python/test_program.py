@@ -244,6 +244,21 @@ def test_info(folder):
     factors = re.search(r"proportional, alpha (\S+) 1/s, beta (\S+) s\n", run.stdout)
     check("info PROBLEM: proportional damping and its formulation", factors and "formulation  proportional" in run.stdout
           and np.allclose([float(factor) for factor in factors.groups()], [1e-3, 1e-5], rtol=1e-5, atol=0), run)
+    check("info PROBLEM: why this formulation", "because the damping is a combination of mass and stiffness" in run.stdout, run)
+    check("info PROBLEM: what presolve leaves", re.search(
+        r"presolve +36 constraints clamp or tie an unknown, 0 follow from them: (\d+) unknowns, 0 constraints", run.stdout), run)
+
+
+def test_presolve_option(folder):
+    kept, _ = solve(folder / "damped-grid.h5", "--modes", 16, "--presolve", "off", "--output", folder / "kept.h5")
+    gone, run = solve(folder / "damped-grid.h5", "--modes", 16, "--output", folder / "gone.h5")
+    check_values("--presolve off: the same modes", eigenvalues(kept), eigenvalues(gone), 1e-8)
+    with h5py.File(folder / "kept.h5") as off, h5py.File(folder / "gone.h5") as on:
+        check("--presolve: the order of what was factored", off.attrs["factored_order"] == off.attrs["n"] + off.attrs["m"]
+              and on.attrs["factored_order"] == on.attrs["n"] - on.attrs["m"], (dict(off.attrs), dict(on.attrs)))
+        check("result file: the decision in words", "combination of mass and stiffness" in on.attrs["decision"], on.attrs["decision"])
+    table = kschur("info", folder / "gone.h5").stdout
+    check("table: the decision in words", "because  the damping is a combination of mass and stiffness" in table, table)
 
 
 def test_restarts_run_out(folder):
@@ -440,7 +455,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for test in (test_help, test_beam_body, test_random_problems, test_json, test_rigid_modes, test_csv,
-                     test_result_file, test_info, test_restarts_run_out, test_more_modes_than_exist, test_wrong_usage,
+                     test_result_file, test_info, test_presolve_option, test_restarts_run_out, test_more_modes_than_exist, test_wrong_usage,
                      test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
                      test_bad_input, test_progress):
             try:
