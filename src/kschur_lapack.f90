@@ -3,7 +3,7 @@ module kschur_lapack
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: ddot, dgees, dgemm, dgemv, dgesvd, dsyevd, dsygv, dtrevc, dtrsen, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
+   public :: ddot, dznrm2, dgees, dgemm, dgemv, dgesvd, dsyevd, dsygv, dtrevc, dtrsen, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
 
    interface
       !> C := alpha op(A) op(B) + beta C.
@@ -152,6 +152,13 @@ module kschur_lapack
          integer, intent(in) :: n, incx, incy
          real(wp), intent(in) :: x(*), y(*)
       end function ddot
+
+      !> Euclidean norm of a complex vector.
+      real(wp) function dznrm2(n, x, incx)
+         import :: wp
+         integer, intent(in) :: n, incx
+         complex(wp), intent(in) :: x(*)
+      end function dznrm2
 
       !> Eigenvalues and eigenvectors of a real symmetric matrix.
       subroutine dsyevd(jobz, uplo, n, a, lda, w, work, lwork, iwork, liwork, info)

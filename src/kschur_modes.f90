@@ -3,6 +3,7 @@
 module kschur_modes
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kschur_kinds, only: wp
+   use kschur_lapack, only: dznrm2
    use kschur_options, only: modal_options_type
    use kschur_problem, only: modal_problem_type, damping_none
    use kschur_result, only: modal_result_type, kind_overdamped, kind_real, kind_rigid, kind_undamped, &
@@ -48,11 +49,11 @@ contains
    !> Fills the modes of `result` from eigenpairs: conjugate pairs once,
    !> spurious pairs dropped, nearest to the target first, no more than were
    !> asked for.
-   subroutine select_modes(problem, options, found, rigid, reference, reach, result)
+   subroutine select_modes(problem, options, pairs, rigid, reference, reach, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
-      !> Pairs of an iteration.
-      type(eigenpairs_type), intent(in) :: found
+      !> Pairs of an iteration; normalised, and in the upper half-plane on return.
+      type(eigenpairs_type), intent(inout) :: pairs
       !> Rigid motions, known exactly: all of the eigenvalue zero with orthonormal shapes,
       !> and others.
       type(eigenpairs_type), intent(in) :: rigid
@@ -61,39 +62,54 @@ contains
       !> Eigenvalues are known as far as this from the target (1/s).
       real(wp), intent(in) :: reach
       type(modal_result_type), intent(inout) :: result
-      type(eigenpairs_type) :: pairs
-      logical, allocatable :: accepted(:)
+      type(eigenpairs_type) :: modes
+      logical, allocatable :: accepted(:), lower(:), others(:)
+      complex(wp), allocatable :: lambda(:)
       real(wp), allocatable :: errors(:)
       integer, allocatable :: order(:)
-      integer :: k, upper, j
+      integer :: k, j
 
-      pairs = found
-      call normalize(pairs)
-      do j = 1, size(pairs%lambda)
-         pairs%lambda(j) = cleaned(pairs%lambda(j), problem%damping_kind == damping_none)
-      end do
-      allocate (accepted(size(pairs%lambda)), source=.not. repeats_zero(problem, pairs, rigid, reference))
-      pairs = subset(pairs, accepted)
-      upper = count(aimag(pairs%lambda) >= 0)
-      pairs = joined(joined(subset(pairs, aimag(pairs%lambda) >= 0), &
-         conjugated(subset(pairs, .not. aimag(pairs%lambda) >= 0))), rigid)
       call normalize(pairs)
       k = size(pairs%lambda)
-      deallocate (accepted)
-      allocate (accepted(k), source=.true.)
-      do j = upper + 1, k - size(rigid%lambda)
-         accepted(j) = .not. depends(pairs, accepted, j)
+      do j = 1, k
+         pairs%lambda(j) = cleaned(pairs%lambda(j), problem%damping_kind == damping_none)
+      end do
+      allocate (accepted(k), source=.not. repeats_zero(problem, pairs, rigid, reference))
+      allocate (lower(k), source=aimag(pairs%lambda) < 0)
+      do j = 1, k
+         if (.not. lower(j)) cycle
+         pairs%lambda(j) = conjg(pairs%lambda(j))
+         pairs%phi(:, j) = conjg(pairs%phi(:, j))
+         pairs%xi(:, j) = conjg(pairs%xi(:, j))
+      end do
+      do j = 1, k
+         if (.not. (accepted(j) .and. lower(j))) cycle
+         others = accepted .and. .not. lower
+         others(:j - 1) = accepted(:j - 1)
+         accepted(j) = .not. depends(pairs, others, j)
       end do
 
-      allocate (errors(k), source=backward_errors(problem, pairs))
-      accepted = accepted .and. errors <= spurious
-      allocate (order(count(accepted)), source=pack([(j, j=1, k)], accepted))
-      call sort_by_distance(pairs%lambda, options%target, order)
-      k = min(count(distances(pairs%lambda(order), options%target) <= (1 + blurred)*reach), options%modes)
-      result%eigenvalues = pairs%lambda(order(:k))
-      result%eigenvectors = pairs%phi(:, order(:k))
-      result%multipliers = pairs%xi(:, order(:k))
-      result%backward_error = errors(order(:k))
+      allocate (lambda(k + size(rigid%lambda)), source=[pairs%lambda, rigid%lambda])
+      allocate (errors(size(lambda)), source=[backward_errors(problem, pairs), backward_errors(problem, rigid)])
+      accepted = [accepted, spread(.true., 1, size(rigid%lambda))] .and. errors <= spurious
+      allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
+      call sort_by_distance(lambda, options%target, order)
+      order = order(:min(count(distances(lambda(order), options%target) <= (1 + blurred)*reach), options%modes))
+
+      allocate (modes%phi(problem%unknowns(), size(order)), modes%xi(problem%multipliers(), size(order)))
+      do j = 1, size(order)
+         if (order(j) <= k) then
+            modes%phi(:, j) = pairs%phi(:, order(j))
+            modes%xi(:, j) = pairs%xi(:, order(j))
+         else
+            modes%phi(:, j) = rigid%phi(:, order(j) - k)
+            modes%xi(:, j) = rigid%xi(:, order(j) - k)
+         end if
+      end do
+      result%eigenvalues = lambda(order)
+      call move_alloc(modes%phi, result%eigenvectors)
+      call move_alloc(modes%xi, result%multipliers)
+      result%backward_error = errors(order)
       call describe(problem, result)
    end subroutine select_modes
 
@@ -104,13 +120,21 @@ contains
       integer :: j, largest
 
       do j = 1, size(pairs%lambda)
-         largest = maxloc(abs(pairs%phi(:, j)), 1)
-         if (.not. abs(pairs%phi(largest, j)) > 0) cycle
-         factor = conjg(pairs%phi(largest, j))/abs(pairs%phi(largest, j))/norm2(abs(pairs%phi(:, j)))
+         associate (phi => pairs%phi(:, j))
+            largest = maxloc(real(phi, wp)**2 + aimag(phi)**2, 1)
+            if (.not. abs(phi(largest)) > 0) cycle
+            factor = conjg(phi(largest))/abs(phi(largest))/length(phi)
+         end associate
          pairs%phi(:, j) = factor*pairs%phi(:, j)
          pairs%xi(:, j) = factor*pairs%xi(:, j)
       end do
    end subroutine normalize
+
+   real(wp) function length(x)
+      complex(wp), contiguous, intent(in) :: x(:)
+
+      length = dznrm2(size(x), x, 1)
+   end function length
 
    ! An eigenvalue without rounding where its exact place is known: real ones
    ! on the real axis; where nothing damps, lambda^2 real gives i omega.
@@ -126,7 +150,7 @@ contains
       end if
    end function cleaned
 
-   !> Makes the shapes of the pairs with eigenvalue zero orthonormal.
+   !> Makes the shapes of the pairs with eigenvalue zero orthonormal, and normalises all.
    subroutine orthonormalize_zeros(pairs)
       type(eigenpairs_type), intent(inout) :: pairs
       complex(wp) :: factor
@@ -141,11 +165,12 @@ contains
                pairs%phi(:, j) = pairs%phi(:, j) - factor*pairs%phi(:, i)
                pairs%xi(:, j) = pairs%xi(:, j) - factor*pairs%xi(:, i)
             end do
-            factor = 1/norm2(abs(pairs%phi(:, j)))
+            factor = 1/length(pairs%phi(:, j))
             pairs%phi(:, j) = factor*pairs%phi(:, j)
             pairs%xi(:, j) = factor*pairs%xi(:, j)
          end do
       end do
+      call normalize(pairs)
    end subroutine orthonormalize_zeros
 
    ! Which pairs are a zero that the rigid motions stand for already. Such a motion has the
@@ -170,7 +195,7 @@ contains
             if (abs(rigid%lambda(i)) > 0) cycle
             rest = rest - dot_product(rigid%phi(:, i), rest)*rigid%phi(:, i)
          end do
-         repeats(j) = norm2(abs(rest)) <= dependent
+         repeats(j) = length(rest) <= dependent
       end do
       largest = minval(abs(pairs%lambda), .not. repeats)
       if (all(repeats)) largest = 0
@@ -206,11 +231,10 @@ contains
       end do
    end subroutine form
 
-   ! Whether the shape of pair j lies in the span of the other accepted ones
-   ! that come before it and share its eigenvalue.
-   logical function depends(pairs, accepted, j)
+   ! Whether the shape of pair j lies in the span of those of `others` that share its eigenvalue.
+   logical function depends(pairs, others, j)
       type(eigenpairs_type), intent(in) :: pairs
-      logical, intent(in) :: accepted(:)
+      logical, intent(in) :: others(:)
       integer, intent(in) :: j
       complex(wp), allocatable :: u(:), span(:, :)
       integer :: i, l, pass, kept
@@ -218,27 +242,29 @@ contains
       allocate (span(size(pairs%phi, 1), 0))
       allocate (u(size(pairs%phi, 1)))
       depends = .true.
-      do i = 1, j - 1
-         if (.not. accepted(i)) cycle
+      do i = 1, size(others)
+         if (.not. others(i)) cycle
          if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_pair*abs(pairs%lambda(j))) cycle
          u = pairs%phi(:, j) - dot_product(pairs%phi(:, i), pairs%phi(:, j))*pairs%phi(:, i)
-         if (norm2(abs(u)) <= dependent) return
+         if (length(u) <= dependent) return
       end do
-      do i = 1, j
-         if (i < j .and. .not. accepted(i)) cycle
-         if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_value*abs(pairs%lambda(j))) cycle
-         u = pairs%phi(:, i)
+      do i = 1, size(others) + 1
+         if (i <= size(others)) then
+            if (.not. others(i)) cycle
+            if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_value*abs(pairs%lambda(j))) cycle
+         end if
+         u = pairs%phi(:, merge(j, i, i > size(others)))
          kept = size(span, 2)
          do pass = 1, 2
             do l = 1, kept
                u = u - dot_product(span(:, l), u)*span(:, l)
             end do
          end do
-         if (i == j) exit
-         if (norm2(abs(u)) <= epsilon(1.0_wp)/dependent) cycle
-         span = reshape([span, u/norm2(abs(u))], [size(u), kept + 1])
+         if (i > size(others)) exit
+         if (length(u) <= epsilon(1.0_wp)/dependent) cycle
+         span = reshape([span, u/length(u)], [size(u), kept + 1])
       end do
-      depends = norm2(abs(u)) <= dependent
+      depends = length(u) <= dependent
    end function depends
 
    !> Backward error of each pair: the larger of the normwise residual
@@ -260,7 +286,7 @@ contains
       allocate (residual(problem%unknowns(), 1), violation(problem%multipliers(), 1))
       do j = 1, size(errors)
          associate (lambda => pairs%lambda(j), phi => pairs%phi(:, j:j), xi => pairs%xi(:, j:j))
-            size_of_phi = norm2(abs(phi))
+            size_of_phi = length(phi(:, 1))
             residual = 0
             call problem%mass%add_product(lambda**2, phi, residual)
             call problem%damping%add_product(lambda, phi, residual)
@@ -268,12 +294,12 @@ contains
             call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi, residual)
             level = (abs(lambda)**2*mass + abs(lambda)*damping + stiffness)*size_of_phi
             ! Without stiffness a zero eigenvalue has no level: its residual is exact or it is none.
-            errors(j) = norm2(abs(residual))
+            errors(j) = length(residual(:, 1))
             if (level > 0) errors(j) = errors(j)/level
             if (size(violation) > 0) then
                violation = 0
                call problem%constraints%add_product((1.0_wp, 0.0_wp), phi, violation)
-               errors(j) = max(errors(j), norm2(abs(violation))/(constraints*size_of_phi))
+               errors(j) = max(errors(j), length(violation(:, 1))/(constraints*size_of_phi))
             end if
             if (.not. errors(j) >= 0) errors(j) = huge(1.0_wp)
          end associate
@@ -365,38 +391,4 @@ contains
       end do
    end subroutine sort_by_distance
 
-   function subset(pairs, mask)
-      type(eigenpairs_type), intent(in) :: pairs
-      logical, intent(in) :: mask(:)
-      type(eigenpairs_type) :: subset
-      integer :: chosen(count(mask)), j
-
-      chosen = pack([(j, j=1, size(mask))], mask)
-      allocate (subset%lambda(size(chosen)), source=pairs%lambda(chosen))
-      allocate (subset%phi(size(pairs%phi, 1), size(chosen)), source=pairs%phi(:, chosen))
-      allocate (subset%xi(size(pairs%xi, 1), size(chosen)), source=pairs%xi(:, chosen))
-   end function subset
-
-   function joined(a, b)
-      type(eigenpairs_type), intent(in) :: a, b
-      type(eigenpairs_type) :: joined
-      integer :: k
-
-      k = size(a%lambda) + size(b%lambda)
-      allocate (joined%lambda(k), source=[a%lambda, b%lambda])
-      allocate (joined%phi(size(a%phi, 1), k), joined%xi(size(a%xi, 1), k))
-      joined%phi(:, :size(a%lambda)) = a%phi
-      joined%phi(:, size(a%lambda) + 1:) = b%phi
-      joined%xi(:, :size(a%lambda)) = a%xi
-      joined%xi(:, size(a%lambda) + 1:) = b%xi
-   end function joined
-
-   function conjugated(pairs)
-      type(eigenpairs_type), intent(in) :: pairs
-      type(eigenpairs_type) :: conjugated
-
-      allocate (conjugated%lambda(size(pairs%lambda)), source=conjg(pairs%lambda))
-      allocate (conjugated%phi(size(pairs%phi, 1), size(pairs%phi, 2)), source=conjg(pairs%phi))
-      allocate (conjugated%xi(size(pairs%xi, 1), size(pairs%xi, 2)), source=conjg(pairs%xi))
-   end function conjugated
 end module kschur_modes

@@ -229,12 +229,18 @@ contains
          roots = transform%map%lambdas(transform%theta(mu(j)))
          pairs%lambda = [pairs%lambda, roots(1)]
          of = [of, j]
-         if (.not. transform%map%oscillator) cycle
+         ! Of a conjugate pair one is enough.
+         if (.not. transform%map%oscillator .or. .not. abs(roots(2) - conjg(roots(1))) > 0) cycle
          pairs%lambda = [pairs%lambda, roots(2)]
          of = [of, j]
       end do
-      allocate (pairs%phi(size(phi, 1), size(of)), source=phi(:, of))
-      allocate (pairs%xi(size(xi, 1), size(of)), source=xi(:, of))
+      if (size(of) == size(mu)) then
+         call move_alloc(phi, pairs%phi)
+         call move_alloc(xi, pairs%xi)
+      else
+         allocate (pairs%phi(size(phi, 1), size(of)), source=phi(:, of))
+         allocate (pairs%xi(size(xi, 1), size(of)), source=xi(:, of))
+      end if
       do j = 1, size(of)
          pairs%xi(:, j) = transform%map%reaction(pairs%lambda(j))*pairs%xi(:, j)
       end do
