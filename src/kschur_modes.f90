@@ -11,7 +11,7 @@ module kschur_modes
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
-   public :: eigenpairs_type, orthonormalize_zeros, select_modes, backward_errors, real_tolerance, same_value
+   public :: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes, backward_errors, real_tolerance, same_value
 
    !> An imaginary part below this, relative to the eigenvalue, is rounding.
    real(wp), parameter :: real_tolerance = 1.0e-8_wp
@@ -112,6 +112,26 @@ contains
       result%backward_error = errors(order)
       call describe(problem, result)
    end subroutine select_modes
+
+   !> Puts pairs and their backward errors in the place of the modes of `result`: the same
+   !> ones, but better.
+   subroutine replace_modes(problem, pairs, errors, result)
+      type(modal_problem_type), intent(in) :: problem
+      !> Used up.
+      type(eigenpairs_type), intent(inout) :: pairs
+      real(wp), intent(in) :: errors(:)
+      type(modal_result_type), intent(inout) :: result
+      integer :: j
+
+      do j = 1, size(errors)
+         pairs%lambda(j) = cleaned(pairs%lambda(j), problem%damping_kind == damping_none)
+      end do
+      call move_alloc(pairs%lambda, result%eigenvalues)
+      call move_alloc(pairs%phi, result%eigenvectors)
+      call move_alloc(pairs%xi, result%multipliers)
+      result%backward_error = errors
+      call describe(problem, result)
+   end subroutine replace_modes
 
    ! Unit norm, the largest entry real and positive.
    subroutine normalize(pairs)

@@ -25,8 +25,6 @@ module kschur_shift
    private
    public :: place_shift, account
 
-   ! Where no shift is given it lies at this part of the largest wanted |lambda|.
-   real(wp), parameter :: shift_level = 0.25_wp
    ! A shift within this factor of that place is left where it is.
    real(wp), parameter :: close_enough = 4
    integer, parameter :: shift_attempts = 5
@@ -173,8 +171,9 @@ contains
       result%factorizations = result%factorizations + 1
    end subroutine factor_at
 
-   ! Where the shift had better be, from a few steps at the shift that is; zero
-   ! where they do not tell.
+   ! Where the shift had better be, from a few steps at the shift that is; zero where
+   ! they do not tell. In the middle of the wanted |lambda|, by ratio, both ends are found
+   ! with the same digits.
    subroutine propose_scale(transform, deflation, options, result, proposed, error)
       class(transform_type), target, intent(inout) :: transform
       type(deflation_type), intent(in) :: deflation
@@ -189,7 +188,7 @@ contains
       type(modal_selection_type) :: selection
       type(krylov_statistics_type) :: statistics
       complex(wp), allocatable :: mu(:), vectors(:, :)
-      real(wp) :: magnitude
+      real(wp) :: magnitude, smallest, largest
       integer :: i
 
       proposed = 0
@@ -199,11 +198,15 @@ contains
       if (allocated(error)) return
       result%operator_applications = result%operator_applications + statistics%operator_applications
       result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
+      smallest = huge(1.0_wp)
+      largest = 0
       do i = 1, size(mu)
          magnitude = maxval(abs(transform%map%lambdas(transform%theta(mu(i)))))
          if (magnitude < too_near*abs(result%shift) .or. magnitude > too_far*abs(result%shift)) cycle
-         proposed = max(proposed, shift_level*magnitude)
+         smallest = min(smallest, magnitude)
+         largest = max(largest, magnitude)
       end do
+      if (largest > 0) proposed = sqrt(smallest*largest)
    end subroutine propose_scale
 
    !> Adds the counts and seconds of a linear solver to a result.

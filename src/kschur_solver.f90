@@ -9,14 +9,17 @@ module kschur_solver
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_linear_solver, only: linear_solver_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, select_modes
+   use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
+   use kschur_mumps_complex, only: mumps_complex_type
    use kschur_mumps_real, only: mumps_real_type
    use kschur_options, only: modal_options_type, formulation_names, scaling_names
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type, reason_converged, reason_fewer_modes
+   use kschur_refine, only: refine
    use kschur_rigid, only: find_rigid_motions
+   use kschur_scaling, only: constraint_factors
    use kschur_shift, only: account, place_shift
    use kschur_transform, only: transform_type
    implicit none
@@ -91,6 +94,8 @@ contains
          if (missing == 0 .or. asked == most .or. statistics%reason /= reason_converged) exit
          asked = min(asked + max(missing, asked/4), most)
       end do
+      call polish(problem, options, result, error)
+      if (allocated(error)) return
       result%reason = statistics%reason
       if (missing == 0) then
          result%reason = reason_converged
@@ -143,6 +148,29 @@ contains
       allocate (result%history%converged(0), result%history%operator_applications(0), result%history%residual(0))
       result%reason = reason_fewer_modes
    end subroutine no_modes
+
+   ! Modes far from the shift are known less well than those near to it.
+   subroutine polish(problem, options, result, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: good_enough = 1.0e-13_wp
+      type(mumps_complex_type) :: solver
+      type(eigenpairs_type) :: pairs
+      real(wp), allocatable :: errors(:)
+
+      if (.not. any(result%backward_error > good_enough)) return
+      allocate (errors, source=result%backward_error)
+      call move_alloc(result%eigenvalues, pairs%lambda)
+      call move_alloc(result%eigenvectors, pairs%phi)
+      call move_alloc(result%multipliers, pairs%xi)
+      call refine(problem, constraint_factors(problem, options%constraint_scaling, result%shift), good_enough, &
+         solver, pairs, errors, result%factorizations, error)
+      if (allocated(error)) return
+      call account(solver, result)
+      call replace_modes(problem, pairs, errors, result)
+   end subroutine polish
 
    ! Shapes and multipliers of the problem as given.
    subroutine undo_presolve(problem, plan, pairs)

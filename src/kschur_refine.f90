@@ -1,0 +1,117 @@
+!> Polishing of modes whose backward error is larger than it need be, as of modes
+!> far from the shift or with a massless part.
+module kschur_refine
+   use kschur_error, only: error_type, error_singular
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: dznrm2
+   use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
+   use kschur_modes, only: backward_errors, eigenpairs_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_saddle, only: saddle_blocks
+   use kschur_sparse, only: complex_combination, csr_matrix_type
+   implicit none
+   private
+   public :: refine
+
+   ! Where a mode is factored, from its eigenvalue, relative to that: near, but not singular.
+   real(wp), parameter :: offset = 1.0e-6_wp
+   integer, parameter :: steps = 5
+
+contains
+
+   !> Inverse iteration on each pair above a backward error, with a factorisation of its
+   !> own: with s close to lambda,
+   !>
+   !>     [P(s) Cq^T; Cq 0] [y; eta] = [((s + lambda) M + R) phi; 0]
+   !>
+   !> is solved by y = phi/(s - lambda), eta = xi/(s - lambda) if the pair is exact (the
+   !> divided difference of P: Ruhe, SIAM J. Numer. Anal. 10 (1973)). What gets no better
+   !> is left as it was.
+   subroutine refine(problem, factors, above, solver, pairs, errors, factorizations, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> Factor of each constraint.
+      real(wp), intent(in) :: factors(:)
+      !> The backward error that is good enough.
+      real(wp), intent(in) :: above
+      class(complex_linear_solver_type), intent(inout) :: solver
+      type(eigenpairs_type), intent(inout) :: pairs
+      !> The backward error of each pair.
+      real(wp), intent(inout) :: errors(:)
+      !> The number of factorisations is added.
+      integer, intent(inout) :: factorizations
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: blocks(3)
+      type(matrix_structure_type) :: structure
+      complex(wp) :: s
+      integer :: i, j, step
+      logical :: better
+
+      if (.not. any(errors > above)) return
+      call saddle_blocks(problem, factors, blocks, error)
+      if (allocated(error)) return
+      structure%symmetric = problem%symmetric
+      structure%multipliers = size(factors)
+      allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
+      do j = 1, size(errors)
+         if (.not. errors(j) > above .or. .not. abs(pairs%lambda(j)) > 0) cycle
+         s = pairs%lambda(j) + offset*abs(pairs%lambda(j))
+         call solver%factorize(complex_combination([s**2, s, (1.0_wp, 0.0_wp)], blocks), structure, error)
+         if (allocated(error)) then
+            if (error%code /= error_singular) return
+            deallocate (error)
+            cycle
+         end if
+         factorizations = factorizations + 1
+         do step = 1, steps
+            call improve(problem, factors, solver, s, j, pairs, errors(j), better, error)
+            if (allocated(error)) return
+            if (.not. better .or. errors(j) <= above) exit
+         end do
+      end do
+   end subroutine refine
+
+   ! One step on pair j.
+   subroutine improve(problem, factors, solver, s, j, pairs, error_before, better, error)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: factors(:)
+      class(complex_linear_solver_type), intent(inout) :: solver
+      complex(wp), intent(in) :: s
+      integer, intent(in) :: j
+      type(eigenpairs_type), intent(inout) :: pairs
+      real(wp), intent(inout) :: error_before
+      logical, intent(out) :: better
+      type(error_type), allocatable, intent(out) :: error
+      type(eigenpairs_type) :: pair
+      complex(wp), allocatable :: rhs(:, :), force(:, :)
+      complex(wp) :: factor
+      real(wp) :: errors(1)
+      integer :: n, largest
+
+      n = problem%unknowns()
+      better = .false.
+      allocate (rhs(n + size(factors), 1), force(n, 1), source=(0.0_wp, 0.0_wp))
+      associate (lambda => pairs%lambda(j), phi => pairs%phi(:, j:j))
+         call problem%mass%add_product(s + lambda, phi, force)
+         call problem%damping%add_product((1.0_wp, 0.0_wp), phi, force)
+         rhs(:n, :) = force
+         call solver%solve(rhs, error)
+         if (allocated(error)) return
+         factor = dot_product(phi(:, 1), rhs(:n, 1))
+         if (.not. abs(factor) > 0) return
+         allocate (pair%lambda(1), source=s - dznrm2(n, phi, 1)**2/factor)
+      end associate
+      ! Unit norm, the largest entry real and positive.
+      largest = maxloc(abs(rhs(:n, 1)), 1)
+      factor = conjg(rhs(largest, 1))/abs(rhs(largest, 1))/dznrm2(n, rhs, 1)
+      allocate (pair%phi(n, 1), source=factor*rhs(:n, :))
+      allocate (pair%xi(size(factors), 1))
+      pair%xi(:, 1) = factors*(factor*rhs(n + 1:, 1))
+      errors = backward_errors(problem, pair)
+      better = errors(1) < error_before
+      if (.not. better) return
+      error_before = errors(1)
+      pairs%lambda(j) = pair%lambda(1)
+      pairs%phi(:, j) = pair%phi(:, 1)
+      pairs%xi(:, j) = pair%xi(:, 1)
+   end subroutine improve
+end module kschur_refine
