@@ -20,7 +20,7 @@ contains
          ', "symmetric": '//boolean(result%symmetric)//', "damping": '// &
          string(damping_names(result%damping_kind))//'},')
       call print_line(' "method": '//string(result%method)//', "formulation": '// &
-         string(formulation_names(result%formulation))//',')
+         string(formulation_names(result%formulation))//', "inner": '//inner(result)//',')
       call print_line(' "target": '//pair(result%target)//', "shift": '//pair(result%shift)//',')
       call print_line(' "reason": '//string(reason_names(result%reason))//', "certified": null,')
       call print_line(' "modes": [')
@@ -60,6 +60,14 @@ contains
          ', "damping_ratio": '//number(result%damping_ratio(i))//', "kind": '//string(kind_names(result%kind(i)))// &
          ', "backward_error": '//number(result%backward_error(i))//'}'
    end function mode
+
+   pure function inner(result) result(value)
+      type(modal_result_type), intent(in) :: result
+      character(len=:), allocatable :: value
+
+      value = "null"
+      if (allocated(result%inner)) value = string(result%inner)
+   end function inner
 
    pure function seconds(timings) result(object)
       type(timings_type), intent(in) :: timings

@@ -70,6 +70,8 @@ module kschur_result
       character(len=:), allocatable :: method
       !> One of `formulation_*`: the one that was used.
       integer :: formulation = formulation_auto
+      !> Which solver factored the matrix, and why this one: "ldl: symmetric definite, 19 entries a column".
+      character(len=:), allocatable :: inner
       !> The target and the shift that were used (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp), shift = (0.0_wp, 0.0_wp)
 

@@ -10,7 +10,7 @@ module kschur_solver
    use kschur_modal_selection, only: modal_selection_type
    use kschur_modes, only: eigenpairs_type, select_modes
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type, formulation_names, scaling_names
+   use kschur_options, only: modal_options_type, formulation_names, inner_names, scaling_names
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type, reason_converged, reason_fewer_modes
@@ -49,6 +49,7 @@ contains
       if (allocated(error)) return
       result%options = options
       result%method = "krylov-schur"
+      result%inner = "none: nothing was factored"
       result%modes_asked = options%modes
       result%unknowns = problem%unknowns()
       result%constraints = problem%multipliers()
@@ -95,6 +96,7 @@ contains
       result%factored_order = transform%order()
       solver => transform%linear_solver()
       result%factor_entries = solver%factor_entries
+      result%inner = trim(solver%description)
       call account(transform%linear_solver(), result)
       result%seconds%total = seconds_since(started)
    end subroutine solve_modes
@@ -118,6 +120,8 @@ contains
          call new_error(error, error_usage, "there is no such formulation")
       else if (options%constraint_scaling < 0 .or. options%constraint_scaling > ubound(scaling_names, 1)) then
          call new_error(error, error_usage, "there is no such constraint scaling")
+      else if (options%inner < 0 .or. options%inner > ubound(inner_names, 1)) then
+         call new_error(error, error_usage, "there is no such inner solver")
       else if (allocated(options%shift)) then
          if (.not. abs(options%shift) <= largest) &
             call new_error(error, error_usage, "the shift must be a number below 1e100")
