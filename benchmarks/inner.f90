@@ -84,14 +84,16 @@ contains
    !> K + M of the scene after its ties are eliminated.
    function grid(cells) result(matrix)
       character(len=*), intent(in) :: cells
-      type(csr_matrix_type) :: matrix
+      type(csr_matrix_type) :: matrix, both(2)
       type(modal_problem_type) :: problem, work
       type(presolve_type) :: plan
       type(error_type), allocatable :: error
 
       call build_scene("grid", [character(len=16) :: "--cells", cells], problem, error)
       call presolve(problem, work, plan, error)
-      matrix = linear_combination([1.0_wp, 1.0_wp], [work%stiffness, work%mass])
+      both(1) = work%stiffness
+      both(2) = work%mass
+      matrix = linear_combination([1.0_wp, 1.0_wp], both)
    end function grid
 
    !> The Laplacian plus a little, on a box of nodes with `freedoms` unknowns each; couples nearest
