@@ -90,9 +90,14 @@ contains
       real(wp), allocatable :: x(:, :), residual(:, :)
       real(wp) :: scale
       integer(long) :: state
+      integer :: status
 
       if (matrix%rows == 0) return
-      allocate (x(matrix%rows, 1), residual(matrix%rows, 1))
+      allocate (x(matrix%rows, 1), residual(matrix%rows, 1), stat=status)
+      if (status /= 0) then
+         call new_error(error, error_memory, "no memory for a trial solution")
+         return
+      end if
       state = 1
       call random_vector(state, x(:, 1))
       residual = x

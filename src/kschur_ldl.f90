@@ -134,7 +134,7 @@ contains
          call new_error(error, error_library, "AMD could not order the matrix")
          return
       end select
-      if (info(amd_lnz) > huge(1_c_int)) then
+      if (info(amd_lnz) >= huge(1_c_int)) then
          call new_error(error, error_library, "the factor has more than "//text(huge(1_c_int))//" entries")
          return
       end if
