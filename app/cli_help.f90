@@ -65,7 +65,7 @@ contains
          "  --formulation NAME     auto, undamped, undamped-negative, undamped-constrained,", &
          "                         damped, damped-constrained, quadratic, symmetric,", &
          "                         proportional (auto)", &
-         "  --inner NAME           auto, mumps (auto)", &
+         "  --inner NAME           auto, mumps, ldl (auto)", &
          "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &
          "  --subspace M           largest dimension of the Krylov space (chosen)", &
          "  --tolerance T          relative residual of a converged mode (1e-12)", &

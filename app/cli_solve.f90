@@ -6,7 +6,7 @@ module cli_solve
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_output, check_writable_folder, complain, peak_memory_bytes, set_threads
    use kschur, only: error_type, error_usage, formulation_names, modal_options_type, modal_problem_type, &
-      modal_result_type, new_error, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts, &
+      modal_result_type, inner_names, new_error, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts, &
       reason_names, scaling_names, solve_modes, text, wp, write_hdf5_result
    implicit none
    private
@@ -78,6 +78,7 @@ contains
          presolve = 1
          call arguments%take_choice("--presolve", [character(len=3) :: "off", "on"], presolve, error)
          options%presolve = presolve == 1
+         call arguments%take_choice("--inner", inner_names, options%inner, error, planned=["iterative"])
          call arguments%take_integer("--subspace", 1, options%subspace, error)
          call arguments%take_positive("--tolerance", tolerance, error)
          if (allocated(tolerance)) options%tolerance = tolerance
@@ -126,8 +127,6 @@ contains
       ignored = 0
       call arguments%take_choice("--method", [character(len=12) :: "auto", "krylov-schur"], ignored, error, &
          planned=["arpack"])
-      call arguments%take_choice("--inner", [character(len=5) :: "auto", "mumps"], ignored, error, &
-         planned=[character(len=9) :: "ldl", "iterative"])
       ignored = 1
       call arguments%take_integer("--block", 1, ignored, error)
       call arguments%take_flag("--left", left, error)

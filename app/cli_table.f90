@@ -12,10 +12,11 @@ contains
    !> Prints what was solved, the modes, and what it took on standard output.
    subroutine print_table(result, verbose)
       type(modal_result_type), intent(in) :: result
-      !> Whether to print the seconds of each phase and the restarts as well.
+      !> Whether to print the inner solver, the seconds of each phase and the restarts as well.
       logical, intent(in) :: verbose
 
       call print_header(result)
+      if (verbose .and. allocated(result%inner)) call print_line("inner    "//result%inner)
       if (size(result%eigenvalues) > 0) call print_modes(result)
       call print_effort(result)
       if (verbose) call print_details(result)

@@ -1,7 +1,8 @@
 # The libraries below kschur, as one target kschur::libraries: sequential MUMPS, METIS,
-# OpenBLAS (with LAPACK) and serial HDF5 with its Fortran interface.
+# AMD and LDL of SuiteSparse, OpenBLAS (with LAPACK) and serial HDF5 with its Fortran interface.
 #
 # Never the MPI build of MUMPS or HDF5: two of them in one program overwrite each other.
+# Never CHOLMOD or another GPL part of SuiteSparse: LDL is LGPL, AMD BSD.
 
 include(FindPackageHandleStandardArgs)
 find_package(PkgConfig QUIET)
@@ -24,6 +25,8 @@ kschur_find_library(MUMPS_COMMON mumps_common_seq)
 kschur_find_library(MUMPS_PORD pord_seq)
 kschur_find_library(MUMPS_MPISEQ mpiseq_seq)
 kschur_find_library(METIS metis)
+kschur_find_library(LDL ldl)
+kschur_find_library(AMD amd)
 kschur_find_library(OPENBLAS openblas)
 kschur_find_library(HDF5_FORTRAN hdf5_serial_fortran hdf5_fortran)
 kschur_find_library(HDF5 hdf5_serial hdf5)

@@ -28,7 +28,7 @@ module kschur
    use kschur_options, only: modal_options_type, index_of_name, formulation_names, formulation_auto, &
       formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, formulation_damped, &
       formulation_damped_constrained, formulation_quadratic, formulation_symmetric, formulation_proportional, &
-      scaling_names, scaling_none, scaling_scalar, scaling_row
+      scaling_names, scaling_none, scaling_scalar, scaling_row, inner_names, inner_auto, inner_mumps, inner_ldl
    use kschur_presolve, only: presolve_type, presolve
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_names, damping_none, &
       damping_proportional, damping_general

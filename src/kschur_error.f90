@@ -15,7 +15,7 @@ module kschur_error
    integer, parameter, public :: error_memory = 4
    !> The matrix to be factored is singular.
    integer, parameter, public :: error_singular = 5
-   !> A library below us (MUMPS, METIS, LAPACK, HDF5) failed.
+   !> A library below us (MUMPS, METIS, LDL, LAPACK, HDF5) failed.
    integer, parameter, public :: error_library = 6
 
    !> What went wrong and what to do about it.

@@ -1,8 +1,8 @@
 !> Which formulation of a problem is solved: the one that was asked for, if it
 !> fits, or the smallest exact one.
 module kschur_formulation
+   use kschur_direct_solver, only: direct_real_type
    use kschur_error, only: error_type, new_error, error_usage
-   use kschur_mumps_real, only: mumps_real_type
    use kschur_options, only: formulation_auto, formulation_names, formulation_proportional, formulation_quadratic, &
       formulation_symmetric, formulation_undamped, formulation_undamped_constrained
    use kschur_pencil, only: check_fit
@@ -87,7 +87,7 @@ contains
       integer, intent(in) :: formulation
       character(len=:), allocatable, intent(out) :: obstacle
       type(error_type), allocatable, intent(out) :: error
-      type(mumps_real_type) :: solver
+      type(direct_real_type) :: solver
       logical :: semidefinite
 
       obstacle = ""

@@ -9,7 +9,7 @@ module kschur_hdf5_result
    use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, open_hdf5_file, create_hdf5_file, &
       close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
-   use kschur_options, only: formulation_names, index_of_name, scaling_names
+   use kschur_options, only: formulation_names, index_of_name, inner_names, scaling_names
    use kschur_problem, only: damping_names
    use kschur_result, only: modal_result_type, history_type, kind_names, reason_names
    use kschur_release, only: kschur_version
@@ -124,9 +124,11 @@ contains
          call write_attribute(file, root, "subspace", options%subspace, error)
          call write_attribute(file, root, "max_restarts", options%max_restarts, error)
          call write_attribute(file, root, "constraint_scaling", trim(scaling_names(options%constraint_scaling)), error)
+         call write_attribute(file, root, "inner_asked", trim(inner_names(options%inner)), error)
          call write_attribute(file, root, "presolve", merge(1, 0, options%presolve), error)
          call write_attribute(file, root, "seed", options%seed, error)
       end associate
+      if (allocated(result%inner)) call write_attribute(file, root, "inner", result%inner, error)
       call write_attribute(file, root, "peak_memory_bytes", result%peak_memory_bytes, error)
    end subroutine write_options
 
@@ -243,12 +245,14 @@ contains
          if (has("max_restarts")) call read_attribute(options%max_restarts, file, root, "max_restarts", error)
          if (has("constraint_scaling")) &
             call read_name(options%constraint_scaling, file, "constraint_scaling", scaling_names, error)
+         if (has("inner_asked")) call read_name(options%inner, file, "inner_asked", inner_names, error)
          if (has("presolve")) then
             call read_attribute(presolve, file, root, "presolve", error)
             options%presolve = presolve /= 0
          end if
          if (has("seed")) call read_attribute(options%seed, file, root, "seed", error)
       end associate
+      if (has("inner")) call read_attribute(result%inner, file, root, "inner", error)
       if (has("peak_memory_bytes")) &
          call read_attribute(result%peak_memory_bytes, file, root, "peak_memory_bytes", error)
 

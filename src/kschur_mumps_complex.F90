@@ -26,5 +26,6 @@ module kschur_mumps_complex
 #define MUMPS_NAME zmumps
 #define ADJOINT_OF(x) conjg(x)
 #define HAS_INERTIA .false.
+#define DESCRIPTION "mumps: the matrix is complex"
 #include "kschur_mumps.inc"
 end module kschur_mumps_complex

@@ -26,5 +26,6 @@ module kschur_mumps_real
 #define MUMPS_NAME dmumps
 #define ADJOINT_OF(x) x
 #define HAS_INERTIA .true.
+#define DESCRIPTION "mumps: the matrix is real"
 #include "kschur_mumps.inc"
 end module kschur_mumps_real

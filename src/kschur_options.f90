@@ -37,6 +37,15 @@ module kschur_options
    !> The names of the constraint scalings, in this order from `scaling_none` on.
    character(len=*), parameter, public :: scaling_names(0:2) = [character(len=6) :: "none", "scalar", "row"]
 
+   !> `ldl` where the matrix to be factored is real, symmetric, definite and of low fill, else `mumps`.
+   integer, parameter, public :: inner_auto = 0
+   !> MUMPS, with METIS: every matrix.
+   integer, parameter, public :: inner_mumps = 1
+   !> LDL of SuiteSparse, with AMD: real symmetric definite matrices without multipliers.
+   integer, parameter, public :: inner_ldl = 2
+   !> The names of the inner solvers, in this order from `inner_auto` on.
+   character(len=*), parameter, public :: inner_names(0:2) = [character(len=5) :: "auto", "mumps", "ldl"]
+
    !> What to compute and how.
    type :: modal_options_type
       !> How many modes; a complex-conjugate pair is one, multiplicities count.
@@ -49,6 +58,8 @@ module kschur_options
       integer :: formulation = formulation_auto
       !> One of `scaling_*`.
       integer :: constraint_scaling = scaling_row
+      !> One of `inner_*`: what factors the matrix and solves with it.
+      integer :: inner = inner_auto
       !> Largest dimension of the Krylov space; 0: chosen from `modes`.
       integer :: subspace = 0
       !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.

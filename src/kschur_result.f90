@@ -72,6 +72,8 @@ module kschur_result
       integer :: formulation = formulation_auto
       !> Why it was chosen, in words.
       character(len=:), allocatable :: decision
+      !> Which solver factored the matrix, and why this one: "ldl: symmetric definite, 19 entries a column".
+      character(len=:), allocatable :: inner
       !> The target and the shift that were used (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp), shift = (0.0_wp, 0.0_wp)
 

@@ -2,15 +2,16 @@
 !> chosen at the scale of the wanted modes.
 module kschur_shift
    use kschur_deflation, only: deflation_type
-   use kschur_error, only: error_type, error_singular
+   use kschur_direct_solver, only: direct_real_type
+   use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_formulation, only: is_structured
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_mumps_complex, only: mumps_complex_type
-   use kschur_mumps_real, only: mumps_real_type
-   use kschur_options, only: modal_options_type, formulation_proportional, formulation_quadratic, formulation_symmetric
+   use kschur_options, only: modal_options_type, formulation_names, formulation_proportional, formulation_quadratic, &
+      formulation_symmetric, inner_ldl
    use kschur_pencil_transform, only: pencil_transform_type, new_pencil_transform
    use kschur_problem, only: modal_problem_type
    use kschur_quadratic_transform_complex, only: complex_quadratic_type => quadratic_transform_type, &
@@ -43,7 +44,9 @@ contains
       real(wp) :: scale
       integer :: search
 
-      if (allocated(options%shift)) then
+      if (options%inner == inner_ldl .and. .not. is_structured(result%formulation)) then
+         call refuse_complex(result%formulation, error)
+      else if (allocated(options%shift)) then
          call factor_at(problem, deflation, options, result%formulation, options%shift, transform, result, error)
       else if (abs(options%target) > first_scale(problem)) then
          call factor_near_target(problem, deflation, options, transform, result, error)
@@ -149,27 +152,37 @@ contains
       factors = constraint_factors(problem, options%constraint_scaling, shift)
       unit = scale(1.0_wp, exponent(max(abs(shift), first_scale(problem))))
       allocate (mumps_complex_type :: solver)
-      allocate (mumps_real_type :: real_solver)
+      allocate (real_solver, source=direct_real_type(inner=options%inner))
       if (any(formulation == [formulation_symmetric, formulation_proportional])) then
          allocate (symmetric)
          call new_symmetric_transform(symmetric, problem, deflation, factors, shift, real_solver, error)
          call move_alloc(symmetric, transform)
-      else if (formulation /= formulation_quadratic) then
-         allocate (pencil)
-         call new_pencil_transform(pencil, problem, deflation, formulation, factors, unit, shift, solver, error)
-         call move_alloc(pencil, transform)
-      else if (abs(aimag(shift)) > 0) then
+      else if (formulation == formulation_quadratic .and. .not. abs(aimag(shift)) > 0) then
+         allocate (real_quadratic)
+         call new_real_quadratic(real_quadratic, problem, deflation, factors, unit, real(shift, wp), real_solver, error)
+         call move_alloc(real_quadratic, transform)
+      else if (options%inner == inner_ldl) then
+         call refuse_complex(formulation, error)
+      else if (formulation == formulation_quadratic) then
          allocate (quadratic)
          call new_complex_quadratic(quadratic, problem, deflation, factors, unit, shift, solver, error)
          call move_alloc(quadratic, transform)
       else
-         allocate (real_quadratic)
-         call new_real_quadratic(real_quadratic, problem, deflation, factors, unit, real(shift, wp), real_solver, error)
-         call move_alloc(real_quadratic, transform)
+         allocate (pencil)
+         call new_pencil_transform(pencil, problem, deflation, formulation, factors, unit, shift, solver, error)
+         call move_alloc(pencil, transform)
       end if
       if (allocated(error)) return
       result%factorizations = result%factorizations + 1
    end subroutine factor_at
+
+   subroutine refuse_complex(formulation, error)
+      integer, intent(in) :: formulation
+      type(error_type), allocatable, intent(out) :: error
+
+      call new_error(error, error_usage, "the inner solver ldl does not fit: the formulation "// &
+         trim(formulation_names(formulation))//" factors a complex matrix here")
+   end subroutine refuse_complex
 
    ! Where the shift had better be, from a few steps at the shift that is; zero where
    ! they do not tell. In the middle of the wanted |lambda|, by ratio, both ends are found

@@ -3,6 +3,7 @@
 module kschur_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type, new_deflation
+   use kschur_direct_solver, only: direct_real_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_formulation, only: choose_formulation, is_structured
    use kschur_kinds, only: wp, long
@@ -12,8 +13,7 @@ module kschur_solver
    use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
-   use kschur_mumps_real, only: mumps_real_type
-   use kschur_options, only: modal_options_type, formulation_names, scaling_names
+   use kschur_options, only: modal_options_type, formulation_names, inner_names, scaling_names
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type, reason_converged, reason_fewer_modes
@@ -56,6 +56,7 @@ contains
       if (allocated(error)) return
       result%options = options
       result%method = "krylov-schur"
+      result%inner = "none: nothing was factored"
       result%modes_asked = options%modes
       result%unknowns = problem%unknowns()
       result%constraints = problem%multipliers()
@@ -107,6 +108,7 @@ contains
       result%factored_order = transform%order()
       solver => transform%linear_solver()
       result%factor_entries = solver%factor_entries
+      result%inner = trim(solver%description)
       call account(transform%linear_solver(), result)
       result%seconds%total = seconds_since(started)
    end subroutine solve_modes
@@ -130,6 +132,8 @@ contains
          call new_error(error, error_usage, "there is no such formulation")
       else if (options%constraint_scaling < 0 .or. options%constraint_scaling > ubound(scaling_names, 1)) then
          call new_error(error, error_usage, "there is no such constraint scaling")
+      else if (options%inner < 0 .or. options%inner > ubound(inner_names, 1)) then
+         call new_error(error, error_usage, "there is no such inner solver")
       else if (allocated(options%shift)) then
          if (.not. abs(options%shift) <= largest) &
             call new_error(error, error_usage, "the shift must be a number below 1e100")
@@ -198,7 +202,7 @@ contains
       integer, allocatable :: decaying(:)
       integer :: k, l, j
 
-      allocate (mumps_real_type :: solver)
+      allocate (direct_real_type :: solver)
       call find_rigid_motions(problem, solver, motions, multipliers, error)
       if (allocated(error)) return
       call account(solver, result)

@@ -147,8 +147,8 @@ def is_number(value):
 
 def test_json(folder):
     result, _ = solve(folder / "undamped.h5", "--modes", 3, "--threads", 1)
-    check("JSON: the fields", list(result) == ["kschur", "problem", "method", "formulation", "target", "shift", "reason",
-                                               "certified", "modes", "counts", "seconds", "peak_memory_bytes"], list(result))
+    check("JSON: the fields", list(result) == ["kschur", "problem", "method", "formulation", "target", "shift",
+                                               "reason", "certified", "modes", "counts", "seconds", "peak_memory_bytes"], list(result))
     check("JSON: problem", result["problem"] == {"n": 30, "m": 6, "symmetric": True, "damping": "none"}, result["problem"])
     check("JSON: method and formulation", (result["method"], result["formulation"]) == ("krylov-schur", "symmetric"))
     check("JSON: reason", (result["reason"], result["certified"]) == ("converged", None))
@@ -165,6 +165,30 @@ def test_json(folder):
           and all(is_number(second) and second >= 0 for second in seconds.values())
           and math.isclose(2 * seconds["total"], sum(seconds.values()), rel_tol=1e-9), seconds)
     check("JSON: peak memory", isinstance(result["peak_memory_bytes"], int) and result["peak_memory_bytes"] > 1e6)
+
+
+def inner_of(path, *words):
+    """Which inner solver was taken, and why."""
+    return re.search(r"^inner +(.*)$", kschur("solve", path, "--verbose", *words).stdout, re.MULTILINE)[1]
+
+
+def test_inner_solvers(folder):
+    kschur("scene", "grid", "--cells", "3x2", "--damping", "none", "--output", folder / "ties.h5")
+    found = {}
+    for inner, said in (("auto", "ldl: symmetric definite, "), ("ldl", "ldl: symmetric definite, "),
+                        ("mumps", "mumps: as asked")):
+        result, _ = solve(folder / "ties.h5", "--modes", 20, "--inner", inner)
+        check(f"--inner {inner}: says what was taken", said in inner_of(folder / "ties.h5", "--inner", inner))
+        found[inner] = eigenvalues(result)
+    check_values("--inner ldl: the modes of MUMPS", found["ldl"], found["mumps"])
+    check_values("--inner auto: the modes of MUMPS", found["auto"], found["mumps"])
+    check("--inner auto: MUMPS where constraints are left",
+          inner_of(folder / "undamped.h5") == "mumps: the matrix has 2 multipliers", inner_of(folder / "undamped.h5"))
+    run = kschur("solve", folder / "ties.h5", "--inner", "ldl", "--target", "0,2")
+    check_refused("--inner ldl amid the spectrum", 4, run, "ldl", "indefinite")
+    check("--inner auto: MUMPS amid the spectrum",
+          inner_of(folder / "ties.h5", "--modes", 2, "--target", "0,2") == "mumps: the matrix is indefinite")
+    check("the inner solver: only with --verbose", "inner" not in kschur("solve", folder / "ties.h5").stdout)
 
 
 def test_rigid_modes(folder):
@@ -301,7 +325,11 @@ def test_wrong_usage(folder):
             (["solve", problem, "--formulation", "best"], "--formulation", "undamped-constrained", "best"),
             (["solve", problem, "--formulation", "undamped"], "undamped"),
             (["solve", problem, "--method", "arpack"], "arpack", "not in this version"),
-            (["solve", problem, "--inner", "ldl"], "ldl", "not in this version"),
+            (["solve", problem, "--inner", "iterative"], "iterative", "not in this version"),
+            (["solve", problem, "--inner", "best"], "--inner", "mumps", "ldl"),
+            (["solve", problem, "--inner", "ldl"], "ldl", "2 multipliers"),
+            (["solve", problem, "--inner", "ldl", "--formulation", "damped-constrained"], "ldl", "complex"),
+            (["solve", DATA / "random_unsymmetric", "--inner", "ldl", "--shift", "0.1"], "ldl", "unsymmetric"),
             (["solve", problem, "--block", "4"], "--block", "not in this version"),
             (["solve", problem, "--left"], "--left", "not in this version"),
             (["scene", "castle", "--output", folder / "c.h5"], "castle", "beam-body"), (["scene", "grid"], "--output"),
@@ -454,10 +482,10 @@ def test_progress(folder):
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        for test in (test_help, test_beam_body, test_random_problems, test_json, test_rigid_modes, test_csv,
-                     test_result_file, test_info, test_presolve_option, test_restarts_run_out, test_more_modes_than_exist, test_wrong_usage,
-                     test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
-                     test_bad_input, test_progress):
+        for test in (test_help, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_rigid_modes,
+                     test_csv, test_result_file, test_info, test_presolve_option, test_restarts_run_out, test_more_modes_than_exist,
+                     test_wrong_usage, test_output_never_replaces_the_problem, test_lost_output,
+                     test_matrices_that_cannot_be_read, test_bad_input, test_progress):
             try:
                 test(folder)
             except Exception as error:

@@ -1,0 +1,161 @@
+!> The direct solver for real matrices: looks at the matrix and takes LDL where
+!> it is symmetric, definite and of low fill, else MUMPS.
+module kschur_direct_solver
+   use kschur_clock, only: clock, seconds_since
+   use kschur_error, only: error_type, new_error, add_context, error_library, error_memory, error_usage
+   use kschur_kinds, only: wp, long
+   use kschur_ldl, only: ldl_real_type
+   use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_mumps_real, only: mumps_real_type
+   use kschur_options, only: inner_auto, inner_ldl, inner_mumps
+   use kschur_random, only: random_vector
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: direct_real_type
+
+   !> LDL or MUMPS; `description` says which and why.
+   type, extends(real_linear_solver_type) :: direct_real_type
+      !> One of `inner_*`. `inner_ldl` fails, with the reason, on a matrix that LDL is not made for.
+      integer :: inner = inner_auto
+      class(real_linear_solver_type), allocatable, private :: solver
+   contains
+      procedure :: factorize
+      procedure :: solve
+      procedure :: solve_adjoint
+   end type direct_real_type
+
+   ! At more entries a column of the factor the dense fronts of MUMPS pay:
+   ! benchmarks/inner.f90 finds one solve level at 100 to 150, LDL the slower to factor.
+   integer, parameter :: low_fill = 80
+
+contains
+
+   subroutine factorize(self, matrix, structure, error)
+      class(direct_real_type), intent(inout) :: self
+      type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
+      type(error_type), allocatable, intent(out) :: error
+      character(len=len(self%description)) :: reason
+      real(wp) :: spent
+      integer(long) :: started
+
+      if (allocated(self%solver)) deallocate (self%solver)
+      started = clock()
+      reason = "as asked"
+      if (self%inner /= inner_mumps) then
+         call try_ldl(self, matrix, structure, error)
+         if (.not. allocated(error)) then
+            call report(self, 0.0_wp, self%solver%description)
+            return
+         else if (self%inner == inner_ldl) then
+            call add_context(error, "the inner solver ldl does not fit")
+            return
+         else if (error%code == error_memory) then
+            return
+         end if
+         reason = error%message
+      end if
+      spent = seconds_since(started)
+      allocate (mumps_real_type :: self%solver)
+      call self%solver%factorize(matrix, structure, error)
+      if (allocated(error)) then
+         deallocate (self%solver)
+      else
+         call report(self, spent, "mumps: "//reason)
+      end if
+   end subroutine factorize
+
+   ! Leaves the solver allocated where LDL did it.
+   subroutine try_ldl(self, matrix, structure, error)
+      class(direct_real_type), intent(inout) :: self
+      type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
+      type(error_type), allocatable, intent(out) :: error
+      type(ldl_real_type), allocatable :: ldl
+
+      allocate (ldl)
+      if (self%inner == inner_auto) ldl%most_entries = low_fill
+      call ldl%factorize(matrix, structure, error)
+      if (.not. allocated(error)) call check_residual(ldl, matrix, error)
+      if (.not. allocated(error)) call move_alloc(ldl, self%solver)
+   end subroutine try_ldl
+
+   ! Solves one random system: without pivoting, nothing else bounds the backward error.
+   subroutine check_residual(ldl, matrix, error)
+      type(ldl_real_type), intent(inout) :: ldl
+      type(csr_matrix_type), intent(in) :: matrix
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: acceptable = 1.0e-12_wp
+      real(wp), allocatable :: x(:, :), residual(:, :)
+      real(wp) :: scale
+      integer(long) :: state
+      integer :: status
+
+      if (matrix%rows == 0) return
+      allocate (x(matrix%rows, 1), residual(matrix%rows, 1), stat=status)
+      if (status /= 0) then
+         call new_error(error, error_memory, "no memory for a trial solution")
+         return
+      end if
+      state = 1
+      call random_vector(state, x(:, 1))
+      residual = x
+      scale = maxval(abs(x))
+      call ldl%solve(x, error)
+      if (allocated(error)) return
+      call matrix%add_product(-1.0_wp, x, residual)
+      scale = scale + matrix%infinity_norm()*maxval(abs(x))
+      if (.not. (maxval(abs(residual)) <= acceptable*scale .and. scale <= huge(scale))) &
+         call new_error(error, error_library, "a trial solution has a large residual")
+   end subroutine check_residual
+
+   ! What is known of the factors; `spent` seconds went into an attempt before.
+   subroutine report(self, spent, description)
+      class(direct_real_type), intent(inout) :: self
+      real(wp), intent(in) :: spent
+      character(len=*), intent(in) :: description
+
+      self%analyze_seconds = spent + self%solver%analyze_seconds
+      self%factorize_seconds = self%solver%factorize_seconds
+      self%solve_seconds = self%solve_seconds + self%solver%solve_seconds
+      self%factor_entries = self%solver%factor_entries
+      self%null_pivots = self%solver%null_pivots
+      self%negative_pivots = self%solver%negative_pivots
+      self%description = description
+   end subroutine report
+
+   subroutine solve(self, x, error)
+      class(direct_real_type), intent(inout) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: before
+
+      call check_factored(self, error)
+      if (allocated(error)) return
+      before = self%solver%solve_seconds
+      call self%solver%solve(x, error)
+      self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - before)
+   end subroutine solve
+
+   subroutine solve_adjoint(self, x, error)
+      class(direct_real_type), intent(inout) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: before
+
+      call check_factored(self, error)
+      if (allocated(error)) return
+      before = self%solver%solve_seconds
+      call self%solver%solve_adjoint(x, error)
+      self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - before)
+   end subroutine solve_adjoint
+
+   subroutine check_factored(self, error)
+      class(direct_real_type), intent(in) :: self
+      type(error_type), allocatable, intent(out) :: error
+
+      if (.not. allocated(self%solver)) call new_error(error, error_usage, &
+         "a matrix must be factored before it can be solved with")
+   end subroutine check_factored
+end module kschur_direct_solver
