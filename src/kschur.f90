@@ -26,8 +26,9 @@ module kschur
    use kschur_monitor, only: monitor_type
    use kschur_operator, only: real_operator_type, complex_operator_type
    use kschur_options, only: modal_options_type, index_of_name, formulation_names, formulation_auto, &
-      formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, formulation_damped, &
-      formulation_damped_constrained, formulation_quadratic, formulation_symmetric, formulation_proportional, &
+      formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, &
+      formulation_undamped_constrained_zero, formulation_damped, formulation_damped_constrained, &
+      formulation_damped_constrained_zero, formulation_quadratic, formulation_symmetric, formulation_proportional, &
       scaling_names, scaling_none, scaling_scalar, scaling_row
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_names, damping_none, &
       damping_proportional, damping_general

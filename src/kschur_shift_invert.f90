@@ -1,0 +1,168 @@
+!> The shift-invert operator of a pencil.
+module kschur_shift_invert
+   use kschur_error, only: error_type, new_error, error_singular
+   use kschur_kinds, only: wp, long
+   use kschur_linear_solver, only: complex_linear_solver_type
+   use kschur_operator, only: complex_operator_type
+   use kschur_pencil, only: pencil_type
+   use kschur_random, only: random_vector
+   use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, complex_combination, &
+      new_csr_from_triplets
+   implicit none
+   private
+   public :: shift_invert_type, new_shift_invert
+
+   !> C = (A - sigma B)^{-1} B, eqs. (41), (46a), (46b), the paper's Algorithm 3.
+   !>
+   !> Where the spurious eigenvalues are zeros they would be the most wanted
+   !> ones, mu = -1/sigma in Jordan blocks of size 2 and 3. What belongs to
+   !> them are the multipliers that C is given and motions that violate the
+   !> constraints. So the multipliers are not read, and the constraint rows of
+   !> B x are set such that the phi that comes out satisfies Cq phi = 0
+   !> whatever went in: the spurious mu are zeros, as in the other forms, and
+   !> the true modes are what they were, rigid ones included. Multipliers that
+   !> come out are xi/sigma, not xi/theta.
+   type, extends(complex_operator_type) :: shift_invert_type
+      type(pencil_type) :: pencil
+      !> sigma, a value of theta.
+      complex(wp) :: shift = (0.0_wp, 0.0_wp)
+      class(complex_linear_solver_type), allocatable :: solver
+      ! B, its constraint rows to be multiplied by -sigma.
+      type(csr_matrix_type), allocatable, private :: right
+   contains
+      procedure :: order => shift_invert_order
+      procedure :: apply => shift_invert_apply
+      !> theta of an eigenvalue mu of C, eq. (42).
+      procedure :: theta => theta_of_ritz_value
+   end type shift_invert_type
+
+contains
+
+   !> Factors A - sigma B. Fails where it is singular, that is where sigma is
+   !> an eigenvalue, a spurious zero too; redundant constraints do no harm.
+   subroutine new_shift_invert(operator, pencil, shift, solver, error)
+      type(shift_invert_type), intent(out) :: operator
+      type(pencil_type), intent(in) :: pencil
+      !> sigma, a value of theta.
+      complex(wp), intent(in) :: shift
+      class(complex_linear_solver_type), allocatable, intent(inout) :: solver
+      type(error_type), allocatable, intent(out) :: error
+      type(complex_csr_matrix_type) :: shifted
+
+      operator%pencil = pencil
+      operator%shift = shift
+      call move_alloc(solver, operator%solver)
+      if (pencil%has_spurious_zeros() .and. pencil%multipliers > 0 .and. .not. abs(shift) > 0) &
+         call new_error(error, error_singular, "the shift must not be 0 where constraints make eigenvalues 0")
+      if (.not. allocated(error)) call new_right(operator, error)
+      if (allocated(error)) return
+      shifted = complex_combination([(1.0_wp, 0.0_wp), -shift], [csr_matrix_type :: pencil%a, pencil%b])
+      call operator%solver%factorize(shifted, pencil%structure, error)
+      if (.not. allocated(error)) call check_regular(operator, shifted, error)
+   end subroutine new_shift_invert
+
+   ! With w = (phi + sigma phi+)/unit from the identity row, Cq w = Cq phi/unit
+   ! is Cq phi+ = 0.
+   subroutine new_right(operator, error)
+      type(shift_invert_type), intent(inout) :: operator
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: row(:), column(:)
+      logical, allocatable :: kept(:)
+      real(wp), allocatable :: value(:)
+      integer :: order, last
+
+      allocate (operator%right, source=operator%pencil%b)
+      if (.not. operator%pencil%has_spurious_zeros()) return
+      associate (b => operator%pencil%b, pencil => operator%pencil)
+         order = b%rows
+         last = order - pencil%multipliers
+         allocate (row(b%nonzeros()), source=b%row_indices())
+         allocate (column(size(row)), source=b%column)
+         allocate (value(size(row)), source=b%value)
+         allocate (kept(size(row)), source=column <= last .and. (row <= last .or. pencil%is_damped()))
+         where (row > last)
+            column = column - pencil%unknowns
+            value = value/pencil%unit
+         end where
+      end associate
+      call new_csr_from_triplets(operator%right, order, order, pack(row, kept), pack(column, kept), &
+         pack(value, kept), error)
+   end subroutine new_right
+
+   ! The shift is an eigenvalue where a system with a consistent right-hand side
+   ! has no solution (null pivots alone may come from redundant constraints), or
+   ! where C has an eigenvalue that puts theta at sigma to rounding.
+   subroutine check_regular(operator, shifted, error)
+      type(shift_invert_type), intent(inout) :: operator
+      type(complex_csr_matrix_type), intent(in) :: shifted
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: acceptable = 1.0e-6_wp, rounding = 16*epsilon(1.0_wp)
+      complex(wp), allocatable :: x(:, :), y(:, :), b(:)
+      real(wp), allocatable :: random(:)
+      real(wp) :: size_of_b
+      logical :: singular
+      integer(long) :: state
+      integer :: n, i, k
+
+      n = operator%order()
+      allocate (random(n), x(n, 1), y(n, 1), b(n))
+      state = 1
+      call random_vector(state, random)
+      x(:, 1) = random
+      call right_hand_side(operator, x, y)
+      b = y(:, 1)
+      size_of_b = maxval(abs(b))
+      call operator%solver%solve(y, error)
+      if (allocated(error)) return
+      do i = 1, n
+         do k = shifted%row_start(i), shifted%row_start(i + 1) - 1
+            b(i) = b(i) - shifted%value(k)*y(shifted%column(k), 1)
+         end do
+      end do
+      singular = operator%solver%null_pivots > 0 .and. .not. maxval(abs(b)) <= acceptable*size_of_b
+      if (.not. singular .and. norm2(abs(y)) > 0) then
+         x = y/norm2(abs(y))
+         call operator%apply(x, y, error)
+         if (allocated(error)) return
+         singular = .not. abs(operator%shift)*norm2(abs(y))*rounding <= 1
+      end if
+      if (singular) call new_error(error, error_singular, &
+         "the shifted problem is singular: the shift is an eigenvalue; move it a little")
+   end subroutine check_regular
+
+   integer function shift_invert_order(self) result(order)
+      class(shift_invert_type), intent(in) :: self
+
+      order = self%pencil%a%rows
+   end function shift_invert_order
+
+   subroutine shift_invert_apply(self, x, y, error)
+      class(shift_invert_type), intent(inout) :: self
+      complex(wp), contiguous, intent(in) :: x(:, :)
+      complex(wp), contiguous, intent(out) :: y(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      call right_hand_side(self, x, y)
+      call self%solver%solve(y, error)
+   end subroutine shift_invert_apply
+
+   pure subroutine right_hand_side(self, x, y)
+      class(shift_invert_type), intent(in) :: self
+      complex(wp), contiguous, intent(in) :: x(:, :)
+      complex(wp), contiguous, intent(out) :: y(:, :)
+      integer :: last
+
+      y = 0
+      call self%right%add_product((1.0_wp, 0.0_wp), x, y)
+      last = size(y, 1) - self%pencil%multipliers
+      y(last + 1:, :) = -self%shift*y(last + 1:, :)
+   end subroutine right_hand_side
+
+   pure complex(wp) function theta_of_ritz_value(self, mu) result(theta)
+      class(shift_invert_type), intent(in) :: self
+      complex(wp), intent(in) :: mu
+
+      theta = huge(1.0_wp)
+      if (abs(mu) > tiny(1.0_wp)) theta = self%shift + 1/mu
+   end function theta_of_ritz_value
+end module kschur_shift_invert
