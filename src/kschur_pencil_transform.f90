@@ -68,7 +68,7 @@ contains
       integer :: j
 
       allocate (purified(size(vectors, 1), size(mu)), lambda(size(mu)))
-      call self%operator%apply(vectors, purified, error)
+      call self%operator%apply_with_multipliers(vectors, purified, error)
       if (allocated(error)) return
       do j = 1, size(mu)
          purified(:, j) = purified(:, j)/norm2(abs(purified(:, j)))

@@ -6,32 +6,30 @@ module kschur_shift_invert
    use kschur_operator, only: complex_operator_type
    use kschur_pencil, only: pencil_type
    use kschur_random, only: random_vector
-   use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, complex_combination, &
-      new_csr_from_triplets
+   use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, complex_combination
    implicit none
    private
    public :: shift_invert_type, new_shift_invert
 
    !> C = (A - sigma B)^{-1} B, eqs. (41), (46a), (46b), the paper's Algorithm 3.
    !>
-   !> Where the spurious eigenvalues are zeros they would be the most wanted
-   !> ones, mu = -1/sigma in Jordan blocks of size 2 and 3. What belongs to
-   !> them are the multipliers that C is given and motions that violate the
-   !> constraints. So the multipliers are not read, and the constraint rows of
-   !> B x are set such that the phi that comes out satisfies Cq phi = 0
-   !> whatever went in: the spurious mu are zeros, as in the other forms, and
-   !> the true modes are what they were, rigid ones included. Multipliers that
-   !> come out are xi/sigma, not xi/theta.
+   !> Spurious eigenvalues that are zeros would be mu = -1/sigma, in Jordan
+   !> blocks of size 2 and 3, the most wanted ones of all. They belong to
+   !> multipliers and to motions that violate the constraints. So the vectors
+   !> carry no multipliers, and the phi that C gives satisfies Cq phi = 0
+   !> whatever phi it was given: that takes all of them to mu = 0, where
+   !> infinite eigenvalues are, and leaves the modes as they are, rigid ones too.
    type, extends(complex_operator_type) :: shift_invert_type
       type(pencil_type) :: pencil
       !> sigma, a value of theta.
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
       class(complex_linear_solver_type), allocatable :: solver
-      ! B, its constraint rows to be multiplied by -sigma.
-      type(csr_matrix_type), allocatable, private :: right
    contains
       procedure :: order => shift_invert_order
       procedure :: apply => shift_invert_apply
+      !> y := C x with multipliers where the spurious eigenvalues are zeros:
+      !> those of xi/sigma if x has none.
+      procedure :: apply_with_multipliers
       !> theta of an eigenvalue mu of C, eq. (42).
       procedure :: theta => theta_of_ritz_value
    end type shift_invert_type
@@ -54,40 +52,11 @@ contains
       call move_alloc(solver, operator%solver)
       if (pencil%has_spurious_zeros() .and. pencil%multipliers > 0 .and. .not. abs(shift) > 0) &
          call new_error(error, error_singular, "the shift must not be 0 where constraints make eigenvalues 0")
-      if (.not. allocated(error)) call new_right(operator, error)
       if (allocated(error)) return
       shifted = complex_combination([(1.0_wp, 0.0_wp), -shift], [csr_matrix_type :: pencil%a, pencil%b])
       call operator%solver%factorize(shifted, pencil%structure, error)
       if (.not. allocated(error)) call check_regular(operator, shifted, error)
    end subroutine new_shift_invert
-
-   ! With w = (phi + sigma phi+)/unit from the identity row, Cq w = Cq phi/unit
-   ! is Cq phi+ = 0.
-   subroutine new_right(operator, error)
-      type(shift_invert_type), intent(inout) :: operator
-      type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: row(:), column(:)
-      logical, allocatable :: kept(:)
-      real(wp), allocatable :: value(:)
-      integer :: order, last
-
-      allocate (operator%right, source=operator%pencil%b)
-      if (.not. operator%pencil%has_spurious_zeros()) return
-      associate (b => operator%pencil%b, pencil => operator%pencil)
-         order = b%rows
-         last = order - pencil%multipliers
-         allocate (row(b%nonzeros()), source=b%row_indices())
-         allocate (column(size(row)), source=b%column)
-         allocate (value(size(row)), source=b%value)
-         allocate (kept(size(row)), source=column <= last .and. (row <= last .or. pencil%is_damped()))
-         where (row > last)
-            column = column - pencil%unknowns
-            value = value/pencil%unit
-         end where
-      end associate
-      call new_csr_from_triplets(operator%right, order, order, pack(row, kept), pack(column, kept), &
-         pack(value, kept), error)
-   end subroutine new_right
 
    ! The shift is an eigenvalue where a system with a consistent right-hand side
    ! has no solution (null pivots alone may come from redundant constraints), or
@@ -142,21 +111,51 @@ contains
       complex(wp), contiguous, intent(out) :: y(:, :)
       type(error_type), allocatable, intent(out) :: error
 
-      call right_hand_side(self, x, y)
-      call self%solver%solve(y, error)
+      call self%apply_with_multipliers(x, y, error)
+      if (self%pencil%has_spurious_zeros()) y(size(y, 1) - self%pencil%multipliers + 1:, :) = 0
    end subroutine shift_invert_apply
 
+   subroutine apply_with_multipliers(self, x, y, error)
+      class(shift_invert_type), intent(inout) :: self
+      complex(wp), contiguous, intent(in) :: x(:, :)
+      complex(wp), contiguous, intent(out) :: y(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      call right_hand_side(self, x, y)
+      call self%solver%solve(y, error)
+      if (self%pencil%has_spurious_zeros()) y = y + known_part(self%pencil, x)
+   end subroutine apply_with_multipliers
+
+   ! The system that gives C x, but for the part of it that is known.
    pure subroutine right_hand_side(self, x, y)
       class(shift_invert_type), intent(in) :: self
       complex(wp), contiguous, intent(in) :: x(:, :)
       complex(wp), contiguous, intent(out) :: y(:, :)
-      integer :: last
+      complex(wp), allocatable :: known(:, :)
 
       y = 0
-      call self%right%add_product((1.0_wp, 0.0_wp), x, y)
-      last = size(y, 1) - self%pencil%multipliers
-      y(last + 1:, :) = -self%shift*y(last + 1:, :)
+      call self%pencil%b%add_product((1.0_wp, 0.0_wp), x, y)
+      if (.not. self%pencil%has_spurious_zeros()) return
+      allocate (known, source=known_part(self%pencil, x))
+      call self%pencil%a%add_product((-1.0_wp, 0.0_wp), known, y)
+      call self%pencil%b%add_product(self%shift, known, y)
+      y(size(y, 1) - self%pencil%multipliers + 1:, :) = 0
    end subroutine right_hand_side
+
+   ! Where the second part of the vectors is lambda/unit phi, that of C x is
+   ! (phi + sigma phi+)/unit. Without its first term, which may be much the
+   ! larger, what is solved for satisfies Cq sigma phi+ = 0 with no cancellation.
+   pure function known_part(pencil, x) result(known)
+      type(pencil_type), intent(in) :: pencil
+      complex(wp), intent(in) :: x(:, :)
+      complex(wp) :: known(size(x, 1), size(x, 2))
+
+      known = 0
+      if (.not. pencil%is_damped()) return
+      associate (n => pencil%unknowns)
+         known(n + 1:2*n, :) = x(:n, :)/pencil%unit
+      end associate
+   end function known_part
 
    pure complex(wp) function theta_of_ritz_value(self, mu) result(theta)
       class(shift_invert_type), intent(in) :: self
