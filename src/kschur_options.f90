@@ -19,9 +19,9 @@ module kschur_options
    integer, parameter, public :: formulation_damped = 5
    !> Eq. (33), theta = lambda; the 3m spurious eigenvalues are infinite.
    integer, parameter, public :: formulation_damped_constrained = 6
-   !> Eq. (34), theta = lambda, but with [0 Cq 0] as third block row of B: the
-   !> paper's [Cq 0 0] is a combination of the first one, so that its B is
-   !> singular. The 3m spurious eigenvalues are zeros.
+   !> Eq. (34) with [0 Cq 0] as third block row of B, theta = lambda; the 3m
+   !> spurious eigenvalues are zeros. (The paper's [Cq 0 0] is a combination of
+   !> the first block row, so that B is singular.)
    integer, parameter, public :: formulation_damped_constrained_zero = 7
    !> The structured form of (33), of order n + m; theta = lambda.
    integer, parameter, public :: formulation_quadratic = 8

@@ -16,8 +16,12 @@ module kschur_pencil
 
    !> A x = theta B x. The damped forms have x = (phi, lambda/unit phi, zeta)
    !> and theta = lambda, the undamped ones x = (phi, zeta) and theta = -+
-   !> lambda^2. Where the spurious eigenvalues are infinite zeta is xi, where
-   !> they are zeros it is the integral of xi: theta zeta = unit xi or unit^2 xi.
+   !> lambda^2. Where constraints stand in A zeta is xi, and the spurious
+   !> eigenvalues are infinite. Where they stand in B zeta is xi integrated
+   !> once or twice, theta zeta = unit xi or unit^2 xi, and the spurious ones
+   !> are zeros: 2m in (22); 3m in (34), whose third block row of B is
+   !> [0 Cq 0] here, because the paper's [Cq 0 0] makes B singular. B has an
+   !> inverse where M has one on the motions that satisfy the constraints.
    type :: pencil_type
       !> One of `formulation_*`.
       integer :: formulation
@@ -35,15 +39,14 @@ module kschur_pencil
    contains
       !> Whether the pencil is in lambda; otherwise it is in its square.
       procedure :: is_damped
-      !> Whether constraints stand in B, with spurious eigenvalues zero;
-      !> otherwise they stand in A, with infinite ones.
+      !> Whether constraints stand in B.
       procedure :: has_spurious_zeros
       !> theta of a lambda.
       procedure :: theta
       !> A lambda of a theta, in the upper half-plane; where the pencil is
       !> undamped its negative is another.
       procedure :: lambda
-      !> What zeta is to be divided by where it stands for constraints in B.
+      !> unit or unit^2, as theta is lambda or its square.
       procedure :: multiplier_unit
       !> Mode shapes and multipliers of eigenvectors.
       procedure :: split
@@ -183,7 +186,6 @@ contains
          formulation_damped_constrained_zero])
    end function has_spurious_zeros
 
-   !> unit or unit^2, as theta is lambda or its square.
    pure real(wp) function multiplier_unit(self)
       class(pencil_type), intent(in) :: self
 
@@ -214,8 +216,8 @@ contains
       complex(wp), intent(in) :: x(:, :)
       !> The eigenvalue of each column.
       complex(wp), intent(in) :: lambda(:)
-      !> What xi is the theta-fold of, where the spurious eigenvalues are zeros:
-      !> theta of the eigenvalue, in vectors of shift-invert the shift.
+      !> theta of each column, to take zeta to xi; the shift where shift-invert
+      !> made zeta.
       complex(wp), intent(in) :: theta(:)
       complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
       integer :: n, j

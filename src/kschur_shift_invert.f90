@@ -27,8 +27,8 @@ module kschur_shift_invert
    contains
       procedure :: order => shift_invert_order
       procedure :: apply => shift_invert_apply
-      !> y := C x with multipliers where the spurious eigenvalues are zeros:
-      !> those of xi/sigma if x has none.
+      !> y := C x with the multipliers that `apply` leaves out: of an
+      !> eigenvector xi/sigma instead of xi/theta, which a rigid mode would not have.
       procedure :: apply_with_multipliers
       !> theta of an eigenvalue mu of C, eq. (42).
       procedure :: theta => theta_of_ritz_value
@@ -51,7 +51,7 @@ contains
       operator%shift = shift
       call move_alloc(solver, operator%solver)
       if (pencil%has_spurious_zeros() .and. pencil%multipliers > 0 .and. .not. abs(shift) > 0) &
-         call new_error(error, error_singular, "the shift must not be 0 where constraints make eigenvalues 0")
+         call new_error(error, error_singular, "the shift must not be 0 in a formulation with spurious zeros")
       if (allocated(error)) return
       shifted = complex_combination([(1.0_wp, 0.0_wp), -shift], [csr_matrix_type :: pencil%a, pencil%b])
       call operator%solver%factorize(shifted, pencil%structure, error)
