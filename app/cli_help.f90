@@ -63,7 +63,8 @@ contains
          "  --shift RE[,IM]        where to factor, in 1/s (chosen near the target)", &
          "  --method NAME          auto, krylov-schur (auto)", &
          "  --formulation NAME     auto, undamped, undamped-negative, undamped-constrained,", &
-         "                         damped, damped-constrained, quadratic, symmetric,", &
+         "                         undamped-constrained-zero, damped, damped-constrained,", &
+         "                         damped-constrained-zero, quadratic, symmetric,", &
          "                         proportional (auto)", &
          "  --inner NAME           auto, mumps, ldl (auto)", &
          "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &

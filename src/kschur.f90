@@ -10,25 +10,39 @@
 !>     print *, result%frequency_hz, result%damping_ratio
 !>     call write_hdf5_result(result, "modes.h5", error)
 !>
+!> Eigenvalues of a pencil of the paper's Table 1 without a modal problem's
+!> choices, the largest ones, say:
+!>
+!>     call new_pencil(pencil, problem, formulation_damped, factors, unit, error)
+!>     call new_direct_operator(operator, pencil, solver, error)   ! or new_shift_invert
+!>     call krylov_schur(operator, named_selection_type(6, largest_magnitude), krylov_options_type(), &
+!>        values, vectors, statistics, error)
+!>
 !> An error is allocatable: allocated means failed, with a code and a
 !> sentence. The library never stops and never prints. Not converging is not
 !> an error: `result%reason` tells.
 module kschur
+   use kschur_direct_operator, only: direct_operator_type, new_direct_operator
    use kschur_error, only: error_type, new_error, add_context, error_usage, error_input, error_file, &
       error_memory, error_singular, error_library
    use kschur_formulation, only: choose_formulation
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
    use kschur_hdf5_result, only: read_hdf5_result, write_hdf5_result
    use kschur_kinds, only: wp, long
+   use kschur_krylov_complex, only: krylov_schur
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_linear_solver, only: real_linear_solver_type, complex_linear_solver_type, matrix_structure_type
    use kschur_matrix_market, only: read_matrix_market, write_matrix_market, read_matrix_market_problem, &
       read_matrix_market_files, write_matrix_market_problem
    use kschur_monitor, only: monitor_type
+   use kschur_mumps_complex, only: mumps_complex_type
    use kschur_operator, only: real_operator_type, complex_operator_type
    use kschur_options, only: modal_options_type, index_of_name, formulation_names, formulation_auto, &
-      formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, formulation_damped, &
-      formulation_damped_constrained, formulation_quadratic, formulation_symmetric, formulation_proportional, &
+      formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, &
+      formulation_undamped_constrained_zero, formulation_damped, formulation_damped_constrained, &
+      formulation_damped_constrained_zero, formulation_quadratic, formulation_symmetric, formulation_proportional, &
       scaling_names, scaling_none, scaling_scalar, scaling_row, inner_names, inner_auto, inner_mumps, inner_ldl
+   use kschur_pencil, only: pencil_type, new_pencil
    use kschur_presolve, only: presolve_type, presolve
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_names, damping_none, &
       damping_proportional, damping_general
@@ -36,6 +50,9 @@ module kschur
    use kschur_result, only: modal_result_type, history_type, timings_type, kind_names, kind_rigid, kind_undamped, &
       kind_underdamped, kind_overdamped, kind_unstable, kind_real, reason_names, reason_converged, &
       reason_max_restarts, reason_fewer_modes, reason_cancelled
+   use kschur_selection, only: selection_type, named_selection_type, nearest_target, largest_magnitude, &
+      smallest_magnitude, largest_real, smallest_real, largest_imaginary, smallest_imaginary
+   use kschur_shift_invert, only: shift_invert_type, new_shift_invert
    use kschur_solver, only: solve_modes
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_matrix, new_csr_from_triplets, &
       empty_csr_matrix

@@ -13,20 +13,26 @@ module kschur_options
    integer, parameter, public :: formulation_undamped_negative = 2
    !> Eq. (20), theta = lambda^2; the 2m spurious eigenvalues are infinite.
    integer, parameter, public :: formulation_undamped_constrained = 3
+   !> Eq. (22), theta = lambda^2; the 2m spurious eigenvalues are zeros.
+   integer, parameter, public :: formulation_undamped_constrained_zero = 4
    !> Eq. (30), theta = lambda.
-   integer, parameter, public :: formulation_damped = 4
+   integer, parameter, public :: formulation_damped = 5
    !> Eq. (33), theta = lambda; the 3m spurious eigenvalues are infinite.
-   integer, parameter, public :: formulation_damped_constrained = 5
+   integer, parameter, public :: formulation_damped_constrained = 6
+   !> Eq. (34) with [0 Cq 0] as third block row of B, theta = lambda; the 3m
+   !> spurious eigenvalues are zeros. (The paper's [Cq 0 0] is a combination of
+   !> the first block row, so that B is singular.)
+   integer, parameter, public :: formulation_damped_constrained_zero = 7
    !> The structured form of (33), of order n + m; theta = lambda.
-   integer, parameter, public :: formulation_quadratic = 6
+   integer, parameter, public :: formulation_quadratic = 8
    !> Symmetric, undamped: Lanczos on order n + m; theta = omega^2.
-   integer, parameter, public :: formulation_symmetric = 7
+   integer, parameter, public :: formulation_symmetric = 9
    !> Symmetric with R = alpha M + beta K: the undamped modes, mapped.
-   integer, parameter, public :: formulation_proportional = 8
+   integer, parameter, public :: formulation_proportional = 10
    !> The names of the formulations, in this order from `formulation_auto` on.
-   character(len=*), parameter, public :: formulation_names(0:8) = [character(len=20) :: "auto", &
-      "undamped", "undamped-negative", "undamped-constrained", "damped", "damped-constrained", "quadratic", &
-      "symmetric", "proportional"]
+   character(len=*), parameter, public :: formulation_names(0:10) = [character(len=25) :: "auto", &
+      "undamped", "undamped-negative", "undamped-constrained", "undamped-constrained-zero", "damped", &
+      "damped-constrained", "damped-constrained-zero", "quadratic", "symmetric", "proportional"]
 
    !> Cq as it is given.
    integer, parameter, public :: scaling_none = 0

@@ -9,8 +9,9 @@ module kschur_pencil_transform
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
-   use kschur_pencil, only: pencil_type, new_pencil, shift_invert_type, new_shift_invert
+   use kschur_pencil, only: pencil_type, new_pencil
    use kschur_problem, only: modal_problem_type
+   use kschur_shift_invert, only: shift_invert_type, new_shift_invert
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -69,13 +70,13 @@ contains
       integer :: j
 
       allocate (purified(size(vectors, 1), size(mu)), lambda(size(mu)))
-      call self%operator%apply(vectors, purified, error)
+      call self%operator%apply_with_multipliers(vectors, purified, error)
       if (allocated(error)) return
       do j = 1, size(mu)
          purified(:, j) = purified(:, j)/norm2(abs(purified(:, j)))
          lambda(j) = self%operator%pencil%lambda(self%theta(mu(j)))
       end do
-      call self%operator%pencil%split(purified, lambda, phi, xi)
+      call self%operator%pencil%split(purified, lambda, spread(self%shift, 1, size(mu)), phi, xi)
    end subroutine recover
 
    function linear_solver(self) result(solver)

@@ -1,0 +1,178 @@
+!> The shift-invert operator of a pencil.
+module kschur_shift_invert
+   use kschur_deflation, only: deflation_type
+   use kschur_error, only: error_type, new_error, error_singular
+   use kschur_kinds, only: wp, long
+   use kschur_linear_solver, only: complex_linear_solver_type
+   use kschur_operator, only: complex_operator_type
+   use kschur_pencil, only: pencil_type
+   use kschur_random, only: random_vector
+   use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, complex_combination
+   implicit none
+   private
+   public :: shift_invert_type, new_shift_invert
+
+   !> C = (A - sigma B)^{-1} B, eqs. (41), (46a), (46b), the paper's Algorithm 3.
+   !>
+   !> The vectors carry no multipliers, whose units are not those of motions. Spurious
+   !> eigenvalues that are zeros would be mu = -1/sigma, in Jordan blocks of size 2
+   !> and 3, the most wanted ones of all; they belong to multipliers and to motions that
+   !> violate the constraints. Without multipliers, and as the phi that C gives satisfies
+   !> Cq phi = 0 whatever phi it was given, all of them are mu = 0, where infinite
+   !> eigenvalues are; the modes are as they are, rigid ones too.
+   type, extends(complex_operator_type) :: shift_invert_type
+      type(pencil_type) :: pencil
+      !> sigma, a value of theta.
+      complex(wp) :: shift = (0.0_wp, 0.0_wp)
+      class(complex_linear_solver_type), allocatable :: solver
+      type(deflation_type), pointer :: deflation => null()
+   contains
+      procedure :: order => shift_invert_order
+      procedure :: apply => shift_invert_apply
+      !> y := C x with the multipliers that `apply` leaves out: of an
+      !> eigenvector xi/sigma instead of xi/theta, which a rigid mode would not have.
+      procedure :: apply_with_multipliers
+      !> theta of an eigenvalue mu of C, eq. (42).
+      procedure :: theta => theta_of_ritz_value
+   end type shift_invert_type
+
+contains
+
+   !> Factors A - sigma B. Fails where it is singular, that is where sigma is
+   !> an eigenvalue, a spurious zero too; redundant constraints do no harm.
+   subroutine new_shift_invert(operator, pencil, shift, solver, error, deflation)
+      type(shift_invert_type), intent(out) :: operator
+      type(pencil_type), intent(in) :: pencil
+      !> sigma, a value of theta.
+      complex(wp), intent(in) :: shift
+      class(complex_linear_solver_type), allocatable, intent(inout) :: solver
+      type(error_type), allocatable, intent(out) :: error
+      !> Motions to be kept out of the iteration.
+      type(deflation_type), target, optional, intent(in) :: deflation
+      type(complex_csr_matrix_type) :: shifted
+
+      operator%pencil = pencil
+      if (present(deflation)) operator%deflation => deflation
+      operator%shift = shift
+      call move_alloc(solver, operator%solver)
+      if (pencil%has_spurious_zeros() .and. pencil%multipliers > 0 .and. .not. abs(shift) > 0) &
+         call new_error(error, error_singular, "the shift must not be 0 in a formulation with spurious zeros")
+      if (allocated(error)) return
+      shifted = complex_combination([(1.0_wp, 0.0_wp), -shift], [csr_matrix_type :: pencil%a, pencil%b])
+      call operator%solver%factorize(shifted, pencil%structure, error)
+      if (.not. allocated(error)) call check_regular(operator, shifted, error)
+   end subroutine new_shift_invert
+
+   ! The shift is an eigenvalue where a system with a consistent right-hand side
+   ! has no solution (null pivots alone may come from redundant constraints), or
+   ! where C has an eigenvalue that puts theta at sigma to rounding.
+   subroutine check_regular(operator, shifted, error)
+      type(shift_invert_type), intent(inout) :: operator
+      type(complex_csr_matrix_type), intent(in) :: shifted
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: acceptable = 1.0e-6_wp, rounding = 16*epsilon(1.0_wp)
+      complex(wp), allocatable :: x(:, :), y(:, :), b(:)
+      real(wp), allocatable :: random(:)
+      real(wp) :: size_of_b
+      logical :: singular
+      integer(long) :: state
+      integer :: n, i, k
+
+      n = operator%order()
+      allocate (random(n), x(n, 1), y(n, 1), b(n))
+      state = 1
+      call random_vector(state, random)
+      x(:, 1) = random
+      call right_hand_side(operator, x, y)
+      b = y(:, 1)
+      size_of_b = maxval(abs(b))
+      call operator%solver%solve(y, error)
+      if (allocated(error)) return
+      do i = 1, n
+         do k = shifted%row_start(i), shifted%row_start(i + 1) - 1
+            b(i) = b(i) - shifted%value(k)*y(shifted%column(k), 1)
+         end do
+      end do
+      singular = operator%solver%null_pivots > 0 .and. .not. maxval(abs(b)) <= acceptable*size_of_b
+      if (.not. singular .and. norm2(abs(y)) > 0) then
+         x = y/norm2(abs(y))
+         call operator%apply(x, y, error)
+         if (allocated(error)) return
+         singular = .not. abs(operator%shift)*norm2(abs(y))*rounding <= 1
+      end if
+      if (singular) call new_error(error, error_singular, &
+         "the shifted problem is singular: the shift is an eigenvalue; move it a little")
+   end subroutine check_regular
+
+   integer function shift_invert_order(self) result(order)
+      class(shift_invert_type), intent(in) :: self
+
+      order = self%pencil%a%rows
+   end function shift_invert_order
+
+   subroutine shift_invert_apply(self, x, y, error)
+      class(shift_invert_type), intent(inout) :: self
+      complex(wp), contiguous, intent(in) :: x(:, :)
+      complex(wp), contiguous, intent(out) :: y(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%apply_with_multipliers(x, y, error)
+      if (.not. allocated(error)) y(size(y, 1) - self%pencil%multipliers + 1:, :) = 0
+   end subroutine shift_invert_apply
+
+   subroutine apply_with_multipliers(self, x, y, error)
+      class(shift_invert_type), intent(inout) :: self
+      complex(wp), contiguous, intent(in) :: x(:, :)
+      complex(wp), contiguous, intent(out) :: y(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      call right_hand_side(self, x, y)
+      call self%solver%solve(y, error)
+      if (allocated(error)) return
+      if (self%pencil%has_spurious_zeros()) y = y + known_part(self%pencil, x)
+      if (.not. associated(self%deflation)) return
+      associate (n => self%pencil%unknowns)
+         call self%deflation%project(y(:n, :))
+         if (self%pencil%is_damped()) call self%deflation%project(y(n + 1:2*n, :))
+      end associate
+   end subroutine apply_with_multipliers
+
+   ! The system that gives C x, but for the part of it that is known.
+   pure subroutine right_hand_side(self, x, y)
+      class(shift_invert_type), intent(in) :: self
+      complex(wp), contiguous, intent(in) :: x(:, :)
+      complex(wp), contiguous, intent(out) :: y(:, :)
+      complex(wp), allocatable :: known(:, :)
+
+      y = 0
+      call self%pencil%b%add_product((1.0_wp, 0.0_wp), x, y)
+      if (.not. self%pencil%has_spurious_zeros()) return
+      allocate (known, source=known_part(self%pencil, x))
+      call self%pencil%a%add_product((-1.0_wp, 0.0_wp), known, y)
+      call self%pencil%b%add_product(self%shift, known, y)
+      y(size(y, 1) - self%pencil%multipliers + 1:, :) = 0
+   end subroutine right_hand_side
+
+   ! Where the second part of the vectors is lambda/unit phi, that of C x is
+   ! (phi + sigma phi+)/unit. Without its first term, which may be much the
+   ! larger, what is solved for satisfies Cq sigma phi+ = 0 with no cancellation.
+   pure function known_part(pencil, x) result(known)
+      type(pencil_type), intent(in) :: pencil
+      complex(wp), intent(in) :: x(:, :)
+      complex(wp) :: known(size(x, 1), size(x, 2))
+
+      known = 0
+      if (.not. pencil%is_damped()) return
+      associate (n => pencil%unknowns)
+         known(n + 1:2*n, :) = x(:n, :)/pencil%unit
+      end associate
+   end function known_part
+
+   pure complex(wp) function theta_of_ritz_value(self, mu) result(theta)
+      class(shift_invert_type), intent(in) :: self
+      complex(wp), intent(in) :: mu
+
+      theta = huge(1.0_wp)
+      if (abs(mu) > tiny(1.0_wp)) theta = self%shift + 1/mu
+   end function theta_of_ritz_value
+end module kschur_shift_invert
