@@ -8,6 +8,7 @@
 !> where needed; Hernandez, Roman, Tomas, Parallel Computing 33 (2007), its norm
 !> from Pythagoras.
 module kschur_lanczos
+   use kschur_census, only: census_type
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory
    use kschur_kinds, only: wp, long
@@ -21,7 +22,7 @@ module kschur_lanczos
    use kschur_text, only: text
    implicit none
    private
-   public :: lanczos
+   public :: lanczos, decomposition_type
 
    ! A second orthogonalisation when the first left less than this of the norm.
    real(wp), parameter :: enough_left = 0.7_wp
@@ -32,11 +33,12 @@ module kschur_lanczos
    ! Rows of the basis rotated at a time, so that a panel stays in the cache.
    integer, parameter :: panel = 256
 
-   ! A Lanczos decomposition C V = V T + beta v e^T, V^T B V = I: V are the columns
-   ! 1..dimension of `basis`, v is the next one, e the last unit vector. B V is not
-   ! kept: V^T (B y) needs one product with B a step, as (B V)^T y would, and half
-   ! the memory. The first `locked` columns are converged Ritz vectors.
+   !> A Lanczos decomposition C V = V T + beta v e^T, V^T B V = I: V are the columns
+   !> 1..dimension of `basis`, v is the next one, e the last unit vector. B V is not
+   !> kept: V^T (B y) needs one product with B a step, as (B V)^T y would, and half
+   !> the memory. The first `locked` columns are converged Ritz vectors.
    type :: decomposition_type
+      private
       real(wp), allocatable :: basis(:, :)
       ! The upper triangle of T.
       real(wp), allocatable :: projected(:, :)
@@ -61,6 +63,10 @@ module kschur_lanczos
       ! Of all values, locked ones included, it takes so many.
       integer :: needed = 0
       logical, allocatable :: locked_is_wanted(:)
+      ! All values, locked ones included, most wanted first, and their residuals;
+      ! where they stand: the locked first, then the active as LAPACK had them.
+      integer, allocatable :: order(:)
+      real(wp), allocatable :: all_values(:), all_residuals(:)
       ! The first so many are wanted.
       integer :: wanted = 0
       integer :: converged = 0
@@ -75,7 +81,7 @@ contains
    !> `options%subspace` columns, but at least `selection%wanted` + 2. Convergence
    !> is tested within a restart too, so that no more steps are made than needed.
    !> Not converging is `statistics%reason`, not an error.
-   subroutine lanczos(operator, selection, options, values, vectors, statistics, error, monitor, verify)
+   subroutine lanczos(operator, selection, options, values, vectors, statistics, error, monitor, verify, census, kept)
       class(symmetric_operator_type), intent(inout) :: operator
       class(selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
@@ -88,13 +94,20 @@ contains
       !> vector, until nothing wanted is there: one Krylov space holds one copy
       !> only of a multiple eigenvalue. .true. where absent.
       logical, optional, intent(in) :: verify
-      type(decomposition_type) :: d
+      !> Ends that search where it knows that nothing is missing.
+      class(census_type), optional, intent(inout) :: census
+      !> The decomposition of an earlier call with this operator, to go on from.
+      type(decomposition_type), optional, target, intent(inout) :: kept
+      type(decomposition_type), target :: own
+      type(decomposition_type), pointer :: d
       type(ritz_type) :: ritz
-      logical :: proceed, search
+      logical :: proceed, search, complete
       integer :: restart
 
       search = .true.
       if (present(verify)) search = verify
+      d => own
+      if (present(kept)) d => kept
       call start(operator, selection, options, d, statistics, error)
       if (allocated(error)) return
       allocate (statistics%history%converged(0), statistics%history%operator_applications(0), &
@@ -111,7 +124,10 @@ contains
          if (present(monitor)) call monitor%report(restart, ritz%converged, ritz%needed, &
             statistics%history%residual(restart), proceed)
 
-         if (ritz%settled .and. (d%exhausted .or. ritz%wanted == 0 .or. .not. search)) then
+         complete = .not. search
+         if (ritz%settled .and. search .and. present(census)) &
+            call census%examine(ritz%all_values, ritz%all_residuals, ritz%needed, complete)
+         if (ritz%settled .and. (complete .or. d%exhausted .or. ritz%wanted == 0)) then
             statistics%reason = reason_converged
             exit
          else if (d%exhausted) then
@@ -133,7 +149,7 @@ contains
       statistics%locking_error = d%dropped/max(d%scale, tiny(1.0_wp))
    end subroutine lanczos
 
-   ! Allocates the decomposition and fills its first column.
+   ! Allocates the decomposition and fills its first column; enlarges one that is kept.
    subroutine start(operator, selection, options, d, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
       class(selection_type), intent(in) :: selection
@@ -141,18 +157,33 @@ contains
       type(decomposition_type), intent(inout) :: d
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      integer :: n, m, status
+      real(wp), allocatable :: basis(:, :), projected(:, :)
+      integer :: n, m, k, status
 
       n = operator%order()
-      ! The verification needs two columns beside the wanted ones.
-      m = min(max(options%subspace, selection%wanted + 2), n)
-      allocate (d%basis(n, m + 1), d%image(n, 1), stat=status)
+      m = options%subspace
+      ! A restart, and the verification, need two columns beside the wanted ones.
+      if (options%max_restarts > 1) m = max(m, selection%wanted + 2)
+      m = max(min(m, n), 1)
+      k = d%dimension
+      if (allocated(d%basis)) then
+         if (size(d%projected, 2) >= m) return
+      end if
+      allocate (basis(n, m + 1), stat=status)
+      if (status == 0 .and. .not. allocated(d%image)) allocate (d%image(n, 1), stat=status)
       if (status /= 0) then
          call new_error(error, error_memory, "there is no memory for a Lanczos basis of "// &
             text(m + 1)//" vectors of length "//text(n))
          return
       end if
-      allocate (d%projected(m, m), source=0.0_wp)
+      allocate (projected(m, m), source=0.0_wp)
+      if (k > 0) then
+         basis(:, :k + 1) = d%basis(:, :k + 1)
+         projected(:k, :k) = d%projected(:k, :k)
+      end if
+      call move_alloc(basis, d%basis)
+      call move_alloc(projected, d%projected)
+      if (k > 0) return
       d%random_state = 1 + mod(abs(int(options%seed, long))*69621_long, 2147483645_long)
       call fresh_direction(operator, options, d, 0, statistics, error)
    end subroutine start
@@ -294,7 +325,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       complex(wp), allocatable :: values(:)
       real(wp), allocatable :: work(:)
-      integer, allocatable :: order(:), active_order(:), iwork(:)
+      integer, allocatable :: active_order(:), iwork(:)
       integer :: active, i, near, info
 
       active = d%dimension - d%locked
@@ -309,6 +340,7 @@ contains
       end if
 
       allocate (values(d%dimension))
+      allocate (ritz%all_residuals(d%dimension), source=0.0_wp)
       values(:d%locked) = [(cmplx(d%projected(i, i), 0.0_wp, wp), i=1, d%locked)]
       do i = 1, active
          values(d%locked + i) = ritz%values(i)
@@ -317,18 +349,21 @@ contains
          near = minloc(abs(values(:d%locked) - ritz%values(i)), 1)
          if (abs(values(near) - ritz%values(i)) <= breakdown*d%scale) values(d%locked + i) = values(near)
       end do
-      allocate (order(d%dimension), source=order_by_preference(selection, values))
-      ritz%needed = selection%needed(values(order))
-      associate (chosen => order(:min(ritz%needed, d%dimension)))
+      allocate (ritz%order(d%dimension), source=order_by_preference(selection, values))
+      ritz%needed = selection%needed(values(ritz%order))
+      associate (chosen => ritz%order(:min(ritz%needed, d%dimension)))
          allocate (ritz%locked_is_wanted(d%locked), source=[(any(chosen == i), i=1, d%locked)])
          ritz%wanted = count(chosen > d%locked)
       end associate
 
-      allocate (active_order(active), source=pack(order, order > d%locked) - d%locked)
+      allocate (active_order(active), source=pack(ritz%order, ritz%order > d%locked) - d%locked)
       ritz%values = ritz%values(active_order)
       ritz%vectors = ritz%vectors(:, active_order)
       if (active > 0) ritz%couplings = d%beta*ritz%vectors(active, :)
       ritz%residuals = abs(ritz%couplings)/max(abs(ritz%values), epsilon(1.0_wp)/options%tolerance*d%scale, tiny(1.0_wp))
+      ritz%all_residuals(d%locked + active_order) = ritz%residuals
+      ritz%all_residuals = ritz%all_residuals(ritz%order)
+      allocate (ritz%all_values(d%dimension), source=real(values(ritz%order), wp))
       ritz%converged = count(ritz%residuals(:ritz%wanted) <= options%tolerance) + count(ritz%locked_is_wanted)
       ritz%settled = ritz%converged == ritz%needed
       ! Where nothing new is wanted, the best must be known well enough to say so:
@@ -402,21 +437,40 @@ contains
 
    ! The locked pairs and the active ones that converged, as far as they are wanted.
    subroutine extract(d, ritz, selection, options, statistics, values, vectors)
-      type(decomposition_type), intent(inout) :: d
+      type(decomposition_type), intent(in) :: d
       type(ritz_type), intent(in) :: ritz
       class(selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
       type(krylov_statistics_type), intent(inout) :: statistics
       real(wp), allocatable, intent(out) :: values(:), vectors(:, :)
-      integer, allocatable :: order(:)
-      integer :: i
+      real(wp), allocatable :: u(:, :)
+      integer :: n, k, i, active, found
+      integer(long) :: started
 
-      call rotate(d, ritz, d%locked, pack([(i, i=1, size(ritz%values))], ritz%residuals <= options%tolerance), statistics)
-      allocate (values(d%dimension), source=[(d%projected(i, i), i=1, d%dimension)])
-      allocate (order(d%dimension), source=order_by_preference(selection, cmplx(values, 0.0_wp, wp)))
-      order = order(:min(selection%needed(cmplx(values(order), 0.0_wp, wp)), d%dimension))
-      values = values(order)
-      allocate (vectors(size(d%basis, 1), size(order)), source=d%basis(:, order))
+      started = clock()
+      n = size(d%basis, 1)
+      k = d%dimension
+      allocate (u(k, k), source=0.0_wp)
+      allocate (values(k))
+      active = 0
+      found = 0
+      do i = 1, k
+         if (ritz%order(i) > d%locked) active = active + 1
+         if (ritz%all_residuals(i) > options%tolerance) cycle
+         found = found + 1
+         if (ritz%order(i) > d%locked) then
+            values(found) = ritz%values(active)
+            u(d%locked + 1:, found) = ritz%vectors(:, active)
+         else
+            values(found) = d%projected(ritz%order(i), ritz%order(i))
+            u(ritz%order(i), found) = 1
+         end if
+      end do
+      found = min(found, selection%needed(cmplx(values(:found), 0.0_wp, wp)))
+      values = values(:found)
+      allocate (vectors(n, found))
+      if (found > 0) call dgemm("N", "N", n, found, k, 1.0_wp, d%basis, n, u, k, 0.0_wp, vectors, n)
+      statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
    end subroutine extract
 
    ! C x / theta is x without the component that the metric does not see, where

@@ -126,7 +126,7 @@ contains
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       class(complex_linear_solver_type), allocatable :: solver
-      class(real_linear_solver_type), allocatable :: real_solver
+      class(real_linear_solver_type), allocatable :: real_solver, counting_solver
       type(pencil_transform_type), allocatable :: pencil
       type(complex_quadratic_type), allocatable :: quadratic
       type(real_quadratic_type), allocatable :: real_quadratic
@@ -140,7 +140,8 @@ contains
       allocate (mumps_real_type :: real_solver)
       if (any(result%formulation == [formulation_symmetric, formulation_proportional])) then
          allocate (symmetric)
-         call new_symmetric_transform(symmetric, problem, factors, shift, real_solver, error)
+         allocate (mumps_real_type :: counting_solver)
+         call new_symmetric_transform(symmetric, problem, factors, shift, real_solver, error, counting_solver)
          call move_alloc(symmetric, transform)
       else if (result%formulation /= formulation_quadratic) then
          allocate (pencil)
@@ -167,7 +168,6 @@ contains
       type(modal_result_type), intent(inout) :: result
       real(wp), intent(out) :: proposed
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: steps = 30
       real(wp), parameter :: roughly = 0.1_wp
       ! Beyond these, relative to the shift, a zero or an infinite eigenvalue may be blurred by rounding.
       real(wp), parameter :: too_near = 1.0e-4_wp, too_far = 1.0e3_wp
@@ -179,8 +179,9 @@ contains
 
       proposed = 0
       selection = modal_selection_type(options%modes, transform%map, transform%shift, options%target)
-      call transform%iterate(selection, krylov_options_type(subspace=steps, tolerance=roughly, &
-         max_restarts=1, seed=options%seed, verify=.false.), mu, vectors, statistics, error)
+      ! A mode is one value of an oscillator, and two otherwise.
+      call transform%iterate(selection, krylov_options_type(subspace=merge(20, 30, transform%map%oscillator), &
+         tolerance=roughly, max_restarts=1, seed=options%seed, verify=.false.), mu, vectors, statistics, error)
       if (allocated(error)) return
       result%operator_applications = result%operator_applications + statistics%operator_applications
       result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
