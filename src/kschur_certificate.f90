@@ -12,14 +12,16 @@ module kschur_certificate
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
+   use kschur_options, only: scaling_row
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes
    use kschur_problem, only: modal_problem_type
    use kschur_saddle, only: symmetric_saddle
-   use kschur_sparse, only: csr_matrix_type
+   use kschur_scaling, only: constraint_factors
+   use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
    use kschur_spectral_map, only: spectral_map_type
    implicit none
    private
-   public :: certificate_type, inertia_census_type, negative_directions, same_distance
+   public :: certificate_type, inertia_census_type, new_inertia_census, same_distance
 
    !> Distances from the target are told apart only beyond this, relative to them.
    real(wp), parameter :: same_distance = 1.0e-5_wp
@@ -27,7 +29,11 @@ module kschur_certificate
    real(wp), parameter :: known_well = 1.0e-6_wp
    ! Gaps between the reciprocals of theta - shift, relative to them: one that
    ! will do, and one that is too narrow.
-   real(wp), parameter :: wide = 1.0e-2_wp, narrow = 1.0e-6_wp
+   real(wp), parameter :: wide = 1.0e-2_wp, narrow = 1.0e-5_wp
+   ! An iterated zero may be off by this, relative to the root of the shift.
+   real(wp), parameter :: nearly_zero = 1.0e-4_wp
+   ! Of the constraints, relative to the stiffness.
+   real(wp), parameter :: compliance = 1.0e-8_wp
    real(wp), parameter :: infinity = huge(1.0_wp)
 
    !> What is proved, and what it took.
@@ -42,21 +48,17 @@ module kschur_certificate
 
    !> Compares the Ritz values with a count of the eigenvalues about the target.
    type, extends(census_type) :: inertia_census_type
-      type(modal_problem_type), pointer :: problem => null()
-      !> Factor of each constraint.
-      real(wp), allocatable :: factors(:)
-      !> A solver that tells the inertia of indefinite matrices; copies of it are used.
-      class(real_linear_solver_type), allocatable :: solver
-      type(spectral_map_type) :: map
-      !> theta of the shift: Ritz values are 1/(theta - shift).
-      real(wp) :: shift = 0
       !> The modes nearest to this lambda are wanted (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp)
-      !> Null pivots and negative directions at the shift; the latter -1 where not known.
-      integer :: null_pivots = 0, negative_at_shift = -1
       type(certificate_type) :: certificate
+      type(modal_problem_type), pointer, private :: problem => null()
+      class(real_linear_solver_type), allocatable, private :: solver
+      type(spectral_map_type), private :: map
+      real(wp), private :: shift = 0
+      ! Negative directions at the shift; -1 where not known.
+      integer, private :: negative_at_shift = -1
       ! The interval of theta that was counted last, and how many are in it.
-      logical, private :: counted = .false.
+      logical, private :: counted = .false., given_up = .false.
       real(wp), private :: from = 0, to = 0
       integer, private :: expected = 0
       ! The distance of the furthest wanted value then.
@@ -74,17 +76,25 @@ module kschur_certificate
 
 contains
 
-   !> Number of negative directions of K - s M on the motions that the constraints
-   !> allow, from the pivots of the saddle matrix; -1 where the solver does not tell.
-   pure integer function negative_directions(solver, constraints)
-      class(linear_solver_type), intent(in) :: solver
-      integer, intent(in) :: constraints
+   !> Ritz values are 1/(theta - shift).
+   subroutine new_inertia_census(census, problem, map, shift, factored, solver)
+      type(inertia_census_type), intent(out) :: census
+      type(modal_problem_type), target, intent(in) :: problem
+      type(spectral_map_type), intent(in) :: map
+      real(wp), intent(in) :: shift
+      !> The solver that has factored the problem at the shift.
+      class(linear_solver_type), intent(in) :: factored
+      !> One that tells the inertia of indefinite matrices; copies of it are used.
+      class(real_linear_solver_type), allocatable, intent(inout) :: solver
 
-      ! Of each independent constraint one pivot is negative, of a redundant one it is null.
-      negative_directions = -1
-      if (solver%negative_pivots >= 0) &
-         negative_directions = max(solver%negative_pivots - (constraints - solver%null_pivots), -1)
-   end function negative_directions
+      census%problem => problem
+      census%map = map
+      census%shift = shift
+      ! With multipliers its pivots tell the rank of the constraints too, and not for certain.
+      if (problem%multipliers() == 0 .and. factored%null_pivots == 0) &
+         census%negative_at_shift = factored%negative_pivots
+      call move_alloc(solver, census%solver)
+   end subroutine new_inertia_census
 
    !> Counts once for each set of wanted values; `certificate` tells the outcome.
    !> A set that is incomplete may still have all nearest ones: those missing lie
@@ -98,16 +108,18 @@ contains
       real(wp) :: reach
 
       complete = .false.
-      if (self%negative_at_shift < 0 .or. wanted == 0 .or. wanted > size(values)) return
-      reach = maxval(self%reach_of(values(:wanted)))
+      if (self%given_up .or. wanted == 0 .or. wanted > size(values)) return
+      ! Zeros are known no better than this.
+      reach = max(maxval(self%reach_of(values(:wanted))), nearly_zero*sqrt(abs(self%shift)))
       if (self%counted .and. reach <= (1 + same_distance)*self%certificate%reach) &
-         complete = self%found(values, residuals) == self%expected
+         complete = self%found(values, residuals, wanted) == self%expected
       if (.not. complete) then
          call self%count_about(values, residuals, reach, &
             tight=self%counted .and. abs(reach - self%wanted_reach) <= same_distance*reach)
-         if (self%counted) complete = self%found(values, residuals) == self%expected
+         if (self%counted) complete = self%found(values, residuals, wanted) == self%expected
       end if
       self%certificate%verdict = certified_unknown
+      self%given_up = .not. self%counted
       if (self%counted) self%certificate%verdict = merge(certified_yes, certified_no, complete)
    end subroutine examine
 
@@ -121,6 +133,8 @@ contains
 
       self%counted = .false.
       self%wanted_reach = reach
+      if (self%negative_at_shift < 0) self%negative_at_shift = self%negative_at(self%shift)
+      if (self%negative_at_shift < 0) return
       call self%end_of_interval(1, values, residuals, reach, tight, self%to, above)
       if (self%negative_at_shift == 0) then
          ! Nothing is below the shift.
@@ -136,16 +150,17 @@ contains
       self%counted = min(above, below, self%expected) >= 0
    end subroutine count_about
 
-   ! How many of the values that are known well lie in the interval.
-   integer function found(self, values, residuals)
+   ! How many of the values that are wanted or known well lie in the interval.
+   integer function found(self, values, residuals, wanted)
       class(inertia_census_type), intent(in) :: self
       real(wp), intent(in) :: values(:), residuals(:)
+      integer, intent(in) :: wanted
       real(wp) :: theta
       integer :: i
 
       found = 0
       do i = 1, size(values)
-         if (residuals(i) > known_well .or. .not. abs(values(i)) > tiny(1.0_wp)) cycle
+         if ((i > wanted .and. residuals(i) > known_well) .or. .not. abs(values(i)) > tiny(1.0_wp)) cycle
          theta = self%shift + 1/values(i)
          if (theta > self%from .and. theta < self%to) found = found + 1
       end do
@@ -266,18 +281,29 @@ contains
       end do
    end function clear_gap
 
-   ! Negative directions of K - theta M; -1 where they cannot be told.
+   ! Negative eigenvalues of K - theta M on the motions that the constraints allow;
+   ! -1 where they cannot be told. A little compliance of the constraints makes every
+   ! one of their pivots negative, those of redundant rows too, which would be
+   ! rounding. It lowers each theta by some `compliance` of itself.
    integer function negative_at(self, theta) result(negative)
       class(inertia_census_type), intent(inout) :: self
       real(wp), intent(in) :: theta
       class(real_linear_solver_type), allocatable :: solver
-      type(csr_matrix_type) :: matrix
+      type(csr_matrix_type) :: matrix, parts(2)
       type(matrix_structure_type) :: structure
       type(error_type), allocatable :: error
+      real(wp) :: factors(self%problem%multipliers())
+      integer :: n, m, i
 
       negative = -1
-      call symmetric_saddle(self%problem, self%factors, theta, matrix, structure, error)
+      n = self%problem%unknowns()
+      m = self%problem%multipliers()
+      factors = constraint_factors(self%problem, scaling_row, sqrt(cmplx(self%shift, 0, wp)))
+      call symmetric_saddle(self%problem, factors, theta, parts(1), structure, error)
+      if (.not. allocated(error)) call new_csr_from_triplets(parts(2), n + m, n + m, [(n + i, i=1, m)], &
+         [(n + i, i=1, m)], -compliance*factors*self%problem%constraints%row_maxima(), error)
       if (allocated(error)) return
+      matrix = linear_combination([1.0_wp, 1.0_wp], parts)
       allocate (solver, mold=self%solver)
       call solver%factorize(matrix, structure, error)
       if (allocated(error)) return
@@ -286,8 +312,7 @@ contains
          c%analyze_seconds = c%analyze_seconds + solver%analyze_seconds
          c%factorize_seconds = c%factorize_seconds + solver%factorize_seconds
       end associate
-      ! More null pivots than at the shift: theta is an eigenvalue, or the rank is in doubt.
-      if (solver%null_pivots == self%null_pivots) &
-         negative = negative_directions(solver, size(self%factors))
+      ! A null pivot: theta is an eigenvalue.
+      if (solver%null_pivots == 0) negative = max(solver%negative_pivots - m, -1)
    end function negative_at
 end module kschur_certificate

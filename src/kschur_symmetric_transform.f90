@@ -2,7 +2,7 @@
 !> Lanczos on (K - s M)^{-1} M, restricted to the null space of Cq, in the
 !> inner product of M, which may be singular.
 module kschur_symmetric_transform
-   use kschur_certificate, only: inertia_census_type, negative_directions
+   use kschur_certificate, only: inertia_census_type, new_inertia_census
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
@@ -76,15 +76,8 @@ contains
       if (transform%operator%solver%null_pivots > 0) call check_regular(transform, error)
       if (allocated(error) .or. .not. present(counting_solver)) return
       allocate (transform%census)
-      associate (census => transform%census)
-         census%problem => problem
-         allocate (census%factors(size(factors)), source=factors)
-         call move_alloc(counting_solver, census%solver)
-         census%map = transform%map
-         census%shift = real(transform%shift, wp)
-         census%null_pivots = transform%operator%solver%null_pivots
-         census%negative_at_shift = negative_directions(transform%operator%solver, size(factors))
-      end associate
+      call new_inertia_census(transform%census, problem, transform%map, real(transform%shift, wp), &
+         transform%operator%solver, counting_solver)
    end subroutine new_symmetric_transform
 
    ! Null pivots come from redundant constraints or from a shift on an eigenvalue.
