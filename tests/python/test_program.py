@@ -167,6 +167,18 @@ def test_json(folder):
     check("JSON: peak memory", isinstance(result["peak_memory_bytes"], int) and result["peak_memory_bytes"] > 1e6)
 
 
+def test_certificate(folder):
+    run = kschur("solve", folder / "undamped.h5", "--modes", 3, "--output", folder / "certified.h5")
+    check("table: certified", "3 of 3, converged, certified: no mode is missing\n" in run.stdout, run)
+    run = kschur("info", folder / "certified.h5", "--format", "json")
+    check("the result file keeps it", json.loads(run.stdout)["certified"] is True, run)
+    result, _ = solve(folder / "undamped.h5", "--modes", 3, "--formulation", "undamped-constrained")
+    check("JSON: null where nothing was counted", result["certified"] is None, result)
+    result, _ = solve(folder / "damped-grid.h5", "--modes", 6)
+    check("rigid-body modes, certified", result["certified"] is True
+          and [mode["kind"] for mode in result["modes"]] == ["rigid"] * 6, result)
+
+
 def test_rigid_modes(folder):
     run = kschur("scene", "grid", "--cells", "2x2", "--damping", "none", "--output", folder / "grid.h5")
     check("scene grid: written", run.returncode == 0, run)
@@ -439,7 +451,7 @@ def test_progress(folder):
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        for test in (test_help, test_beam_body, test_random_problems, test_json, test_rigid_modes, test_csv,
+        for test in (test_help, test_beam_body, test_random_problems, test_json, test_certificate, test_rigid_modes, test_csv,
                      test_result_file, test_info, test_restarts_run_out, test_more_modes_than_exist, test_wrong_usage,
                      test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
                      test_bad_input, test_progress):
