@@ -3,10 +3,11 @@
 !> inner product of M, which may be singular.
 module kschur_symmetric_transform
    use kschur_certificate, only: inertia_census_type, new_inertia_census
+   use kschur_decomposition, only: decomposition_type
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
-   use kschur_lanczos, only: decomposition_type, lanczos
+   use kschur_lanczos, only: lanczos
    use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
