@@ -284,7 +284,8 @@ contains
    ! Negative eigenvalues of K - theta M on the motions that the constraints allow;
    ! -1 where they cannot be told. A little compliance of the constraints makes every
    ! one of their pivots negative, those of redundant rows too, which would be
-   ! rounding. It lowers each theta by some `compliance` of itself.
+   ! rounding. It lowers each eigenvalue by some `compliance` of itself. The motions it
+   ! lets in are far above theta: the constraints are scaled to the level of K and theta M.
    integer function negative_at(self, theta) result(negative)
       class(inertia_census_type), intent(inout) :: self
       real(wp), intent(in) :: theta
@@ -298,7 +299,7 @@ contains
       negative = -1
       n = self%problem%unknowns()
       m = self%problem%multipliers()
-      factors = constraint_factors(self%problem, scaling_row, sqrt(cmplx(self%shift, 0, wp)))
+      factors = constraint_factors(self%problem, scaling_row, sqrt(cmplx(theta, 0, wp)))
       call symmetric_saddle(self%problem, factors, theta, parts(1), structure, error)
       if (.not. allocated(error)) call new_csr_from_triplets(parts(2), n + m, n + m, [(n + i, i=1, m)], &
          [(n + i, i=1, m)], -compliance*factors*self%problem%constraints%row_maxima(), error)
