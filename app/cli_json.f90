@@ -2,7 +2,8 @@
 module cli_json
    use cli_numbers, only: plain
    use cli_system, only: print_line
-   use kschur, only: damping_names, formulation_names, kind_names, kschur_version, long, modal_result_type, &
+   use kschur, only: certified_names, certified_unknown, damping_names, formulation_names, kind_names, &
+      kschur_version, long, modal_result_type, &
       reason_names, text, timings_type, wp
    implicit none
    private
@@ -22,7 +23,8 @@ contains
       call print_line(' "method": '//string(result%method)//', "formulation": '// &
          string(formulation_names(result%formulation))//',')
       call print_line(' "target": '//pair(result%target)//', "shift": '//pair(result%shift)//',')
-      call print_line(' "reason": '//string(reason_names(result%reason))//', "certified": null,')
+      call print_line(' "reason": '//string(reason_names(result%reason))//', "certified": '// &
+         certified(result%certified)//',')
       call print_line(' "modes": [')
       do i = 1, size(result%eigenvalues)
          call print_line("  "//mode(result, i)//trim(merge(",", " ", i < size(result%eigenvalues))))
@@ -95,6 +97,14 @@ contains
       memory = trim(buffer)
       if (bytes < 0) memory = "null"
    end function memory
+
+   pure function certified(verdict)
+      integer, intent(in) :: verdict
+      character(len=:), allocatable :: certified
+
+      certified = trim(certified_names(verdict))
+      if (verdict == certified_unknown) certified = "null"
+   end function certified
 
    pure function boolean(value)
       logical, intent(in) :: value

@@ -2,7 +2,8 @@
 module cli_table
    use cli_numbers, only: aligned, rounded
    use cli_system, only: print_line
-   use kschur, only: damping_names, formulation_names, kind_names, kind_rigid, modal_result_type, reason_names, text, wp
+   use kschur, only: certified_no, certified_yes, damping_names, formulation_names, kind_names, kind_rigid, &
+      modal_result_type, reason_names, text, wp
    implicit none
    private
    public :: print_table
@@ -33,8 +34,17 @@ contains
          rounded(result%shift)//" 1/s")
       call print_line("because  "//result%decision)
       call print_line("modes    "//text(size(result%eigenvalues))//" of "//text(result%modes_asked)// &
-         ", "//trim(reason_names(result%reason)))
+         ", "//trim(reason_names(result%reason))//certified_text(result%certified))
    end subroutine print_header
+
+   pure function certified_text(certified)
+      integer, intent(in) :: certified
+      character(len=:), allocatable :: certified_text
+
+      certified_text = ""
+      if (certified == certified_yes) certified_text = ", certified: no mode is missing"
+      if (certified == certified_no) certified_text = ", not certified: a mode may be missing"
+   end function certified_text
 
    subroutine print_modes(result)
       type(modal_result_type), intent(in) :: result

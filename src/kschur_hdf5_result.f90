@@ -11,7 +11,7 @@ module kschur_hdf5_result
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
    use kschur_options, only: formulation_names, index_of_name, inner_names, scaling_names
    use kschur_problem, only: damping_names
-   use kschur_result, only: modal_result_type, history_type, kind_names, reason_names
+   use kschur_result, only: modal_result_type, certified_names, history_type, kind_names, reason_names
    use kschur_release, only: kschur_version
    implicit none
    private
@@ -100,6 +100,7 @@ contains
       call write_attribute(file, root, "target", result%target, error)
       call write_attribute(file, root, "shift", result%shift, error)
       call write_attribute(file, root, "reason", trim(reason_names(result%reason)), error)
+      call write_attribute(file, root, "certified", trim(certified_names(result%certified)), error)
       call write_attribute(file, root, "modes_asked", result%modes_asked, error)
       call write_attribute(file, root, "operator_applications", result%operator_applications, error)
       call write_attribute(file, root, "restarts", result%restarts, error)
@@ -253,6 +254,7 @@ contains
          if (has("seed")) call read_attribute(options%seed, file, root, "seed", error)
       end associate
       if (has("inner")) call read_attribute(result%inner, file, root, "inner", error)
+      if (has("certified")) call read_name(result%certified, file, "certified", certified_names, error)
       if (has("peak_memory_bytes")) &
          call read_attribute(result%peak_memory_bytes, file, root, "peak_memory_bytes", error)
 

@@ -17,6 +17,12 @@ module kschur_outcome
    character(len=*), parameter, public :: reason_names(0:3) = [character(len=12) :: &
       "converged", "max_restarts", "fewer_modes", "cancelled"]
 
+   !> Whether a count of eigenvalues proves that no mode is missing: nothing was
+   !> counted, it does, the count and the modes differ.
+   integer, parameter, public :: certified_unknown = 0, certified_yes = 1, certified_no = 2
+   !> Their names.
+   character(len=*), parameter, public :: certified_names(0:2) = [character(len=7) :: "unknown", "true", "false"]
+
    !> One entry per restart of the Krylov-Schur method.
    type :: history_type
       !> Number of converged Ritz values among the wanted ones.

@@ -1,12 +1,13 @@
 !> What the solver returns: modes, how good they are, how they were found.
 module kschur_result
    use kschur_kinds, only: wp, long
-   use kschur_outcome, only: history_type, reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, &
-      reason_cancelled
+   use kschur_outcome, only: history_type, certified_names, certified_no, certified_unknown, certified_yes, &
+      reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled
    use kschur_options, only: modal_options_type, formulation_auto
    implicit none
    private
    public :: modal_result_type, history_type, timings_type
+   public :: certified_names, certified_no, certified_unknown, certified_yes
    public :: reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled
 
    !> A zero eigenvalue: a motion without strain.
@@ -61,6 +62,8 @@ module kschur_result
       type(modal_options_type) :: options
       !> One of `reason_*`: why the iteration ended.
       integer :: reason = reason_converged
+      !> One of `certified_*`: whether it is proved that the modes are the nearest to the target, none missing.
+      integer :: certified = certified_unknown
       !> Number of modes that were asked for.
       integer :: modes_asked = 0
       !> What was known of the problem: n, m, symmetry, damping (`damping_*`).

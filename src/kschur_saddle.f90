@@ -3,12 +3,34 @@ module kschur_saddle
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_problem, only: modal_problem_type
-   use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
+   use kschur_linear_solver, only: matrix_structure_type
+   use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
    implicit none
    private
-   public :: saddle_blocks
+   public :: saddle_blocks, symmetric_saddle
 
 contains
+
+   !> [K - s M, Cq^T D; D Cq, 0] of a symmetric problem, D a diagonal of factors.
+   subroutine symmetric_saddle(problem, factors, s, matrix, structure, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> Factor of each constraint.
+      real(wp), intent(in) :: factors(:)
+      !> The square of a frequency (1/s^2).
+      real(wp), intent(in) :: s
+      type(csr_matrix_type), intent(out) :: matrix
+      type(matrix_structure_type), intent(out) :: structure
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: blocks(3)
+      integer :: i
+
+      call saddle_blocks(problem, factors, blocks, error)
+      if (allocated(error)) return
+      matrix = linear_combination([-s, 0.0_wp, 1.0_wp], blocks)
+      structure%symmetric = .true.
+      structure%multipliers = size(factors)
+      allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
+   end subroutine symmetric_saddle
 
    !> [M 0; 0 0], [R 0; 0 0] and [K Cq^T D; D Cq 0], D a diagonal of
    !> factors: sigma^2, sigma and 1 times them is the matrix to be factored.

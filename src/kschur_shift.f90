@@ -10,6 +10,7 @@ module kschur_shift
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_mumps_complex, only: mumps_complex_type
+   use kschur_mumps_real, only: mumps_real_type
    use kschur_options, only: modal_options_type, formulation_names, formulation_proportional, formulation_quadratic, &
       formulation_symmetric, inner_ldl
    use kschur_pencil_transform, only: pencil_transform_type, new_pencil_transform
@@ -141,7 +142,7 @@ contains
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       class(complex_linear_solver_type), allocatable :: solver
-      class(real_linear_solver_type), allocatable :: real_solver
+      class(real_linear_solver_type), allocatable :: real_solver, counting_solver
       type(pencil_transform_type), allocatable :: pencil
       type(complex_quadratic_type), allocatable :: quadratic
       type(real_quadratic_type), allocatable :: real_quadratic
@@ -155,7 +156,8 @@ contains
       allocate (real_solver, source=direct_real_type(inner=options%inner))
       if (any(formulation == [formulation_symmetric, formulation_proportional])) then
          allocate (symmetric)
-         call new_symmetric_transform(symmetric, problem, deflation, factors, shift, real_solver, error)
+         allocate (mumps_real_type :: counting_solver)
+         call new_symmetric_transform(symmetric, problem, deflation, factors, shift, real_solver, error, counting_solver)
          call move_alloc(symmetric, transform)
       else if (formulation == formulation_quadratic .and. .not. abs(aimag(shift)) > 0) then
          allocate (real_quadratic)
@@ -194,7 +196,6 @@ contains
       type(modal_result_type), intent(inout) :: result
       real(wp), intent(out) :: proposed
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: steps = 30
       real(wp), parameter :: roughly = 0.1_wp
       ! Beyond these, relative to the shift, a zero or an infinite eigenvalue may be blurred by rounding.
       real(wp), parameter :: too_near = 1.0e-4_wp, too_far = 1.0e3_wp
@@ -206,8 +207,9 @@ contains
 
       proposed = 0
       selection = modal_selection_type(options%modes, transform%map, transform%shift, options%target, deflation%eigenvalues())
-      call transform%iterate(selection, krylov_options_type(subspace=steps, tolerance=roughly, &
-         max_restarts=1, seed=options%seed, verify=.false.), mu, vectors, statistics, error)
+      ! A mode is one value of an oscillator, and two otherwise.
+      call transform%iterate(selection, krylov_options_type(subspace=merge(20, 30, transform%map%oscillator), &
+         tolerance=roughly, max_restarts=1, seed=options%seed, verify=.false.), mu, vectors, statistics, error)
       if (allocated(error)) return
       result%operator_applications = result%operator_applications + statistics%operator_applications
       result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds

@@ -1,6 +1,7 @@
 !> The modes of a problem: chooses formulation and shift, runs the
 !> Krylov-Schur method, turns Ritz pairs into modes.
 module kschur_solver
+   use kschur_certificate, only: certificate_type, same_distance
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type, new_deflation
    use kschur_direct_solver, only: direct_real_type
@@ -13,11 +14,13 @@ module kschur_solver
    use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
-   use kschur_options, only: modal_options_type, formulation_names, inner_names, scaling_names
+   use kschur_options, only: modal_options_type, formulation_names, formulation_proportional, formulation_symmetric, &
+      inner_names, scaling_names
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
-   use kschur_result, only: modal_result_type, reason_converged, reason_fewer_modes
    use kschur_refine, only: refine
+   use kschur_result, only: modal_result_type, certified_unknown, certified_yes, reason_converged, &
+      reason_fewer_modes
    use kschur_rigid, only: find_rigid_motions
    use kschur_scaling, only: constraint_factors
    use kschur_shift, only: account, place_shift
@@ -103,6 +106,7 @@ contains
       else if (result%reason == reason_converged) then
          result%reason = reason_fewer_modes
       end if
+      call certify(transform%certificate, result)
       result%locking_error = statistics%locking_error
       result%history = statistics%history
       result%factored_order = transform%order()
@@ -112,6 +116,22 @@ contains
       call account(transform%linear_solver(), result)
       result%seconds%total = seconds_since(started)
    end subroutine solve_modes
+
+   ! The modes are the nearest to the target if they are no further than what is proved.
+   subroutine certify(certificate, result)
+      type(certificate_type), intent(in) :: certificate
+      type(modal_result_type), intent(inout) :: result
+      real(wp) :: furthest
+
+      result%factorizations = result%factorizations + certificate%factorizations
+      result%seconds%analyze = result%seconds%analyze + certificate%analyze_seconds
+      result%seconds%factorize = result%seconds%factorize + certificate%factorize_seconds
+      result%certified = certificate%verdict
+      if (certificate%verdict /= certified_yes) return
+      furthest = maxval(min(abs(result%eigenvalues - result%target), abs(conjg(result%eigenvalues) - result%target)))
+      if (result%reason /= reason_converged .or. furthest > (1 + 2*same_distance)*certificate%reach) &
+         result%certified = certified_unknown
+   end subroutine certify
 
    subroutine check_options(options, error)
       type(modal_options_type), intent(in) :: options
@@ -244,7 +264,12 @@ contains
       selection = modal_selection_type(asked, transform%map, transform%shift, options%target, known)
       values = merge(1, 2, transform%map%oscillator)*asked
       krylov%subspace = options%subspace
-      if (krylov%subspace == 0) krylov%subspace = max(2*values, values + 20)
+      if (krylov%subspace == 0 .and. any(result%formulation == [formulation_symmetric, formulation_proportional])) then
+         ! So much that a restart is rare.
+         krylov%subspace = 3*values + 40
+      else if (krylov%subspace == 0) then
+         krylov%subspace = max(2*values, values + 20)
+      end if
       krylov%subspace = max(krylov%subspace, values + 2)
       krylov%tolerance = options%tolerance
       krylov%max_restarts = options%max_restarts
@@ -277,7 +302,8 @@ contains
          pairs%xi(:, j) = transform%map%reaction(pairs%lambda(j))*pairs%xi(:, j)
       end do
       result%restarts = result%restarts + statistics%restarts
-      result%operator_applications = result%operator_applications + statistics%operator_applications + size(mu)
+      result%operator_applications = result%operator_applications + statistics%operator_applications
+      if (transform%recover_applies) result%operator_applications = result%operator_applications + size(mu)
       result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
    end subroutine iterate
 

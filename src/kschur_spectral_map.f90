@@ -20,6 +20,8 @@ module kschur_spectral_map
       procedure :: theta
       !> The two lambdas of a theta; twice the same where there is one.
       procedure :: lambdas
+      !> How near the lambdas of an interval of theta come to a target.
+      procedure :: distance_to
       !> Factor that takes the multipliers of the undamped problem to those at lambda.
       procedure :: reaction
    end type spectral_map_type
@@ -64,4 +66,56 @@ contains
          if (abs(half_sum) > 0 .and. abs(roots(1)) > 0) roots(2) = product/roots(1)
       end if
    end function lambdas
+
+   !> Smallest distance of `target` from the lambdas of all real theta in [first,
+   !> last], `huge` being infinite; of oscillators with theta = omega^2.
+   !>
+   !> The lambdas are real or lie on a circle about -1/beta, for beta = 0 on a
+   !> line. The nearest ones on either are the projection of the target, if it is
+   !> in the interval, or an end: of the interval, or where circle and axis meet.
+   pure real(wp) function distance_to(self, first, last, target)
+      class(spectral_map_type), intent(in) :: self
+      real(wp), intent(in) :: first, last
+      complex(wp), intent(in) :: target
+      complex(wp) :: direction, projection
+      real(wp) :: discriminant, root, meeting
+
+      distance_to = huge(1.0_wp)
+      if (first > -huge(1.0_wp)) call consider(self%lambdas(cmplx(first, 0, wp)))
+      if (last < huge(1.0_wp)) call consider(self%lambdas(cmplx(last, 0, wp)))
+      if (max(-first, last) >= huge(1.0_wp) .and. abs(self%beta) > 0) &
+         call consider(spread(cmplx(-1/self%beta, 0, wp), 1, 2))
+      associate (x => real(target, wp))
+         if (abs(1 + self%beta*x) > 0) call consider_if_inside(cmplx(x, 0, wp), -x*(x + self%alpha)/(1 + self%beta*x))
+      end associate
+      discriminant = 1 - self%alpha*self%beta
+      if (discriminant < 0) return
+      root = sqrt(discriminant)
+      meeting = -self%alpha/(1 + root)
+      call consider_if_inside(cmplx(meeting, 0, wp), meeting**2)
+      if (abs(self%beta) > 0) then
+         meeting = -(1 + root)/self%beta
+         call consider_if_inside(cmplx(meeting, 0, wp), meeting**2)
+      end if
+      direction = 1 + self%beta*target
+      if (.not. abs(direction) > 0) return
+      projection = target - direction/abs(direction)* &
+         (self%alpha + self%beta*abs(target)**2 + 2*real(target, wp))/(root + abs(direction))
+      call consider_if_inside(projection, abs(projection)**2)
+
+   contains
+
+      pure subroutine consider(candidates)
+         complex(wp), intent(in) :: candidates(2)
+
+         distance_to = min(distance_to, minval(abs(candidates - target)))
+      end subroutine consider
+
+      pure subroutine consider_if_inside(lambda, theta)
+         complex(wp), intent(in) :: lambda
+         real(wp), intent(in) :: theta
+
+         if (theta >= first .and. theta <= last) call consider([lambda, conjg(lambda)])
+      end subroutine consider_if_inside
+   end function distance_to
 end module kschur_spectral_map

@@ -2,6 +2,8 @@
 !> Lanczos on (K - s M)^{-1} M, restricted to the null space of Cq, in the
 !> inner product of M, which may be singular.
 module kschur_symmetric_transform
+   use kschur_certificate, only: inertia_census_type, new_inertia_census
+   use kschur_decomposition, only: decomposition_type
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_kinds, only: wp
@@ -10,10 +12,11 @@ module kschur_symmetric_transform
    use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
+   use kschur_outcome, only: certified_unknown
    use kschur_operator, only: symmetric_operator_type
    use kschur_problem, only: modal_problem_type
-   use kschur_saddle, only: saddle_blocks
-   use kschur_sparse, only: csr_matrix_type, linear_combination
+   use kschur_saddle, only: symmetric_saddle
+   use kschur_sparse, only: csr_matrix_type
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -35,6 +38,9 @@ module kschur_symmetric_transform
 
    type, extends(transform_type) :: symmetric_transform_type
       type(symmetric_shift_invert_type) :: operator
+      ! What the last iteration left, for the next one to go on from.
+      type(decomposition_type), allocatable, private :: decomposition
+      type(inertia_census_type), allocatable, private :: census
    contains
       procedure :: iterate
       procedure :: recover
@@ -46,7 +52,7 @@ contains
 
    !> Factors [K - s M, Cq^T; Cq, 0] where s = theta(lambda) is the square of a
    !> frequency (1/s^2); of a complex lambda it takes the real part.
-   subroutine new_symmetric_transform(transform, problem, deflation, factors, lambda, solver, error)
+   subroutine new_symmetric_transform(transform, problem, deflation, factors, lambda, solver, error, counting_solver)
       type(symmetric_transform_type), intent(out) :: transform
       type(modal_problem_type), target, intent(in) :: problem
       !> The motions to be kept out of the iteration.
@@ -55,9 +61,10 @@ contains
       complex(wp), intent(in) :: lambda
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: blocks(3)
+      !> A solver that tells the inertia of indefinite matrices: with it, iterations are certified.
+      class(real_linear_solver_type), allocatable, optional, intent(inout) :: counting_solver
+      type(csr_matrix_type) :: matrix
       type(matrix_structure_type) :: structure
-      integer :: i
 
       transform%map%oscillator = .true.
       transform%map%alpha = problem%alpha
@@ -65,17 +72,18 @@ contains
       transform%shift = real(transform%map%theta(lambda), wp)
       transform%operator%problem => problem
       transform%operator%deflation => deflation
+      transform%recover_applies = size(factors) > 0
       allocate (transform%operator%factors(size(factors)), source=factors)
       call move_alloc(solver, transform%operator%solver)
-      call saddle_blocks(problem, factors, blocks, error)
+      call symmetric_saddle(problem, factors, real(transform%shift, wp), matrix, structure, error)
       if (allocated(error)) return
-      structure%symmetric = .true.
-      structure%multipliers = size(factors)
-      allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
-      call transform%operator%solver%factorize(linear_combination([-real(transform%shift, wp), 0.0_wp, 1.0_wp], &
-         blocks), structure, error)
+      call transform%operator%solver%factorize(matrix, structure, error)
       if (allocated(error)) return
       if (transform%operator%solver%null_pivots > 0) call check_regular(transform, error)
+      if (allocated(error) .or. .not. present(counting_solver)) return
+      allocate (transform%census)
+      call new_inertia_census(transform%census, problem, transform%map, real(transform%shift, wp), &
+         transform%operator%solver, counting_solver, size(deflation%decay))
    end subroutine new_symmetric_transform
 
    ! Null pivots come from redundant constraints or from a shift on an eigenvalue.
@@ -181,13 +189,69 @@ contains
       type(krylov_statistics_type), intent(out) :: statistics
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
+      ! Infinite eigenvalues come in Jordan blocks of size 2 at most.
+      integer, parameter :: filter = 2
+      type(krylov_options_type) :: lanczos_options
       real(wp), allocatable :: values(:), shapes(:, :)
 
-      call lanczos(self%operator, selection, options, values, shapes, statistics, error, monitor, options%verify)
+      if (.not. allocated(self%decomposition)) allocate (self%decomposition)
+      if (allocated(self%census)) then
+         self%census%target = selection%target
+         self%census%certificate%verdict = certified_unknown
+      end if
+      lanczos_options = options
+      lanczos_options%filter = filter
+      call lanczos(self%operator, selection, lanczos_options, values, shapes, statistics, error, monitor, &
+         options%verify, self%census, self%decomposition)
+      if (allocated(error)) return
+      if (allocated(self%census)) self%certificate = self%census%certificate
+      if (options%verify .and. .not. self%recover_applies) call purify(self, values, shapes, statistics, error)
       if (allocated(error)) return
       allocate (mu(size(values)), source=cmplx(values, 0, wp))
       allocate (vectors(size(shapes, 1), size(shapes, 2)), source=cmplx(shapes, 0, wp))
    end subroutine iterate
+
+   ! C x / mu in place of those x that are not accurate to rounding, and of those
+   ! that may be rigid-body shapes: these store no energy but that of rounding.
+   subroutine purify(self, values, shapes, statistics, error)
+      class(symmetric_transform_type), intent(inout) :: self
+      real(wp), intent(in) :: values(:)
+      real(wp), intent(inout) :: shapes(:, :)
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: accurate = 1.0e-14_wp, nearly_zero = 1.0e-4_wp
+      real(wp), allocatable :: residual(:, :), y(:, :)
+      real(wp) :: theta, shift, level_of_mass, level_of_stiffness
+      logical :: pure
+      integer :: j, k
+      integer, allocatable :: chosen(:)
+
+      shift = real(self%shift, wp)
+      allocate (chosen(0))
+      allocate (residual(size(shapes, 1), 1))
+      associate (mass => self%operator%problem%mass, stiffness => self%operator%problem%stiffness)
+         level_of_mass = mass%infinity_norm()
+         level_of_stiffness = stiffness%infinity_norm()
+         do j = 1, size(values)
+            if (.not. abs(values(j)) > tiny(1.0_wp)) cycle
+            theta = shift + 1/values(j)
+            residual = 0
+            call stiffness%add_product(1.0_wp, shapes(:, j:j), residual)
+            call mass%add_product(-theta, shapes(:, j:j), residual)
+            pure = norm2(residual) <= accurate*norm2(shapes(:, j))* &
+               (level_of_stiffness + abs(theta)*level_of_mass)
+            if (.not. pure .or. abs(theta) <= nearly_zero*abs(shift)) chosen = [chosen, j]
+         end do
+      end associate
+      if (size(chosen) == 0) return
+      allocate (y(size(shapes, 1), size(chosen)))
+      call self%operator%apply(shapes(:, chosen), y, error)
+      if (allocated(error)) return
+      statistics%operator_applications = statistics%operator_applications + size(chosen)
+      do k = 1, size(chosen)
+         shapes(:, chosen(k)) = y(:, k)/values(chosen(k))
+      end do
+   end subroutine purify
 
    subroutine recover(self, mu, vectors, phi, xi, error)
       class(symmetric_transform_type), intent(inout) :: self
@@ -199,10 +263,15 @@ contains
       real(wp) :: length
       integer :: j
 
-      allocate (x(size(vectors, 1), size(mu)), source=real(vectors, wp))
       allocate (y(size(vectors, 1), size(mu)), multipliers(size(self%operator%factors), size(mu)))
-      call self%operator%apply_with_multipliers(x, y, multipliers, error)
-      if (allocated(error)) return
+      if (self%recover_applies) then
+         allocate (x(size(vectors, 1), size(mu)), source=real(vectors, wp))
+         call self%operator%apply_with_multipliers(x, y, multipliers, error)
+         if (allocated(error)) return
+      else
+         ! The iteration has purified them, and there are no multipliers.
+         y = real(vectors, wp)
+      end if
       allocate (phi(size(y, 1), size(mu)), xi(size(multipliers, 1), size(mu)))
       do j = 1, size(mu)
          length = max(norm2(y(:, j)), tiny(1.0_wp))

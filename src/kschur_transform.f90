@@ -1,6 +1,7 @@
 !> A formulation of a problem, factored at a shift and ready to be iterated:
 !> what the solver asks of pencils and structured operators alike.
 module kschur_transform
+   use kschur_certificate, only: certificate_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
@@ -16,11 +17,15 @@ module kschur_transform
       type(spectral_map_type) :: map
       !> sigma, a value of theta: Ritz values are mu = 1/(theta - sigma).
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
+      !> Whether `recover` applies the operator once to every vector.
+      logical :: recover_applies = .true.
+      !> What the last iteration proved of its completeness.
+      type(certificate_type) :: certificate
    contains
       !> Ritz values and vectors, most wanted first.
       procedure(iterate_interface), deferred :: iterate
-      !> Shapes and multipliers of Ritz vectors, purified by one more
-      !> application, which removes what is left of infinite eigenvalues.
+      !> Shapes and multipliers of Ritz vectors, without what rounding left of
+      !> infinite eigenvalues; by one more application where it takes one.
       procedure(recover_interface), deferred :: recover
       !> The solver that holds the factors.
       procedure(solver_interface), deferred :: linear_solver

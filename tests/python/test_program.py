@@ -151,7 +151,7 @@ def test_json(folder):
                                                "reason", "certified", "modes", "counts", "seconds", "peak_memory_bytes"], list(result))
     check("JSON: problem", result["problem"] == {"n": 30, "m": 6, "symmetric": True, "damping": "none"}, result["problem"])
     check("JSON: method and formulation", (result["method"], result["formulation"]) == ("krylov-schur", "symmetric"))
-    check("JSON: reason", (result["reason"], result["certified"]) == ("converged", None))
+    check("JSON: reason", (result["reason"], result["certified"]) == ("converged", True))
     check("JSON: fields of a mode", all(list(mode) == [
         "eigenvalue", "frequency_hz", "damped_frequency_hz", "damping_ratio", "kind", "backward_error"]
         for mode in result["modes"]))
@@ -189,6 +189,19 @@ def test_inner_solvers(folder):
     check("--inner auto: MUMPS amid the spectrum",
           inner_of(folder / "ties.h5", "--modes", 2, "--target", "0,2") == "mumps: the matrix is indefinite")
     check("the inner solver: only with --verbose", "inner" not in kschur("solve", folder / "ties.h5").stdout)
+
+
+def test_certificate(folder):
+    run = kschur("solve", folder / "undamped.h5", "--modes", 3, "--output", folder / "certified.h5")
+    check("table: certified", "3 of 3, converged, certified: no mode is missing\n" in run.stdout, run)
+    run = kschur("info", folder / "certified.h5", "--format", "json")
+    check("the result file keeps it", json.loads(run.stdout)["certified"] is True, run)
+    result, _ = solve(folder / "undamped.h5", "--modes", 3, "--formulation", "undamped-constrained")
+    check("JSON: null where nothing was counted", result["certified"] is None, result)
+    kschur("scene", "grid", "--cells", "2x1", "--output", folder / "free-grid.h5")
+    result, _ = solve(folder / "free-grid.h5", "--modes", 6)
+    check("rigid-body modes, certified", result["certified"] is True
+          and [mode["kind"] for mode in result["modes"]] == ["rigid"] * 6, result)
 
 
 def test_rigid_modes(folder):
@@ -482,7 +495,8 @@ def test_progress(folder):
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        for test in (test_help, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_rigid_modes,
+        for test in (test_help, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate,
+                     test_rigid_modes,
                      test_csv, test_result_file, test_info, test_presolve_option, test_restarts_run_out, test_more_modes_than_exist,
                      test_wrong_usage, test_output_never_replaces_the_problem, test_lost_output,
                      test_matrices_that_cannot_be_read, test_bad_input, test_progress):

@@ -1,0 +1,324 @@
+!> Proof by Sylvester's law of inertia that no mode of an undamped or
+!> proportionally damped symmetric problem is missing.
+!>
+!> Between s and t > s the number of negative eigenvalues of
+!> [K - s M, Cq^T; Cq, 0] grows by the number of finite eigenvalues
+!> theta = omega^2 in [s, t): M is semidefinite, so that K - s M only falls as s
+!> rises, and what infinite eigenvalues and redundant constraints contribute does
+!> not depend on s. (Parlett, The Symmetric Eigenvalue Problem, 3.3; for saddle
+!> matrices Gould, Math. Prog. 32, 1985.)
+module kschur_certificate
+   use kschur_census, only: census_type
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
+   use kschur_options, only: scaling_row
+   use kschur_outcome, only: certified_no, certified_unknown, certified_yes
+   use kschur_problem, only: modal_problem_type
+   use kschur_saddle, only: symmetric_saddle
+   use kschur_scaling, only: constraint_factors
+   use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
+   use kschur_spectral_map, only: spectral_map_type
+   implicit none
+   private
+   public :: certificate_type, inertia_census_type, new_inertia_census, same_distance
+
+   !> Distances from the target are told apart only beyond this, relative to them.
+   real(wp), parameter :: same_distance = 1.0e-5_wp
+   ! The value of a Ritz pair with this residual is known to its square.
+   real(wp), parameter :: known_well = 1.0e-6_wp
+   ! Gaps between the reciprocals of theta - shift, relative to them: one that
+   ! will do, and one that is too narrow.
+   real(wp), parameter :: wide = 1.0e-2_wp, narrow = 1.0e-5_wp
+   ! An iterated zero may be off by this, relative to the root of the shift.
+   real(wp), parameter :: nearly_zero = 1.0e-4_wp
+   ! Of the constraints, relative to the stiffness.
+   real(wp), parameter :: compliance = 1.0e-8_wp
+   real(wp), parameter :: infinity = huge(1.0_wp)
+
+   !> What is proved, and what it took.
+   type :: certificate_type
+      !> One of `certified_*`.
+      integer :: verdict = certified_unknown
+      !> No eigenvalue nearer to the target than this is missing (1/s).
+      real(wp) :: reach = 0
+      integer :: factorizations = 0
+      real(wp) :: analyze_seconds = 0, factorize_seconds = 0
+   end type certificate_type
+
+   !> Compares the Ritz values with a count of the eigenvalues about the target.
+   type, extends(census_type) :: inertia_census_type
+      !> The modes nearest to this lambda are wanted (1/s).
+      complex(wp) :: target = (0.0_wp, 0.0_wp)
+      type(certificate_type) :: certificate
+      type(modal_problem_type), pointer, private :: problem => null()
+      class(real_linear_solver_type), allocatable, private :: solver
+      type(spectral_map_type), private :: map
+      real(wp), private :: shift = 0
+      integer, private :: zeros = 0
+      ! Negative directions at the shift; -1 where not known.
+      integer, private :: negative_at_shift = -1
+      ! The interval of theta that was counted last, and how many are in it.
+      logical, private :: counted = .false., given_up = .false.
+      real(wp), private :: from = 0, to = 0
+      integer, private :: expected = 0
+      ! The distance of the furthest wanted value then.
+      real(wp), private :: wanted_reach = 0
+   contains
+      procedure :: examine
+      procedure, private :: count_about
+      procedure, private :: found
+      procedure, private :: reach_of
+      procedure, private :: beyond
+      procedure, private :: edge
+      procedure, private :: end_of_interval
+      procedure, private :: negative_at
+   end type inertia_census_type
+
+contains
+
+   !> Ritz values are 1/(theta - shift).
+   subroutine new_inertia_census(census, problem, map, shift, factored, solver, zeros)
+      type(inertia_census_type), intent(out) :: census
+      type(modal_problem_type), target, intent(in) :: problem
+      type(spectral_map_type), intent(in) :: map
+      real(wp), intent(in) :: shift
+      !> The solver that has factored the problem at the shift.
+      class(linear_solver_type), intent(in) :: factored
+      !> One that tells the inertia of indefinite matrices; copies of it are used.
+      class(real_linear_solver_type), allocatable, intent(inout) :: solver
+      !> The number of zeros that are known, and that the iteration does not see.
+      integer, intent(in) :: zeros
+
+      census%zeros = zeros
+      census%problem => problem
+      census%map = map
+      census%shift = shift
+      ! With multipliers its pivots tell the rank of the constraints too, and not for certain.
+      if (problem%multipliers() == 0 .and. factored%null_pivots == 0) &
+         census%negative_at_shift = factored%negative_pivots
+      call move_alloc(solver, census%solver)
+   end subroutine new_inertia_census
+
+   !> Counts once for each set of wanted values; `certificate` tells the outcome.
+   !> A set that is incomplete may still have all nearest ones: those missing lie
+   !> between the furthest of them and the end of the count. When such a set comes
+   !> again, nothing having been found in between, the count ends where the set does.
+   subroutine examine(self, values, residuals, wanted, complete)
+      class(inertia_census_type), intent(inout) :: self
+      real(wp), intent(in) :: values(:), residuals(:)
+      integer, intent(in) :: wanted
+      logical, intent(out) :: complete
+      real(wp) :: reach
+
+      complete = .false.
+      if (self%given_up .or. wanted == 0 .or. wanted > size(values)) return
+      ! Zeros are known no better than this.
+      reach = max(maxval(self%reach_of(values(:wanted))), nearly_zero*sqrt(abs(self%shift)))
+      if (self%counted .and. reach <= (1 + same_distance)*self%certificate%reach) &
+         complete = self%found(values, residuals, wanted) == self%expected
+      if (.not. complete) then
+         call self%count_about(values, residuals, reach, &
+            tight=self%counted .and. abs(reach - self%wanted_reach) <= same_distance*reach)
+         if (self%counted) complete = self%found(values, residuals, wanted) == self%expected
+      end if
+      self%certificate%verdict = certified_unknown
+      self%given_up = .not. self%counted
+      if (self%counted) self%certificate%verdict = merge(certified_yes, certified_no, complete)
+   end subroutine examine
+
+   ! Counts the eigenvalues of an interval that holds all that are nearer to the
+   ! target than `reach`.
+   subroutine count_about(self, values, residuals, reach, tight)
+      class(inertia_census_type), intent(inout) :: self
+      real(wp), intent(in) :: values(:), residuals(:), reach
+      logical, intent(in) :: tight
+      integer :: above, below
+
+      self%counted = .false.
+      self%wanted_reach = reach
+      if (self%negative_at_shift < 0) self%negative_at_shift = self%negative_at(self%shift)
+      if (self%negative_at_shift < 0) return
+      call self%end_of_interval(1, values, residuals, reach, tight, self%to, above)
+      if (self%negative_at_shift == 0) then
+         ! Nothing is below the shift.
+         self%from = self%shift
+         below = 0
+         self%certificate%reach = infinity
+      else
+         call self%end_of_interval(-1, values, residuals, reach, tight, self%from, below)
+         self%certificate%reach = self%beyond(-1, self%from)
+      end if
+      self%certificate%reach = min(self%certificate%reach, self%beyond(1, self%to))
+      self%expected = above - below
+      self%counted = min(above, below, self%expected) >= 0
+   end subroutine count_about
+
+   ! How many of the values that are wanted or known well lie in the interval.
+   integer function found(self, values, residuals, wanted)
+      class(inertia_census_type), intent(in) :: self
+      real(wp), intent(in) :: values(:), residuals(:)
+      integer, intent(in) :: wanted
+      real(wp) :: theta
+      integer :: i
+
+      found = 0
+      if (self%from < 0 .and. self%to > 0) found = self%zeros
+      do i = 1, size(values)
+         if ((i > wanted .and. residuals(i) > known_well) .or. .not. abs(values(i)) > tiny(1.0_wp)) cycle
+         theta = self%shift + 1/values(i)
+         if (theta > self%from .and. theta < self%to) found = found + 1
+      end do
+   end function found
+
+   ! Distance of the nearer root from the target.
+   elemental real(wp) function reach_of(self, value) result(reach)
+      class(inertia_census_type), intent(in) :: self
+      real(wp), intent(in) :: value
+
+      reach = infinity
+      if (abs(value) > tiny(1.0_wp)) &
+         reach = minval(abs(self%map%lambdas(cmplx(self%shift + 1/value, 0, wp)) - self%target))
+   end function reach_of
+
+   ! Smallest distance from the target of all that is above (side 1) or below (-1) theta.
+   real(wp) function beyond(self, side, theta)
+      class(inertia_census_type), intent(in) :: self
+      integer, intent(in) :: side
+      real(wp), intent(in) :: theta
+
+      if (side > 0) then
+         beyond = self%map%distance_to(theta, infinity, self%target)
+      else
+         beyond = self%map%distance_to(-infinity, theta, self%target)
+      end if
+   end function beyond
+
+   ! The theta next to the shift, on one side, beyond which all is at least as far
+   ! from the target as `reach`; infinite where there is none.
+   real(wp) function edge(self, side, reach)
+      class(inertia_census_type), intent(in) :: self
+      integer, intent(in) :: side
+      real(wp), intent(in) :: reach
+      integer, parameter :: doublings = 200, halvings = 60
+      real(wp) :: inside, outside, middle
+      integer :: i
+
+      inside = 0
+      outside = max(abs(self%shift), reach**2, tiny(1.0_wp))
+      do i = 1, doublings
+         if (self%beyond(side, self%shift + side*outside) >= reach) exit
+         inside = outside
+         outside = 2*outside
+      end do
+      edge = side*infinity
+      if (i > doublings) return
+      do i = 1, halvings
+         middle = (inside + outside)/2
+         if (self%beyond(side, self%shift + side*middle) >= reach) then
+            outside = middle
+         else
+            inside = middle
+         end if
+      end do
+      edge = self%shift + side*outside
+   end function edge
+
+   ! A theta where the interval may end, in the first clear gap between the values
+   ! beyond `reach`, and the negative directions there; -1 where they cannot be had.
+   subroutine end_of_interval(self, side, values, residuals, reach, tight, theta, negative)
+      class(inertia_census_type), intent(inout) :: self
+      integer, intent(in) :: side
+      real(wp), intent(in) :: values(:), residuals(:), reach
+      !> Whether to end at `reach`, but for rounding, instead of beyond it.
+      logical, intent(in) :: tight
+      real(wp), intent(out) :: theta
+      integer, intent(out) :: negative
+      real(wp) :: last, place
+
+      theta = self%shift
+      negative = self%negative_at_shift
+      if (self%beyond(side, theta) >= reach) return
+      negative = -1
+      theta = self%edge(side, reach)
+      if (abs(theta) >= infinity) return
+      last = 1/(side*(theta - self%shift))
+      ! Where the distance does not grow with theta, the interval holds values nobody looked for.
+      if (any(side*values > last .and. self%reach_of(values) > (1 + same_distance)*reach)) return
+
+      place = 0
+      if (.not. tight) place = clear_gap(side*values, residuals, last)
+      if (place > 0) then
+         theta = self%shift + side/place
+      else
+         theta = self%edge(side, (1 - same_distance)*reach)
+      end if
+      negative = self%negative_at(theta)
+   end subroutine end_of_interval
+
+   ! The middle of the first wide gap below `last` between values that are known
+   ! well, or of the widest one; zero where there is none.
+   real(wp) function clear_gap(values, residuals, last) result(middle)
+      real(wp), intent(in) :: values(:), residuals(:), last
+      real(wp) :: upper, lower, widest
+      logical :: known
+      integer :: i
+
+      middle = 0
+      widest = narrow
+      upper = last
+      known = .true.
+      do while (known .and. widest < wide)
+         lower = 0
+         known = .false.
+         i = maxloc(values, 1, values < upper .and. values > 0)
+         if (i > 0) then
+            known = residuals(i) <= known_well
+            lower = values(i)
+            ! What has not converged may be as far up as this.
+            if (.not. known) lower = lower*(1 + residuals(i))
+         end if
+         if ((upper - lower)/upper > widest) then
+            widest = (upper - lower)/upper
+            middle = (upper + lower)/2
+         end if
+         upper = lower
+      end do
+   end function clear_gap
+
+   ! Negative eigenvalues of K - theta M on the motions that the constraints allow;
+   ! -1 where they cannot be told. A little compliance of the constraints makes every
+   ! one of their pivots negative, those of redundant rows too, which would be
+   ! rounding. It lowers each eigenvalue by some `compliance` of itself. The motions it
+   ! lets in are far above theta: the constraints are scaled to the level of K and theta M.
+   integer function negative_at(self, theta) result(negative)
+      class(inertia_census_type), intent(inout) :: self
+      real(wp), intent(in) :: theta
+      class(real_linear_solver_type), allocatable :: solver
+      type(csr_matrix_type) :: matrix, parts(2)
+      type(matrix_structure_type) :: structure
+      type(error_type), allocatable :: error
+      real(wp) :: factors(self%problem%multipliers())
+      integer :: n, m, i
+
+      negative = -1
+      n = self%problem%unknowns()
+      m = self%problem%multipliers()
+      factors = constraint_factors(self%problem, scaling_row, sqrt(cmplx(theta, 0, wp)))
+      call symmetric_saddle(self%problem, factors, theta, parts(1), structure, error)
+      if (.not. allocated(error)) call new_csr_from_triplets(parts(2), n + m, n + m, [(n + i, i=1, m)], &
+         [(n + i, i=1, m)], -compliance*factors*self%problem%constraints%row_maxima(), error)
+      if (allocated(error)) return
+      matrix = linear_combination([1.0_wp, 1.0_wp], parts)
+      allocate (solver, mold=self%solver)
+      call solver%factorize(matrix, structure, error)
+      if (allocated(error)) return
+      associate (c => self%certificate)
+         c%factorizations = c%factorizations + 1
+         c%analyze_seconds = c%analyze_seconds + solver%analyze_seconds
+         c%factorize_seconds = c%factorize_seconds + solver%factorize_seconds
+      end associate
+      ! A null pivot: theta is an eigenvalue.
+      if (solver%null_pivots == 0) negative = max(solver%negative_pivots - m, -1)
+   end function negative_at
+end module kschur_certificate
