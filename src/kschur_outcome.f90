@@ -17,7 +17,7 @@ module kschur_outcome
    character(len=*), parameter, public :: reason_names(0:3) = [character(len=12) :: &
       "converged", "max_restarts", "fewer_modes", "cancelled"]
 
-   !> One entry per restart of the Krylov-Schur method.
+   !> One entry each time that convergence was looked at.
    type :: history_type
       !> Number of converged Ritz values among the wanted ones.
       integer, allocatable :: converged(:)
