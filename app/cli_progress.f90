@@ -50,7 +50,7 @@ contains
       real(wp), intent(in) :: residual
       logical, intent(inout) :: proceed
 
-      if (proceed) call self%show("restart "//text(restart)//": "//text(converged)//" of "//text(wanted)// &
+      if (proceed) call self%show(text(restart)//" restarts: "//text(converged)//" of "//text(wanted)// &
          " converged, largest residual "//rounded(residual))
    end subroutine report
 end module cli_progress

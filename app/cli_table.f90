@@ -95,7 +95,7 @@ contains
       end associate
       if (.not. allocated(result%history%converged)) return
       do i = 1, size(result%history%converged)
-         call print_line("restart  "//text(i)//": "//"converged "//text(result%history%converged(i))// &
+         call print_line("look     "//text(i)//": "//"converged "//text(result%history%converged(i))// &
             ", operator applications "//text(result%history%operator_applications(i))//", residual "// &
             rounded(result%history%residual(i)))
       end do

@@ -1,4 +1,4 @@
-!> Results in HDF5 files: a dataset for each array, /history for the restarts,
+!> Results in HDF5 files: a dataset for each array, /history for the looks at convergence,
 !> and the rest as attributes of the root. Complex numbers are the compound
 !> {r, i} of h5py.
 module kschur_hdf5_result

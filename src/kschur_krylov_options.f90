@@ -8,10 +8,13 @@ module kschur_krylov_options
    public :: krylov_options_type, krylov_statistics_type
 
    type :: krylov_options_type
-      !> Largest dimension of the Krylov space.
+      !> Largest dimension of the Krylov space. Convergence is looked at before it
+      !> is reached, and memory is touched as far as it is used.
       integer :: subspace = 20
       !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.
       real(wp) :: tolerance = 1.0e-12_wp
+      !> The iteration gives up instead of making this restart: 1 lets it fill
+      !> the Krylov space once.
       integer :: max_restarts = 200
       !> Applications of the operator that filter a random vector into a start
       !> vector: they remove what belongs to infinite eigenvalues.
@@ -26,6 +29,7 @@ module kschur_krylov_options
       !> One of `reason_*`.
       integer :: reason = reason_converged
       integer :: operator_applications = 0
+      !> How often the Krylov space was made smaller, to go on or to verify.
       integer :: restarts = 0
       !> Norm of the couplings that locking dropped, relative to the projected operator.
       real(wp) :: locking_error = 0

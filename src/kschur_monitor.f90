@@ -8,7 +8,7 @@ module kschur_monitor
    !> Extend it and pass it to `solve_modes`.
    type, abstract :: monitor_type
    contains
-      !> Called at every restart.
+      !> Called each time that convergence was looked at.
       procedure(report_interface), deferred :: report
    end type monitor_type
 
@@ -16,7 +16,7 @@ module kschur_monitor
       subroutine report_interface(self, restart, converged, wanted, residual, proceed)
          import :: monitor_type, wp
          class(monitor_type), intent(inout) :: self
-         !> Number of the restart, from 1.
+         !> Number of restarts so far.
          integer, intent(in) :: restart
          !> How many of the wanted Ritz values have converged.
          integer, intent(in) :: converged, wanted

@@ -70,7 +70,7 @@ module kschur_options
       integer :: subspace = 0
       !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.
       real(wp) :: tolerance = 1.0e-12_wp
-      !> Largest number of restarts.
+      !> The iteration gives up instead of making this restart.
       integer :: max_restarts = 200
       !> Whether the structured formulations eliminate clamped and tied unknowns first.
       logical :: presolve = .true.

@@ -23,7 +23,7 @@ module kschur_outcome
    !> Their names.
    character(len=*), parameter, public :: certified_names(0:2) = [character(len=7) :: "unknown", "true", "false"]
 
-   !> One entry per restart of the Krylov-Schur method.
+   !> One entry each time that convergence was looked at.
    type :: history_type
       !> Number of converged Ritz values among the wanted ones.
       integer, allocatable :: converged(:)

@@ -275,7 +275,11 @@ contains
       krylov%max_restarts = options%max_restarts
       krylov%seed = options%seed
       call transform%iterate(selection, krylov, mu, vectors, statistics, error, monitor)
-      if (.not. allocated(error)) call transform%recover(mu, vectors, phi, xi, error)
+      if (allocated(error)) return
+      result%operator_applications = result%operator_applications + statistics%operator_applications
+      if (transform%recover_applies) result%operator_applications = result%operator_applications + size(mu)
+      if (.not. abs(aimag(transform%shift)) > 0) call drop_conjugates(mu, vectors)
+      call transform%recover(mu, vectors(:, :size(mu)), phi, xi, error)
       if (allocated(error)) return
 
       allocate (pairs%lambda(0), of(0))
@@ -302,9 +306,25 @@ contains
          pairs%xi(:, j) = transform%map%reaction(pairs%lambda(j))*pairs%xi(:, j)
       end do
       result%restarts = result%restarts + statistics%restarts
-      result%operator_applications = result%operator_applications + statistics%operator_applications
-      if (transform%recover_applies) result%operator_applications = result%operator_applications + size(mu)
       result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
    end subroutine iterate
 
+   ! Keeps one of each conjugate pair that a real operator gave; of the vectors, the
+   ! first ones.
+   subroutine drop_conjugates(mu, vectors)
+      complex(wp), allocatable, intent(inout) :: mu(:)
+      complex(wp), intent(inout) :: vectors(:, :)
+      logical :: other_half
+      integer :: kept, j
+
+      kept = 0
+      do j = 1, size(mu)
+         other_half = aimag(mu(j)) > 0 .and. any(.not. abs(mu - conjg(mu(j))) > 0)
+         if (other_half) cycle
+         kept = kept + 1
+         mu(kept) = mu(j)
+         vectors(:, kept) = vectors(:, j)
+      end do
+      mu = mu(:kept)
+   end subroutine drop_conjugates
 end module kschur_solver

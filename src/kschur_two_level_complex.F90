@@ -4,7 +4,7 @@ module kschur_two_level_complex
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
-   use kschur_lapack, only: zgemm, zgesvd
+   use kschur_lapack, only: zgemv, zgesvd
    use kschur_quadratic_complex, only: quadratic_operator_type
    use kschur_random, only: random_vector
    use kschur_text, only: text
@@ -14,7 +14,7 @@ module kschur_two_level_complex
 
 #define SCALAR complex(wp)
 #define OPERATOR_TYPE quadratic_operator_type
-#define GEMM zgemm
+#define GEMV zgemv
 #define ADJOINT(x) conjg(transpose(x))
 #include "kschur_two_level.inc"
 

@@ -4,7 +4,7 @@ module kschur_two_level_real
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
-   use kschur_lapack, only: dgemm, dgesvd
+   use kschur_lapack, only: dgemv, dgesvd
    use kschur_quadratic_real, only: quadratic_operator_type
    use kschur_random, only: random_vector
    use kschur_text, only: text
@@ -14,7 +14,7 @@ module kschur_two_level_real
 
 #define SCALAR real(wp)
 #define OPERATOR_TYPE quadratic_operator_type
-#define GEMM dgemm
+#define GEMV dgemv
 #define ADJOINT(x) transpose(x)
 #include "kschur_two_level.inc"
 
