@@ -6,6 +6,7 @@ module kschur_solver
    use kschur_formulation, only: choose_formulation, is_structured
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_left, only: set_left_modes
    use kschur_linear_solver, only: linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_modes, only: eigenpairs_type, select_modes
@@ -13,9 +14,10 @@ module kschur_solver
    use kschur_options, only: modal_options_type, formulation_names, scaling_names
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
-   use kschur_result, only: modal_result_type, reason_converged, reason_fewer_modes
+   use kschur_result, only: modal_result_type, reason_cancelled, reason_converged, reason_fewer_modes
    use kschur_shift, only: account, place_shift
    use kschur_transform, only: transform_type
+   use kschur_transposed, only: new_transposed_transform, transpose_problem
    implicit none
    private
    public :: solve_modes
@@ -33,15 +35,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Watches the iteration and may end it.
       class(monitor_type), intent(inout), optional :: monitor
-      class(transform_type), allocatable :: transform
+      class(transform_type), allocatable, target :: transform
       type(modal_problem_type), target :: work
       type(presolve_type) :: plan
-      type(eigenpairs_type) :: pairs
-      type(krylov_statistics_type) :: statistics
       logical :: presolved
       class(linear_solver_type), pointer :: solver
-      integer :: asked, missing, most
-      real(wp) :: reach
       integer(long) :: started
 
       started = clock()
@@ -70,9 +68,35 @@ contains
       end if
 
       call place_shift(work, options, transform, result, error)
+      if (.not. allocated(error)) call find_modes(problem, presolved, plan, transform, options, result, error, monitor)
+      if (.not. allocated(error) .and. options%left) &
+         call find_left_modes(problem, work, presolved, plan, transform, options, result, error, monitor)
       if (allocated(error)) return
-      ! Ritz values near zero cannot be told apart while they iterate: where
-      ! they make fewer modes than they seemed to, more are asked for.
+      result%factored_order = transform%order()
+      solver => transform%linear_solver()
+      result%factor_entries = solver%factor_entries
+      call account(transform%linear_solver(), result)
+      result%seconds%total = seconds_since(started)
+   end subroutine solve_modes
+
+   ! Iterates until there are the modes that were asked for. Ritz values near
+   ! zero cannot be told apart while they iterate: where they make fewer modes
+   ! than they seemed to, more are asked for.
+   subroutine find_modes(problem, presolved, plan, transform, options, result, error, monitor)
+      type(modal_problem_type), intent(in) :: problem
+      !> Whether the transform is that of the problem that a plan reduced.
+      logical, intent(in) :: presolved
+      type(presolve_type), intent(in) :: plan
+      class(transform_type), target, intent(inout) :: transform
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), intent(inout), optional :: monitor
+      type(eigenpairs_type) :: pairs
+      type(krylov_statistics_type) :: statistics
+      integer :: asked, missing, most
+      real(wp) :: reach
+
       most = 2*problem%unknowns()
       asked = min(options%modes, most)
       do
@@ -92,12 +116,52 @@ contains
       end if
       result%locking_error = statistics%locking_error
       result%history = statistics%history
-      result%factored_order = transform%order()
-      solver => transform%linear_solver()
-      result%factor_entries = solver%factor_entries
-      call account(transform%linear_solver(), result)
-      result%seconds%total = seconds_since(started)
-   end subroutine solve_modes
+   end subroutine find_modes
+
+   ! Left vectors are conjugated modes of the transposed problem: the modes
+   ! themselves where the problem is symmetric.
+   subroutine find_left_modes(problem, work, presolved, plan, transform, options, result, error, monitor)
+      type(modal_problem_type), target, intent(in) :: problem, work
+      logical, intent(in) :: presolved
+      type(presolve_type), intent(in) :: plan
+      class(transform_type), target, intent(in) :: transform
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), intent(inout), optional :: monitor
+      type(modal_problem_type), target :: transposed, transposed_work
+      class(transform_type), allocatable :: adjoint
+      type(modal_result_type) :: left
+      logical :: own_factors
+
+      if (problem%symmetric) then
+         call set_left_modes(problem, problem, modes_of(result), .false., result, error)
+         return
+      end if
+      call transpose_problem(problem, transposed, error)
+      if (.not. allocated(error)) call transpose_problem(work, transposed_work, error)
+      if (.not. allocated(error)) &
+         call new_transposed_transform(adjoint, transposed_work, transform, result%shift, own_factors, error)
+      if (allocated(error)) return
+      left%shift = result%shift
+      call find_modes(transposed, presolved, plan, adjoint, options, left, error, monitor)
+      if (allocated(error)) return
+      call set_left_modes(problem, transposed, modes_of(left), left%reason /= reason_cancelled, result, error)
+      call account(adjoint%linear_solver(), result)
+      if (own_factors) result%factorizations = result%factorizations + 1
+      result%operator_applications = result%operator_applications + left%operator_applications
+      result%restarts = result%restarts + left%restarts
+      result%seconds%orthogonalize = result%seconds%orthogonalize + left%seconds%orthogonalize
+   end subroutine find_left_modes
+
+   function modes_of(result) result(pairs)
+      type(modal_result_type), intent(in) :: result
+      type(eigenpairs_type) :: pairs
+
+      allocate (pairs%lambda, source=result%eigenvalues)
+      allocate (pairs%phi, source=result%eigenvectors)
+      allocate (pairs%xi, source=result%multipliers)
+   end function modes_of
 
    subroutine check_options(options, error)
       type(modal_options_type), intent(in) :: options
@@ -135,6 +199,7 @@ contains
       call select_modes(problem, result%options, none, 0.0_wp, 0.0_wp, result)
       allocate (result%history%converged(0), result%history%operator_applications(0), result%history%residual(0))
       result%reason = reason_fewer_modes
+      if (result%options%left) call set_left_modes(problem, problem, none, .false., result, error)
    end subroutine no_modes
 
    ! Shapes and multipliers of the problem as given.

@@ -288,7 +288,6 @@ def test_wrong_usage(folder):
             (["solve", problem, "--method", "arpack"], "arpack", "not in this version"),
             (["solve", problem, "--inner", "ldl"], "ldl", "not in this version"),
             (["solve", problem, "--block", "4"], "--block", "not in this version"),
-            (["solve", problem, "--left"], "--left", "not in this version"),
             (["scene", "castle", "--output", folder / "c.h5"], "castle", "beam-body"), (["scene", "grid"], "--output"),
             (["scene", "grid", "--cells", "0x0", "--output", folder / "c.h5"], "--cells")):
         check_refused(" ".join(os.path.basename(str(word)) for word in words) or "no words", 1, kschur(*words), *named)
