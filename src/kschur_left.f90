@@ -5,18 +5,19 @@
 !> All is done with the modes of the transposed problem, chi = conj(psi).
 module kschur_left
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
-   use kschur_error, only: error_type, error_singular
+   use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: zgesvd
-   use kschur_linear_solver, only: complex_linear_solver_type
+   use kschur_linear_solver, only: matrix_structure_type
    use kschur_modes, only: backward_errors, eigenpairs_type, same_value
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_problem, only: modal_problem_type
-   use kschur_quadratic_complex, only: new_quadratic_operator, quadratic_operator_type
    use kschur_random, only: random_vector
    use kschur_result, only: modal_result_type, kind_rigid
+   use kschur_saddle, only: saddle_blocks
    use kschur_scaling, only: constraint_factors
    use kschur_shift, only: account
+   use kschur_sparse, only: complex_combination, csr_matrix_type, new_csr_from_triplets
    implicit none
    private
    public :: set_left_modes
@@ -24,6 +25,8 @@ module kschur_left
    ! A left vector is one when its residual at the eigenvalue of the mode is
    ! below this, or not this much worse than that of the mode itself.
    real(wp), parameter :: acceptable = 1.0e-12_wp, as_good = 10
+   ! Eigenvalues closer than this, relative to their size, are equal to rounding.
+   real(wp), parameter :: equal = 1.0e-14_wp
    ! What rounding may do to a problem.
    real(wp), parameter :: rounding = 100*epsilon(1.0_wp)
    ! The squared sine of the angle between shapes that are one to rounding.
@@ -38,7 +41,7 @@ contains
    subroutine set_left_modes(problem, transposed, found, refine, result, error)
       type(modal_problem_type), intent(in) :: problem
       !> The transposed problem; the problem itself if it is symmetric.
-      type(modal_problem_type), target, intent(in) :: transposed
+      type(modal_problem_type), intent(in) :: transposed
       !> Eigenpairs of the transposed problem, Im lambda >= 0.
       type(eigenpairs_type), intent(in) :: found
       !> Whether to compute what is not among them, by a factorisation for each.
@@ -46,20 +49,26 @@ contains
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       type(eigenpairs_type) :: left
-      real(wp), allocatable :: limits(:), errors(:)
-      integer(long) :: random_state
-      integer :: j
+      real(wp), allocatable :: limits(:)
+      logical, allocatable :: missing(:), pending(:)
+      integer, allocatable :: group(:)
+      integer :: i, j, k
 
       call match(found, result, left)
-      allocate (limits(size(left%lambda)), source=max(acceptable, as_good*result%backward_error))
-      allocate (errors(size(left%lambda)), source=backward_errors(transposed, left))
-      random_state = 1
-      do j = 1, size(left%lambda)
-         if (errors(j) <= limits(j)) cycle
-         if (refine) call iterate_inversely(transposed, result, j, random_state, left, error)
+      k = size(left%lambda)
+      allocate (limits(k), source=max(acceptable, as_good*result%backward_error))
+      allocate (missing(k), source=backward_errors(transposed, left) > limits)
+      pending = missing .and. refine
+      do j = 1, k
+         if (.not. pending(j)) cycle
+         group = pack([(i, i=1, k)], pending .and. abs(left%lambda - left%lambda(j)) <= equal*abs(left%lambda(j)))
+         call iterate_inversely(transposed, group, left, result, error)
          if (allocated(error)) return
-         errors(j:j) = backward_errors(transposed, one_of(left, j))
-         if (errors(j) <= limits(j)) cycle
+         pending(group) = .false.
+      end do
+      missing = backward_errors(transposed, left) > limits
+      do j = 1, k
+         if (.not. missing(j)) cycle
          left%phi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
          left%xi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
       end do
@@ -94,56 +103,68 @@ contains
       end do
    end subroutine match
 
-   ! Inverse iteration on the structured operator, factored next to the
-   ! eigenvalue: every random vector gives another vector of a multiple one.
-   subroutine iterate_inversely(problem, result, j, random_state, left, error)
-      type(modal_problem_type), target, intent(in) :: problem
-      type(modal_result_type), intent(inout) :: result
-      integer, intent(in) :: j
-      integer(long), intent(inout) :: random_state
+   ! Inverse iteration for the null vectors of P at an eigenvalue that a group
+   ! of modes shares: those of P chi = theta E chi with theta = 0, E a tiny
+   ! random diagonal. Even a defective lambda makes a simple theta. Each random
+   ! start gives another vector of a multiple eigenvalue.
+   subroutine iterate_inversely(problem, group, left, result, error)
+      type(modal_problem_type), intent(in) :: problem
+      integer, intent(in) :: group(:)
       type(eigenpairs_type), intent(inout) :: left
+      type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: steps = 4
-      ! Off the eigenvalue; off a zero in units of the shift.
-      real(wp), parameter :: next_to = 1.0e-12_wp, next_to_zero = 1.0e-6_wp
-      type(quadratic_operator_type), target :: operator
-      class(complex_linear_solver_type), allocatable :: solver
-      complex(wp), allocatable :: x(:, :), v(:, :), chi(:, :), zeta(:, :)
-      real(wp), allocatable :: random(:)
-      complex(wp) :: shift
-      real(wp) :: unit, length
-      integer :: n, step
+      integer, parameter :: steps = 5
+      ! Part of the level of P: pivots must not count as zero.
+      real(wp), parameter :: tiny_part = 1.0e-13_wp
+      type(mumps_complex_type) :: solver
+      type(csr_matrix_type) :: blocks(4)
+      type(matrix_structure_type) :: structure
+      complex(wp), allocatable :: x(:, :)
+      real(wp), allocatable :: random(:), e(:), factors(:)
+      integer(long) :: state
+      complex(wp) :: lambda
+      real(wp) :: strength
+      integer :: i, n, step
 
-      shift = left%lambda(j)*(1 + next_to)
-      if (result%kind(j) == kind_rigid) shift = max(next_to_zero*abs(result%shift), tiny(1.0_wp))
-      unit = scale(1.0_wp, exponent(abs(shift)))
-      allocate (mumps_complex_type :: solver)
-      call new_quadratic_operator(operator, problem, shift, unit, &
-         constraint_factors(problem, result%options%constraint_scaling, shift), solver, error)
-      result%factorizations = result%factorizations + 1
-      if (allocated(error)) then
-         ! The mode is left without a left vector.
-         if (error%code == error_singular) deallocate (error)
-         return
-      end if
       n = problem%unknowns()
-      allocate (random(n), x(n, 1), v(n, 1), chi(n, 1), zeta(problem%multipliers(), 1))
-      call random_vector(random_state, random)
-      x(:, 1) = random
-      v = x
-      do step = 1, steps
-         call operator%extend_with_multipliers(x, v, chi, zeta, error)
-         if (allocated(error)) return
-         v = (x + shift*chi)/unit
-         length = norm2(abs(chi))
-         if (.not. length > 0) exit
-         x = chi/length
-         v = v/length
+      lambda = left%lambda(group(1))
+      allocate (factors, source=constraint_factors(problem, result%options%constraint_scaling, result%shift))
+      allocate (random(n), e(n), x(n + size(factors), size(group)))
+      state = 1
+      call random_vector(state, e)
+      strength = level(problem, lambda)
+      if (.not. strength > 0) strength = level(problem, result%shift)
+      e = tiny_part*strength*sign(1 + abs(e), e)
+      call saddle_blocks(problem, factors, blocks(:3), error)
+      if (.not. allocated(error)) call new_csr_from_triplets(blocks(4), size(x, 1), size(x, 1), [(i, i=1, n)], &
+         [(i, i=1, n)], e, error)
+      if (allocated(error)) return
+      structure%symmetric = problem%symmetric
+      structure%multipliers = size(factors)
+      allocate (structure%node(n), source=[(i, i=1, n)])
+      call solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp), (1.0_wp, 0.0_wp)], blocks), &
+         structure, error)
+      if (allocated(error)) return
+
+      do i = 1, size(group)
+         call random_vector(state, random)
+         x(:n, i) = random
       end do
-      result%operator_applications = result%operator_applications + steps
-      call account(operator%solver, result)
-      left%phi(:, j:j) = x
-      left%xi(:, j:j) = zeta/length
+      do step = 1, steps
+         do i = 1, size(group)
+            x(:n, i) = e*x(:n, i)/norm2(abs(x(:n, i)))
+         end do
+         x(n + 1:, :) = 0
+         call solver%solve(x, error)
+         if (allocated(error)) return
+      end do
+      do i = 1, size(group)
+         left%phi(:, group(i)) = x(:n, i)/norm2(abs(x(:n, i)))
+         left%xi(:, group(i)) = factors*x(n + 1:, i)/norm2(abs(x(:n, i)))
+      end do
+      result%factorizations = result%factorizations + 1
+      result%operator_applications = result%operator_applications + steps*size(group)
+      call account(solver, result)
    end subroutine iterate_inversely
 
    ! Within equal eigenvalues chi_i^T ((lambda_i + lambda_j) M + R) phi_j = 0 for
@@ -290,14 +311,4 @@ contains
 
       is_number = abs(left%phi(1, j)) >= 0
    end function is_number
-
-   pure function one_of(pairs, j) result(one)
-      type(eigenpairs_type), intent(in) :: pairs
-      integer, intent(in) :: j
-      type(eigenpairs_type) :: one
-
-      allocate (one%lambda(1), source=pairs%lambda(j:j))
-      allocate (one%phi(size(pairs%phi, 1), 1), source=pairs%phi(:, j:j))
-      allocate (one%xi(size(pairs%xi, 1), 1), source=pairs%xi(:, j:j))
-   end function one_of
 end module kschur_left
