@@ -31,8 +31,6 @@ module kschur_left
    real(wp), parameter :: rounding = 100*epsilon(1.0_wp)
    ! The squared sine of the angle between shapes that are one to rounding.
    real(wp), parameter :: parallel = 1.0e-6_wp
-   ! Equal eigenvalues with a larger condition are not biorthogonalised.
-   real(wp), parameter :: defective = 1/sqrt(epsilon(1.0_wp))
 
 contains
 
@@ -58,7 +56,7 @@ contains
       k = size(left%lambda)
       allocate (limits(k), source=max(acceptable, as_good*result%backward_error))
       allocate (missing(k), source=backward_errors(transposed, left) > limits)
-      pending = missing .and. refine
+      allocate (pending, source=missing .and. refine)
       do j = 1, k
          if (.not. pending(j)) cycle
          group = pack([(i, i=1, k)], pending .and. abs(left%lambda - left%lambda(j)) <= equal*abs(left%lambda(j)))
@@ -169,7 +167,8 @@ contains
 
    ! Within equal eigenvalues chi_i^T ((lambda_i + lambda_j) M + R) phi_j = 0 for
    ! i /= j, as between different ones; unit norm, the largest entry real and
-   ! positive. A defective eigenvalue keeps its vectors.
+   ! positive. Where that spoils the left vectors, as of a defective eigenvalue,
+   ! they stay as they are.
    subroutine biorthogonalize(problem, transposed, result, limits, left)
       type(modal_problem_type), intent(in) :: problem, transposed
       type(modal_result_type), intent(in) :: result
@@ -231,7 +230,7 @@ contains
       end do
       call zgesvd("A", "A", k, k, g, k, singular, u, k, vt, k, work, size(work), rwork, info)
       if (info /= 0) return
-      if (.not. abs(left%lambda(group(1)))*singular(k)*defective > level(problem, left%lambda(group(1)))) return
+      if (.not. singular(k) > epsilon(1.0_wp)*singular(1)) return
       do j = 1, k
          u(:, j) = u(:, j)/singular(j)
       end do
@@ -239,8 +238,8 @@ contains
    end subroutine decouple
 
    ! Normwise relative condition numbers (Tisseur 2000): infinite for a zero
-   ! eigenvalue and for a defective one, that is where rounding could merge it
-   ! with a neighbour of the same shape.
+   ! eigenvalue, for one that rounding could take anywhere, and for a defective
+   ! one, that is where rounding could merge it with a neighbour of the same shape.
    subroutine set_conditions(problem, left, result)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: left
@@ -258,7 +257,7 @@ contains
             call problem%mass%add_product(2*lambda, phi, derivative)
             call problem%damping%add_product((1.0_wp, 0.0_wp), phi, derivative)
             sensitivity = abs(lambda)*abs(sum(left%phi(:, j)*derivative(:, 1)))
-            if (.not. sensitivity > tiny(1.0_wp)*level(problem, lambda)) cycle
+            if (.not. sensitivity > epsilon(1.0_wp)*level(problem, lambda)) cycle
             condition = level(problem, lambda)/sensitivity
             if (merges(result, j, rounding*condition*abs(lambda))) condition = ieee_value(1.0_wp, ieee_positive_inf)
          end associate
