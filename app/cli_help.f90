@@ -72,6 +72,7 @@ contains
          "  --tolerance T          relative residual of a converged mode (1e-12)", &
          "  --max-restarts K       (200)", &
          "  --constraint-scaling   row, scalar, none (row)", &
+         "  --left                 left eigenvectors and condition numbers as well", &
          "  --output RESULT.h5     write values, vectors and multipliers", &
          "  --format NAME          table, json, csv (table)", &
          "  --verbose              more at the end of the table", &

@@ -37,18 +37,18 @@ contains
    end subroutine print_json
 
    !> Prints a line of names and one line per mode on standard output; an
-   !> undefined damping ratio is empty.
+   !> undefined damping ratio is empty, as is an infinite condition number.
    subroutine print_csv(result)
       type(modal_result_type), intent(in) :: result
       integer :: i
 
       call print_line("mode,eigenvalue_re,eigenvalue_im,frequency_hz,damped_frequency_hz,damping_ratio,kind,"// &
-         "backward_error")
+         "backward_error"//trim(merge(",condition_number", repeat(" ", 17), allocated(result%condition))))
       do i = 1, size(result%eigenvalues)
          call print_line(text(i)//","//plain(real(result%eigenvalues(i), wp), "")//","// &
             plain(aimag(result%eigenvalues(i)), "")//","//plain(result%frequency_hz(i), "")//","// &
             plain(result%damped_frequency_hz(i), "")//","//plain(result%damping_ratio(i), "")//","// &
-            trim(kind_names(result%kind(i)))//","//plain(result%backward_error(i), ""))
+            trim(kind_names(result%kind(i)))//","//plain(result%backward_error(i), "")//condition(result, i, ",", ""))
       end do
    end subroutine print_csv
 
@@ -60,8 +60,20 @@ contains
       object = '{"eigenvalue": '//pair(result%eigenvalues(i))//', "frequency_hz": '//number(result%frequency_hz(i))// &
          ', "damped_frequency_hz": '//number(result%damped_frequency_hz(i))// &
          ', "damping_ratio": '//number(result%damping_ratio(i))//', "kind": '//string(kind_names(result%kind(i)))// &
-         ', "backward_error": '//number(result%backward_error(i))//'}'
+         ', "backward_error": '//number(result%backward_error(i))// &
+         condition(result, i, ', "condition_number": ', "null")//'}'
    end function mode
+
+   ! Nothing where condition numbers were not asked for.
+   pure function condition(result, i, label, undefined)
+      type(modal_result_type), intent(in) :: result
+      integer, intent(in) :: i
+      character(len=*), intent(in) :: label, undefined
+      character(len=:), allocatable :: condition
+
+      condition = ""
+      if (allocated(result%condition)) condition = label//plain(result%condition(i), undefined)
+   end function condition
 
    pure function seconds(timings) result(object)
       type(timings_type), intent(in) :: timings

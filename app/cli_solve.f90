@@ -59,6 +59,7 @@ contains
       if (allocated(error)) return
       complete = result%reason == reason_converged .and. size(result%eigenvalues) >= request%options%modes
       if (.not. complete) call complain(shortfall(result, request%options%modes))
+      if (request%options%left) call complain_of_left(result)
    end subroutine solve_command
 
    subroutine take_request(arguments, request, error)
@@ -83,6 +84,7 @@ contains
          call arguments%take_positive("--tolerance", tolerance, error)
          if (allocated(tolerance)) options%tolerance = tolerance
          call arguments%take_integer("--max-restarts", 1, options%max_restarts, error)
+         call arguments%take_flag("--left", options%left, error)
       end associate
       call refuse_planned(arguments, error)
 
@@ -122,18 +124,15 @@ contains
       type(arguments_type), intent(inout) :: arguments
       type(error_type), allocatable, intent(inout) :: error
       integer :: ignored
-      logical :: left
 
       ignored = 0
       call arguments%take_choice("--method", [character(len=12) :: "auto", "krylov-schur"], ignored, error, &
          planned=["arpack"])
       ignored = 1
       call arguments%take_integer("--block", 1, ignored, error)
-      call arguments%take_flag("--left", left, error)
       if (allocated(error)) return
       if (ignored /= 1) call new_error(error, error_usage, "--block "//text(ignored)// &
          " is not in this version, which knows blocks of 1")
-      if (left) call new_error(error, error_usage, "--left is not in this version")
    end subroutine refuse_planned
 
    function shortfall(result, asked) result(sentence)
@@ -154,6 +153,18 @@ contains
          sentence = sentence//spaced(reason_names(result%reason))
       end select
    end function shortfall
+
+   subroutine complain_of_left(result)
+      type(modal_result_type), intent(in) :: result
+      character(len=:), allocatable :: modes
+      integer :: i
+
+      modes = ""
+      do i = 1, size(result%condition)
+         if (.not. result%condition(i) >= 0) modes = modes//", "//text(i)
+      end do
+      if (modes /= "") call complain("no left eigenvector was found of the modes "//modes(3:))
+   end subroutine complain_of_left
 
    ! The words that a name is made of.
    pure function spaced(name)

@@ -50,8 +50,11 @@ contains
       type(modal_result_type), intent(in) :: result
       character(len=15) :: cells(size(result%eigenvalues), 5)
       character(len=103) :: line
+      character(len=12) :: more(-1:size(result%eigenvalues))
       integer :: i
 
+      more = ""
+      if (allocated(result%condition)) more = ["   condition", "      number", condition(result%condition)]
       cells(:, 1) = aligned(real(result%eigenvalues, wp))
       cells(:, 2) = aligned(aimag(result%eigenvalues))
       cells(:, 3) = aligned(result%frequency_hz)
@@ -62,16 +65,30 @@ contains
 
       call print_line("")
       write (line, "(5x, 5a15, 2x, a11, a10)") "Re", "Im", "frequency", "damped", "damping", "kind       ", "backward"
-      call print_line(line)
+      call print_line(line//trim(more(-1)))
       write (line, "(5x, 5a15, 2x, a11, a10)") "1/s", "1/s", "Hz", "Hz", "%", "", "error"
-      call print_line(line)
+      call print_line(line//trim(more(0)))
       do i = 1, size(result%eigenvalues)
          write (line, "(i5, 5a15, 2x, a11, es10.1)") i, cells(i, :), kind_names(result%kind(i)), &
             result%backward_error(i)
-         call print_line(line)
+         call print_line(line//trim(more(i)))
       end do
       call print_line("")
    end subroutine print_modes
+
+   ! `-` where there is no left vector to tell.
+   elemental function condition(kappa)
+      real(wp), intent(in) :: kappa
+      character(len=12) :: condition
+
+      if (kappa > huge(kappa)) then
+         condition = "    infinite"
+      else if (kappa >= 0) then
+         write (condition, "(es12.1)") kappa
+      else
+         condition = repeat(" ", 11)//"-"
+      end if
+   end function condition
 
    subroutine print_effort(result)
       type(modal_result_type), intent(in) :: result

@@ -53,6 +53,8 @@ contains
          allocated(result%multipliers) .and. allocated(result%frequency_hz) .and. &
          allocated(result%damped_frequency_hz) .and. allocated(result%damping_ratio) .and. &
          allocated(result%backward_error) .and. allocated(result%kind) .and. allocated(result%method)
+      if (allocated(result%left_eigenvectors)) &
+         is_whole = is_whole .and. allocated(result%left_multipliers) .and. allocated(result%condition)
    end function is_whole
 
    subroutine write_modes(file, result, error)
@@ -70,6 +72,10 @@ contains
       call write_dataset(file, "/damping_ratio", result%damping_ratio, error)
       call write_dataset(file, "/backward_error", result%backward_error, error)
       call write_dataset(file, "/kind", words, error)
+      if (.not. allocated(result%left_eigenvectors)) return
+      call write_dataset(file, "/left_eigenvectors", result%left_eigenvectors, error)
+      call write_dataset(file, "/left_multipliers", result%left_multipliers, error)
+      call write_dataset(file, "/condition_number", result%condition, error)
    end subroutine write_modes
 
    subroutine write_history(file, history, error)
@@ -169,6 +175,13 @@ contains
       call read_dataset(result%damping_ratio, file, "/damping_ratio", error)
       call read_dataset(result%backward_error, file, "/backward_error", error)
       call read_dataset(words, file, "/kind", error)
+      if (allocated(error)) return
+      result%options%left = exists(file, "/left_eigenvectors")
+      if (result%options%left) then
+         call read_dataset(result%left_eigenvectors, file, "/left_eigenvectors", error)
+         call read_dataset(result%left_multipliers, file, "/left_multipliers", error)
+         call read_dataset(result%condition, file, "/condition_number", error)
+      end if
       if (allocated(error)) return
       allocate (result%kind(size(words)))
       do k = 1, size(words)
@@ -292,6 +305,10 @@ contains
       else if (any([size(result%eigenvectors, 1), size(result%multipliers, 1)] /= &
          [result%unknowns, result%constraints])) then
          call new_error(error, error_input, "the mode shapes do not have n unknowns and m multipliers")
+      else if (result%options%left) then
+         if (any([shape(result%left_eigenvectors), shape(result%left_multipliers), size(result%condition)] /= &
+            [result%unknowns, modes, result%constraints, modes, modes])) call new_error(error, error_input, &
+            "the left vectors and condition numbers do not fit the modes")
       end if
    end subroutine check_shapes
 end module kschur_hdf5_result

@@ -74,6 +74,8 @@ module kschur_options
       integer :: max_restarts = 200
       !> Whether the structured formulations eliminate clamped and tied unknowns first.
       logical :: presolve = .true.
+      !> Whether to compute left eigenvectors and condition numbers as well.
+      logical :: left = .false.
       !> Seed of the start vector; the same seed gives the same digits.
       integer :: seed = 1
    end type modal_options_type

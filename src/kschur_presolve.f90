@@ -341,7 +341,7 @@ contains
    !> P(lambda) phi + Cq^T xi = 0 as far as xi_reduced, m' x k, satisfies the
    !> reduced equations: what these leave shows at the masters. Redundant
    !> constraints get 0.
-   pure subroutine expand_multipliers(self, problem, lambda, phi, xi_reduced, xi, adjoint)
+   pure subroutine expand_multipliers(self, problem, lambda, phi, xi_reduced, xi)
       class(presolve_type), intent(in) :: self
       type(modal_problem_type), intent(in) :: problem
       !> Eigenvalues, and the shapes n x k that `expand_shapes` gave.
@@ -349,29 +349,18 @@ contains
       complex(wp), contiguous, intent(in) :: phi(:, :)
       complex(wp), intent(in) :: xi_reduced(:, :)
       complex(wp), contiguous, intent(out) :: xi(:, :)
-      !> Whether phi and xi are left vectors: P(lambda)^* phi + Cq^T xi = 0. False if absent.
-      logical, intent(in), optional :: adjoint
       complex(wp) :: force(self%unknowns_before, 1), step
       complex(wp), parameter :: one = 1
-      logical :: left
       integer :: above, e, i, j, k
 
-      left = .false.
-      if (present(adjoint)) left = adjoint
       xi = 0
       do j = 1, size(lambda)
          xi(self%kept, j) = xi_reduced(:, j)
          force = 0
          call problem%constraints%add_transposed_product(one, xi(:, j:j), force)
-         if (left) then
-            call problem%mass%add_transposed_product(conjg(lambda(j))**2, phi(:, j:j), force)
-            call problem%damping%add_transposed_product(conjg(lambda(j)), phi(:, j:j), force)
-            call problem%stiffness%add_transposed_product(one, phi(:, j:j), force)
-         else
-            call problem%mass%add_product(lambda(j)**2, phi(:, j:j), force)
-            call problem%damping%add_product(lambda(j), phi(:, j:j), force)
-            call problem%stiffness%add_product(one, phi(:, j:j), force)
-         end if
+         call problem%mass%add_product(lambda(j)**2, phi(:, j:j), force)
+         call problem%damping%add_product(lambda(j), phi(:, j:j), force)
+         call problem%stiffness%add_product(one, phi(:, j:j), force)
 
          ! From here on force(i) is that on unknown i and all that were tied to
          ! it before it was tied itself: only its own row can balance it, once

@@ -57,6 +57,16 @@ module kschur_result
       real(wp), allocatable :: backward_error(:)
       !> One of `kind_*`.
       integer, allocatable :: kind(:)
+      !> Left vectors psi, n x modes, psi^* P(lambda) + eta^* Cq = 0, of unit Euclidean norm, largest entry real and
+      !> positive; psi_i^* ((lambda_i + lambda_j) M + R) phi_j = 0 for i /= j, except between rigid-body modes. NaN
+      !> where none was found; this and the next two are not allocated unless asked for.
+      complex(wp), allocatable :: left_eigenvectors(:, :)
+      !> Multipliers eta, m x modes, of the left vectors.
+      complex(wp), allocatable :: left_multipliers(:, :)
+      !> Condition number kappa of each eigenvalue (Tisseur 2000): M, R and K changed by eps relative to their
+      !> infinity norms move it by no more than kappa eps |lambda|. Of a multiple eigenvalue that of the vectors as
+      !> they are. Infinite for a zero and for a defective eigenvalue, NaN without a left vector.
+      real(wp), allocatable :: condition(:)
 
       !> What was asked for.
       type(modal_options_type) :: options

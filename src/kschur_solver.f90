@@ -9,6 +9,7 @@ module kschur_solver
    use kschur_formulation, only: choose_formulation, is_structured
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_left, only: set_left_modes
    use kschur_linear_solver, only: linear_solver_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes
@@ -19,12 +20,13 @@ module kschur_solver
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_refine, only: refine
-   use kschur_result, only: modal_result_type, certified_unknown, certified_yes, reason_converged, &
+   use kschur_result, only: modal_result_type, certified_unknown, certified_yes, reason_cancelled, reason_converged, &
       reason_fewer_modes
    use kschur_rigid, only: find_rigid_motions
    use kschur_scaling, only: constraint_factors
    use kschur_shift, only: account, place_shift
    use kschur_transform, only: transform_type
+   use kschur_transposed, only: new_transposed_transform, transpose_problem
    implicit none
    private
    public :: solve_modes
@@ -42,16 +44,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Watches the iteration and may end it.
       class(monitor_type), intent(inout), optional :: monitor
-      class(transform_type), allocatable :: transform
+      class(transform_type), allocatable, target :: transform
       type(modal_problem_type), target :: work
       type(presolve_type) :: plan
       type(deflation_type), target :: deflation
-      type(eigenpairs_type) :: pairs, rigid
-      type(krylov_statistics_type) :: statistics
+      type(eigenpairs_type) :: rigid
       logical :: presolved
       class(linear_solver_type), pointer :: solver
-      integer :: asked, missing, most
-      real(wp) :: reach
       integer(long) :: started
 
       started = clock()
@@ -80,13 +79,44 @@ contains
          work = problem
       end if
 
-      call find_rigid(work, deflation, rigid, result, error)
+      call find_rigid(work, .true., deflation, rigid, result, error)
       if (.not. allocated(error)) call place_shift(work, deflation, options, transform, result, error)
       if (allocated(error)) return
       if (presolved) call undo_presolve(problem, plan, rigid)
+      call find_modes(problem, presolved, plan, deflation, rigid, transform, options, result, error, monitor)
+      if (.not. allocated(error) .and. options%left) &
+         call find_left_modes(problem, work, presolved, plan, size(rigid%lambda) > 0, transform, options, result, error, monitor)
+      if (allocated(error)) return
+      result%factored_order = transform%order()
+      solver => transform%linear_solver()
+      result%factor_entries = solver%factor_entries
+      result%inner = trim(solver%description)
+      call account(transform%linear_solver(), result)
+      result%seconds%total = seconds_since(started)
+   end subroutine solve_modes
+
+   ! Iterates until there are the modes that were asked for. Ritz values near
+   ! zero cannot be told apart while they iterate: where they make fewer modes
+   ! than they seemed to, more are asked for.
+   subroutine find_modes(problem, presolved, plan, deflation, rigid, transform, options, result, error, monitor)
+      type(modal_problem_type), intent(in) :: problem
+      !> Whether the transform is that of the problem that a plan reduced.
+      logical, intent(in) :: presolved
+      type(presolve_type), intent(in) :: plan
+      !> What the transform leaves out of the iteration, and all rigid motions, of the problem.
+      type(deflation_type), intent(in) :: deflation
+      type(eigenpairs_type), intent(inout) :: rigid
+      class(transform_type), target, intent(inout) :: transform
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), intent(inout), optional :: monitor
+      type(eigenpairs_type) :: pairs
+      type(krylov_statistics_type) :: statistics
+      integer :: asked, missing, most
+      real(wp) :: reach
+
       call orthonormalize_zeros(rigid)
-      ! Ritz values near zero cannot be told apart while they iterate: where
-      ! they make fewer modes than they seemed to, more are asked for.
       most = 2*problem%unknowns()
       asked = min(options%modes, most)
       do
@@ -109,13 +139,58 @@ contains
       call certify(transform%certificate, result)
       result%locking_error = statistics%locking_error
       result%history = statistics%history
-      result%factored_order = transform%order()
-      solver => transform%linear_solver()
-      result%factor_entries = solver%factor_entries
-      result%inner = trim(solver%description)
-      call account(transform%linear_solver(), result)
-      result%seconds%total = seconds_since(started)
-   end subroutine solve_modes
+   end subroutine find_modes
+
+   ! Left vectors are conjugated modes of the transposed problem: the modes
+   ! themselves where the problem is symmetric.
+   subroutine find_left_modes(problem, work, presolved, plan, free, transform, options, result, error, monitor)
+      type(modal_problem_type), target, intent(in) :: problem, work
+      logical, intent(in) :: presolved
+      type(presolve_type), intent(in) :: plan
+      !> Whether there are rigid motions: there are as many from the left.
+      logical, intent(in) :: free
+      class(transform_type), target, intent(in) :: transform
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), intent(inout), optional :: monitor
+      type(modal_problem_type), target :: transposed, transposed_work
+      type(deflation_type), target :: deflation
+      type(eigenpairs_type) :: rigid
+      class(transform_type), allocatable :: adjoint
+      type(modal_result_type) :: left
+      logical :: own_factors
+
+      if (problem%symmetric) then
+         call set_left_modes(problem, problem, modes_of(result), .false., result, error)
+         return
+      end if
+      call transpose_problem(problem, transposed, error)
+      if (.not. allocated(error)) call transpose_problem(work, transposed_work, error)
+      if (.not. allocated(error)) call find_rigid(transposed_work, free, deflation, rigid, result, error)
+      if (.not. allocated(error)) call new_transposed_transform(adjoint, transposed_work, deflation, transform, &
+         result%shift, own_factors, error)
+      if (allocated(error)) return
+      if (presolved) call undo_presolve(transposed, plan, rigid)
+      left%shift = result%shift
+      call find_modes(transposed, presolved, plan, deflation, rigid, adjoint, options, left, error, monitor)
+      if (allocated(error)) return
+      call set_left_modes(problem, transposed, modes_of(left), left%reason /= reason_cancelled, result, error)
+      call account(adjoint%linear_solver(), result)
+      result%factorizations = result%factorizations + left%factorizations + merge(1, 0, own_factors)
+      result%operator_applications = result%operator_applications + left%operator_applications
+      result%restarts = result%restarts + left%restarts
+      result%seconds%orthogonalize = result%seconds%orthogonalize + left%seconds%orthogonalize
+   end subroutine find_left_modes
+
+   function modes_of(result) result(pairs)
+      type(modal_result_type), intent(in) :: result
+      type(eigenpairs_type) :: pairs
+
+      allocate (pairs%lambda, source=result%eigenvalues)
+      allocate (pairs%phi, source=result%eigenvectors)
+      allocate (pairs%xi, source=result%multipliers)
+   end function modes_of
 
    ! The modes are the nearest to the target if they are no further than what is proved.
    subroutine certify(certificate, result)
@@ -171,6 +246,7 @@ contains
       call select_modes(problem, result%options, none, none, 0.0_wp, 0.0_wp, result)
       allocate (result%history%converged(0), result%history%operator_applications(0), result%history%residual(0))
       result%reason = reason_fewer_modes
+      if (result%options%left) call set_left_modes(problem, problem, none, .false., result, error)
    end subroutine no_modes
 
    ! Modes far from the shift are known less well than those near to it.
@@ -211,8 +287,10 @@ contains
    end subroutine undo_presolve
 
    ! The eigenvalue zero, and what can be deflated with it.
-   subroutine find_rigid(problem, deflation, rigid, result, error)
+   subroutine find_rigid(problem, possible, deflation, rigid, result, error)
       type(modal_problem_type), intent(in) :: problem
+      !> Whether to look at all.
+      logical, intent(in) :: possible
       type(deflation_type), intent(out) :: deflation
       type(eigenpairs_type), intent(out) :: rigid
       type(modal_result_type), intent(inout) :: result
@@ -222,11 +300,15 @@ contains
       integer, allocatable :: decaying(:)
       integer :: k, l, j
 
-      allocate (direct_real_type :: solver)
-      call find_rigid_motions(problem, solver, motions, multipliers, error)
-      if (allocated(error)) return
-      call account(solver, result)
-      result%factorizations = result%factorizations + 1
+      if (possible) then
+         allocate (direct_real_type :: solver)
+         call find_rigid_motions(problem, solver, motions, multipliers, error)
+         if (allocated(error)) return
+         call account(solver, result)
+         result%factorizations = result%factorizations + 1
+      else
+         allocate (motions(problem%unknowns(), 0), multipliers(problem%multipliers(), 0))
+      end if
       call new_deflation(deflation, problem, motions)
       allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], deflation%decay > 0))
       k = size(motions, 2)
@@ -291,7 +373,8 @@ contains
          pairs%lambda = [pairs%lambda, roots(1)]
          of = [of, j]
          ! Of a conjugate pair one is enough.
-         if (.not. transform%map%oscillator .or. .not. abs(roots(2) - conjg(roots(1))) > 0) cycle
+         if (.not. transform%map%oscillator) cycle
+         if (abs(aimag(roots(1))) > 0 .and. .not. abs(roots(2) - conjg(roots(1))) > 0) cycle
          pairs%lambda = [pairs%lambda, roots(2)]
          of = [of, j]
       end do

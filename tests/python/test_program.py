@@ -106,7 +106,7 @@ def test_help(_):
         check(f"{' '.join(words)}: explains", run.returncode == 0 and "kschur" in run.stdout and not run.stderr, run)
     check("help solve: every option", all(option in kschur("help", "solve").stdout for option in (
         "--modes --target --frequency --shift --method --formulation --inner --subspace --tolerance --max-restarts "
-        "--constraint-scaling --mass --stiffness --damping --constraints --output --format --quiet --verbose "
+        "--constraint-scaling --left --mass --stiffness --damping --constraints --output --format --quiet --verbose "
         "--threads").split()))
     possible = re.search("wants one of (.*), not 'best'", kschur("solve", DATA, "--formulation", "best").stderr)
     check("help solve: every formulation", possible and all(
@@ -272,6 +272,37 @@ def test_result_file(folder):
         "solve", folder / "undamped.h5", "--output", folder / "nowhere" / "r.h5"), "nowhere")
 
 
+def test_left(folder):
+    rng = np.random.default_rng(7)
+    m, k, r = np.diag(1 + rng.random(8)), np.diag(3 + rng.random(8)) + 0.4 * rng.random((8, 8)), 0.1 * rng.random((8, 8))
+    cq = np.zeros((1, 8))
+    cq[0, 2:5] = 1, -2, 0.5
+    problem, output = write_problem(folder / "left", M=m, K=k, R=r, Cq=cq), folder / "left.h5"
+    result, run = solve(problem, "--modes", 5, "--left", "--output", output)
+    check("--left: nothing on standard error", run.stderr == "", run.stderr)
+    kappa = np.array([mode["condition_number"] for mode in result["modes"]])
+    with h5py.File(output) as file:
+        values, shapes, left, multipliers, conditions = (file[name][:] for name in (
+            "eigenvalues", "eigenvectors", "left_eigenvectors", "left_multipliers", "condition_number"))
+    check("--left: the condition numbers that were printed", np.array_equal(kappa, conditions), (kappa, conditions))
+    level = np.abs(values) ** 2 * np.abs(m).sum(1).max() + np.abs(values) * np.abs(r).sum(1).max() + np.abs(k).sum(1).max()
+    residual = [psi.conj() @ (s * s * m + s * r + k) + eta.conj() @ cq for s, psi, eta in zip(values, left, multipliers)]
+    check("--left: the left equations hold", (np.linalg.norm(residual, axis=1) < 1e-12 * level).all(), residual)
+    check("--left: the constraints hold", np.abs(left @ cq.T).max() < 1e-12)
+    expected = [level[j] / abs(s * (left[j].conj() @ (2 * s * m + r) @ shapes[j])) for j, s in enumerate(values)]
+    check("--left: the condition numbers are those of the vectors", np.allclose(kappa, expected, rtol=1e-9), (kappa, expected))
+    table = kschur("solve", problem, "--modes", 5, "--left").stdout.splitlines()
+    check("--left: a column of the table", sum(line.endswith("condition") for line in table) == 1, table)
+    rows = list(csv.reader(io.StringIO(kschur("solve", problem, "--modes", 5, "--left", "--format", "csv").stdout)))
+    check("--left: a column of the CSV", rows[0][-1] == "condition_number" and all(
+        float(row[-1]) == value for row, value in zip(rows[1:], kappa)), rows)
+    again = kschur("info", output, "--format", "json")
+    check("--left: info RESULT", json.loads(again.stdout)["modes"] == result["modes"], again)
+    result, _ = solve(folder / "grid.h5", "--modes", 7, "--left")
+    check("--left: a rigid mode has none", [mode["condition_number"] is None for mode in result["modes"]] == 6 * [True] + [False])
+    check("--left: infinite in the table", kschur("solve", folder / "grid.h5", "--modes", 7, "--left").stdout.count(" infinite\n") == 6)
+
+
 def test_info(folder):
     run = kschur("info", folder / "undamped.h5")
     check("info PROBLEM: sizes, kind and formulation", run.returncode == 0 and all(
@@ -344,7 +375,6 @@ def test_wrong_usage(folder):
             (["solve", problem, "--inner", "ldl", "--formulation", "damped-constrained"], "ldl", "complex"),
             (["solve", DATA / "random_unsymmetric", "--inner", "ldl", "--shift", "0.1"], "ldl", "unsymmetric"),
             (["solve", problem, "--block", "4"], "--block", "not in this version"),
-            (["solve", problem, "--left"], "--left", "not in this version"),
             (["scene", "castle", "--output", folder / "c.h5"], "castle", "beam-body"), (["scene", "grid"], "--output"),
             (["scene", "grid", "--cells", "0x0", "--output", folder / "c.h5"], "--cells")):
         check_refused(" ".join(os.path.basename(str(word)) for word in words) or "no words", 1, kschur(*words), *named)
@@ -496,10 +526,10 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for test in (test_help, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate,
-                     test_rigid_modes,
-                     test_csv, test_result_file, test_info, test_presolve_option, test_restarts_run_out, test_more_modes_than_exist,
-                     test_wrong_usage, test_output_never_replaces_the_problem, test_lost_output,
-                     test_matrices_that_cannot_be_read, test_bad_input, test_progress):
+                     test_rigid_modes, test_csv, test_result_file, test_left, test_info, test_presolve_option,
+                     test_restarts_run_out, test_more_modes_than_exist, test_wrong_usage,
+                     test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
+                     test_bad_input, test_progress):
             try:
                 test(folder)
             except Exception as error:

@@ -1,11 +1,11 @@
-!> All eigenvalues of a small modal problem by dense LAPACK: what tests compare
-!> the sparse methods with. Failures of LAPACK show as NaN.
+!> All eigenvalues and eigenvectors of a small modal problem by dense LAPACK: what
+!> tests compare the sparse methods with. Failures of LAPACK show as NaN.
 module dense_reference
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur, only: csr_matrix_type, modal_problem_type, wp
    implicit none
    private
-   public :: dense_eigenvalues, dense_matrix, dense_squared_frequencies
+   public :: dense_eigenvalues, dense_eigenvectors, dense_matrix, dense_squared_frequencies
 
    interface
       subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
@@ -34,6 +34,16 @@ module dense_reference
          real(wp), intent(out) :: alphar(*), alphai(*), beta(*), vl(ldvl, *), vr(ldvr, *), work(*)
          integer, intent(out) :: info
       end subroutine dggev
+
+      subroutine zggev(jobvl, jobvr, n, a, lda, b, ldb, alpha, beta, vl, ldvl, vr, ldvr, work, lwork, rwork, info)
+         import :: wp
+         character, intent(in) :: jobvl, jobvr
+         integer, intent(in) :: n, lda, ldb, ldvl, ldvr, lwork
+         complex(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         complex(wp), intent(out) :: alpha(*), beta(*), vl(ldvl, *), vr(ldvr, *), work(*)
+         real(wp), intent(out) :: rwork(*)
+         integer, intent(out) :: info
+      end subroutine zggev
    end interface
 
 contains
@@ -73,6 +83,37 @@ contains
       allocate (finite(2*n), source=beta > 2*n*epsilon(beta)*maxval(beta))
       allocate (values(count(finite)), source=unit*cmplx(pack(re, finite), pack(im, finite), wp)/pack(beta, finite))
    end subroutine dense_eigenvalues
+
+   !> All eigenvalues with right and left vectors, unsorted, for complex dense
+   !> matrices with units of the size of one and a regular M.
+   subroutine dense_eigenvectors(mass, damping, stiffness, constraints, values, right, left)
+      complex(wp), intent(in) :: mass(:, :), damping(:, :), stiffness(:, :)
+      type(csr_matrix_type), intent(in) :: constraints
+      complex(wp), allocatable, intent(out) :: values(:)
+      !> phi and psi in columns, n x 2(n - m).
+      complex(wp), allocatable, intent(out) :: right(:, :), left(:, :)
+      real(wp), allocatable :: basis(:, :), rwork(:)
+      complex(wp), allocatable :: a(:, :), b(:, :), alpha(:), beta(:), vl(:, :), vr(:, :), work(:)
+      integer :: i, n, info
+
+      call constrained_motions(constraints, basis)
+      n = size(basis, 2)
+      allocate (a(2*n, 2*n), b(2*n, 2*n), source=(0.0_wp, 0.0_wp))
+      allocate (alpha(2*n), beta(2*n), vl(2*n, 2*n), vr(2*n, 2*n), work(66*n), rwork(16*n))
+      do i = 1, n
+         a(i, n + i) = 1
+         b(i, i) = 1
+      end do
+      a(n + 1:, :n) = -matmul(transpose(basis), matmul(stiffness, basis))
+      a(n + 1:, n + 1:) = -matmul(transpose(basis), matmul(damping, basis))
+      b(n + 1:, n + 1:) = matmul(transpose(basis), matmul(mass, basis))
+      call zggev("V", "V", 2*n, a, 2*n, b, 2*n, alpha, beta, vl, 2*n, vr, 2*n, work, size(work), rwork, info)
+      if (info /= 0) alpha = ieee_value(1.0_wp, ieee_quiet_nan)
+      allocate (values, source=alpha/beta)
+      allocate (right, source=matmul(basis, vr(:n, :)))
+      ! The lower half of a left vector of the linearisation is one of the problem.
+      allocate (left, source=matmul(basis, vl(n + 1:, :)))
+   end subroutine dense_eigenvectors
 
    !> omega^2 of the undamped problem, ascending; M and K symmetric, M positive
    !> definite on the motions that the constraints allow.

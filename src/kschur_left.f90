@@ -1,0 +1,313 @@
+!> Left eigenvectors of modes, psi^* P(lambda) + eta^* Cq = 0, Cq psi = 0:
+!> found ones are paired with the modes, missing ones computed by inverse
+!> iteration; and the condition number of each eigenvalue.
+!>
+!> All is done with the modes of the transposed problem, chi = conj(psi).
+module kschur_left
+   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp, long
+   use kschur_lapack, only: zgesvd
+   use kschur_linear_solver, only: matrix_structure_type
+   use kschur_modes, only: backward_errors, eigenpairs_type, same_value
+   use kschur_mumps_complex, only: mumps_complex_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_random, only: random_vector
+   use kschur_result, only: modal_result_type, kind_rigid
+   use kschur_saddle, only: saddle_blocks
+   use kschur_scaling, only: constraint_factors
+   use kschur_shift, only: account
+   use kschur_sparse, only: complex_combination, csr_matrix_type, new_csr_from_triplets
+   implicit none
+   private
+   public :: set_left_modes
+
+   ! A left vector is one when its residual at the eigenvalue of the mode is
+   ! below this, or not this much worse than that of the mode itself.
+   real(wp), parameter :: acceptable = 1.0e-12_wp, as_good = 10
+   ! Eigenvalues closer than this, relative to their size, are equal to rounding.
+   real(wp), parameter :: equal = 1.0e-14_wp
+   ! What rounding may do to a problem.
+   real(wp), parameter :: rounding = 100*epsilon(1.0_wp)
+   ! The squared sine of the angle between shapes that are one to rounding.
+   real(wp), parameter :: parallel = 1.0e-6_wp
+
+contains
+
+   !> Sets left_eigenvectors, left_multipliers and condition of a result. A mode
+   !> for which no left vector could be found has NaN.
+   subroutine set_left_modes(problem, transposed, found, refine, result, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> The transposed problem; the problem itself if it is symmetric.
+      type(modal_problem_type), intent(in) :: transposed
+      !> Eigenpairs of the transposed problem, Im lambda >= 0.
+      type(eigenpairs_type), intent(in) :: found
+      !> Whether to compute what is not among them, by a factorisation for each.
+      logical, intent(in) :: refine
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      type(eigenpairs_type) :: left
+      real(wp), allocatable :: limits(:)
+      logical, allocatable :: missing(:), pending(:)
+      integer, allocatable :: group(:)
+      integer :: i, j, k
+
+      call match(found, result, left)
+      k = size(left%lambda)
+      allocate (limits(k), source=max(acceptable, as_good*result%backward_error))
+      allocate (missing(k), source=backward_errors(transposed, left) > limits)
+      allocate (pending, source=missing .and. refine)
+      do j = 1, k
+         if (.not. pending(j)) cycle
+         group = pack([(i, i=1, k)], pending .and. abs(left%lambda - left%lambda(j)) <= equal*abs(left%lambda(j)))
+         call iterate_inversely(transposed, group, left, result, error)
+         if (allocated(error)) return
+         pending(group) = .false.
+      end do
+      missing = backward_errors(transposed, left) > limits
+      do j = 1, k
+         if (.not. missing(j)) cycle
+         left%phi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
+         left%xi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
+      end do
+      call biorthogonalize(problem, transposed, result, limits, left)
+      call set_conditions(problem, left, result)
+      result%left_eigenvectors = conjg(left%phi)
+      result%left_multipliers = conjg(left%xi)
+   end subroutine set_left_modes
+
+   ! For each mode the nearest eigenpair that no other mode has taken, or NaN.
+   subroutine match(found, result, left)
+      type(eigenpairs_type), intent(in) :: found
+      type(modal_result_type), intent(in) :: result
+      type(eigenpairs_type), intent(out) :: left
+      logical :: free(size(found%lambda))
+      real(wp) :: distance(size(found%lambda))
+      integer :: j, nearest
+
+      free = .true.
+      allocate (left%lambda(size(result%eigenvalues)), source=result%eigenvalues)
+      allocate (left%phi(size(found%phi, 1), size(left%lambda)), left%xi(size(found%xi, 1), size(left%lambda)))
+      left%phi = ieee_value(1.0_wp, ieee_quiet_nan)
+      left%xi = ieee_value(1.0_wp, ieee_quiet_nan)
+      do j = 1, size(left%lambda)
+         if (.not. any(free)) return
+         distance = abs(found%lambda - left%lambda(j))
+         nearest = minloc(distance, 1, free)
+         if (distance(nearest) > same_value*abs(left%lambda(j))) cycle
+         left%phi(:, j) = found%phi(:, nearest)
+         left%xi(:, j) = found%xi(:, nearest)
+         free(nearest) = .false.
+      end do
+   end subroutine match
+
+   ! Inverse iteration for the null vectors of P at an eigenvalue that a group
+   ! of modes shares: those of P chi = theta E chi with theta = 0, E a tiny
+   ! random diagonal. Even a defective lambda makes a simple theta. Each random
+   ! start gives another vector of a multiple eigenvalue.
+   subroutine iterate_inversely(problem, group, left, result, error)
+      type(modal_problem_type), intent(in) :: problem
+      integer, intent(in) :: group(:)
+      type(eigenpairs_type), intent(inout) :: left
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: steps = 5
+      ! Part of the level of P: pivots must not count as zero.
+      real(wp), parameter :: tiny_part = 1.0e-13_wp
+      type(mumps_complex_type) :: solver
+      type(csr_matrix_type) :: blocks(4)
+      type(matrix_structure_type) :: structure
+      complex(wp), allocatable :: x(:, :)
+      real(wp), allocatable :: random(:), e(:), factors(:)
+      integer(long) :: state
+      complex(wp) :: lambda
+      real(wp) :: strength
+      integer :: i, n, step
+
+      n = problem%unknowns()
+      lambda = left%lambda(group(1))
+      allocate (factors, source=constraint_factors(problem, result%options%constraint_scaling, result%shift))
+      allocate (random(n), e(n), x(n + size(factors), size(group)))
+      state = 1
+      call random_vector(state, e)
+      strength = level(problem, lambda)
+      if (.not. strength > 0) strength = level(problem, result%shift)
+      e = tiny_part*strength*sign(1 + abs(e), e)
+      call saddle_blocks(problem, factors, blocks(:3), error)
+      if (.not. allocated(error)) call new_csr_from_triplets(blocks(4), size(x, 1), size(x, 1), [(i, i=1, n)], &
+         [(i, i=1, n)], e, error)
+      if (allocated(error)) return
+      structure%symmetric = problem%symmetric
+      structure%multipliers = size(factors)
+      allocate (structure%node(n), source=[(i, i=1, n)])
+      call solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp), (1.0_wp, 0.0_wp)], blocks), &
+         structure, error)
+      if (allocated(error)) return
+
+      do i = 1, size(group)
+         call random_vector(state, random)
+         x(:n, i) = random
+      end do
+      do step = 1, steps
+         do i = 1, size(group)
+            x(:n, i) = e*x(:n, i)/norm2(abs(x(:n, i)))
+         end do
+         x(n + 1:, :) = 0
+         call solver%solve(x, error)
+         if (allocated(error)) return
+      end do
+      do i = 1, size(group)
+         left%phi(:, group(i)) = x(:n, i)/norm2(abs(x(:n, i)))
+         left%xi(:, group(i)) = factors*x(n + 1:, i)/norm2(abs(x(:n, i)))
+      end do
+      result%factorizations = result%factorizations + 1
+      result%operator_applications = result%operator_applications + steps*size(group)
+      call account(solver, result)
+   end subroutine iterate_inversely
+
+   ! Within equal eigenvalues chi_i^T ((lambda_i + lambda_j) M + R) phi_j = 0 for
+   ! i /= j, as between different ones; unit norm, the largest entry real and
+   ! positive. Where that spoils the left vectors, as of a defective eigenvalue,
+   ! they stay as they are.
+   subroutine biorthogonalize(problem, transposed, result, limits, left)
+      type(modal_problem_type), intent(in) :: problem, transposed
+      type(modal_result_type), intent(in) :: result
+      real(wp), intent(in) :: limits(:)
+      type(eigenpairs_type), intent(inout) :: left
+      type(eigenpairs_type) :: mixed
+      logical :: pending(size(limits))
+      complex(wp), allocatable :: mixture(:, :)
+      integer, allocatable :: group(:)
+      integer :: i, j
+
+      pending = result%kind /= kind_rigid .and. [(is_number(left, j), j=1, size(limits))]
+      do i = 1, size(limits)
+         if (.not. pending(i)) cycle
+         group = pack([(j, j=1, size(limits))], pending .and. &
+            abs(left%lambda - left%lambda(i)) <= same_value*abs(left%lambda(i)))
+         pending(group) = .false.
+         if (size(group) == 1) cycle
+         call decouple(problem, result, left, group, mixture)
+         if (.not. allocated(mixture)) cycle
+         allocate (mixed%lambda(size(group)), source=left%lambda(group))
+         allocate (mixed%phi(size(left%phi, 1), size(group)), source=matmul(left%phi(:, group), mixture))
+         allocate (mixed%xi(size(left%xi, 1), size(group)), source=matmul(left%xi(:, group), mixture))
+         if (all(backward_errors(transposed, mixed) <= limits(group))) then
+            left%phi(:, group) = mixed%phi
+            left%xi(:, group) = mixed%xi
+         end if
+         deallocate (mixed%lambda, mixed%phi, mixed%xi)
+      end do
+      do j = 1, size(limits)
+         if (is_number(left, j)) call normalize(left%phi(:, j), left%xi(:, j))
+      end do
+   end subroutine biorthogonalize
+
+   ! The mixture of the left vectors of a group that makes
+   ! G = chi_i^T ((lambda_i + lambda_j) M + R) phi_j the unit matrix: G^{-T}.
+   ! Not allocated where G is singular.
+   subroutine decouple(problem, result, left, group, mixture)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(in) :: result
+      type(eigenpairs_type), intent(in) :: left
+      integer, intent(in) :: group(:)
+      complex(wp), allocatable, intent(out) :: mixture(:, :)
+      complex(wp) :: g(size(group), size(group)), u(size(group), size(group)), vt(size(group), size(group)), &
+         work(8*size(group))
+      real(wp) :: singular(size(group)), rwork(5*size(group))
+      complex(wp), allocatable :: mass_phi(:, :), damping_phi(:, :)
+      integer :: i, j, k, info
+
+      k = size(group)
+      allocate (mass_phi(size(left%phi, 1), k), damping_phi(size(left%phi, 1), k), source=(0.0_wp, 0.0_wp))
+      call problem%mass%add_product((1.0_wp, 0.0_wp), result%eigenvectors(:, group), mass_phi)
+      call problem%damping%add_product((1.0_wp, 0.0_wp), result%eigenvectors(:, group), damping_phi)
+      do j = 1, k
+         do i = 1, k
+            g(i, j) = sum(left%phi(:, group(i))* &
+               ((left%lambda(group(i)) + left%lambda(group(j)))*mass_phi(:, j) + damping_phi(:, j)))
+         end do
+      end do
+      call zgesvd("A", "A", k, k, g, k, singular, u, k, vt, k, work, size(work), rwork, info)
+      if (info /= 0) return
+      if (.not. singular(k) > epsilon(1.0_wp)*singular(1)) return
+      do j = 1, k
+         u(:, j) = u(:, j)/singular(j)
+      end do
+      allocate (mixture, source=matmul(conjg(u), conjg(vt)))
+   end subroutine decouple
+
+   ! Normwise relative condition numbers (Tisseur 2000): infinite for a zero
+   ! eigenvalue, for one that rounding could take anywhere, and for a defective
+   ! one, that is where rounding could merge it with a neighbour of the same shape.
+   subroutine set_conditions(problem, left, result)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(in) :: left
+      type(modal_result_type), intent(inout) :: result
+      complex(wp) :: derivative(problem%unknowns(), 1)
+      real(wp) :: sensitivity
+      integer :: j
+
+      allocate (result%condition(size(left%lambda)), source=ieee_value(1.0_wp, ieee_positive_inf))
+      do j = 1, size(left%lambda)
+         associate (lambda => left%lambda(j), phi => result%eigenvectors(:, j:j), condition => result%condition(j))
+            if (.not. is_number(left, j)) condition = ieee_value(1.0_wp, ieee_quiet_nan)
+            if (.not. (is_number(left, j) .and. abs(lambda) > 0)) cycle
+            derivative = 0
+            call problem%mass%add_product(2*lambda, phi, derivative)
+            call problem%damping%add_product((1.0_wp, 0.0_wp), phi, derivative)
+            sensitivity = abs(lambda)*abs(sum(left%phi(:, j)*derivative(:, 1)))
+            if (.not. sensitivity > epsilon(1.0_wp)*level(problem, lambda)) cycle
+            condition = level(problem, lambda)/sensitivity
+            if (merges(result, j, rounding*condition*abs(lambda))) condition = ieee_value(1.0_wp, ieee_positive_inf)
+         end associate
+      end do
+   end subroutine set_conditions
+
+   ! Whether an eigenvalue within a distance of that of mode j has its shape.
+   pure logical function merges(result, j, distance)
+      type(modal_result_type), intent(in) :: result
+      integer, intent(in) :: j
+      real(wp), intent(in) :: distance
+      integer :: i
+
+      merges = .true.
+      associate (lambda => result%eigenvalues, phi => result%eigenvectors)
+         do i = 1, size(lambda)
+            if (i /= j .and. abs(lambda(i) - lambda(j)) <= distance) then
+               if (1 - abs(dot_product(phi(:, i), phi(:, j)))**2 <= parallel) return
+            end if
+         end do
+         if (abs(aimag(lambda(j))) > 0 .and. 2*abs(aimag(lambda(j))) <= distance) then
+            if (1 - abs(sum(phi(:, j)**2))**2 <= parallel) return
+         end if
+      end associate
+      merges = .false.
+   end function merges
+
+   ! |lambda|^2 ||M|| + |lambda| ||R|| + ||K||, the measure of backward errors.
+   pure real(wp) function level(problem, lambda)
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), intent(in) :: lambda
+
+      level = abs(lambda)**2*problem%mass%infinity_norm() + abs(lambda)*problem%damping%infinity_norm() &
+         + problem%stiffness%infinity_norm()
+   end function level
+
+   pure subroutine normalize(chi, zeta)
+      complex(wp), intent(inout) :: chi(:), zeta(:)
+      complex(wp) :: factor
+
+      factor = chi(maxloc(abs(chi), 1))
+      factor = conjg(factor)/abs(factor)/norm2(abs(chi))
+      chi = factor*chi
+      zeta = factor*zeta
+   end subroutine normalize
+
+   pure logical function is_number(left, j)
+      type(eigenpairs_type), intent(in) :: left
+      integer, intent(in) :: j
+
+      is_number = abs(left%phi(1, j)) >= 0
+   end function is_number
+end module kschur_left
