@@ -7,8 +7,10 @@
 !> formulations alike; a number of seconds is the median over them.
 program formulations
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-   use kschur, only: error_input, error_type, error_usage, formulation_damped_constrained, formulation_names, &
-      formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped_constrained, long, &
+   use kschur, only: error_input, error_type, error_usage, formulation_damped_constrained, &
+      formulation_damped_constrained_zero, formulation_names, &
+      formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped_constrained, &
+      formulation_undamped_constrained_zero, long, &
       modal_options_type, modal_problem_type, modal_result_type, new_error, reason_converged, reason_names, &
       solve_modes, text, wp
    use kschur_scenes, only: build_scene
@@ -29,7 +31,7 @@ program formulations
    integer, parameter :: analyze = 1, factorize = 2, one_solve = 3, total = 4
    type(modal_problem_type) :: damped, undamped
    type(error_type), allocatable :: error
-   type(row_type) :: damped_rows(3), undamped_rows(2)
+   type(row_type) :: damped_rows(4), undamped_rows(3)
    character(len=16) :: cells
    integer :: modes, repetitions, repetition, i
 
@@ -40,8 +42,10 @@ program formulations
    call stop_on(error)
 
    ! The paper's pencil first: the others are compared with it.
-   damped_rows%formulation = [formulation_damped_constrained, formulation_quadratic, formulation_proportional]
-   undamped_rows%formulation = [formulation_undamped_constrained, formulation_symmetric]
+   damped_rows%formulation = [formulation_damped_constrained, formulation_damped_constrained_zero, &
+      formulation_quadratic, formulation_proportional]
+   undamped_rows%formulation = [formulation_undamped_constrained, formulation_undamped_constrained_zero, &
+      formulation_symmetric]
    do i = 1, size(damped_rows)
       allocate (damped_rows(i)%seconds(4, repetitions))
    end do

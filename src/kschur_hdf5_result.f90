@@ -102,7 +102,7 @@ contains
       call write_attribute(file, root, "damping", trim(damping_names(result%damping_kind)), error)
       call write_attribute(file, root, "method", result%method, error)
       call write_attribute(file, root, "formulation", trim(formulation_names(result%formulation)), error)
-      call write_attribute(file, root, "decision", result%decision, error)
+      if (allocated(result%decision)) call write_attribute(file, root, "decision", result%decision, error)
       call write_attribute(file, root, "target", result%target, error)
       call write_attribute(file, root, "shift", result%shift, error)
       call write_attribute(file, root, "reason", trim(reason_names(result%reason)), error)

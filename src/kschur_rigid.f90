@@ -180,7 +180,9 @@ contains
 
       n = size(forces, 1)
       k = size(forces, 2)
-      allocate (a(n, k), source=forces)
+      ! OpenBLAS reads a few entries beyond the end.
+      allocate (a(n, k + 1), source=0.0_wp)
+      a(:, :k) = forces
       allocate (force(k), vt(k, k), rotation(k, k), work(10*k + n))
       call dgesvd("N", "S", n, k, a, n, force, none, 1, vt, k, work, size(work), info)
       if (info /= 0) call new_error(error, error_library, "LAPACK's dgesvd did not converge")
