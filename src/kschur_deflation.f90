@@ -1,7 +1,7 @@
 !> Motions that are known, kept out of an iteration.
 module kschur_deflation
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dsygv
+   use kschur_lapack, only: dgemv, dsygv
    use kschur_problem, only: modal_problem_type, damping_proportional
    implicit none
    private
@@ -73,15 +73,20 @@ contains
       allocate (eigenvalues, source=cmplx([0*self%decay, -pack(self%decay, abs(self%decay) > 0)], 0, wp))
    end function eigenvalues
 
-   pure subroutine project_real(self, x)
+   subroutine project_real(self, x)
       class(deflation_type), intent(in) :: self
-      real(wp), intent(inout) :: x(:, :)
-      integer :: i, j
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      ! OpenBLAS reads a few entries beyond the end.
+      real(wp) :: coefficients(size(self%decay) + 4)
+      integer :: n, k, j
 
+      n = size(x, 1)
+      k = size(self%decay)
+      if (k == 0) return
+      coefficients = 0
       do j = 1, size(x, 2)
-         do i = 1, size(self%decay)
-            x(:, j) = x(:, j) - dot_product(self%images(:, i), x(:, j))*self%shapes(:, i)
-         end do
+         call dgemv("T", n, k, 1.0_wp, self%images, n, x(:, j), 1, 0.0_wp, coefficients, 1)
+         call dgemv("N", n, k, -1.0_wp, self%shapes, n, coefficients, 1, 1.0_wp, x(:, j), 1)
       end do
    end subroutine project_real
 
