@@ -87,11 +87,11 @@ contains
             call expand(operator, selection%wanted, options, d, statistics, error)
             if (.not. allocated(error)) call project(d, selection, options, ritz, error)
             if (allocated(error)) return
-            if (ritz%settled .or. d%exhausted .or. d%dimension == size(d%projected, 2)) exit
+            call record(statistics, ritz)
+            if (present(monitor)) call monitor%report(statistics%restarts, ritz%converged, ritz%needed, &
+               maxval([0.0_wp, ritz%residuals(:ritz%wanted)]), proceed)
+            if (ritz%settled .or. d%exhausted .or. d%dimension == size(d%projected, 2) .or. .not. proceed) exit
          end do
-         call record(statistics, restart, ritz)
-         if (present(monitor)) call monitor%report(restart, ritz%converged, ritz%needed, &
-            statistics%history%residual(restart), proceed)
 
          complete = .not. search
          if (ritz%settled .and. search .and. present(census)) &
@@ -109,6 +109,7 @@ contains
             statistics%reason = reason_max_restarts
             exit
          end if
+         statistics%restarts = statistics%restarts + 1
          call truncate(d, ritz, options, statistics)
          if (ritz%settled) call fresh_direction(operator, options, d, d%locked, statistics, error)
          if (allocated(error)) return
@@ -307,12 +308,10 @@ contains
       end do
    end subroutine purify
 
-   subroutine record(statistics, restart, ritz)
+   subroutine record(statistics, ritz)
       type(krylov_statistics_type), intent(inout) :: statistics
-      integer, intent(in) :: restart
       type(ritz_type), intent(in) :: ritz
 
-      statistics%restarts = restart
       associate (h => statistics%history)
          h%converged = [h%converged, ritz%converged]
          h%operator_applications = [h%operator_applications, statistics%operator_applications]
