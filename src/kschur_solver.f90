@@ -310,7 +310,7 @@ contains
          allocate (motions(problem%unknowns(), 0), multipliers(problem%multipliers(), 0))
       end if
       call new_deflation(deflation, problem, motions)
-      allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], deflation%decay > 0))
+      allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], abs(deflation%decay) > 0))
       k = size(motions, 2)
       l = size(decaying)
       allocate (rigid%lambda(k + l), source=(0.0_wp, 0.0_wp))
