@@ -147,9 +147,15 @@ contains
       type(complex_quadratic_type), allocatable :: quadratic
       type(real_quadratic_type), allocatable :: real_quadratic
       type(symmetric_transform_type), allocatable :: symmetric
+      ! What is deflated cannot be seen in the factors.
+      real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
       real(wp) :: factors(problem%multipliers()), unit
 
       result%shift = shift
+      if (any(abs(deflation%eigenvalues() - shift) <= rounding*abs(shift))) then
+         call new_error(error, error_singular, "the shift is the eigenvalue of a rigid motion; move it a little")
+         return
+      end if
       factors = constraint_factors(problem, options%constraint_scaling, shift)
       unit = scale(1.0_wp, exponent(max(abs(shift), first_scale(problem))))
       allocate (mumps_complex_type :: solver)

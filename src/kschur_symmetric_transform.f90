@@ -98,12 +98,15 @@ contains
       n = self%operator%order()
       allocate (x(n, 1), source=reshape([(1 + mod(7*i, 11)/11.0_wp, i=1, n)], [n, 1]))
       allocate (y(n, 1), xi(size(self%operator%factors), 1), f(n, 1))
+      call self%operator%apply_metric(x, f, error)
+      size_of_f = maxval(abs(f))
+      ! The operator gives the part of a solution that is not deflated.
+      call self%operator%deflation%project(x)
       call self%operator%apply_with_multipliers(x, y, xi, error)
       if (allocated(error)) return
       associate (p => self%operator%problem)
          f = 0
          call p%mass%add_product(-1.0_wp, x, f)
-         size_of_f = maxval(abs(f))
          call p%stiffness%add_product(1.0_wp, y, f)
          call p%mass%add_product(-real(self%shift, wp), y, f)
          call p%constraints%add_transposed_product(1.0_wp, xi, f)
