@@ -106,14 +106,14 @@ contains
       coefficients = 0
       do attempt = 1, attempts
          call random_vector(d%random_state, d%basis(:, k + 1))
-         call orthogonalize(operator, d, k, 0.0_wp, coefficients, length, error)
+         call orthogonalize(operator, d, k, 0.0_wp, .true., coefficients, length, error)
          do i = 1, options%filter
             if (allocated(error) .or. .not. length > 0) exit
             x(:, 1) = d%basis(:, k + 1)
             call operator%apply(x, d%basis(:, k + 1:k + 1), error)
             if (allocated(error)) return
             statistics%operator_applications = statistics%operator_applications + 1
-            call orthogonalize(operator, d, k, breakdown*d%scale, coefficients, length, error)
+            call orthogonalize(operator, d, k, breakdown*d%scale, .true., coefficients, length, error)
          end do
          if (allocated(error) .or. length > 0) return
       end do
@@ -122,12 +122,15 @@ contains
 
    ! Orthonormalises column k+1 against columns 1..k by classical Gram-Schmidt;
    ! `length` is the B-norm that was left, zero where nothing but rounding is.
-   subroutine orthogonalize(operator, d, k, negligible, coefficients, length, error)
+   subroutine orthogonalize(operator, d, k, negligible, fresh, coefficients, length, error)
       class(symmetric_operator_type), intent(inout) :: operator
       type(decomposition_type), intent(inout) :: d
       integer, intent(in) :: k
       ! A B-norm that is rounding of what the column was made of.
       real(wp), intent(in) :: negligible
+      ! Whether the column may lie in the null space of B, as a random one may. A Lanczos vector
+      ! gathers a part there too, which grows from step to step and does no harm until the end.
+      logical, intent(in) :: fresh
       ! What was subtracted is added to the first k.
       real(wp), intent(inout) :: coefficients(:)
       real(wp), intent(out) :: length
@@ -147,8 +150,8 @@ contains
             before = sqrt(max(ddot(n, y, 1, d%image, 1), 0.0_wp))
             y_squared = max(ddot(n, y, 1, y, 1), tiny(1.0_wp))
             d%metric_scale = max(d%metric_scale, before**2/y_squared)
-            smallest = max(smallest, merge(breakdown*before, 0.0_wp, pass == 1), &
-               sqrt(breakdown*d%metric_scale*y_squared))
+            if (pass == 1) smallest = max(smallest, breakdown*before)
+            if (fresh) smallest = max(smallest, sqrt(breakdown*d%metric_scale*y_squared))
             length = 0
             if (.not. before > smallest) exit
             call dgemv("T", n, k, 1.0_wp, d%basis, n, d%image, 1, 0.0_wp, correction, 1)
@@ -190,7 +193,7 @@ contains
             "the operator made a vector that is not finite")
          if (allocated(error)) return
          d%scale = max(d%scale, maxval(abs(coefficients(:k))))
-         call orthogonalize(operator, d, k, breakdown*d%scale, coefficients, d%beta, error)
+         call orthogonalize(operator, d, k, breakdown*d%scale, .false., coefficients, d%beta, error)
          if (allocated(error)) return
          statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
          d%projected(:k, k) = coefficients(:k)
