@@ -16,6 +16,8 @@ module kschur_refine
    ! Where a mode is factored, from its eigenvalue, relative to that: near, but not singular.
    real(wp), parameter :: offset = 1.0e-6_wp
    integer, parameter :: steps = 5
+   ! A shape further from the one it began with, by the cosine of the angle, is that of another mode.
+   real(wp), parameter :: same_shape = 0.9_wp
 
 contains
 
@@ -25,8 +27,8 @@ contains
    !>     [P(s) Cq^T; Cq 0] [y; eta] = [((s + lambda) M + R) phi; 0]
    !>
    !> is solved by y = phi/(s - lambda), eta = xi/(s - lambda) if the pair is exact (the
-   !> divided difference of P: Ruhe, SIAM J. Numer. Anal. 10 (1973)). What gets no better
-   !> is left as it was.
+   !> divided difference of P: Ruhe, SIAM J. Numer. Anal. 10 (1973)). What gets no better, or
+   !> turns into a neighbour, which is there already, is left as it was.
    subroutine refine(problem, factors, above, solver, pairs, errors, factorizations, error)
       type(modal_problem_type), intent(in) :: problem
       !> Factor of each constraint.
@@ -42,6 +44,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: blocks(3)
       type(matrix_structure_type) :: structure
+      complex(wp), allocatable :: shape(:)
       complex(wp) :: s
       integer :: i, j, step
       logical :: better
@@ -62,8 +65,9 @@ contains
             cycle
          end if
          factorizations = factorizations + 1
+         shape = pairs%phi(:, j)
          do step = 1, steps
-            call improve(problem, factors, solver, s, j, pairs, errors(j), better, error)
+            call improve(problem, factors, solver, s, j, shape, pairs, errors(j), better, error)
             if (allocated(error)) return
             if (.not. better .or. errors(j) <= above) exit
          end do
@@ -71,12 +75,14 @@ contains
    end subroutine refine
 
    ! One step on pair j.
-   subroutine improve(problem, factors, solver, s, j, pairs, error_before, better, error)
+   subroutine improve(problem, factors, solver, s, j, shape, pairs, error_before, better, error)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: factors(:)
       class(complex_linear_solver_type), intent(inout) :: solver
       complex(wp), intent(in) :: s
       integer, intent(in) :: j
+      ! The shape before the first step.
+      complex(wp), intent(in) :: shape(:)
       type(eigenpairs_type), intent(inout) :: pairs
       real(wp), intent(inout) :: error_before
       logical, intent(out) :: better
@@ -107,7 +113,7 @@ contains
       allocate (pair%xi(size(factors), 1))
       pair%xi(:, 1) = factors*(factor*rhs(n + 1:, 1))
       errors = backward_errors(problem, pair)
-      better = errors(1) < error_before
+      better = errors(1) < error_before .and. abs(dot_product(shape, pair%phi(:, 1))) >= same_shape*norm2(abs(shape))
       if (.not. better) return
       error_before = errors(1)
       pairs%lambda(j) = pair%lambda(1)
