@@ -7,6 +7,9 @@ module kschur_deflation
    private
    public :: deflation_type, new_deflation
 
+   ! What a projection leaves of a vector below this part of it is rounding.
+   real(wp), parameter :: nothing_left = 100*epsilon(1.0_wp)
+
    !> Rigid motions N with R N = M N diag(decay): they have the eigenvalues 0 and
    !> -decay, and the motions M-orthogonal to them are a problem of their own. Without
    !> this a decay of zero is a Jordan block, that an iteration sees as a ring of
@@ -20,7 +23,7 @@ module kschur_deflation
       !> All eigenvalues (1/s).
       procedure :: eigenvalues
       procedure, private :: project_real, project_complex
-      !> Makes each column of a block M-orthogonal to N.
+      !> Makes each column of a block M-orthogonal to N; zero where nothing but rounding is left.
       generic :: project => project_real, project_complex
    end type deflation_type
 
@@ -77,7 +80,7 @@ contains
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
       ! OpenBLAS reads a few entries beyond the end.
-      real(wp) :: coefficients(size(self%decay) + 4)
+      real(wp) :: coefficients(size(self%decay) + 4), before
       integer :: n, k, j
 
       n = size(x, 1)
@@ -85,20 +88,25 @@ contains
       if (k == 0) return
       coefficients = 0
       do j = 1, size(x, 2)
+         before = norm2(x(:, j))
          call dgemv("T", n, k, 1.0_wp, self%images, n, x(:, j), 1, 0.0_wp, coefficients, 1)
          call dgemv("N", n, k, -1.0_wp, self%shapes, n, coefficients, 1, 1.0_wp, x(:, j), 1)
+         if (norm2(x(:, j)) <= nothing_left*before) x(:, j) = 0
       end do
    end subroutine project_real
 
    pure subroutine project_complex(self, x)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: x(:, :)
+      real(wp) :: before
       integer :: i, j
 
       do j = 1, size(x, 2)
+         before = norm2(abs(x(:, j)))
          do i = 1, size(self%decay)
             x(:, j) = x(:, j) - dot_product(self%images(:, i), x(:, j))*self%shapes(:, i)
          end do
+         if (norm2(abs(x(:, j))) <= nothing_left*before) x(:, j) = 0
       end do
    end subroutine project_complex
 end module kschur_deflation
