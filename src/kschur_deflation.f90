@@ -59,7 +59,8 @@ contains
       if (problem%damping_kind == damping_proportional) decay = problem%alpha
       do i = 1, k
          associate (level => problem%damping%infinity_norm()*maxval(abs(shapes(:, i))))
-            if (maxval(abs(dampers(:, i))) <= rounding*level) decay(i) = 0
+            if (problem%damping_kind /= damping_proportional .and. maxval(abs(dampers(:, i))) <= rounding*level) &
+               decay(i) = 0
             if (maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) > rounding*level) separate(i) = .false.
          end associate
       end do

@@ -105,6 +105,9 @@ contains
             obstacle = "its mass matrix has negative eigenvalues"
          else if (solver%null_pivots > 0 .and. abs(problem%beta) > 0) then
             obstacle = "its mass matrix is singular, so that damping by stiffness makes modes that it lacks without"
+         else if (solver%null_pivots > count(.not. problem%mass%row_maxima() > 0)) then
+            ! A Krylov space in the inner product of M does not see what rounding leaves in such motions.
+            obstacle = "its mass matrix is singular in motions of several unknowns"
          end if
       end if
    end subroutine find_obstacle

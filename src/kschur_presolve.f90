@@ -82,6 +82,9 @@ contains
          call reduce(plan, problem%damping, problem%symmetric, damping, error)
       end if
       if (.not. allocated(error)) call new_modal_problem(reduced, mass, stiffness, error, damping, constraints)
+      reduced%damping_kind = problem%damping_kind
+      reduced%alpha = problem%alpha
+      reduced%beta = problem%beta
       call add_context(error, "without the clamped and tied unknowns")
    end subroutine presolve
 

@@ -201,10 +201,12 @@ contains
       result%factorizations = result%factorizations + certificate%factorizations
       result%seconds%analyze = result%seconds%analyze + certificate%analyze_seconds
       result%seconds%factorize = result%seconds%factorize + certificate%factorize_seconds
+      result%certified = certified_unknown
+      if (result%reason /= reason_converged) return
       result%certified = certificate%verdict
       if (certificate%verdict /= certified_yes) return
       furthest = maxval(min(abs(result%eigenvalues - result%target), abs(conjg(result%eigenvalues) - result%target)))
-      if (result%reason /= reason_converged .or. furthest > (1 + 2*same_distance)*certificate%reach) &
+      if (furthest > (1 + 2*same_distance)*certificate%reach) &
          result%certified = certified_unknown
    end subroutine certify
 
@@ -255,11 +257,12 @@ contains
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: good_enough = 1.0e-13_wp
+      real(wp) :: good_enough
       type(mumps_complex_type) :: solver
       type(eigenpairs_type) :: pairs
       real(wp), allocatable :: errors(:)
 
+      good_enough = max(1.0e-13_wp, options%tolerance/10)
       if (.not. any(result%backward_error > good_enough)) return
       allocate (errors, source=result%backward_error)
       call move_alloc(result%eigenvalues, pairs%lambda)
