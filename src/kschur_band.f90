@@ -50,6 +50,7 @@ contains
    !> modes with |lambda| <= 2 pi last are computed, nearest to zero first, and those in
    !> the band kept: what is below the band costs as much as what is in it, the faster root
    !> of an overdamped oscillator may be outside, and `certified` is unknown.
+   !> The shift, the solver and its factors are those of the last part or attempt.
    !>
    !> Fails as `solve_modes` does, and where there are more than 10,000 modes in the
    !> band, or 2,000 below its end where they cannot be counted.
@@ -184,9 +185,6 @@ contains
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
-      ! Seen from the middle, zeros are as far as the end of a part that begins this near to them.
-      real(wp), parameter :: near_zero = 0.01_wp
-      integer, parameter :: few = 100
       ! A shift is an eigenvalue once at most.
       real(wp), parameter :: offsets(3) = [0.0_wp, 1.0e-3_wp, -2.0e-3_wp]
       type(modal_options_type) :: own
@@ -198,7 +196,7 @@ contains
       own%formulation = formulation_symmetric
       own%left = .false.
       expected = part%below_to - part%below_from
-      if (.not. part%from > 0 .or. (part%from < near_zero*part%to .and. part%below_from <= few)) then
+      if (part%is_lowest()) then
          own%modes = part%below_to
          own%target = 0
          call solve_modes(undamped, own, found, error, monitor)

@@ -27,6 +27,10 @@ module kschur_band_parts
       real(wp) :: from = 0, to = 0
       !> How many omega are below either end, zeros included.
       integer :: below_from = 0, below_to = 0
+   contains
+      !> Whether the part is best found with all that is below it. From its middle, zeros
+      !> would be as far as its ends.
+      procedure :: is_lowest
    end type part_type
 
 contains
@@ -79,10 +83,20 @@ contains
       type(part_type), allocatable, intent(inout) :: parts(:)
       type(modal_result_type), intent(inout) :: result
       real(wp), parameter :: places(5) = [0.5_wp, 0.4_wp, 0.6_wp, 0.3_wp, 0.7_wp]
+      ! The middle of a part wider than this may be far from its modes.
+      real(wp), parameter :: wide = 4
       real(wp) :: middle
       integer :: i, left, right
 
       if (part%below_to == part%below_from) return
+      if (.not. part%is_lowest() .and. part%to > wide*part%from) then
+         middle = (part%from + part%to)/2
+         call count_at(problem, middle**2, left, result)
+         if (left == part%below_to) then
+            call cut(problem, part_type(part%from, middle, part%below_from, left), parts, result)
+            return
+         end if
+      end if
       if (part%below_to - part%below_from > enough .and. part%to - part%from > narrow*part%to) then
          do i = 1, size(places)
             middle = part%from + places(i)*(part%to - part%from)
@@ -96,6 +110,13 @@ contains
       end if
       parts = [parts, part]
    end subroutine cut
+
+   pure logical function is_lowest(self)
+      class(part_type), intent(in) :: self
+      real(wp), parameter :: near_zero = 0.01_wp
+
+      is_lowest = self%from <= near_zero*self%to .and. self%below_from <= enough
+   end function is_lowest
 
    subroutine count_at(problem, theta, below, result)
       type(modal_problem_type), intent(in) :: problem
