@@ -23,6 +23,8 @@ module cli_arguments
       procedure :: take_positive
       !> Takes the value RE or RE,IM of option `--name`; not allocated where it was not given.
       procedure :: take_complex
+      !> Takes the two numbers A,B of option `--name`; not allocated where it was not given.
+      procedure :: take_pair
       !> Takes a name out of a list, as its position from 0; unchanged where it was not given.
       procedure :: take_choice
       !> Takes the first word that is no option; not allocated where there is none.
@@ -166,6 +168,24 @@ contains
       if (.not. ok) call new_error(error, error_usage, name//" wants a number RE or two, RE,IM, not '"//word//"'")
       allocate (value, source=cmplx(re, im, wp))
    end subroutine take_complex
+
+   subroutine take_pair(self, name, values, error)
+      class(arguments_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(out) :: values(:)
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: word
+      integer :: comma
+      logical :: first_ok, ok
+
+      call self%take_text(name, word, error, "two numbers A,B")
+      if (allocated(error) .or. .not. allocated(word)) return
+      allocate (values(2), source=0.0_wp)
+      comma = index(word//",", ",")
+      call read_real(word(:comma - 1), values(1), first_ok)
+      call read_real(word(comma + 1:), values(2), ok)
+      if (.not. (first_ok .and. ok)) call new_error(error, error_usage, name//" wants two numbers A,B, not '"//word//"'")
+   end subroutine take_pair
 
    subroutine take_choice(self, name, choices, value, error, planned)
       class(arguments_type), intent(inout) :: self

@@ -60,6 +60,7 @@ contains
          "  --modes N              how many; a complex-conjugate pair is one (10)", &
          "  --target RE[,IM]       the modes nearest to this lambda, in 1/s (0)", &
          "  --frequency HZ         the same as --target 0,(2 pi HZ)", &
+         "  --band F1,F2           all modes whose natural frequency is in this band, in Hz", &
          "  --shift RE[,IM]        where to factor, in 1/s (chosen near the target)", &
          "  --method NAME          auto, krylov-schur (auto)", &
          "  --formulation NAME     auto, undamped, undamped-negative, undamped-constrained,", &

@@ -23,6 +23,7 @@ contains
       call print_line(' "method": '//string(result%method)//', "formulation": '// &
          string(formulation_names(result%formulation))//',')
       call print_line(' "target": '//pair(result%target)//', "shift": '//pair(result%shift)//',')
+      if (allocated(result%band)) call print_line(' "band": '//pair(cmplx(result%band(1), result%band(2), wp))//',')
       call print_line(' "reason": '//string(reason_names(result%reason))//', "certified": '// &
          certified(result%certified)//',')
       call print_line(' "modes": [')

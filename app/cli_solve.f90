@@ -7,7 +7,7 @@ module cli_solve
    use cli_system, only: check_output, check_writable_folder, complain, peak_memory_bytes, set_threads
    use kschur, only: error_type, error_usage, formulation_names, modal_options_type, modal_problem_type, &
       modal_result_type, inner_names, new_error, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts, &
-      reason_names, scaling_names, solve_modes, text, wp, write_hdf5_result
+      reason_names, scaling_names, solve_band, solve_modes, text, wp, write_hdf5_result
    implicit none
    private
    public :: solve_command
@@ -16,6 +16,8 @@ module cli_solve
    type :: request_type
       type(input_type) :: input
       type(modal_options_type) :: options
+      !> All modes of a band of frequencies (Hz); not allocated: those nearest to a target.
+      real(wp), allocatable :: band(:)
       !> Where to write the result; not allocated: nowhere.
       character(len=:), allocatable :: output
       integer :: format = 0
@@ -47,7 +49,11 @@ contains
       call read_problem(request%input, problem, error)
       if (.not. allocated(error)) then
          call progress%show(text(problem%unknowns())//" unknowns, "//text(problem%multipliers())//" constraints")
-         call solve_modes(problem, request%options, result, error, progress)
+         if (allocated(request%band)) then
+            call solve_band(problem, request%band(1), request%band(2), request%options, result, error, progress)
+         else
+            call solve_modes(problem, request%options, result, error, progress)
+         end if
       end if
       call progress%show("")
       if (allocated(error)) return
@@ -57,8 +63,8 @@ contains
       call print_result(result, request%format, request%verbose)
       call check_output(error)
       if (allocated(error)) return
-      complete = result%reason == reason_converged .and. size(result%eigenvalues) >= request%options%modes
-      if (.not. complete) call complain(shortfall(result, request%options%modes))
+      complete = result%reason == reason_converged .and. size(result%eigenvalues) >= result%modes_asked
+      if (.not. complete) call complain(shortfall(result))
       if (request%options%left) call complain_of_left(result)
    end subroutine solve_command
 
@@ -70,9 +76,7 @@ contains
       integer :: presolve
 
       associate (options => request%options)
-         call arguments%take_integer("--modes", 1, options%modes, error)
-         call take_target(arguments, options, error)
-         call arguments%take_complex("--shift", options%shift, error)
+         call take_wanted(arguments, options, request%band, error)
          call arguments%take_choice("--formulation", formulation_names, options%formulation, error, &
             planned=[character(len=25) :: "undamped-constrained-zero", "damped-constrained-zero"])
          call arguments%take_choice("--constraint-scaling", scaling_names, options%constraint_scaling, error)
@@ -102,22 +106,32 @@ contains
          call new_error(error, error_usage, "--output "//request%output//" would replace the problem")
    end subroutine take_request
 
-   subroutine take_target(arguments, options, error)
+   ! Which modes: so many nearest to a target, or all of a band.
+   subroutine take_wanted(arguments, options, band, error)
       type(arguments_type), intent(inout) :: arguments
       type(modal_options_type), intent(inout) :: options
+      real(wp), allocatable, intent(out) :: band(:)
       type(error_type), allocatable, intent(inout) :: error
       real(wp), parameter :: two_pi = 8*atan(1.0_wp)
       complex(wp), allocatable :: target
       real(wp), allocatable :: frequency
+      integer :: modes
 
+      modes = 0
+      call arguments%take_integer("--modes", 1, modes, error)
+      call arguments%take_complex("--shift", options%shift, error)
+      call arguments%take_pair("--band", band, error)
       call arguments%take_complex("--target", target, error)
       call arguments%take_positive("--frequency", frequency, error)
       if (allocated(error)) return
       if (allocated(target) .and. allocated(frequency)) &
          call new_error(error, error_usage, "--target and --frequency exclude each other")
+      if (allocated(band) .and. (modes > 0 .or. allocated(target) .or. allocated(frequency) .or. allocated(options%shift))) &
+         call new_error(error, error_usage, "--band excludes --modes, --target, --frequency and --shift")
+      if (modes > 0) options%modes = modes
       if (allocated(target)) options%target = target
       if (allocated(frequency)) options%target = cmplx(0.0_wp, two_pi*frequency, wp)
-   end subroutine take_target
+   end subroutine take_wanted
 
    ! Options that stand in the interface but whose features come later.
    subroutine refuse_planned(arguments, error)
@@ -135,12 +149,11 @@ contains
          " is not in this version, which knows blocks of 1")
    end subroutine refuse_planned
 
-   function shortfall(result, asked) result(sentence)
+   function shortfall(result) result(sentence)
       type(modal_result_type), intent(in) :: result
-      integer, intent(in) :: asked
       character(len=:), allocatable :: sentence
 
-      sentence = text(size(result%eigenvalues))//" of "//text(asked)//" modes: "
+      sentence = text(size(result%eigenvalues))//" of "//text(result%modes_asked)//" modes: "
       select case (result%reason)
       case (reason_max_restarts)
          sentence = sentence//"the others had not converged when the restarts ran out; "// &

@@ -19,6 +19,8 @@ contains
       call print_header(result)
       if (verbose .and. allocated(result%inner)) call print_line("inner    "//result%inner)
       if (size(result%eigenvalues) > 0) call print_modes(result)
+      if (allocated(result%band) .and. size(result%eigenvalues) == 0) call print_line("         no mode between "// &
+         rounded(result%band(1))//" and "//rounded(result%band(2))//" Hz")
       call print_effort(result)
       if (verbose) call print_details(result)
    end subroutine print_table

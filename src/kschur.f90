@@ -10,6 +10,10 @@
 !>     print *, result%frequency_hz, result%damping_ratio
 !>     call write_hdf5_result(result, "modes.h5", error)
 !>
+!> All modes from 10 to 50 Hz instead of the nearest ones:
+!>
+!>     call solve_band(problem, 10.0_wp, 50.0_wp, modal_options_type(), result, error)
+!>
 !> Eigenvalues of a pencil of the paper's Table 1 without a modal problem's
 !> choices, the largest ones, say:
 !>
@@ -22,6 +26,7 @@
 !> sentence. The library never stops and never prints. Not converging is not
 !> an error: `result%reason` tells.
 module kschur
+   use kschur_band, only: solve_band
    use kschur_direct_operator, only: direct_operator_type, new_direct_operator
    use kschur_error, only: error_type, new_error, add_context, error_usage, error_input, error_file, &
       error_memory, error_singular, error_library

@@ -9,15 +9,11 @@
 !> matrices Gould, Math. Prog. 32, 1985.)
 module kschur_certificate
    use kschur_census, only: census_type
-   use kschur_error, only: error_type
+   use kschur_inertia, only: count_below
    use kschur_kinds, only: wp
-   use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
-   use kschur_options, only: scaling_row
+   use kschur_linear_solver, only: linear_solver_type, real_linear_solver_type
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes
    use kschur_problem, only: modal_problem_type
-   use kschur_saddle, only: symmetric_saddle
-   use kschur_scaling, only: constraint_factors
-   use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
    use kschur_spectral_map, only: spectral_map_type
    implicit none
    private
@@ -32,8 +28,6 @@ module kschur_certificate
    real(wp), parameter :: wide = 1.0e-2_wp, narrow = 1.0e-5_wp
    ! An iterated zero may be off by this, relative to the root of the shift.
    real(wp), parameter :: nearly_zero = 1.0e-4_wp
-   ! Of the constraints, relative to the stiffness.
-   real(wp), parameter :: compliance = 1.0e-8_wp
    real(wp), parameter :: infinity = huge(1.0_wp)
 
    !> What is proved, and what it took.
@@ -286,39 +280,18 @@ contains
       end do
    end function clear_gap
 
-   ! Negative eigenvalues of K - theta M on the motions that the constraints allow;
-   ! -1 where they cannot be told. A little compliance of the constraints makes every
-   ! one of their pivots negative, those of redundant rows too, which would be
-   ! rounding. It lowers each eigenvalue by some `compliance` of itself. The motions it
-   ! lets in are far above theta: the constraints are scaled to the level of K and theta M.
+   ! Negative directions at theta; -1 where they cannot be told.
    integer function negative_at(self, theta) result(negative)
       class(inertia_census_type), intent(inout) :: self
       real(wp), intent(in) :: theta
       class(real_linear_solver_type), allocatable :: solver
-      type(csr_matrix_type) :: matrix, parts(2)
-      type(matrix_structure_type) :: structure
-      type(error_type), allocatable :: error
-      real(wp) :: factors(self%problem%multipliers())
-      integer :: n, m, i
 
-      negative = -1
-      n = self%problem%unknowns()
-      m = self%problem%multipliers()
-      factors = constraint_factors(self%problem, scaling_row, sqrt(cmplx(theta, 0, wp)))
-      call symmetric_saddle(self%problem, factors, theta, parts(1), structure, error)
-      if (.not. allocated(error)) call new_csr_from_triplets(parts(2), n + m, n + m, [(n + i, i=1, m)], &
-         [(n + i, i=1, m)], -compliance*factors*self%problem%constraints%row_maxima(), error)
-      if (allocated(error)) return
-      matrix = linear_combination([1.0_wp, 1.0_wp], parts)
       allocate (solver, mold=self%solver)
-      call solver%factorize(matrix, structure, error)
-      if (allocated(error)) return
+      call count_below(self%problem, theta, solver, negative)
       associate (c => self%certificate)
          c%factorizations = c%factorizations + 1
          c%analyze_seconds = c%analyze_seconds + solver%analyze_seconds
          c%factorize_seconds = c%factorize_seconds + solver%factorize_seconds
       end associate
-      ! A null pivot: theta is an eigenvalue.
-      if (solver%null_pivots == 0) negative = max(solver%negative_pivots - m, -1)
    end function negative_at
 end module kschur_certificate

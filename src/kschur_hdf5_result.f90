@@ -9,6 +9,7 @@ module kschur_hdf5_result
    use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, open_hdf5_file, create_hdf5_file, &
       close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
+   use kschur_kinds, only: wp
    use kschur_options, only: formulation_names, index_of_name, inner_names, scaling_names
    use kschur_problem, only: damping_names
    use kschur_result, only: modal_result_type, certified_names, history_type, kind_names, reason_names
@@ -108,6 +109,10 @@ contains
       call write_attribute(file, root, "reason", trim(reason_names(result%reason)), error)
       call write_attribute(file, root, "certified", trim(certified_names(result%certified)), error)
       call write_attribute(file, root, "modes_asked", result%modes_asked, error)
+      if (allocated(result%band)) then
+         call write_attribute(file, root, "band_first_hz", result%band(1), error)
+         call write_attribute(file, root, "band_last_hz", result%band(2), error)
+      end if
       call write_attribute(file, root, "operator_applications", result%operator_applications, error)
       call write_attribute(file, root, "restarts", result%restarts, error)
       call write_attribute(file, root, "factorizations", result%factorizations, error)
@@ -268,6 +273,11 @@ contains
       end associate
       if (has("inner")) call read_attribute(result%inner, file, root, "inner", error)
       if (has("certified")) call read_name(result%certified, file, "certified", certified_names, error)
+      if (has("band_first_hz")) then
+         allocate (result%band(2), source=0.0_wp)
+         call read_attribute(result%band(1), file, root, "band_first_hz", error)
+         call read_attribute(result%band(2), file, root, "band_last_hz", error)
+      end if
       if (has("peak_memory_bytes")) &
          call read_attribute(result%peak_memory_bytes, file, root, "peak_memory_bytes", error)
 

@@ -11,7 +11,8 @@ module kschur_modes
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
-   public :: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes, backward_errors, real_tolerance, same_value
+   public :: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes, sort_by_distance, backward_errors
+   public :: real_tolerance, same_value
 
    !> An imaginary part below this, relative to the eigenvalue, is rounding.
    real(wp), parameter :: real_tolerance = 1.0e-8_wp
@@ -389,6 +390,7 @@ contains
       distances = min(abs(lambda - target), abs(conjg(lambda) - target))
    end function distances
 
+   !> Sorts positions in a list of eigenvalues by the distance of the nearer of the pair from a target.
    subroutine sort_by_distance(lambda, target, order)
       complex(wp), intent(in) :: lambda(:), target
       integer, intent(inout) :: order(:)

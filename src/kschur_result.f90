@@ -72,10 +72,13 @@ module kschur_result
       type(modal_options_type) :: options
       !> One of `reason_*`: why the iteration ended.
       integer :: reason = reason_converged
-      !> One of `certified_*`: whether it is proved that the modes are the nearest to the target, none missing.
+      !> One of `certified_*`: whether it is proved that the modes are the nearest to the target, or all of
+      !> the band, none missing.
       integer :: certified = certified_unknown
-      !> Number of modes that were asked for.
+      !> Number of modes that were asked for; of a band how many it holds, as far as that is known.
       integer :: modes_asked = 0
+      !> The band of natural frequencies (Hz) whose modes these are; not allocated where no band was asked for.
+      real(wp), allocatable :: band(:)
       !> What was known of the problem: n, m, symmetry, damping (`damping_*`).
       integer :: unknowns = 0, constraints = 0, damping_kind = 0
       logical :: symmetric = .false.

@@ -29,7 +29,7 @@ module kschur_solver
    use kschur_transposed, only: new_transposed_transform, transpose_problem
    implicit none
    private
-   public :: solve_modes
+   public :: solve_modes, check_options, find_rigid, modes_of, undo_presolve
 
 contains
 
@@ -183,6 +183,7 @@ contains
       result%seconds%orthogonalize = result%seconds%orthogonalize + left%seconds%orthogonalize
    end subroutine find_left_modes
 
+   !> The modes of a result as eigenpairs.
    function modes_of(result) result(pairs)
       type(modal_result_type), intent(in) :: result
       type(eigenpairs_type) :: pairs
@@ -210,6 +211,7 @@ contains
          result%certified = certified_unknown
    end subroutine certify
 
+   !> Fails on options that no problem fits.
    subroutine check_options(options, error)
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(out) :: error
@@ -275,7 +277,7 @@ contains
       call replace_modes(problem, pairs, errors, result)
    end subroutine polish
 
-   ! Shapes and multipliers of the problem as given.
+   !> Shapes and multipliers of the problem as given.
    subroutine undo_presolve(problem, plan, pairs)
       type(modal_problem_type), intent(in) :: problem
       type(presolve_type), intent(in) :: plan
@@ -289,7 +291,7 @@ contains
       call move_alloc(xi, pairs%xi)
    end subroutine undo_presolve
 
-   ! The eigenvalue zero, and what can be deflated with it.
+   !> The eigenvalue zero, and what can be deflated with it.
    subroutine find_rigid(problem, possible, deflation, rigid, result, error)
       type(modal_problem_type), intent(in) :: problem
       !> Whether to look at all.

@@ -105,7 +105,7 @@ def test_help(_):
         run = kschur(*words)
         check(f"{' '.join(words)}: explains", run.returncode == 0 and "kschur" in run.stdout and not run.stderr, run)
     check("help solve: every option", all(option in kschur("help", "solve").stdout for option in (
-        "--modes --target --frequency --shift --method --formulation --inner --subspace --tolerance --max-restarts "
+        "--modes --target --frequency --band --shift --method --formulation --inner --subspace --tolerance --max-restarts "
         "--constraint-scaling --left --mass --stiffness --damping --constraints --output --format --quiet --verbose "
         "--threads").split()))
     possible = re.search("wants one of (.*), not 'best'", kschur("solve", DATA, "--formulation", "best").stderr)
@@ -202,6 +202,27 @@ def test_certificate(folder):
     result, _ = solve(folder / "free-grid.h5", "--modes", 6)
     check("rigid-body modes, certified", result["certified"] is True
           and [mode["kind"] for mode in result["modes"]] == ["rigid"] * 6, result)
+
+
+def test_band(folder):
+    hertz = [math.sqrt(-value if value < 0 else value) / (2 * math.pi) for value in BEAM_BODY]
+    problem, output = folder / "undamped.h5", folder / "band.h5"
+    result, run = solve(problem, "--band", f"{hertz[4]},5", "--output", output)
+    check_values("--band: all modes from its lower edge on, in order", [m["frequency_hz"] for m in result["modes"]],
+                 [f for f in hertz[4:] if f < 5])
+    check("--band: counted", result["certified"] is True and run.stderr == "", run)
+    check("--band: in JSON", result["band"] == [hertz[4], 5] and result["target"] == [0, 2 * math.pi * hertz[4]], result)
+    again = json.loads(kschur("info", output, "--format", "json").stdout)
+    check("--band: in the result file", again["band"] == result["band"] and again["modes"] == result["modes"], again)
+    result, _ = solve(problem, "--band", f"{hertz[4]},5", "--formulation", "undamped-constrained")
+    check_values("--band: of a pencil", [m["frequency_hz"] for m in result["modes"]], [f for f in hertz[4:] if f < 5])
+    check("--band: not counted", result["certified"] is None, result)
+    run = kschur("solve", problem, "--band", "0.2,0.25", "--output", output)
+    check("--band without modes: a success that says so", run.returncode == 0 and run.stderr == ""
+          and "no mode between 0.2 and 0.25 Hz\n" in run.stdout and "certified" in run.stdout, run)
+    run = kschur("info", output)
+    check("--band without modes: in the result file", "no mode between 0.2 and 0.25 Hz\n" in run.stdout, run)
+    check("no band in JSON where none was asked for", "band" not in solve(problem)[0])
 
 
 def test_rigid_modes(folder):
@@ -361,6 +382,10 @@ def test_wrong_usage(folder):
             (["solve", problem, "--tolerance", "nan"], "--tolerance"), (["solve", problem, "--tolerance", "1e999"], "--tolerance"),
             (["solve", problem, "--target", "1,2,3"], "--target"), (["solve", problem, "--shift", "one"], "--shift", "RE,IM"),
             (["solve", problem, "--target", "1", "--frequency", "1"], "--target", "--frequency"),
+            (["solve", problem, "--band", "1"], "--band", "A,B", "'1'"), (["solve", problem, "--band", "1,2,3"], "--band"),
+            (["solve", problem, "--band", "2,1"], "band", "above"), (["solve", problem, "--band", "-1,1"], "band", "at least 0"),
+            *[(["solve", problem, "--band", "1,2", option, "1"], "--band", option)
+              for option in ("--modes", "--target", "--frequency", "--shift")],
             (["solve", problem, "--frequency", "-1"], "--frequency"), (["solve", problem, "--threads", "0"], "--threads"),
             (["solve", problem, "--colour", "red"], "--colour"), (["solve", problem, problem], "undamped.h5"),
             (["solve", problem, "--quiet", "--verbose"], "--quiet"), (["solve", problem, "--output", problem], "--output"),
@@ -525,7 +550,7 @@ def test_progress(folder):
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        for test in (test_help, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate,
+        for test in (test_help, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate, test_band,
                      test_rigid_modes, test_csv, test_result_file, test_left, test_info, test_presolve_option,
                      test_restarts_run_out, test_more_modes_than_exist, test_wrong_usage,
                      test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,

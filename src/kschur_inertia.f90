@@ -1,0 +1,54 @@
+!> Counts of eigenvalues by Sylvester's law of inertia.
+module kschur_inertia
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
+   use kschur_options, only: scaling_row
+   use kschur_problem, only: modal_problem_type
+   use kschur_saddle, only: symmetric_saddle
+   use kschur_scaling, only: constraint_factors
+   use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
+   implicit none
+   private
+   public :: count_below
+
+   ! Of the constraints, relative to the stiffness.
+   real(wp), parameter :: compliance = 1.0e-8_wp
+
+contains
+
+   !> Negative eigenvalues of K - theta M on the motions that the constraints allow, of
+   !> a symmetric problem: where M is semidefinite, the number of theta = omega^2 below
+   !> this one, but for a number that does not depend on it. -1 where they cannot be told.
+   !>
+   !> A little compliance of the constraints makes every one of their pivots negative,
+   !> those of redundant rows too, which would be rounding. It lowers each eigenvalue by
+   !> some `compliance` of itself. The motions it lets in are far above theta: the
+   !> constraints are scaled to the level of K and theta M.
+   subroutine count_below(problem, theta, solver, below)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: theta
+      !> One that tells the inertia of indefinite matrices; holds other factors on return.
+      class(real_linear_solver_type), intent(inout) :: solver
+      integer, intent(out) :: below
+      type(csr_matrix_type) :: matrix, parts(2)
+      type(matrix_structure_type) :: structure
+      type(error_type), allocatable :: error
+      real(wp) :: factors(problem%multipliers())
+      integer :: n, m, i
+
+      below = -1
+      n = problem%unknowns()
+      m = problem%multipliers()
+      factors = constraint_factors(problem, scaling_row, sqrt(cmplx(theta, 0, wp)))
+      call symmetric_saddle(problem, factors, theta, parts(1), structure, error)
+      if (.not. allocated(error)) call new_csr_from_triplets(parts(2), n + m, n + m, [(n + i, i=1, m)], &
+         [(n + i, i=1, m)], -compliance*factors*problem%constraints%row_maxima(), error)
+      if (allocated(error)) return
+      matrix = linear_combination([1.0_wp, 1.0_wp], parts)
+      call solver%factorize(matrix, structure, error)
+      if (allocated(error)) return
+      ! A null pivot: theta is an eigenvalue.
+      if (solver%null_pivots == 0) below = max(solver%negative_pivots - m, -1)
+   end subroutine count_below
+end module kschur_inertia
