@@ -38,8 +38,10 @@ contains
 
    !> Factors at the shift that was given, next to a target, or, where that is
    !> small, at the scale of the lowest modes. Sets result%shift.
-   subroutine place_shift(problem, deflation, options, transform, result, error)
+   subroutine place_shift(problem, free, deflation, options, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
+      !> Whether zero is an eigenvalue.
+      logical, intent(in) :: free
       type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
       class(transform_type), allocatable, intent(out) :: transform
@@ -52,7 +54,7 @@ contains
          call refuse_complex(result%formulation, error)
       else if (allocated(options%shift)) then
          call factor_at_first(problem, deflation, options, result%formulation, beside(problem, options%shift), transform, &
-            result, error)
+            result, error, known=free .and. .not. abs(options%shift) > 0)
       else if (abs(options%target) > first_scale(problem)) then
          call factor_near_target(problem, deflation, options, transform, result, error)
       else
@@ -100,7 +102,7 @@ contains
 
    ! At the first of some shifts that is neither an eigenvalue nor so near to one that
    ! it blurs the others.
-   subroutine factor_at_first(problem, deflation, options, formulation, shifts, transform, result, error)
+   subroutine factor_at_first(problem, deflation, options, formulation, shifts, transform, result, error, known)
       type(modal_problem_type), target, intent(in) :: problem
       type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
@@ -109,9 +111,13 @@ contains
       class(transform_type), allocatable, intent(out) :: transform
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      integer :: i
+      ! Whether it is known that the first one is an eigenvalue.
+      logical, optional, intent(in) :: known
+      integer :: i, first
 
-      do i = 1, size(shifts)
+      first = 1
+      if (present(known)) first = merge(2, 1, known)
+      do i = first, size(shifts)
          call factor_at(problem, deflation, options, formulation, shifts(i), transform, result, error)
          if (.not. allocated(error)) exit
          if (error%code /= error_singular) return

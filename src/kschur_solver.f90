@@ -84,7 +84,7 @@ contains
 
       call note_problem(work, plan, result, error)
       if (.not. allocated(error)) call find_rigid(work, .true., deflation, rigid, result, error)
-      if (.not. allocated(error)) call place_shift(work, deflation, options, transform, result, error)
+      if (.not. allocated(error)) call place_shift(work, size(rigid%lambda) > 0, deflation, options, transform, result, error)
       if (allocated(error)) return
       if (presolved) call undo_presolve(problem, plan, rigid)
       call find_modes(problem, presolved, plan, deflation, rigid, transform, options, result, error, monitor)
@@ -120,6 +120,8 @@ contains
       type(krylov_statistics_type) :: statistics
       integer, parameter :: rounds = 5
       integer :: asked, missing, before, most, round, inaccurate
+      ! Whether the iteration came to infinite eigenvalues; whether it is certain that there are no more modes.
+      logical :: beyond, complete
       real(wp) :: reach
 
       call orthonormalize_zeros(rigid)
@@ -130,7 +132,8 @@ contains
          call iterate(transform, options, deflation%eigenvalues(), asked, pairs, reach, statistics, result, error, monitor)
          if (allocated(error)) return
          if (presolved) call undo_presolve(problem, plan, pairs)
-         call select_modes(problem, options, pairs, rigid, abs(result%shift), reach, result, inaccurate)
+         call select_modes(problem, options, pairs, rigid, abs(result%shift), reach, result, inaccurate, beyond)
+         complete = inaccurate == 0 .and. (beyond .or. asked == most .or. statistics%reason == reason_fewer_modes)
          missing = options%modes - size(result%eigenvalues)
          if (missing == 0 .or. missing >= before .or. asked == most .or. statistics%reason /= reason_converged) exit
          before = missing
@@ -143,7 +146,7 @@ contains
          inaccurate = 0
          result%reason = merge(reason_inaccurate, reason_converged, any(result%backward_error > inaccurate_above))
       else if (any(result%reason == [reason_converged, reason_fewer_modes])) then
-         result%reason = merge(reason_inaccurate, reason_fewer_modes, inaccurate > 0)
+         result%reason = merge(reason_fewer_modes, reason_inaccurate, complete)
       end if
       call note_inaccurate(inaccurate, result)
       call certify(transform%certificate, result)
