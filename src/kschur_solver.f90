@@ -36,8 +36,8 @@ contains
 
    !> Computes the modes nearest to a target. What converged is in `result`
    !> even where it is less than was asked for: then `result%reason` says why.
-   !> Fails on options that do not fit the problem, on a shift that is an
-   !> eigenvalue, and where memory or a library fails.
+   !> What else a user must know is in `result%notes`. Fails on options that do not fit
+   !> the problem, on a problem that is singular for every lambda, and where memory or a library fails.
    subroutine solve_modes(problem, options, result, error, monitor)
       type(modal_problem_type), target, intent(in) :: problem
       type(modal_options_type), intent(in) :: options

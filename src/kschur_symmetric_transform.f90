@@ -96,8 +96,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: acceptable = 1.0e-6_wp, blurring = 1.0e-10_wp
       ! Rounding makes deflated motions of nothing, and so much of them drowns the rest.
-      real(wp), parameter :: drowning = 10, left = 1.0e-8_wp
-      real(wp) :: size_of_x
+      real(wp), parameter :: drowning = 10, nothing = 1.0e-8_wp
       real(wp), allocatable :: x(:, :), y(:, :), rhs(:, :), f(:, :)
       logical :: singular
       integer(long) :: state
@@ -108,10 +107,10 @@ contains
       allocate (rhs(matrix%rows, 1), source=0.0_wp)
       state = 1
       call random_vector(state, x(:, 1))
-      size_of_x = norm2(x)
-      call self%operator%deflation%project(x)
+      y = x
+      call self%operator%deflation%project(y)
       ! Nothing is left to iterate on.
-      if (norm2(x) <= left*size_of_x) return
+      if (norm2(y) <= nothing*norm2(x)) return
       call self%operator%apply_metric(x, y, error)
       if (allocated(error)) return
       rhs(:n, :) = y

@@ -262,6 +262,11 @@ def test_notes(folder):
 
 
 def test_inaccurate(folder):
+    kschur("scene", "grid", "--cells", "6x4", "--output", folder / "grid-6x4.h5")
+    result, _ = solve(folder / "grid-6x4.h5", "--modes", 10, "--formulation", "damped-constrained-zero", "--shift", "1e-6")
+    expected = [0] * 6 + [-1e-3] * 4
+    check_values("a tiny shift in a formulation with spurious zeros", eigenvalues(result), expected, 1e-4)
+    check("a tiny shift: does not go on for long", result["counts"]["operator_applications"] < 1000, result["counts"])
     for formulation in ("auto", "quadratic", "damped-constrained"):
         result, run = solve(folder / "undamped.h5", "--modes", 6, "--shift", "1e10", "--formulation", formulation, status=3)
         check(f"a hopeless shift, {formulation}: the reason", result["reason"] == "inaccurate", result["reason"])
