@@ -6,8 +6,9 @@ module cli_solve
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_output, check_writable_folder, complain, peak_memory_bytes, set_threads
    use kschur, only: error_type, error_usage, formulation_names, modal_options_type, modal_problem_type, &
-      modal_result_type, inner_names, new_error, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts, &
-      reason_names, scaling_names, solve_band, solve_modes, text, wp, write_hdf5_result
+      modal_result_type, inaccurate_above, inner_names, new_error, reason_cancelled, reason_converged, reason_fewer_modes, &
+      reason_inaccurate, reason_max_restarts, reason_names, scaling_names, solve_band, &
+      solve_modes, text, wp, write_hdf5_result
    implicit none
    private
    public :: solve_command
@@ -160,6 +161,9 @@ contains
             "more --max-restarts or a larger --subspace may help"
       case (reason_fewer_modes)
          sentence = sentence//"the problem has no more"
+      case (reason_inaccurate)
+         sentence = text(count(result%backward_error <= inaccurate_above))//" of "//text(result%modes_asked)// &
+            " modes: the others are inaccurate; another --shift or none may help"
       case (reason_cancelled)
          sentence = sentence//"the computation was stopped"
       case default

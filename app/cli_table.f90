@@ -27,6 +27,7 @@ contains
 
    subroutine print_header(result)
       type(modal_result_type), intent(in) :: result
+      integer :: i
 
       call print_line("problem  "//text(result%unknowns)//" unknowns, "//text(result%constraints)// &
          " constraints, "//trim(merge("symmetric  ", "unsymmetric", result%symmetric))//", damping "// &
@@ -37,6 +38,10 @@ contains
       call print_line("because  "//result%decision)
       call print_line("modes    "//text(size(result%eigenvalues))//" of "//text(result%modes_asked)// &
          ", "//trim(reason_names(result%reason))//certified_text(result%certified))
+      if (.not. allocated(result%notes)) return
+      do i = 1, size(result%notes)
+         call print_line("note     "//trim(result%notes(i)))
+      end do
    end subroutine print_header
 
    pure function certified_text(certified)

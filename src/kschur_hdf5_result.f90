@@ -18,7 +18,7 @@ module kschur_hdf5_result
    private
    public :: read_hdf5_result, write_hdf5_result
 
-   character(len=*), parameter :: root = "/"
+   character(len=*), parameter :: root = "/", line_end = achar(10)
 
 contains
 
@@ -141,8 +141,39 @@ contains
          call write_attribute(file, root, "seed", options%seed, error)
       end associate
       if (allocated(result%inner)) call write_attribute(file, root, "inner", result%inner, error)
+      if (allocated(result%notes)) then
+         if (size(result%notes) > 0) call write_attribute(file, root, "notes", lines_of(result%notes), error)
+      end if
+      call write_attribute(file, root, "redundant_constraints", result%redundant_constraints, error)
       call write_attribute(file, root, "peak_memory_bytes", result%peak_memory_bytes, error)
    end subroutine write_options
+
+   ! One text, a note a line.
+   pure function lines_of(notes) result(lines)
+      character(len=*), intent(in) :: notes(:)
+      character(len=:), allocatable :: lines
+      integer :: i
+
+      lines = ""
+      do i = 1, size(notes)
+         lines = lines//trim(notes(i))
+         if (i < size(notes)) lines = lines//line_end
+      end do
+   end function lines_of
+
+   ! Adds the lines of a text to the notes.
+   pure subroutine add_lines(lines, result)
+      character(len=*), intent(in) :: lines
+      type(modal_result_type), intent(inout) :: result
+      integer :: first, length
+
+      first = 1
+      do while (first <= len(lines))
+         length = index(lines(first:)//line_end, line_end) - 1
+         call result%add_note(lines(first:first + length - 1))
+         first = first + length + 1
+      end do
+   end subroutine add_lines
 
    !> Reads a result that `write_hdf5_result` wrote. Fails with the file and what
    !> is wrong.
@@ -253,6 +284,7 @@ contains
       type(modal_result_type), intent(inout) :: result
       integer(hid_t), intent(in) :: file
       type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: notes
       integer :: presolve
 
       if (allocated(error)) return
@@ -272,6 +304,13 @@ contains
          if (has("seed")) call read_attribute(options%seed, file, root, "seed", error)
       end associate
       if (has("inner")) call read_attribute(result%inner, file, root, "inner", error)
+      allocate (result%notes(0))
+      if (has("notes")) then
+         call read_attribute(notes, file, root, "notes", error)
+         if (.not. allocated(error)) call add_lines(notes, result)
+      end if
+      if (has("redundant_constraints")) &
+         call read_attribute(result%redundant_constraints, file, root, "redundant_constraints", error)
       if (has("certified")) call read_name(result%certified, file, "certified", certified_names, error)
       if (has("band_first_hz")) then
          allocate (result%band(2), source=0.0_wp)

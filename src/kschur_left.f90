@@ -20,7 +20,7 @@ module kschur_left
    use kschur_sparse, only: complex_combination, csr_matrix_type, new_csr_from_triplets
    implicit none
    private
-   public :: set_left_modes
+   public :: condition_number, merges, set_left_modes
 
    ! A left vector is one when its residual at the eigenvalue of the mode is
    ! below this, or not this much worse than that of the mode itself.
@@ -244,27 +244,40 @@ contains
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: left
       type(modal_result_type), intent(inout) :: result
-      complex(wp) :: derivative(problem%unknowns(), 1)
-      real(wp) :: sensitivity
       integer :: j
 
       allocate (result%condition(size(left%lambda)), source=ieee_value(1.0_wp, ieee_positive_inf))
       do j = 1, size(left%lambda)
-         associate (lambda => left%lambda(j), phi => result%eigenvectors(:, j:j), condition => result%condition(j))
+         associate (lambda => left%lambda(j), phi => result%eigenvectors(:, j), condition => result%condition(j))
             if (.not. is_number(left, j)) condition = ieee_value(1.0_wp, ieee_quiet_nan)
             if (.not. (is_number(left, j) .and. abs(lambda) > 0)) cycle
-            derivative = 0
-            call problem%mass%add_product(2*lambda, phi, derivative)
-            call problem%damping%add_product((1.0_wp, 0.0_wp), phi, derivative)
-            sensitivity = abs(lambda)*abs(sum(left%phi(:, j)*derivative(:, 1)))
-            if (.not. sensitivity > epsilon(1.0_wp)*level(problem, lambda)) cycle
-            condition = level(problem, lambda)/sensitivity
+            condition = condition_number(problem, lambda, left%phi(:, j), phi)
+            if (condition > huge(condition)) cycle
             if (merges(result, j, rounding*condition*abs(lambda))) condition = ieee_value(1.0_wp, ieee_positive_inf)
          end associate
       end do
    end subroutine set_conditions
 
-   ! Whether an eigenvalue within a distance of that of mode j has its shape.
+   !> Normwise relative condition number of an eigenvalue; infinite where rounding could take it anywhere.
+   function condition_number(problem, lambda, chi, phi) result(condition)
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), intent(in) :: lambda
+      !> Shapes of unit norm, of the transposed problem and of the problem itself.
+      complex(wp), intent(in) :: chi(:), phi(:)
+      real(wp) :: condition
+      complex(wp) :: shape(size(phi), 1), derivative(size(phi), 1)
+      real(wp) :: sensitivity
+
+      shape(:, 1) = phi
+      derivative = 0
+      call problem%mass%add_product(2*lambda, shape, derivative)
+      call problem%damping%add_product((1.0_wp, 0.0_wp), shape, derivative)
+      sensitivity = abs(lambda)*abs(sum(chi*derivative(:, 1)))
+      condition = ieee_value(1.0_wp, ieee_positive_inf)
+      if (sensitivity > epsilon(1.0_wp)*level(problem, lambda)) condition = level(problem, lambda)/sensitivity
+   end function condition_number
+
+   !> Whether an eigenvalue within a distance of that of mode j has its shape.
    pure logical function merges(result, j, distance)
       type(modal_result_type), intent(in) :: result
       integer, intent(in) :: j

@@ -24,6 +24,8 @@ module kschur_modes
    real(wp), parameter :: dependent = 1.0e-3_wp
    ! A pair above this backward error is no mode of the problem.
    real(wp), parameter :: spurious = 1.0e-5_wp
+   ! Infinite eigenvalues are further off than the modes by this factor, whatever rounding made of them.
+   real(wp), parameter :: far = 10
    ! An energy below this, relative to its terms, is rounding.
    real(wp), parameter :: no_energy = 8*epsilon(1.0_wp)
    ! A zero eigenvalue found by iteration is below this, relative to the shift
@@ -50,7 +52,7 @@ contains
    !> Fills the modes of `result` from eigenpairs: conjugate pairs once,
    !> spurious pairs dropped, nearest to the target first, no more than were
    !> asked for.
-   subroutine select_modes(problem, options, pairs, rigid, reference, reach, result)
+   subroutine select_modes(problem, options, pairs, rigid, reference, reach, result, inaccurate, beyond)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       !> Pairs of an iteration; normalised, and in the upper half-plane on return.
@@ -63,10 +65,15 @@ contains
       !> Eigenvalues are known as far as this from the target (1/s).
       real(wp), intent(in) :: reach
       type(modal_result_type), intent(inout) :: result
+      !> How many pairs among the modes were too inaccurate to be listed.
+      integer, optional, intent(out) :: inaccurate
+      !> Whether some pair lies where infinite eigenvalues are, so that no finite one is left.
+      logical, optional, intent(out) :: beyond
       type(eigenpairs_type) :: modes
       logical, allocatable :: accepted(:), lower(:), others(:)
       complex(wp), allocatable :: lambda(:)
       real(wp), allocatable :: errors(:)
+      real(wp) :: limit
       integer, allocatable :: order(:)
       integer :: k, j
 
@@ -92,7 +99,11 @@ contains
 
       allocate (lambda(k + size(rigid%lambda)), source=[pairs%lambda, rigid%lambda])
       allocate (errors(size(lambda)), source=[backward_errors(problem, pairs), backward_errors(problem, rigid)])
-      accepted = [accepted, spread(.true., 1, size(rigid%lambda))] .and. errors <= spurious
+      accepted = [accepted, spread(.true., 1, size(rigid%lambda))]
+      limit = max(highest(problem), far*max(reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
+      if (present(inaccurate)) inaccurate = count(accepted .and. errors > spurious .and. abs(lambda) <= limit)
+      if (present(beyond)) beyond = any(errors > spurious .and. .not. abs(lambda) <= limit)
+      accepted = accepted .and. errors <= spurious
       allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
       call sort_by_distance(lambda, options%target, order)
       order = order(:min(count(distances(lambda(order), options%target) <= (1 + blurred)*reach), options%modes))
@@ -133,6 +144,15 @@ contains
       result%backward_error = errors
       call describe(problem, result)
    end subroutine replace_modes
+
+   ! About the highest frequency or decay (1/s) that the matrices have.
+   pure real(wp) function highest(problem)
+      type(modal_problem_type), intent(in) :: problem
+
+      associate (mass => problem%mass%infinity_norm())
+         highest = max(sqrt(problem%stiffness%infinity_norm()/mass), problem%damping%infinity_norm()/mass)
+      end associate
+   end function highest
 
    ! Unit norm, the largest entry real and positive.
    subroutine normalize(pairs)

@@ -13,9 +13,13 @@ module kschur_outcome
    integer, parameter, public :: reason_fewer_modes = 2
    !> The monitor asked to stop.
    integer, parameter, public :: reason_cancelled = 3
+   !> A mode has a backward error above `inaccurate_above`, or what was found is too inaccurate to be listed.
+   integer, parameter, public :: reason_inaccurate = 4
    !> The names of the reasons, in this order from `reason_converged` on.
-   character(len=*), parameter, public :: reason_names(0:3) = [character(len=12) :: &
-      "converged", "max_restarts", "fewer_modes", "cancelled"]
+   character(len=*), parameter, public :: reason_names(0:4) = [character(len=12) :: &
+      "converged", "max_restarts", "fewer_modes", "cancelled", "inaccurate"]
+   !> A mode above this backward error does not count as converged.
+   real(wp), parameter, public :: inaccurate_above = 1.0e-8_wp
 
    !> Whether a count of eigenvalues proves that no mode is missing: nothing was
    !> counted, it does, the count and the modes differ.

@@ -1,14 +1,15 @@
 !> What the solver returns: modes, how good they are, how they were found.
 module kschur_result
    use kschur_kinds, only: wp, long
-   use kschur_outcome, only: history_type, certified_names, certified_no, certified_unknown, certified_yes, &
-      reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled
+   use kschur_outcome, only: history_type, certified_names, certified_no, certified_unknown, certified_yes, inaccurate_above, &
+      reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, reason_inaccurate
    use kschur_options, only: modal_options_type, formulation_auto
    implicit none
    private
    public :: modal_result_type, history_type, timings_type
    public :: certified_names, certified_no, certified_unknown, certified_yes
-   public :: reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled
+   public :: reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, &
+      reason_inaccurate, inaccurate_above
 
    !> A zero eigenvalue: a motion without strain.
    integer, parameter, public :: kind_rigid = 0
@@ -25,6 +26,9 @@ module kschur_result
    !> The names of the kinds, in this order from `kind_rigid` on.
    character(len=*), parameter, public :: kind_names(0:5) = [character(len=11) :: &
       "rigid", "undamped", "underdamped", "overdamped", "unstable", "real"]
+
+   !> No note is longer.
+   integer, parameter, public :: note_length = 200
 
    !> Wall-clock seconds of each phase.
    type :: timings_type
@@ -79,6 +83,10 @@ module kschur_result
       integer :: modes_asked = 0
       !> The band of natural frequencies (Hz) whose modes these are; not allocated where no band was asked for.
       real(wp), allocatable :: band(:)
+      !> What a user must know beyond the reason, in sentences.
+      character(len=note_length), allocatable :: notes(:)
+      !> Number of constraints that follow from the others.
+      integer :: redundant_constraints = 0
       !> What was known of the problem: n, m, symmetry, damping (`damping_*`).
       integer :: unknowns = 0, constraints = 0, damping_kind = 0
       logical :: symmetric = .false.
@@ -105,5 +113,24 @@ module kschur_result
       integer(long) :: peak_memory_bytes = -1
       type(timings_type) :: seconds
       type(history_type) :: history
+   contains
+      !> Appends a sentence to the notes.
+      procedure :: add_note
    end type modal_result_type
+
+contains
+
+   pure subroutine add_note(self, sentence)
+      class(modal_result_type), intent(inout) :: self
+      character(len=*), intent(in) :: sentence
+      character(len=note_length), allocatable :: notes(:)
+      integer :: before
+
+      before = 0
+      if (allocated(self%notes)) before = size(self%notes)
+      allocate (notes(before + 1))
+      if (before > 0) notes(:before) = self%notes
+      notes(before + 1) = sentence
+      call move_alloc(notes, self%notes)
+   end subroutine add_note
 end module kschur_result

@@ -2,7 +2,7 @@
 !> that meet no stiffness, that is the eigenvalue zero, found before anything
 !> else is.
 module kschur_rigid
-   use kschur_error, only: error_type, error_library, new_error
+   use kschur_error, only: error_type, error_library, error_singular, new_error
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: dgesvd
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
@@ -11,7 +11,7 @@ module kschur_rigid
    use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
    implicit none
    private
-   public :: find_rigid_motions
+   public :: find_rigid_motions, check_inertia
 
    ! What is added to the diagonal of the scaled stiffness: just above its rounding.
    real(wp), parameter :: regularization = 16*epsilon(1.0_wp)
@@ -66,6 +66,49 @@ contains
          multipliers(:, i) = stiffness%constraint_scaling*found(n + 1:, i)
       end do
    end subroutine find_rigid_motions
+
+   !> Fails where a rigid motion has neither mass nor damping: then the problem is singular
+   !> for every lambda.
+   subroutine check_inertia(problem, motions, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> A basis of all rigid motions, n x k.
+      real(wp), intent(in) :: motions(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: forces(:, :), force(:), rotation(:, :)
+      integer :: n, k
+
+      n = size(motions, 1)
+      k = size(motions, 2)
+      if (k == 0) return
+      allocate (forces(2*n, k), source=0.0_wp)
+      call problem%mass%add_product(1/problem%mass%infinity_norm(), motions, forces(:n, :))
+      if (.not. problem%damping%is_zero()) &
+         call problem%damping%add_product(1/problem%damping%infinity_norm(), motions, forces(n + 1:, :))
+      call least_forces(forces, force, rotation, error)
+      if (allocated(error)) return
+      if (vanishes(problem%mass) .and. vanishes(problem%damping)) call new_error(error, error_singular, &
+         "the problem is singular for every lambda: some motion has neither mass, damping nor stiffness")
+
+   contains
+
+      ! Whether A times the least motion is rounding: small beside its terms, or beside A.
+      logical function vanishes(matrix)
+         type(csr_matrix_type), intent(in) :: matrix
+         real(wp), parameter :: cancelled = 1.0e-12_wp, rounding = 4*epsilon(1.0_wp)
+         type(csr_matrix_type) :: terms
+         real(wp) :: motion(n, 1), total(n, 1), magnitude(n, 1)
+
+         motion(:, 1) = matmul(motions, rotation(:, 1))
+         total = 0
+         magnitude = 0
+         call matrix%add_product(1.0_wp, motion, total)
+         terms = matrix
+         terms%value = abs(terms%value)
+         call terms%add_product(1.0_wp, abs(motion), magnitude)
+         vanishes = maxval(abs(total)) <= &
+            max(cancelled*maxval(magnitude), rounding*matrix%infinity_norm()*maxval(abs(motion)))
+      end function vanishes
+   end subroutine check_inertia
 
    subroutine new_scaled_stiffness(self, problem, solver, error)
       type(scaled_stiffness_type), intent(out) :: self

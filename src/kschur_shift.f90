@@ -22,6 +22,7 @@ module kschur_shift
    use kschur_result, only: modal_result_type
    use kschur_scaling, only: constraint_factors
    use kschur_symmetric_transform, only: symmetric_transform_type, new_symmetric_transform
+   use kschur_text, only: magnitude
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -30,13 +31,17 @@ module kschur_shift
    ! A shift within this factor of that place is left where it is.
    real(wp), parameter :: close_enough = 4
    integer, parameter :: shift_attempts = 5
+   ! Where to, by what factors, should it be an eigenvalue.
+   real(wp), parameter :: moved(3) = [1.0_wp, 1.1_wp, 1.3_wp]
 
 contains
 
    !> Factors at the shift that was given, next to a target, or, where that is
    !> small, at the scale of the lowest modes. Sets result%shift.
-   subroutine place_shift(problem, deflation, options, transform, result, error)
+   subroutine place_shift(problem, free, deflation, options, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
+      !> Whether zero is an eigenvalue.
+      logical, intent(in) :: free
       type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
       class(transform_type), allocatable, intent(out) :: transform
@@ -48,7 +53,8 @@ contains
       if (options%inner == inner_ldl .and. .not. is_structured(result%formulation)) then
          call refuse_complex(result%formulation, error)
       else if (allocated(options%shift)) then
-         call factor_at(problem, deflation, options, result%formulation, options%shift, transform, result, error)
+         call factor_at_first(problem, deflation, options, result%formulation, beside(problem, options%shift), transform, &
+            result, error, known=free .and. .not. abs(options%shift) > 0)
       else if (abs(options%target) > first_scale(problem)) then
          call factor_near_target(problem, deflation, options, transform, result, error)
       else
@@ -58,7 +64,8 @@ contains
          if (allocated(error) .or. (abs(options%target) <= scale .and. search == result%formulation)) return
          call account(transform%linear_solver(), result)
          if (abs(options%target) <= scale) then
-            call factor_at(problem, deflation, options, result%formulation, cmplx(scale, 0, wp), transform, result, error)
+            call factor_at_first(problem, deflation, options, result%formulation, cmplx(moved*scale, 0, wp), transform, &
+               result, error)
          else
             call factor_near_target(problem, deflation, options, transform, result, error)
          end if
@@ -74,15 +81,55 @@ contains
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: off_axis(3) = [0.01_wp, 0.03_wp, 0.1_wp]
-      integer :: attempt
 
-      do attempt = 1, size(off_axis)
-         call factor_at(problem, deflation, options, result%formulation, &
-            options%target + off_axis(attempt)*abs(options%target), transform, result, error)
-         if (.not. allocated(error)) return
+      call factor_at_first(problem, deflation, options, result%formulation, &
+         options%target + off_axis*abs(options%target), transform, result, error)
+   end subroutine factor_near_target
+
+   ! The shift of a user and, should it be an eigenvalue, others next to it. Zeros are double: next
+   ! to zero it is the square of a shift that rounding must leave visible.
+   function beside(problem, shift) result(shifts)
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), intent(in) :: shift
+      complex(wp) :: shifts(6)
+      real(wp), parameter :: steps(5) = [1.0e-8_wp, 1.0e-7_wp, 1.0e-6_wp, 1.0e-5_wp, 1.0e-4_wp], &
+         above_zero(5) = [0.01_wp, 0.02_wp, 0.05_wp, 0.1_wp, 0.2_wp]
+
+      shifts(1) = shift
+      shifts(2:) = shift*(1 + steps)
+      if (abs(shift) < above_zero(1)*first_scale(problem)) shifts(2:) = above_zero*first_scale(problem)
+   end function beside
+
+   ! At the first of some shifts that is neither an eigenvalue nor so near to one that
+   ! it blurs the others.
+   subroutine factor_at_first(problem, deflation, options, formulation, shifts, transform, result, error, known)
+      type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
+      type(modal_options_type), intent(in) :: options
+      integer, intent(in) :: formulation
+      complex(wp), intent(in) :: shifts(:)
+      class(transform_type), allocatable, intent(out) :: transform
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      ! Whether it is known that the first one is an eigenvalue.
+      logical, optional, intent(in) :: known
+      integer :: i, first
+
+      first = 1
+      if (present(known)) first = merge(2, 1, known)
+      do i = first, size(shifts)
+         call factor_at(problem, deflation, options, formulation, shifts(i), transform, result, error)
+         if (.not. allocated(error)) exit
          if (error%code /= error_singular) return
       end do
-   end subroutine factor_near_target
+      if (allocated(error)) then
+         call new_error(error, error_singular, "the problem is singular for every lambda, "// &
+            "as it seems: it is at each shift that was tried")
+      else if (i > 1) then
+         call result%add_note("the shift is an eigenvalue, or next to one: it was moved by "// &
+            magnitude(abs(shifts(i) - shifts(1)))//" 1/s")
+      end if
+   end subroutine factor_at_first
 
    ! At the scale of the lowest modes, found by trial.
    subroutine factor_at_scale(problem, deflation, options, formulation, transform, scale, result, error)
@@ -101,7 +148,8 @@ contains
       scale = first_scale(problem)
       previous = scale
       do attempt = 1, shift_attempts
-         call factor_at(problem, deflation, options, formulation, cmplx(scale, 0, wp), transform, result, error)
+         call factor_at_first(problem, deflation, options, formulation, cmplx(moved*scale, 0, wp), transform, result, error)
+         scale = real(result%shift, wp)
          if (allocated(error) .and. attempt > 1) then
             scale = previous
             call factor_at(problem, deflation, options, formulation, cmplx(scale, 0, wp), transform, result, error)

@@ -65,15 +65,15 @@ contains
 
    ! The shift is an eigenvalue where a system with a consistent right-hand side
    ! has no solution (null pivots alone may come from redundant constraints), or
-   ! where C has an eigenvalue that puts theta at sigma to rounding.
+   ! where C has an eigenvalue that puts theta so near to sigma that all others blur.
    subroutine check_regular(operator, shifted, error)
       type(shift_invert_type), intent(inout) :: operator
       type(complex_csr_matrix_type), intent(in) :: shifted
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: acceptable = 1.0e-6_wp, rounding = 16*epsilon(1.0_wp)
+      real(wp), parameter :: acceptable = 1.0e-6_wp, blurring = 1.0e-10_wp, rounding = 64*epsilon(1.0_wp)
       complex(wp), allocatable :: x(:, :), y(:, :), b(:)
       real(wp), allocatable :: random(:)
-      real(wp) :: size_of_b
+      real(wp) :: size_of_b, level
       logical :: singular
       integer(long) :: state
       integer :: n, i, k
@@ -94,11 +94,14 @@ contains
          end do
       end do
       singular = operator%solver%null_pivots > 0 .and. .not. maxval(abs(b)) <= acceptable*size_of_b
+      ! The level of theta, should sigma be 0.
+      level = operator%pencil%unit
+      if (.not. operator%pencil%is_damped()) level = level**2
       if (.not. singular .and. norm2(abs(y)) > 0) then
          x = y/norm2(abs(y))
          call operator%apply(x, y, error)
          if (allocated(error)) return
-         singular = .not. abs(operator%shift)*norm2(abs(y))*rounding <= 1
+         singular = .not. max(blurring*abs(operator%shift), rounding*level)*norm2(abs(y)) <= 1
       end if
       if (singular) call new_error(error, error_singular, &
          "the shifted problem is singular: the shift is an eigenvalue; move it a little")

@@ -15,14 +15,15 @@ module kschur_solver
    use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
+   use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
    use kschur_options, only: modal_options_type, formulation_names, formulation_proportional, formulation_symmetric, &
       inner_names, scaling_names
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_refine, only: refine
    use kschur_result, only: modal_result_type, certified_unknown, certified_yes, reason_cancelled, reason_converged, &
-      reason_fewer_modes
-   use kschur_rigid, only: find_rigid_motions
+      reason_fewer_modes, reason_inaccurate, inaccurate_above
+   use kschur_rigid, only: check_inertia, find_rigid_motions
    use kschur_scaling, only: constraint_factors
    use kschur_shift, only: account, place_shift
    use kschur_transform, only: transform_type
@@ -35,8 +36,8 @@ contains
 
    !> Computes the modes nearest to a target. What converged is in `result`
    !> even where it is less than was asked for: then `result%reason` says why.
-   !> Fails on options that do not fit the problem, on a shift that is an
-   !> eigenvalue, and where memory or a library fails.
+   !> What else a user must know is in `result%notes`. Fails on options that do not fit
+   !> the problem, on a problem that is singular for every lambda, and where memory or a library fails.
    subroutine solve_modes(problem, options, result, error, monitor)
       type(modal_problem_type), target, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
@@ -65,12 +66,14 @@ contains
       result%damping_kind = problem%damping_kind
       result%symmetric = problem%symmetric
       result%target = options%target
+      allocate (result%notes(0))
       call choose_formulation(problem, options%formulation, result%formulation, result%decision, error)
       if (allocated(error)) return
       presolved = options%presolve .and. is_structured(result%formulation)
       if (presolved) then
          call presolve(problem, work, plan, error)
          if (plan%unknowns_after == 0) then
+            call note_redundant(plan%redundant, result)
             call no_modes(problem, result, error)
             return
          end if
@@ -79,13 +82,15 @@ contains
          work = problem
       end if
 
-      call find_rigid(work, .true., deflation, rigid, result, error)
-      if (.not. allocated(error)) call place_shift(work, deflation, options, transform, result, error)
+      call note_problem(work, plan, result, error)
+      if (.not. allocated(error)) call find_rigid(work, .true., deflation, rigid, result, error)
+      if (.not. allocated(error)) call place_shift(work, size(rigid%lambda) > 0, deflation, options, transform, result, error)
       if (allocated(error)) return
       if (presolved) call undo_presolve(problem, plan, rigid)
       call find_modes(problem, presolved, plan, deflation, rigid, transform, options, result, error, monitor)
       if (.not. allocated(error) .and. options%left) &
          call find_left_modes(problem, work, presolved, plan, size(rigid%lambda) > 0, transform, options, result, error, monitor)
+      if (.not. allocated(error)) call note_modes(problem, result, error)
       if (allocated(error)) return
       result%factored_order = transform%order()
       solver => transform%linear_solver()
@@ -97,7 +102,7 @@ contains
 
    ! Iterates until there are the modes that were asked for. Ritz values near
    ! zero cannot be told apart while they iterate: where they make fewer modes
-   ! than they seemed to, more are asked for.
+   ! than they seemed to, more are asked for, as long as that helps.
    subroutine find_modes(problem, presolved, plan, deflation, rigid, transform, options, result, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       !> Whether the transform is that of the problem that a plan reduced.
@@ -113,29 +118,37 @@ contains
       class(monitor_type), intent(inout), optional :: monitor
       type(eigenpairs_type) :: pairs
       type(krylov_statistics_type) :: statistics
-      integer :: asked, missing, most
+      integer, parameter :: rounds = 5
+      integer :: asked, missing, before, most, round, inaccurate
+      ! Whether the iteration came to infinite eigenvalues; whether it is certain that there are no more modes.
+      logical :: beyond, complete
       real(wp) :: reach
 
       call orthonormalize_zeros(rigid)
       most = 2*problem%unknowns()
       asked = min(options%modes, most)
-      do
+      before = options%modes + 1
+      do round = 1, rounds
          call iterate(transform, options, deflation%eigenvalues(), asked, pairs, reach, statistics, result, error, monitor)
          if (allocated(error)) return
          if (presolved) call undo_presolve(problem, plan, pairs)
-         call select_modes(problem, options, pairs, rigid, abs(result%shift), reach, result)
+         call select_modes(problem, options, pairs, rigid, abs(result%shift), reach, result, inaccurate, beyond)
+         complete = inaccurate == 0 .and. (beyond .or. asked == most .or. statistics%reason == reason_fewer_modes)
          missing = options%modes - size(result%eigenvalues)
-         if (missing == 0 .or. asked == most .or. statistics%reason /= reason_converged) exit
+         if (missing == 0 .or. missing >= before .or. asked == most .or. statistics%reason /= reason_converged) exit
+         before = missing
          asked = min(asked + max(missing, asked/4), most)
       end do
       call polish(problem, options, result, error)
       if (allocated(error)) return
       result%reason = statistics%reason
       if (missing == 0) then
-         result%reason = reason_converged
-      else if (result%reason == reason_converged) then
-         result%reason = reason_fewer_modes
+         inaccurate = 0
+         result%reason = merge(reason_inaccurate, reason_converged, any(result%backward_error > inaccurate_above))
+      else if (any(result%reason == [reason_converged, reason_fewer_modes])) then
+         result%reason = merge(reason_fewer_modes, reason_inaccurate, complete)
       end if
+      call note_inaccurate(inaccurate, result)
       call certify(transform%certificate, result)
       result%locking_error = statistics%locking_error
       result%history = statistics%history
@@ -308,6 +321,7 @@ contains
       if (possible) then
          allocate (direct_real_type :: solver)
          call find_rigid_motions(problem, solver, motions, multipliers, error)
+         if (.not. allocated(error)) call check_inertia(problem, motions, error)
          if (allocated(error)) return
          call account(solver, result)
          result%factorizations = result%factorizations + 1

@@ -6,7 +6,7 @@ module kschur_symmetric_transform
    use kschur_decomposition, only: decomposition_type
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type, new_error, error_singular
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_lanczos, only: lanczos
    use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
@@ -15,6 +15,7 @@ module kschur_symmetric_transform
    use kschur_outcome, only: certified_unknown
    use kschur_operator, only: symmetric_operator_type
    use kschur_problem, only: modal_problem_type
+   use kschur_random, only: random_vector
    use kschur_saddle, only: symmetric_saddle
    use kschur_sparse, only: csr_matrix_type
    use kschur_transform, only: transform_type
@@ -79,39 +80,60 @@ contains
       if (allocated(error)) return
       call transform%operator%solver%factorize(matrix, structure, error)
       if (allocated(error)) return
-      if (transform%operator%solver%null_pivots > 0) call check_regular(transform, error)
+      call check_regular(transform, matrix, error)
       if (allocated(error) .or. .not. present(counting_solver)) return
       allocate (transform%census)
       call new_inertia_census(transform%census, problem, transform%map, real(transform%shift, wp), &
          transform%operator%solver, counting_solver, size(deflation%decay))
    end subroutine new_symmetric_transform
 
-   ! Null pivots come from redundant constraints or from a shift on an eigenvalue.
-   subroutine check_regular(self, error)
+   ! The shift is an eigenvalue where a system with a consistent right-hand side
+   ! has no solution (null pivots alone may come from redundant constraints), or
+   ! where C has an eigenvalue that puts theta so near to s that all others blur.
+   subroutine check_regular(self, matrix, error)
       type(symmetric_transform_type), intent(inout) :: self
+      type(csr_matrix_type), intent(in) :: matrix
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: acceptable = 1.0e-6_wp
-      real(wp), allocatable :: x(:, :), y(:, :), xi(:, :), f(:, :)
-      real(wp) :: size_of_f
-      integer :: n, i
+      real(wp), parameter :: acceptable = 1.0e-6_wp, blurring = 1.0e-10_wp
+      ! Rounding makes deflated motions of nothing, and so much of them drowns the rest.
+      real(wp), parameter :: drowning = 10, nothing = 1.0e-8_wp
+      real(wp), allocatable :: x(:, :), y(:, :), rhs(:, :), f(:, :)
+      logical :: singular
+      integer(long) :: state
+      integer :: n
 
       n = self%operator%order()
-      allocate (x(n, 1), source=reshape([(1 + mod(7*i, 11)/11.0_wp, i=1, n)], [n, 1]))
-      allocate (y(n, 1), xi(size(self%operator%factors), 1), f(n, 1))
-      call self%operator%apply_metric(x, f, error)
-      size_of_f = maxval(abs(f))
-      ! The operator gives the part of a solution that is not deflated.
-      call self%operator%deflation%project(x)
-      call self%operator%apply_with_multipliers(x, y, xi, error)
+      allocate (x(n, 1), y(n, 1))
+      allocate (rhs(matrix%rows, 1), source=0.0_wp)
+      state = 1
+      call random_vector(state, x(:, 1))
+      y = x
+      call self%operator%deflation%project(y)
+      ! Nothing is left to iterate on.
+      if (norm2(y) <= nothing*norm2(x)) return
+      call self%operator%apply_metric(x, y, error)
       if (allocated(error)) return
-      associate (p => self%operator%problem)
-         f = 0
-         call p%mass%add_product(-1.0_wp, x, f)
-         call p%stiffness%add_product(1.0_wp, y, f)
-         call p%mass%add_product(-real(self%shift, wp), y, f)
-         call p%constraints%add_transposed_product(1.0_wp, xi, f)
-      end associate
-      if (.not. maxval(abs(f)) <= acceptable*size_of_f) call new_error(error, error_singular, &
+      rhs(:n, :) = y
+      allocate (f, source=rhs)
+      call self%operator%solver%solve(rhs, error)
+      if (allocated(error)) return
+      call matrix%add_product(-1.0_wp, rhs, f)
+      singular = self%operator%solver%null_pivots > 0 .and. &
+         .not. maxval(abs(f(:n, :))) <= acceptable*maxval(abs(y))
+      x = rhs(:n, :)
+      call self%operator%deflation%project(x)
+      if (.not. singular .and. norm2(x) > 0) then
+         call self%operator%apply_metric(x/norm2(x), y, error)
+         if (allocated(error)) return
+         rhs = 0
+         rhs(:n, :) = y
+         call self%operator%solver%solve(rhs, error)
+         if (allocated(error)) return
+         x = rhs(:n, :)
+         call self%operator%deflation%project(x)
+         singular = .not. (blurring*abs(self%shift)*norm2(x) <= 1 .and. norm2(rhs(:n, :) - x) <= drowning*norm2(x))
+      end if
+      if (singular) call new_error(error, error_singular, &
          "the shifted problem is singular: the shift is an eigenvalue; move it a little")
    end subroutine check_regular
 

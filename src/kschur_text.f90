@@ -3,7 +3,7 @@ module kschur_text
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: text
+   public :: magnitude, text
 
    !> The shortest plain text of an integer, or a real with 17 significant digits'
    !> worth of accuracy where they are needed.
@@ -39,4 +39,14 @@ contains
       end do
       text = trim(adjustl(buffer))
    end function text_of_real
+
+   !> A real with two digits.
+   pure function magnitude(number) result(digits)
+      real(wp), intent(in) :: number
+      character(len=:), allocatable :: digits
+      character(len=12) :: buffer
+
+      write (buffer, "(es12.1)") number
+      digits = trim(adjustl(buffer))
+   end function magnitude
 end module kschur_text

@@ -236,8 +236,67 @@ def test_rigid_modes(folder):
     rows = [line.split() for line in table.splitlines() if line.split() and line.split()[0].isdigit()]
     check("table: eight numbered rows", [row[0] for row in rows] == list("12345678"), table)
     check("table: a rigid mode", rows and rows[0][1:7] == ["0", "0", "0", "0", "-", "rigid"], table)
-    check("table: rows of one width", len({len(line) for line in table.splitlines() if " rigid " in line
-                                           or " undamped " in line}) == 1, table)
+    check("table: rows of one width", len({len(line) for line in table.splitlines() if re.match(" +[1-8] ", line)}) == 1, table)
+
+
+def notes_of(run):
+    return [line[9:] for line in run.stdout.splitlines() if line.startswith("note     ")]
+
+
+def test_notes(folder):
+    run = kschur("solve", folder / "grid.h5", "--modes", 7, "--shift", 0, "--output", folder / "notes.h5")
+    notes = notes_of(run)
+    check("notes: a shift on the rigid modes is moved", run.returncode == 0 and len(notes) == 2
+          and notes[0].startswith("the shift is an eigenvalue, or next to one: it was moved by "), run)
+    check("notes: rigid motions", notes[1:] == [
+        "6 rigid motions are double zeros (Jordan blocks): nothing damps them"], notes)
+    lines = run.stdout.splitlines()
+    check("notes: between the header and the modes", [line.split()[0] for line in lines[:6]] == [
+        "problem", "method", "because", "modes", "note", "note"] and lines[6] == "", lines[:8])
+    with h5py.File(folder / "notes.h5") as file:
+        check("notes: in the result file", file.attrs["notes"].splitlines() == notes, dict(file.attrs))
+        check("notes: no redundant constraints", file.attrs["redundant_constraints"] == 0, dict(file.attrs))
+    check("notes: info RESULT", notes_of(kschur("info", folder / "notes.h5")) == notes)
+    with h5py.File(folder / "notes.h5", "r+") as file:
+        del file.attrs["notes"], file.attrs["redundant_constraints"]
+    run = kschur("info", folder / "notes.h5")
+    check("notes: a result of before the notes", run.returncode == 0 and notes_of(run) == [], run)
+
+    omega = math.sqrt(BEAM_BODY[3])
+    for formulation in ("auto", "quadratic", "undamped-constrained", "undamped-constrained-zero", "damped-constrained",
+                        "damped-constrained-zero"):
+        result, _ = solve(folder / "undamped.h5", "--modes", 7, "--shift", f"0,{omega!r}", "--formulation", formulation)
+        check_values(f"shift on an eigenvalue, {formulation}: it and the others", -(eigenvalues(result) ** 2), BEAM_BODY[:7])
+        check(f"shift on an eigenvalue, {formulation}: no further than 1e-4", abs(result["shift"][0]) <= 1e-4 * omega
+              and abs(result["shift"][1] - omega) <= 1.01e-4 * omega, result["shift"])
+        check(f"shift on an eigenvalue, {formulation}: all digits", all(m["backward_error"] < 1e-12 for m in result["modes"]))
+
+    constraints = np.array([[1, -1, 1, 0, 0, 0.], [0, 0, 1, 1, 1, 0], [2, -2, 3, 1, 1, 0]])
+    problem = write_problem(folder / "redundant", M=np.diag([1, 1, 1, 1, 0, 1]), K=np.diag([1, 2, 3, 4, 5, 6]), Cq=constraints)
+    run = kschur("solve", problem, "--modes", 2, "--output", folder / "redundant.h5")
+    check("notes: redundant constraints, unknowns without mass", run.returncode == 0 and notes_of(run) == [
+        "1 of 3 constraints follows from the others", "the mass matrix is singular: 1 unknown has no mass"], run)
+    with h5py.File(folder / "redundant.h5") as file:
+        check("notes: redundant constraints in the result file", file.attrs["redundant_constraints"] == 1)
+    problem = write_problem(folder / "nothing-holds-it", M=np.diag([1, 1, 0]), K=np.diag([1, 2, 0]))
+    check_refused("singular for every lambda", 4, kschur("solve", problem, "--modes", 1), "every lambda", "neither mass")
+
+
+def test_inaccurate(folder):
+    kschur("scene", "grid", "--cells", "6x4", "--output", folder / "grid-6x4.h5")
+    result, _ = solve(folder / "grid-6x4.h5", "--modes", 10, "--formulation", "damped-constrained-zero", "--shift", "1e-6")
+    expected = [0] * 6 + [-1e-3] * 4
+    check_values("a tiny shift in a formulation with spurious zeros", eigenvalues(result), expected, 1e-4)
+    check("a tiny shift: does not go on for long", result["counts"]["operator_applications"] < 1000, result["counts"])
+    for formulation in ("auto", "quadratic", "damped-constrained"):
+        result, run = solve(folder / "undamped.h5", "--modes", 6, "--shift", "1e10", "--formulation", formulation, status=3)
+        check(f"a hopeless shift, {formulation}: the reason", result["reason"] == "inaccurate", result["reason"])
+        check(f"a hopeless shift, {formulation}: one line", len(run.stderr.splitlines()) == 1
+              and "0 of 6 modes" in run.stderr and "inaccurate" in run.stderr, run.stderr)
+        check(f"a hopeless shift, {formulation}: given up in time", result["counts"]["operator_applications"] < 3000,
+              result["counts"])
+        check(f"a hopeless shift, {formulation}: a note", any("too inaccurately" in note for note in notes_of(
+            kschur("solve", folder / "undamped.h5", "--modes", 6, "--shift", "1e10", "--formulation", formulation))))
 
 
 def test_csv(folder):
@@ -551,7 +610,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for test in (test_help, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate, test_band,
-                     test_rigid_modes, test_csv, test_result_file, test_left, test_info, test_presolve_option,
+                     test_rigid_modes, test_notes, test_inaccurate, test_csv, test_result_file, test_left, test_info, test_presolve_option,
                      test_restarts_run_out, test_more_modes_than_exist, test_wrong_usage,
                      test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
                      test_bad_input, test_progress):

@@ -1,0 +1,186 @@
+!> What a user must know of a problem and of its modes, in sentences.
+module kschur_notes
+   use kschur_error, only: error_type, error_library, new_error
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: dgesvd
+   use kschur_left, only: condition_number, merges
+   use kschur_presolve, only: presolve_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_redundancy, only: count_redundant
+   use kschur_result, only: modal_result_type, kind_rigid, inaccurate_above
+   use kschur_text, only: magnitude, text
+   implicit none
+   private
+   public :: note_inaccurate, note_modes, note_problem, note_redundant
+
+   ! Backward errors above this are worth a note.
+   real(wp), parameter :: noted_above = 1.0e-10_wp
+   ! Eigenvalues closer than this, relative to their size, are nearly defective if their shapes are parallel.
+   real(wp), parameter :: nearly_equal = 1.0e-6_wp
+
+contains
+
+   !> Redundant constraints, counted in result%redundant_constraints, and unknowns without mass.
+   subroutine note_problem(work, plan, result, error)
+      !> What presolve left of the problem.
+      type(modal_problem_type), intent(in) :: work
+      type(presolve_type), intent(in) :: plan
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      integer :: redundant, massless
+
+      call count_redundant(work%constraints, redundant, error)
+      if (allocated(error)) return
+      call note_redundant(plan%redundant + redundant, result)
+      massless = count(.not. work%mass%row_maxima() > 0)
+      if (massless > 0) call result%add_note("the mass matrix is singular: "//text(massless)// &
+         either(massless == 1, " unknown has", " unknowns have")//" no mass")
+   end subroutine note_problem
+
+   !> Constraints that follow from the others.
+   subroutine note_redundant(redundant, result)
+      integer, intent(in) :: redundant
+      type(modal_result_type), intent(inout) :: result
+
+      result%redundant_constraints = redundant
+      if (redundant > 0) call result%add_note(text(redundant)//" of "//text(result%constraints)// &
+         " constraints "//either(redundant == 1, "follows", "follow")//" from the others")
+   end subroutine note_redundant
+
+   !> Double zeros and eigenvalues that nearly have no eigenvectors of their own.
+   subroutine note_modes(problem, result, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      integer :: free
+
+      call count_undamped(problem, result, free, error)
+      if (allocated(error)) return
+      if (free > 0) call result%add_note(text(free)//either(free == 1, &
+         " rigid motion is a double zero (Jordan block): nothing damps it", &
+         " rigid motions are double zeros (Jordan blocks): nothing damps them"))
+      call note_defective(problem, result)
+   end subroutine note_modes
+
+   ! How many of the rigid motions that are listed meet no damping: n - rank R N.
+   subroutine count_undamped(problem, result, free, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(in) :: result
+      integer, intent(out) :: free
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: rounding = 1.0e-12_wp
+      real(wp), allocatable :: motions(:, :), forces(:, :), force(:), work(:)
+      real(wp) :: no_u(1, 1), no_vt(1, 1)
+      integer, allocatable :: rigid(:)
+      integer :: n, k, i, info
+
+      n = problem%unknowns()
+      allocate (rigid, source=pack([(i, i=1, size(result%kind))], result%kind == kind_rigid))
+      k = size(rigid)
+      free = 0
+      if (k == 0) return
+      allocate (motions(n, k), source=real(result%eigenvectors(:, rigid), wp))
+      ! OpenBLAS reads a few entries beyond the end.
+      allocate (forces(n, k + 1), source=0.0_wp)
+      call problem%damping%add_product(1.0_wp, motions, forces(:, :k))
+      allocate (force(min(n, k)), work(10*k + n))
+      call dgesvd("N", "N", n, k, forces, n, force, no_u, 1, no_vt, 1, work, size(work), info)
+      if (info /= 0) call new_error(error, error_library, "LAPACK's dgesvd did not converge")
+      free = k - count(force > rounding*problem%damping%infinity_norm())
+   end subroutine count_undamped
+
+   ! One note for each group of modes that nearly share eigenvalue and shape.
+   subroutine note_defective(problem, result)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(inout) :: result
+      logical, allocatable :: pending(:), group(:)
+      real(wp) :: worst
+      integer :: i, j
+
+      allocate (pending(size(result%kind)), source=result%kind /= kind_rigid)
+      do j = 1, size(pending)
+         if (.not. pending(j)) cycle
+         pending(j) = .false.
+         if (.not. merges(result, j, nearly_equal*abs(result%eigenvalues(j)))) cycle
+         allocate (group(size(pending)), source=pending)
+         group(j) = .true.
+         worst = 0
+         do i = 1, size(group)
+            if (.not. group(i)) cycle
+            group(i) = abs(result%eigenvalues(i) - result%eigenvalues(j)) <= nearly_equal*abs(result%eigenvalues(j)) &
+               .and. merges(result, i, nearly_equal*abs(result%eigenvalues(j)))
+            if (group(i)) worst = max(worst, condition_of(problem, result, i))
+         end do
+         pending = pending .and. .not. group
+         call result%add_note(modes(group)//either(count(group) == 1, " is", " are")//" nearly defective"//in_words(worst))
+         deallocate (group)
+      end do
+   end subroutine note_defective
+
+   pure function in_words(kappa) result(words)
+      real(wp), intent(in) :: kappa
+      character(len=:), allocatable :: words
+
+      words = ""
+      if (kappa > 0) words = ": condition number "//either(kappa > huge(kappa), "infinite", magnitude(kappa))
+   end function in_words
+
+   ! Zero where it is not known: of an unsymmetric problem without left vectors.
+   real(wp) function condition_of(problem, result, j) result(kappa)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(in) :: result
+      integer, intent(in) :: j
+
+      kappa = 0
+      if (allocated(result%condition)) then
+         if (result%condition(j) >= 0) kappa = result%condition(j)
+      else if (problem%symmetric) then
+         kappa = condition_number(problem, result%eigenvalues(j), result%eigenvectors(:, j), result%eigenvectors(:, j))
+      end if
+   end function condition_of
+
+   !> Modes that refinement left with a large backward error, and pairs that were too inaccurate to be listed.
+   subroutine note_inaccurate(dropped, result)
+      !> The number of such pairs.
+      integer, intent(in) :: dropped
+      type(modal_result_type), intent(inout) :: result
+      logical, allocatable :: noted(:)
+
+      allocate (noted(size(result%backward_error)), source=result%backward_error > noted_above)
+      if (any(noted)) call result%add_note(modes(noted)//": the backward error is "// &
+         magnitude(maxval(result%backward_error))//either(any(result%backward_error > inaccurate_above), &
+         ", too large to count as converged", ""))
+      if (dropped > 0) call result%add_note(text(dropped)//either(dropped == 1, " eigenpair was", " eigenpairs were")// &
+         " found too inaccurately to be listed; another shift may help")
+   end subroutine note_inaccurate
+
+   ! "modes 1, 2 and 5"; of many the first ones.
+   pure function modes(chosen) result(list)
+      logical, intent(in) :: chosen(:)
+      character(len=:), allocatable :: list
+      integer, parameter :: most = 12
+      integer :: i, done
+
+      list = either(count(chosen) == 1, "mode ", "modes ")
+      done = 0
+      do i = 1, size(chosen)
+         if (.not. chosen(i)) cycle
+         if (done > 0) list = list//either(done + 1 == count(chosen) .or. done == most, " and ", ", ")
+         done = done + 1
+         if (done > most) then
+            list = list//text(count(chosen) - most)//" more"
+            return
+         end if
+         list = list//text(i)
+      end do
+   end function modes
+
+   pure function either(condition, yes, no) result(words)
+      logical, intent(in) :: condition
+      character(len=*), intent(in) :: yes, no
+      character(len=:), allocatable :: words
+
+      words = no
+      if (condition) words = yes
+   end function either
+end module kschur_notes
