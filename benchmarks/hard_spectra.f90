@@ -30,6 +30,7 @@ contains
       complex(wp) :: places(size(names))
       integer :: d, k, s
 
+      allocate (case%expected(0))
       case%options%modes = modes
       do d = 1, 2
          problem = copies(chain(masses, ring=.false.), 1, rayleigh(:, d))
