@@ -5,7 +5,7 @@ module kschur_modes
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_options, only: modal_options_type
-   use kschur_problem, only: modal_problem_type, damping_none
+   use kschur_problem, only: modal_problem_type, damping_general, damping_none
    use kschur_result, only: modal_result_type, kind_overdamped, kind_real, kind_rigid, kind_undamped, &
       kind_underdamped, kind_unstable
    use kschur_sparse, only: csr_matrix_type
@@ -35,6 +35,10 @@ module kschur_modes
    real(wp), parameter :: same_pair = 1.0e-2_wp
    ! The distance from the target is known no better than this.
    real(wp), parameter :: blurred = 1.0e-4_wp
+   ! Rounding of the factored matrix moves eigenvalues by less than this, relative to their size.
+   real(wp), parameter :: rounded = 1.0e-3_wp
+   ! Two roots of one shape closer than this, relative to their size, are not told apart by it.
+   real(wp), parameter :: critical = 1.0e-4_wp
    real(wp), parameter :: pi = acos(-1.0_wp)
 
    !> Eigenpairs of a modal problem.
@@ -98,7 +102,12 @@ contains
       end do
 
       allocate (lambda(k + size(rigid%lambda)), source=[pairs%lambda, rigid%lambda])
-      allocate (errors(size(lambda)), source=[backward_errors(problem, pairs), backward_errors(problem, rigid)])
+      allocate (errors(size(lambda)))
+      errors(:k) = backward_errors(problem, pairs, lambda(:k))
+      errors(k + 1:) = backward_errors(problem, rigid)
+      do j = 1, k
+         lambda(j) = cleaned(lambda(j), problem%damping_kind == damping_none)
+      end do
       accepted = [accepted, spread(.true., 1, size(rigid%lambda))]
       limit = max(highest(problem), far*max(reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
       if (present(inaccurate)) inaccurate = count(accepted .and. errors > spurious .and. abs(lambda) <= limit)
@@ -312,11 +321,15 @@ contains
    !> ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K||) ||phi||)
    !> and the constraint violation ||Cq phi|| / (||Cq|| ||phi||), with
    !> 2-norms of vectors and infinity norms of the matrices as given.
-   function backward_errors(problem, pairs) result(errors)
+   function backward_errors(problem, pairs, functionals) result(errors)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
+      !> The eigenvalues on entry; where the modes are those without damping, values of Rayleigh's
+      !> functional on return: without the rounding of the factored matrix, which moves all alike.
+      complex(wp), intent(inout), optional :: functionals(:)
       real(wp) :: errors(size(pairs%lambda))
-      complex(wp), allocatable :: residual(:, :), violation(:, :)
+      complex(wp), allocatable :: residual(:, :), violation(:, :), momentum(:, :)
+      complex(wp) :: step, inertia, slope
       real(wp) :: mass, damping, stiffness, constraints, size_of_phi, level
       integer :: j
 
@@ -324,15 +337,25 @@ contains
       damping = problem%damping%infinity_norm()
       stiffness = problem%stiffness%infinity_norm()
       constraints = problem%constraints%infinity_norm()
-      allocate (residual(problem%unknowns(), 1), violation(problem%multipliers(), 1))
+      allocate (residual(problem%unknowns(), 1), momentum(problem%unknowns(), 1), violation(problem%multipliers(), 1))
       do j = 1, size(errors)
          associate (lambda => pairs%lambda(j), phi => pairs%phi(:, j:j), xi => pairs%xi(:, j:j))
             size_of_phi = length(phi(:, 1))
-            residual = 0
-            call problem%mass%add_product(lambda**2, phi, residual)
-            call problem%damping%add_product(lambda, phi, residual)
+            ! (lambda M + R) phi, then lambda times it and the forces.
+            momentum = 0
+            call problem%mass%add_product(lambda, phi, momentum)
+            inertia = dot_product(phi(:, 1), momentum(:, 1))
+            call problem%damping%add_product((1.0_wp, 0.0_wp), phi, momentum)
+            residual = lambda*momentum
             call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, residual)
             call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi, residual)
+            if (present(functionals) .and. problem%symmetric .and. problem%damping_kind /= damping_general) then
+               slope = inertia + dot_product(phi(:, 1), momentum(:, 1))
+               step = dot_product(phi(:, 1), residual(:, 1))
+               ! At critical damping the slope is none.
+               if (abs(slope) > critical*abs(inertia) .and. abs(step) < rounded*abs(lambda*slope)) &
+                  functionals(j) = lambda - step/slope
+            end if
             level = (abs(lambda)**2*mass + abs(lambda)*damping + stiffness)*size_of_phi
             ! Without stiffness a zero eigenvalue has no level: its residual is exact or it is none.
             errors(j) = length(residual(:, 1))

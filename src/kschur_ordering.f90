@@ -1,6 +1,6 @@
 !> Fill-reducing elimination orders by METIS nested dissection, made for
 !> constrained problems: the unknowns of a node stay together and every
-!> multiplier follows the unknowns it touches.
+!> multiplier follows the unknowns it touches, unless half the model hangs on them.
 module kschur_ordering
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_int
    use kschur_error, only: error_type, new_error, error_library
@@ -18,6 +18,9 @@ module kschur_ordering
    ! becomes a vertex of the graph; a shorter one joins the nodes it touches, as
    ! eliminating it would.
    integer, parameter :: longest_clique = 48
+   ! An unknown that constraints touch more often than this, in their rows and columns
+   ! together, is a hub: eliminated before them it would join them all.
+   integer, parameter :: most_touches = 256
 
    interface
       integer(c_int) function metis_setdefaultoptions(options) bind(C, name="METIS_SetDefaultOptions")
@@ -47,6 +50,7 @@ contains
       integer, allocatable, intent(out) :: position(:)
       type(error_type), allocatable, intent(out) :: error
       integer, allocatable :: start(:), neighbour(:), vertex(:), rank(:), last(:), order(:), weight(:)
+      logical, allocatable :: hub(:)
       integer :: n, unknowns, vertices, i, k
 
       n = size(row_start) - 1
@@ -64,19 +68,25 @@ contains
 
       ! A multiplier takes the rank of the last unknown it touches, and
       ! comes after the unknowns of equal rank because its index is higher.
-      allocate (last(n), source=1)
+      ! It waits for a hub only where it touches nothing else.
+      allocate (hub(unknowns), source=touches(row_start, column, unknowns) > most_touches)
+      allocate (last(n), source=0)
       do i = 1, n
          if (vertex(i) > 0) last(i) = rank(vertex(i))
       end do
+      where (hub) last(:unknowns) = vertices
       do i = 1, unknowns
+         if (hub(i)) cycle
          do k = row_start(i), row_start(i + 1) - 1
             if (column(k) > unknowns) last(column(k)) = max(last(column(k)), last(i))
          end do
       end do
       do i = unknowns + 1, n
          do k = row_start(i), row_start(i + 1) - 1
-            if (column(k) <= unknowns) last(i) = max(last(i), last(column(k)))
+            if (column(k) > unknowns) cycle
+            if (.not. hub(column(k))) last(i) = max(last(i), last(column(k)))
          end do
+         if (last(i) == 0) last(i) = vertices
       end do
       call stable_order(last, vertices, order)
       allocate (position(n))
@@ -84,6 +94,20 @@ contains
          position(order(i)) = i
       end do
    end subroutine elimination_order
+
+   ! How often constraints touch each unknown.
+   pure function touches(row_start, column, unknowns)
+      integer, intent(in) :: row_start(:), column(:), unknowns
+      integer :: touches(unknowns), i, k
+
+      touches = 0
+      do i = 1, size(row_start) - 1
+         do k = row_start(i), row_start(i + 1) - 1
+            if (i <= unknowns .and. column(k) > unknowns) touches(i) = touches(i) + 1
+            if (i > unknowns .and. column(k) <= unknowns) touches(column(k)) = touches(column(k)) + 1
+         end do
+      end do
+   end function touches
 
    ! The symmetric graph of nodes and long constraints, without loops and
    ! repetitions. Gives long constraints vertices of their own.

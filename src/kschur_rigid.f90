@@ -18,6 +18,8 @@ module kschur_rigid
    integer, parameter :: iterations = 3
    ! A motion is rigid where the scaled stiffness is below this.
    real(wp), parameter :: negligible = 2*regularization
+   ! What rounding leaves of a unit vector that depends on others.
+   real(wp), parameter :: dependent = 1.0e-10_wp
 
    ! [D K D + delta I, D Cq^T S; S Cq D, 0] with D and S such that the rows of both blocks are of
    ! size one: what is zero does not depend on units, or on heavy and light parts.
@@ -158,6 +160,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       ! Motions above their multipliers, and the forces K x + Cq^T xi above violations.
       real(wp), allocatable :: x(:, :), forces(:, :), force(:), rotation(:, :), all(:, :)
+      integer, allocatable :: own(:)
       integer :: i, n, before, rigid
 
       n = size(stiffness%scaling)
@@ -180,22 +183,26 @@ contains
       forces = 0
       forces(:n, :) = -regularization*x(:n, :)
       call stiffness%matrix%add_product(1.0_wp, x, forces)
-      ! A column without a length found no direction of its own.
+      ! What rounding made of a column without a direction of its own has no length or any
+      ! force, which would drown those of the others.
+      allocate (own(0))
       do i = 1, wanted
-         if (norm2(x(:n, i)) < 0.5_wp) forces(:, i) = 1
+         if (norm2(x(:n, i)) > 0.5_wp .and. norm2(forces(:, i)) < sqrt(real(n, wp))) own = [own, i]
       end do
-      call least_forces(forces, force, rotation, error)
+      if (size(own) == 0) return
+      call least_forces(forces(:, own), force, rotation, error)
       if (allocated(error)) return
       rigid = count(force < negligible)
       allocate (all(size(found, 1), before + rigid))
       all(:, :before) = found
-      all(:, before + 1:) = matmul(x, rotation(:, :rigid))
+      all(:, before + 1:) = matmul(x(:, own), rotation(:, :rigid))
       ! A free motion needs no reaction.
       where (abs(all(n + 1:, before + 1:)) < negligible) all(n + 1:, before + 1:) = 0
       call move_alloc(all, found)
    end subroutine find_more
 
-   ! Gram-Schmidt, twice; only the first n rows count, the others follow.
+   ! Gram-Schmidt, twice; only the first n rows count, the others follow. A column that
+   ! depends on others to rounding becomes zero.
    pure subroutine orthonormalize(found, n, x)
       real(wp), intent(in) :: found(:, :)
       integer, intent(in) :: n
@@ -207,6 +214,7 @@ contains
             x(:, i) = x(:, i)/max(norm2(x(:n, i)), tiny(1.0_wp))
             x(:, i) = x(:, i) - matmul(found, matmul(x(:n, i), found(:n, :)))
             x(:, i) = x(:, i) - matmul(x(:, :i - 1), matmul(x(:n, i), x(:n, :i - 1)))
+            if (norm2(x(:n, i)) < dependent) x(:, i) = 0
          end do
          x(:, i) = x(:, i)/max(norm2(x(:n, i)), tiny(1.0_wp))
       end do

@@ -5,7 +5,7 @@ module dense_reference
    use kschur, only: csr_matrix_type, modal_problem_type, wp
    implicit none
    private
-   public :: dense_eigenvalues, dense_eigenvectors, dense_matrix, dense_squared_frequencies
+   public :: dense_eigenvalues, dense_eigenvectors, dense_matrix, dense_shapes, dense_squared_frequencies
 
    interface
       subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
@@ -131,6 +131,25 @@ contains
       call dsygv(1, "N", "U", n, stiffness, n, mass, n, values, work, size(work), info)
       if (info /= 0) values = ieee_value(values, ieee_quiet_nan)
    end subroutine dense_squared_frequencies
+
+   !> Shapes of the undamped problem without constraints, lowest frequency first, of M phi =
+   !> mu (K + level M) phi: the lowest ones are the most accurate.
+   subroutine dense_shapes(problem, level, shapes)
+      type(modal_problem_type), intent(in) :: problem
+      !> Of the size of the wanted omega^2 (1/s^2).
+      real(wp), intent(in) :: level
+      complex(wp), allocatable, intent(out) :: shapes(:, :)
+      real(wp), allocatable :: mass(:, :), shifted(:, :), values(:), work(:)
+      integer :: n, info
+
+      n = problem%unknowns()
+      allocate (mass, source=dense_matrix(problem%mass))
+      allocate (shifted, source=dense_matrix(problem%stiffness) + level*mass)
+      allocate (values(n), work(64*n + 64))
+      call dsygv(1, "V", "U", n, mass, n, shifted, n, values, work, size(work), info)
+      allocate (shapes, source=cmplx(mass(:, n:1:-1), 0, wp))
+      if (info /= 0) shapes = ieee_value(1.0_wp, ieee_quiet_nan)
+   end subroutine dense_shapes
 
    !> The matrix with its zeros.
    pure function dense_matrix(matrix) result(dense)
