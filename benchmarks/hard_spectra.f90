@@ -37,11 +37,11 @@ contains
          case%expected = damped(half_sine_squares(0, masses - 1, 2*masses), rayleigh(:, d))
          places = [case%expected(8), (0.0_wp, 0.0_wp), (1.0e-14_wp, 0.0_wp), 1.0e6_wp*maxval(abs(case%expected))*i]
          do s = 1, 2
-            do k = 1, size(places)
+            ! A shift of the user is kept: so far out the eigenvalues cannot be told apart, and the result says so.
+            do k = 1, merge(4, 3, s == 1)
                case%options%target = places(k)
                if (allocated(case%options%shift)) deallocate (case%options%shift)
                if (s == 2) allocate (case%options%shift, source=places(k))
-               case%may_refuse = s == 2 .and. k <= 3
                case%name = trim(merge("target", "shift ", s == 1))//" on "//trim(names(k))//&
                   said(", damped", d == 2)
                call judge%examine(case, problem)
