@@ -7,7 +7,7 @@ module kschur_projected
    use kschur_text, only: text
    implicit none
    private
-   public :: schur_form, schur_values, move_to_head, triangular_eigenvectors, join_pairs
+   public :: schur_form, schur_values, move_to_head, triangular_eigenvectors, independent_eigenvectors, join_pairs
 
    !> Overwrites a square matrix by its Schur factor T, triangular or (real)
    !> quasi-triangular, so that it was U T U^*, and gives its eigenvalues.
@@ -32,6 +32,12 @@ module kschur_projected
    interface triangular_eigenvectors
       module procedure triangular_eigenvectors_complex, triangular_eigenvectors_real
    end interface triangular_eigenvectors
+
+   !> The same, but independent for the copies of a multiple eigenvalue: couplings below `noise`,
+   !> relative to the eigenvalue, which cannot tell a multiple one from a defective one, are none.
+   interface independent_eigenvectors
+      module procedure independent_eigenvectors_complex, independent_eigenvectors_real
+   end interface independent_eigenvectors
 
    !> Marks both of a conjugate pair of a real Schur form where one is marked.
    interface join_pairs
@@ -112,6 +118,40 @@ contains
          vectors(:, j) = vectors(:, j)/norm2(abs(vectors(:, j)))
       end do
    end subroutine triangular_eigenvectors_complex
+
+   ! Back substitution, as LAPACK's, but for the copies. What couples a pair to an earlier copy of
+   ! its eigenvalue is known only with all that lies between them: the sum of a row, not an entry.
+   subroutine independent_eigenvectors_complex(t, noise, vectors)
+      complex(wp), intent(in) :: t(:, :)
+      real(wp), intent(in) :: noise
+      complex(wp), allocatable, intent(out) :: vectors(:, :)
+      ! Copies whose vectors are further apart than this angle need no help.
+      real(wp), parameter :: parallel = 100
+      complex(wp) :: gap
+      real(wp) :: smallest
+      integer :: i, j
+
+      allocate (vectors(size(t, 1), size(t, 1)), source=(0.0_wp, 0.0_wp))
+      smallest = max(epsilon(1.0_wp)*maxval([0.0_wp, abs(t)]), tiny(1.0_wp))
+      do j = 1, size(t, 1)
+         associate (y => vectors(:, j))
+            y(j) = 1
+            y(:j - 1) = -t(:j - 1, j)
+            do i = j - 1, 1, -1
+               gap = t(i, i) - t(j, j)
+               if (abs(gap) <= parallel*abs(y(i)) .and. abs(y(i)) <= noise*abs(t(j, j))*norm2(abs(y(i + 1:j)))) then
+                  y(i) = 0
+                  cycle
+               end if
+               if (abs(gap) < smallest) gap = smallest
+               y(i) = y(i)/gap
+               y(:i - 1) = y(:i - 1) - y(i)*t(:i - 1, i)
+               y(:j) = y(:j)/max(1.0_wp, abs(y(i)))
+            end do
+            y(:j) = y(:j)/norm2(abs(y(:j)))
+         end associate
+      end do
+   end subroutine independent_eigenvectors_complex
 
    subroutine schur_form_real(t, u, values, error)
       real(wp), contiguous, intent(inout) :: t(:, :)
@@ -223,6 +263,49 @@ contains
          vectors(:, j) = vectors(:, j)/norm2(abs(vectors(:, j)))
       end do
    end subroutine triangular_eigenvectors_real
+
+   subroutine independent_eigenvectors_real(t, noise, vectors)
+      real(wp), intent(in) :: t(:, :)
+      real(wp), intent(in) :: noise
+      complex(wp), allocatable, intent(out) :: vectors(:, :)
+      complex(wp), allocatable :: triangular(:, :), u(:, :), y(:, :)
+      integer :: j
+
+      call make_triangular(t, triangular, u)
+      call independent_eigenvectors(triangular, noise, y)
+      allocate (vectors(size(t, 1), size(t, 1)), source=matmul(u, y))
+      do j = 2, size(t, 1)
+         if (abs(t(j, j - 1)) > 0) vectors(:, j) = conjg(vectors(:, j - 1))
+      end do
+   end subroutine independent_eigenvectors_real
+
+   ! The complex Schur form U S U^* of a quasi-triangular matrix, in the same order.
+   subroutine make_triangular(t, s, u)
+      real(wp), intent(in) :: t(:, :)
+      complex(wp), allocatable, intent(out) :: s(:, :), u(:, :)
+      complex(wp) :: values(size(t, 1)), v(2), q(2, 2)
+      integer :: i, n
+
+      n = size(t, 1)
+      values = schur_values(t)
+      allocate (s(n, n), source=cmplx(t, kind=wp))
+      allocate (u(n, n), source=(0.0_wp, 0.0_wp))
+      do i = 1, n
+         u(i, i) = 1
+      end do
+      do i = 1, n - 1
+         if (.not. abs(t(i + 1, i)) > 0) cycle
+         v = [cmplx(t(i, i + 1), kind=wp), values(i) - t(i, i)]
+         v = v/norm2(abs(v))
+         q = reshape([v(1), v(2), -conjg(v(2)), conjg(v(1))], [2, 2])
+         s(i:i + 1, i:) = matmul(conjg(transpose(q)), s(i:i + 1, i:))
+         s(:i + 1, i:i + 1) = matmul(s(:i + 1, i:i + 1), q)
+         u(:, i:i + 1) = matmul(u(:, i:i + 1), q)
+         s(i, i) = values(i)
+         s(i + 1, i) = 0
+         s(i + 1, i + 1) = values(i + 1)
+      end do
+   end subroutine make_triangular
 
    subroutine join_pairs_complex(t, marked)
       complex(wp), intent(in) :: t(:, :)
