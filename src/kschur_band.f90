@@ -7,7 +7,8 @@ module kschur_band
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_formulation, only: choose_formulation
    use kschur_kinds, only: wp, long
-   use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, select_modes, sort_by_distance
+   use kschur_backward_error, only: eigenpairs_type
+   use kschur_modes, only: orthonormalize_zeros, select_modes, sort_by_distance
    use kschur_left, only: set_left_modes
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_proportional, formulation_symmetric

@@ -6,6 +6,8 @@ module kschur_kinds
 
    !> Working precision: every matrix, vector and result is in this kind.
    integer, parameter, public :: wp = real64
+   !> More than the working precision, for sums that cancel: 64 bits on x86, elsewhere more.
+   integer, parameter, public :: xp = selected_real_kind(18)
    !> Kind of sizes that can outgrow a default integer, as bytes or file offsets.
    integer, parameter, public :: long = int64
 end module kschur_kinds

@@ -9,7 +9,8 @@ module kschur_left
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: zgesvd
    use kschur_linear_solver, only: matrix_structure_type
-   use kschur_modes, only: backward_errors, eigenpairs_type, same_value
+   use kschur_backward_error, only: backward_errors, eigenpairs_type
+   use kschur_modes, only: same_value
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector

@@ -5,7 +5,7 @@ module kschur_refine
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
-   use kschur_modes, only: backward_errors, eigenpairs_type
+   use kschur_backward_error, only: backward_errors, eigenpairs_type
    use kschur_problem, only: modal_problem_type
    use kschur_saddle, only: saddle_blocks
    use kschur_sparse, only: complex_combination, csr_matrix_type

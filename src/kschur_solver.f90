@@ -12,7 +12,8 @@ module kschur_solver
    use kschur_left, only: set_left_modes
    use kschur_linear_solver, only: linear_solver_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes
+   use kschur_backward_error, only: eigenpairs_type
+   use kschur_modes, only: orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
