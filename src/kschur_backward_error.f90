@@ -3,7 +3,7 @@
 module kschur_backward_error
    use kschur_kinds, only: wp, xp
    use kschur_lapack, only: dznrm2
-   use kschur_problem, only: modal_problem_type, damping_general
+   use kschur_problem, only: modal_problem_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    implicit none
    private
@@ -33,14 +33,14 @@ contains
    function backward_errors(problem, pairs, functionals) result(errors)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
-      !> The eigenvalues on entry; where the modes are those without damping, values of Rayleigh's
-      !> functional on return: without the rounding of the factored matrix, which moves all alike.
+      !> The eigenvalues on entry; of a symmetric problem values of Rayleigh's functional on return:
+      !> wrong by the square of the error of a shape, and without the rounding of the factored matrix.
       complex(wp), intent(inout), optional :: functionals(:)
       real(wp) :: errors(size(pairs%lambda))
       type(csr_matrix_type) :: transposed
       ! P(lambda) phi + Cq^T xi and P'(lambda) phi, Cq phi.
       complex(wp), allocatable :: residual(:), derivative(:), violation(:)
-      complex(wp) :: inertia
+      real(wp) :: inertia
       real(wp) :: mass, damping, stiffness, constraints, size_of_phi, level
       integer :: n, j
 
@@ -55,8 +55,8 @@ contains
          associate (lambda => pairs%lambda(j), phi => pairs%phi(:, j), xi => pairs%xi(:, j))
             size_of_phi = dznrm2(n, phi, 1)
             call evaluate(problem, transposed, lambda, phi, xi, residual, derivative, inertia)
-            if (present(functionals) .and. problem%symmetric .and. problem%damping_kind /= damping_general) &
-               call correct(functionals(j), inertia, dot_product(phi, derivative), dot_product(phi, residual))
+            if (present(functionals) .and. problem%symmetric) &
+               call correct(functionals(j), inertia, sum(phi*derivative), sum(phi*residual))
             level = (abs(lambda)**2*mass + abs(lambda)*damping + stiffness)*size_of_phi
             ! Without stiffness a zero eigenvalue has no level: its residual is exact or it is none.
             errors(j) = dznrm2(n, residual, 1)
@@ -70,13 +70,14 @@ contains
       end do
    end function backward_errors
 
-   ! A step of Newton's on Rayleigh's functional, where it is one of rounding. At critical damping
-   ! the slope is none.
+   ! A step of Newton's on phi^T P(lambda) phi = 0, where it is a small one. At critical damping the
+   ! slope is none. (phi^T: the left vector of a symmetric problem is the conjugate of phi.)
    pure subroutine correct(lambda, inertia, slope, remainder)
       complex(wp), intent(inout) :: lambda
-      complex(wp), intent(in) :: inertia, slope, remainder
+      real(wp), intent(in) :: inertia
+      complex(wp), intent(in) :: slope, remainder
 
-      if (abs(slope) > critical*abs(inertia) .and. abs(remainder) < rounded*abs(lambda*slope)) &
+      if (abs(slope) > critical*inertia .and. abs(remainder) < rounded*abs(lambda*slope)) &
          lambda = lambda - remainder/slope
    end subroutine correct
 
@@ -86,8 +87,8 @@ contains
       type(csr_matrix_type), intent(in) :: transposed
       complex(wp), intent(in) :: lambda, phi(:), xi(:)
       complex(wp), intent(out) :: residual(:), derivative(:)
-      !> lambda phi^* M phi.
-      complex(wp), intent(out) :: inertia
+      !> |lambda| |phi|^T |M phi|.
+      real(wp), intent(out) :: inertia
       complex(xp) :: s, mass, damping
       integer :: i
 
@@ -99,7 +100,7 @@ contains
          residual(i) = cmplx(s*(s*mass + damping) + row_product(problem%stiffness, i, phi) &
             + row_product(transposed, i, xi), kind=wp)
          derivative(i) = cmplx(2*s*mass + damping, kind=wp)
-         inertia = inertia + conjg(phi(i))*cmplx(s*mass, kind=wp)
+         inertia = inertia + abs(phi(i)*cmplx(s*mass, kind=wp))
       end do
    end subroutine evaluate
 

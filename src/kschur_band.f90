@@ -7,6 +7,7 @@ module kschur_band
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_formulation, only: choose_formulation
    use kschur_kinds, only: wp, long
+   use kschur_balance, only: balance
    use kschur_backward_error, only: eigenpairs_type
    use kschur_modes, only: orthonormalize_zeros, select_modes, sort_by_distance
    use kschur_left, only: set_left_modes
@@ -165,6 +166,7 @@ contains
             return
          end if
          if (allocated(error)) return
+         call balance(work, plan)
       else
          work = problem
       end if

@@ -20,7 +20,7 @@ module kschur_shift
    use kschur_quadratic_transform_real, only: real_quadratic_type => quadratic_transform_type, &
       new_real_quadratic => new_quadratic_transform
    use kschur_result, only: modal_result_type
-   use kschur_scaling, only: constraint_factors
+   use kschur_scaling, only: constraint_factors, typical_rate
    use kschur_symmetric_transform, only: symmetric_transform_type, new_symmetric_transform
    use kschur_text, only: magnitude
    use kschur_transform, only: transform_type
@@ -205,19 +205,16 @@ contains
       end do
    end subroutine factor_at_scale
 
-   ! A frequency that the matrices suggest (1/s): far above the lowest modes of
-   ! a fine mesh, but of their units.
+   ! A frequency that the matrices suggest (1/s): far above the lowest modes of a fine mesh, but of
+   ! their units. Low where there are heavy parts: from below, low modes are told apart.
    real(wp) function first_scale(problem)
       type(modal_problem_type), intent(in) :: problem
-      real(wp), parameter :: below_the_highest = 1.0e-3_wp
-      real(wp) :: mass, damping, stiffness
+      real(wp), parameter :: below_the_highest = 1.0e-3_wp, heaviest = 1.0e-2_wp
+      real(wp) :: typical, of_norms
 
-      mass = problem%mass%infinity_norm()
-      damping = problem%damping%infinity_norm()
-      stiffness = problem%stiffness%infinity_norm()
-      first_scale = below_the_highest*max(sqrt(stiffness/mass), damping/mass)
-      if (stiffness > 0) first_scale = below_the_highest*sqrt(stiffness/mass)
-      if (.not. first_scale > 0) first_scale = 1
+      typical = typical_rate(problem)
+      of_norms = sqrt(problem%stiffness%infinity_norm()/problem%mass%infinity_norm())
+      first_scale = below_the_highest*min(typical, max(of_norms, heaviest*typical))
    end function first_scale
 
    subroutine factor_at(problem, deflation, options, formulation, shift, transform, result, error)
@@ -292,7 +289,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: roughly = 0.1_wp
       ! Beyond these, relative to the shift, a zero or an infinite eigenvalue may be blurred by rounding.
-      real(wp), parameter :: too_near = 1.0e-4_wp, too_far = 1.0e3_wp
+      real(wp), parameter :: too_near = 1.0e-6_wp, too_far = 1.0e6_wp
+      ! What is far below the shift looks alike, and is lower than it looks; what is far beyond is lost.
+      real(wp), parameter :: above_the_smallest = 10, below_the_largest = 1.0e-2_wp
       type(modal_selection_type) :: selection
       type(krylov_statistics_type) :: statistics
       complex(wp), allocatable :: mu(:), vectors(:, :)
@@ -315,7 +314,7 @@ contains
          smallest = min(smallest, magnitude)
          largest = max(largest, magnitude)
       end do
-      if (largest > 0) proposed = sqrt(smallest*largest)
+      if (largest > 0) proposed = max(min(sqrt(smallest*largest), above_the_smallest*smallest), below_the_largest*largest)
    end subroutine propose_scale
 
    !> Adds the counts and seconds of a linear solver to a result.

@@ -1,6 +1,7 @@
 !> The modes of a problem: chooses formulation and shift, runs the
 !> Krylov-Schur method, turns Ritz pairs into modes.
 module kschur_solver
+   use kschur_balance, only: balance
    use kschur_certificate, only: certificate_type, same_distance
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type, new_deflation
@@ -79,6 +80,7 @@ contains
             return
          end if
          if (allocated(error)) return
+         call balance(work, plan)
       else
          work = problem
       end if
