@@ -63,6 +63,7 @@ contains
       process%routine = "dnaupd"
       process%operator => operator
       call iterate(process, selection, options, values, vectors, statistics, error, monitor)
+      if (.not. (allocated(error) .or. options%raw)) call trim_to_wanted(selection, values, vectors)
    end subroutine arpack_of_real
 
    subroutine arpack_of_complex(operator, selection, options, values, vectors, statistics, error, monitor)
@@ -79,10 +80,21 @@ contains
       process%routine = "znaupd"
       process%operator => operator
       call iterate(process, selection, options, values, vectors, statistics, error, monitor)
+      if (.not. (allocated(error) .or. options%raw)) call trim_to_wanted(selection, values, vectors)
    end subroutine arpack_of_complex
 
-   !> The same for a self-adjoint operator; the vectors are those of `lanczos`. dsaupd finds fewer
-   !> eigenvalues than the rank of the operator: where that is not enough, dnaupd takes its place.
+   subroutine trim_to_wanted(selection, values, vectors)
+      class(selection_type), intent(in) :: selection
+      complex(wp), allocatable, intent(inout) :: values(:), vectors(:, :)
+      integer :: wanted
+
+      wanted = min(selection%needed(values), size(values))
+      values = values(:wanted)
+      vectors = vectors(:, :wanted)
+   end subroutine trim_to_wanted
+
+   !> The same for a self-adjoint operator; all that was found, which may be more than is wanted. dsaupd
+   !> finds fewer eigenvalues than the rank of the operator: where that is not enough, dnaupd takes its place.
    subroutine arpack_symmetric(operator, selection, options, values, vectors, statistics, error, monitor)
       class(symmetric_operator_type), target, intent(inout) :: operator
       class(selection_type), intent(in) :: selection
@@ -163,7 +175,6 @@ contains
       else if (wanted == n) then
          statistics%reason = reason_fewer_modes
       end if
-      if (.not. options%raw) covered = min(covered, needed)
       allocate (values(covered), source=run%mu(order(:covered)))
       allocate (vectors(n, covered), source=run%vectors(:, order(:covered)))
    end subroutine iterate

@@ -130,7 +130,7 @@ contains
                found = found + 2
                mu(found - 1) = 1/cmplx(re(j), im(j), wp)
                mu(found) = conjg(mu(found - 1))
-               vectors(:, found - 1) = cmplx(self%basis(:n, j), -self%basis(:n, j + 1), wp)
+               vectors(:, found - 1) = cmplx(self%basis(:n, j), self%basis(:n, j + 1), wp)
                vectors(:, found) = conjg(vectors(:, found - 1))
             end if
          end if

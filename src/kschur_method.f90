@@ -76,8 +76,9 @@ contains
       if (options%method == method_arpack) then
          if (.not. krylov%raw) then
             values = max(values - merge(1, 2, oscillator)*known, 1)
-            ! The wanted eigenvalues are nearest to the target, those of ARPACK to the shift.
-            if (.not. oscillator) values = values + max(values/4, 2)
+            ! The wanted eigenvalues are nearest to the target, those of ARPACK to the shift. A certificate
+            ! wants to see the next ones.
+            values = values + merge(2, max(values/4, 2), oscillator)
          end if
          krylov%values = values
          if (krylov%subspace == 0) krylov%subspace = max(2*values, values + 20)

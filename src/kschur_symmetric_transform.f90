@@ -220,6 +220,7 @@ contains
       integer, parameter :: filter = 2
       type(krylov_options_type) :: lanczos_options
       logical :: complete
+      integer :: wanted
       real(wp), allocatable :: values(:), shapes(:, :)
 
       if (.not. allocated(self%decomposition)) allocate (self%decomposition)
@@ -231,8 +232,11 @@ contains
       lanczos_options%filter = filter
       if (options%method == method_arpack) then
          call arpack_symmetric(self%operator, selection, lanczos_options, values, shapes, statistics, error, monitor)
-         if (.not. allocated(error) .and. allocated(self%census)) call self%census%examine(values, 0*values, &
-            selection%needed(cmplx(values, 0, wp)), complete)
+         if (allocated(error)) return
+         wanted = min(selection%needed(cmplx(values, 0, wp)), size(values))
+         if (allocated(self%census)) call self%census%examine(values, 0*values, wanted, complete)
+         values = values(:wanted)
+         shapes = shapes(:, :wanted)
       else
          call lanczos(self%operator, selection, lanczos_options, values, shapes, statistics, error, monitor, &
             options%verify, self%census, self%decomposition)
