@@ -75,7 +75,8 @@ contains
             entry%worst = maxval([0.0_wp, entry%result%backward_error])
             entry%median = median(entry%result%backward_error)
             if (comparison%certified) cycle
-            comparison%certified = entry%result%certified == certified_yes .and. entry%result%options%method == method_krylov_schur
+            comparison%certified = entry%result%certified == certified_yes .and. &
+               entry%result%options%method == method_krylov_schur
             if (comparison%certified .or. comparison%reference == 0) then
                comparison%reference = i
             else if (is_better(entry, comparison%entries(comparison%reference))) then

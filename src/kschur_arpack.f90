@@ -253,7 +253,7 @@ contains
       type(run_type), intent(inout) :: run
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      integer :: converged
+      integer :: converged, first
 
       run%info = process%info
       if (all(process%info /= [0, info_restarts, info_no_shifts])) then
@@ -261,9 +261,10 @@ contains
          return
       end if
       converged = min(process%converged(), process%columns)
+      first = max(converged, process%wanted)
       call process%ritz(run%magnitudes, run%bounds)
       call record(statistics, min(converged, process%wanted), &
-         maxval([0.0_wp, relative(run%bounds(:max(converged, process%wanted)), run%magnitudes(:max(converged, process%wanted)))]))
+         maxval([0.0_wp, relative(run%bounds(:first), run%magnitudes(:first))]))
       if (run%info == 0) then
          if (process%wanted < process%order()) run%edge = minval(run%magnitudes(:converged))
       else

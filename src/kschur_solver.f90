@@ -71,6 +71,7 @@ contains
       allocate (result%notes(0))
       call choose_formulation(problem, settings%formulation, result%formulation, result%decision, error)
       if (allocated(error)) return
+      if (settings%formulation /= options%formulation) result%decision = "it is the one that plain ARPACK iterates"
       presolved = settings%presolve .and. is_structured(result%formulation)
       if (presolved) then
          call presolve(problem, work, plan, error)
