@@ -12,13 +12,14 @@ module kschur_scenes
    use scene_pendulum, only: build_pendulum, pendulum_options
    use scene_rotor, only: build_rotor, rotor_options
    use scene_spring_chain, only: build_spring_chain, spring_chain_options
+   use scene_turbine, only: build_turbine, turbine_options
    implicit none
    private
    public :: build_scene, scene_help
 
    !> The scenes there are.
-   character(len=*), parameter, public :: scene_names(8) = [character(len=12) :: &
-      "beam-body", "brake", "cantilever", "free-free", "grid", "pendulum", "rotor", "spring-chain"]
+   character(len=*), parameter, public :: scene_names(9) = [character(len=12) :: &
+      "beam-body", "brake", "cantilever", "free-free", "grid", "pendulum", "rotor", "spring-chain", "turbine"]
 
 contains
 
@@ -83,6 +84,8 @@ contains
          options = rotor_options()
       case ("spring-chain")
          options = spring_chain_options()
+      case ("turbine")
+         options = turbine_options()
       end select
    end function options_of
 
@@ -109,6 +112,8 @@ contains
          call build_rotor(options, assembly, error)
       case ("spring-chain")
          call build_spring_chain(options, assembly, error)
+      case ("turbine")
+         call build_turbine(options, assembly, error)
       end select
    end subroutine build
 end module kschur_scenes
