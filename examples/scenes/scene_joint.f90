@@ -3,12 +3,11 @@
 module scene_joint
    use kschur, only: wp
    use scene_assembly, only: assembly_type
-   use scene_vectors, only: cross, dyad, identity, normal_plane, skew
+   use scene_vectors, only: cross, dyad, identity, normal_plane
    implicit none
    private
-   public :: add_average, add_clamp, add_fix, add_prismatic, add_reaction, add_revolute, add_spherical, add_tie
-
-   real(wp), parameter :: nothing(3, 0) = reshape([real(wp) ::], [3, 0])
+   public :: add_clamp, add_fix, add_reaction, add_revolute, add_tie
+   public :: averaged, prismatic_rows, revolute_rows, spherical_rows
 
 contains
 
@@ -21,7 +20,7 @@ contains
       !> Lever arms r1 and r2 from each frame's origin to the point, m.
       real(wp), intent(in) :: first_arm(3), second_arm(3)
 
-      call add_joint(assembly, first, first_arm, second, second_arm, identity, identity)
+      call add_joint(assembly, first, first_arm, second, second_arm, fixed_rows())
    end subroutine add_fix
 
    !> Joins two frames at a point, free to rotate about an axis: 5 rows.
@@ -32,28 +31,8 @@ contains
       !> Unit vector.
       real(wp), intent(in) :: axis(3)
 
-      call add_joint(assembly, first, first_arm, second, second_arm, identity, normal_plane(axis))
+      call add_joint(assembly, first, first_arm, second, second_arm, revolute_rows(axis))
    end subroutine add_revolute
-
-   !> Joins two frames at a point, free to rotate: 3 rows.
-   pure subroutine add_spherical(assembly, first, first_arm, second, second_arm)
-      type(assembly_type), intent(inout) :: assembly
-      integer, intent(in) :: first(6), second(6)
-      real(wp), intent(in) :: first_arm(3), second_arm(3)
-
-      call add_joint(assembly, first, first_arm, second, second_arm, identity, nothing)
-   end subroutine add_spherical
-
-   !> Joins two frames at a point, free to slide along an axis: 5 rows.
-   pure subroutine add_prismatic(assembly, first, first_arm, second, second_arm, axis)
-      type(assembly_type), intent(inout) :: assembly
-      integer, intent(in) :: first(6), second(6)
-      real(wp), intent(in) :: first_arm(3), second_arm(3)
-      !> Unit vector.
-      real(wp), intent(in) :: axis(3)
-
-      call add_joint(assembly, first, first_arm, second, second_arm, normal_plane(axis), identity)
-   end subroutine add_prismatic
 
    !> Ties two nodes at the same point: 6 rows, x2 = x1.
    pure subroutine add_tie(assembly, first, second)
@@ -75,33 +54,6 @@ contains
       call add_tie(assembly, ground, frame)
    end subroutine add_clamp
 
-   !> Makes a frame follow a set of points on the average: 6 rows, the mean of u - (u_f + theta_f x r) and of
-   !> r x (u - (u_f + theta_f x r)) over the points is zero.
-   pure subroutine add_average(assembly, frame, points, arms)
-      type(assembly_type), intent(inout) :: assembly
-      !> Unknowns of the frame.
-      integer, intent(in) :: frame(6)
-      !> Unknowns of the points, 3 x points, and their positions r from the origin of the frame (m).
-      integer, intent(in) :: points(:, :)
-      real(wp), intent(in) :: arms(:, :)
-      real(wp) :: rows(6, 6 + 3*size(points, 2)), moment(3, 3)
-      integer :: k
-
-      rows = 0
-      associate (weight => 1.0_wp/size(points, 2))
-         do k = 1, size(points, 2)
-            moment = skew(arms(:, k))
-            rows(1:3, 3*k + 4:3*k + 6) = weight*identity
-            rows(4:6, 3*k + 4:3*k + 6) = weight*moment
-            rows(1:3, 4:6) = rows(1:3, 4:6) + weight*moment
-            rows(4:6, 1:3) = rows(4:6, 1:3) - weight*moment
-            rows(4:6, 4:6) = rows(4:6, 4:6) + weight*matmul(moment, moment)
-         end do
-      end associate
-      rows(1:3, 1:3) = -identity
-      call assembly%add_constraints([frame, reshape(points, [size(points)])], rows)
-   end subroutine add_average
-
    !> Adds the stiffness K_c of a joint that carries a force (eq. (9) of the paper): as a frame rotates, the lever arm
    !> of the force turns, d(r x f)/d theta = skew(f) skew(r) = r f^T - (r.f) I.
    pure subroutine add_reaction(assembly, first, first_arm, second, second_arm, force)
@@ -118,26 +70,86 @@ contains
          dyad(second_arm, force) - dot_product(force, second_arm)*identity)
    end subroutine add_reaction
 
-   ! The rows d.(u2 + theta2 x r2 - u1 - theta1 x r1) = 0 for each d of `translations`,
-   ! d.(theta2 - theta1) = 0 for each of `rotations`.
-   pure subroutine add_joint(assembly, first, first_arm, second, second_arm, translations, rotations)
+   ! Rows of the relative motion of two frames at a point.
+   pure subroutine add_joint(assembly, first, first_arm, second, second_arm, rows)
       type(assembly_type), intent(inout) :: assembly
       integer, intent(in) :: first(6), second(6)
-      real(wp), intent(in) :: first_arm(3), second_arm(3), translations(:, :), rotations(:, :)
-      real(wp) :: rows(size(translations, 2) + size(rotations, 2), 12)
-      integer :: k, t
+      real(wp), intent(in) :: first_arm(3), second_arm(3), rows(:, :)
 
-      t = size(translations, 2)
+      call assembly%add_constraints([second, first], &
+         reshape([at_arm(rows, second_arm), -at_arm(rows, first_arm)], [size(rows, 1), 12]))
+   end subroutine add_joint
+
+   ! Rows of the motion u + theta x r at a point in those of the frame.
+   pure function at_arm(rows, arm) result(moved)
+      real(wp), intent(in) :: rows(:, :), arm(3)
+      real(wp) :: moved(size(rows, 1), 6)
+      integer :: k
+
+      moved = rows
+      do k = 1, size(rows, 1)
+         moved(k, 4:6) = rows(k, 4:6) + cross(arm, rows(k, 1:3))
+      end do
+   end function at_arm
+
+   ! What a joint that fixes forbids.
+   pure function fixed_rows() result(rows)
+      real(wp) :: rows(6, 6)
+
       rows = 0
-      do k = 1, t
-         associate (d => translations(:, k))
-            rows(k, :) = [-d, -cross(first_arm, d), d, cross(second_arm, d)]
+      rows(1:3, 1:3) = identity
+      rows(4:6, 4:6) = identity
+   end function fixed_rows
+
+   !> What a revolute joint about an axis (a unit vector) forbids: 5 rows of the relative motion.
+   pure function revolute_rows(axis) result(rows)
+      real(wp), intent(in) :: axis(3)
+      real(wp) :: rows(5, 6)
+
+      rows = 0
+      rows(1:3, 1:3) = identity
+      rows(4:5, 4:6) = transpose(normal_plane(axis))
+   end function revolute_rows
+
+   !> What a spherical joint forbids: 3 rows.
+   pure function spherical_rows() result(rows)
+      real(wp) :: rows(3, 6)
+
+      rows = 0
+      rows(:, 1:3) = identity
+   end function spherical_rows
+
+   !> What a guide along an axis (a unit vector) forbids: 5 rows.
+   pure function prismatic_rows(axis) result(rows)
+      real(wp), intent(in) :: axis(3)
+      real(wp) :: rows(5, 6)
+
+      rows = 0
+      rows(1:2, 1:3) = transpose(normal_plane(axis))
+      rows(3:5, 4:6) = identity
+   end function prismatic_rows
+
+   !> Rows of the average motion of a set of points, in their translations: the frame in their middle that fits them
+   !> by least squares, u_f = mean of u, theta_f = S^-1 mean of r x u, S = mean of -skew(r)^2.
+   pure function averaged(rows, arms) result(spread_out)
+      !> Rows of the motion of the frame, and positions of the points from their middle (m).
+      real(wp), intent(in) :: rows(:, :), arms(:, :)
+      real(wp) :: spread_out(size(rows, 1), 3*size(arms, 2))
+      real(wp) :: spin(3, 3), inverse(3, 3)
+      integer :: k, i
+
+      spin = sum(arms**2)*identity
+      do i = 1, size(arms, 2)
+         spin = spin - dyad(arms(:, i), arms(:, i))
+      end do
+      inverse = transpose(reshape([cross(spin(:, 2), spin(:, 3)), cross(spin(:, 3), spin(:, 1)), &
+         cross(spin(:, 1), spin(:, 2))], [3, 3]))/dot_product(spin(:, 1), cross(spin(:, 2), spin(:, 3)))
+      do k = 1, size(rows, 1)
+         associate (turn => matmul(rows(k, 4:6), inverse))
+            do i = 1, size(arms, 2)
+               spread_out(k, 3*i - 2:3*i) = rows(k, 1:3)/size(arms, 2) + cross(turn, arms(:, i))
+            end do
          end associate
       end do
-      do k = 1, size(rotations, 2)
-         rows(t + k, 4:6) = -rotations(:, k)
-         rows(t + k, 10:12) = rotations(:, k)
-      end do
-      call assembly%add_constraints([first, second], rows)
-   end subroutine add_joint
+   end function averaged
 end module scene_joint

@@ -5,6 +5,7 @@ module kschur_scenes
    use scene_beam_body, only: beam_body_options, build_beam_body
    use scene_brake, only: brake_options, build_brake
    use scene_cantilever, only: build_cantilever, cantilever_options
+   use scene_crank, only: build_crank, crank_options
    use scene_free_free, only: build_free_free, free_free_options
    use scene_geometry, only: geometry_type
    use scene_grid, only: build_grid, grid_options
@@ -18,8 +19,9 @@ module kschur_scenes
    public :: build_scene, scene_help
 
    !> The scenes there are.
-   character(len=*), parameter, public :: scene_names(9) = [character(len=12) :: &
-      "beam-body", "brake", "cantilever", "free-free", "grid", "pendulum", "rotor", "spring-chain", "turbine"]
+   character(len=*), parameter, public :: scene_names(10) = [character(len=12) :: &
+      "beam-body", "brake", "cantilever", "crank", "free-free", "grid", "pendulum", "rotor", "spring-chain", &
+      "turbine"]
 
 contains
 
@@ -74,6 +76,8 @@ contains
          options = brake_options()
       case ("cantilever")
          options = cantilever_options()
+      case ("crank")
+         options = crank_options()
       case ("free-free")
          options = free_free_options()
       case ("grid")
@@ -102,6 +106,8 @@ contains
          call build_brake(options, assembly, error)
       case ("cantilever")
          call build_cantilever(options, assembly, error)
+      case ("crank")
+         call build_crank(options, assembly, error)
       case ("free-free")
          call build_free_free(options, assembly, error)
       case ("grid")
