@@ -11,7 +11,7 @@ module hard_constraints
    use quad_reference, only: quad_squared_frequencies
    use scene_assembly, only: assembly_type, new_assembly, node_unknowns
    use scene_beam, only: add_beam, beam_type, table_2_beam
-   use scene_joint, only: add_fix
+   use scene_joint, only: add_fix, add_revolute
    use scene_rigid_body, only: body_mass, box_inertia
    implicit none
    private
@@ -198,6 +198,7 @@ contains
    subroutine examine_mechanisms(judge)
       type(judge_type), intent(inout) :: judge
       real(wp), parameter :: to_hinge(3) = [-0.5_wp, 0.0_wp, 0.0_wp], to_next(3) = [0.5_wp, 0.0_wp, 0.0_wp]
+      real(wp), parameter :: about_z(3) = [0.0_wp, 0.0_wp, 1.0_wp], no_arm(3) = 0
       integer, parameter :: bars = 5
       type(case_type) :: case
       type(modal_problem_type) :: problem
@@ -211,7 +212,7 @@ contains
       do k = 1, bars
          associate (bar => node_unknowns(k))
             call assembly%mass%add_block(bar, bar, body_mass(2.0_wp, box_inertia(2.0_wp, [1.0_wp, 0.25_wp, 0.5_wp])))
-            call add_hinge(assembly, node_unknowns(k - 1), merge(to_next, 0.0_wp, k > 1), bar, to_hinge)
+            call add_revolute(assembly, node_unknowns(k - 1), merge(to_next, 0.0_wp, k > 1), bar, to_hinge, about_z)
          end associate
       end do
       case%name = "a chain of bars without stiffness"
@@ -228,7 +229,7 @@ contains
       beam = table_2_beam()
       assembly = new_assembly(66)
       call add_beam(assembly, [(k, k=1, 11)], beam%mass(0.5_wp, .false.), beam%stiffness(0.5_wp), [0.0_wp, 0.0_wp])
-      call add_hinge(assembly, node_unknowns(0), [0.0_wp, 0.0_wp, 0.0_wp], node_unknowns(1), [0.0_wp, 0.0_wp, 0.0_wp])
+      call add_revolute(assembly, node_unknowns(0), no_arm, node_unknowns(1), no_arm, about_z)
       case%name = "a beam on a hinge"
       case%options%modes = 8
       problem = finished(assembly)
@@ -237,32 +238,6 @@ contains
       case%expected = damped(squared)
       call judge%examine(case, problem)
    end subroutine examine_mechanisms
-
-   ! The rows of a fixed joint but the last: the rotation about z is free.
-   subroutine add_hinge(assembly, first, first_arm, second, second_arm)
-      type(assembly_type), intent(inout) :: assembly
-      integer, intent(in) :: first(6), second(6)
-      real(wp), intent(in) :: first_arm(3), second_arm(3)
-      type(assembly_type) :: joint
-      type(modal_problem_type) :: pair
-      real(wp) :: rows(6, 12)
-      integer :: k
-
-      ! The rows of a joint of two bodies of their own.
-      joint = new_assembly(12)
-      do k = 1, 12
-         call add_mass(joint, k, 1.0_wp)
-      end do
-      call add_fix(joint, [(k, k=1, 6)], first_arm, [(k, k=7, 12)], second_arm)
-      pair = finished(joint)
-      rows = 0
-      do k = 1, 6
-         associate (cq => pair%constraints, range => pair%constraints%row_start(k:k + 1))
-            rows(k, cq%column(range(1):range(2) - 1)) = cq%value(range(1):range(2) - 1)
-         end associate
-      end do
-      call assembly%add_constraints([first, second], rows(:5, :))
-   end subroutine add_hinge
 
    !> Millimetres, tonnes and seconds; a unit for each unknown.
    subroutine examine_units(judge)

@@ -7,7 +7,7 @@ module hard_models
    use scene_assembly, only: assembly_type, new_assembly, triplets_type
    implicit none
    private
-   public :: add_mass, add_spring, append, chain, copies, damped, finished, half_sine_squares, in_millimetres, &
+   public :: add_mass, add_spring, append, copies, damped, finished, half_sine_squares, in_millimetres, &
       in_units_of_their_own, scene, with_uneven_constraints
 
    real(real128), parameter :: pi = acos(-1.0_real128)
@@ -155,24 +155,6 @@ contains
       call assembly%stiffness%add_block([first, second], [first, second], &
          stiffness*reshape([1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp], [2, 2]))
    end subroutine add_spring
-
-   !> A free chain of unit masses and unit springs, or a ring:
-   !> omega^2 = 4 sin^2(j pi/2n), j = 0 ... n - 1, or 4 sin^2(j pi/n).
-   function chain(masses, ring) result(problem)
-      integer, intent(in) :: masses
-      logical, intent(in) :: ring
-      type(modal_problem_type) :: problem
-      type(assembly_type) :: assembly
-      integer :: i
-
-      assembly = new_assembly(masses)
-      do i = 1, masses
-         call add_mass(assembly, i, 1.0_wp)
-         if (i > 1) call add_spring(assembly, i - 1, i, 1.0_wp)
-      end do
-      if (ring) call add_spring(assembly, masses, 1, 1.0_wp)
-      problem = finished(assembly)
-   end function chain
 
    !> 4 sin^2(j pi/p), j = first ... last.
    pure function half_sine_squares(first, last, p) result(values)

@@ -4,12 +4,14 @@ module hard_spectra
    use, intrinsic :: iso_fortran_env, only: real128
    use cantilever_reference, only: eigenvalues, elements, tip_masses
    use hard_judge, only: case_type, judge_type, said
-   use hard_models, only: add_mass, add_spring, append, chain, copies, damped, finished, half_sine_squares, scene
+   use hard_models, only: add_mass, add_spring, append, copies, damped, finished, half_sine_squares, scene
    use kschur, only: modal_problem_type, text, wp
    use quad_reference, only: quad_squared_frequencies
+   use rotor_reference, only: critical_speed, rotor_eigenvalues
    use scene_assembly, only: assembly_type, new_assembly, node_unknowns
-   use scene_beam, only: add_beam, beam_type, rotated, table_2_beam, table_2_rayleigh
+   use scene_beam, only: add_beam, beam_type, table_2_beam, table_2_rayleigh
    use scene_joint, only: add_tie
+   use scene_vectors, only: rpm, turned
    implicit none
    private
    public :: examine_brakes, examine_multiple, examine_rotors, examine_targets
@@ -33,7 +35,7 @@ contains
       allocate (case%expected(0))
       case%options%modes = modes
       do d = 1, 2
-         problem = copies(chain(masses, ring=.false.), 1, rayleigh(:, d))
+         problem = copies(chain(masses, "line"), 1, rayleigh(:, d))
          case%expected = damped(half_sine_squares(0, masses - 1, 2*masses), rayleigh(:, d))
          places = [case%expected(8), (0.0_wp, 0.0_wp), (1.0e-14_wp, 0.0_wp), 1.0e6_wp*maxval(abs(case%expected))*i]
          do s = 1, 2
@@ -49,6 +51,15 @@ contains
          end do
       end do
    end subroutine examine_targets
+
+   ! Unit masses and springs: omega^2 = 4 sin^2(j pi/2n), of a ring 4 sin^2(j pi/n).
+   function chain(masses, shape) result(problem)
+      integer, intent(in) :: masses
+      character(len=*), intent(in) :: shape
+      type(modal_problem_type) :: problem
+
+      problem = scene("spring-chain", [character(len=9) :: "--masses", text(masses), "--shape", shape, "--damping", "none"])
+   end function chain
 
    !> Eigenvalues that are there twice or twenty times.
    subroutine examine_multiple(judge)
@@ -71,10 +82,10 @@ contains
       case%name = "a ring of springs"
       case%options%modes = 25
       case%expected = damped(half_sine_squares(0, around - 1, around))
-      call judge%examine(case, chain(around, ring=.true.))
+      call judge%examine(case, chain(around, "ring"))
       case%name = "a ring of springs, damped"
       case%expected = damped(half_sine_squares(0, around - 1, around), [0.01_wp, 0.02_wp])
-      call judge%examine(case, copies(chain(around, ring=.true.), 1, [0.01_wp, 0.02_wp]))
+      call judge%examine(case, copies(chain(around, "ring"), 1, [0.01_wp, 0.02_wp]))
 
       ! The plate of finite differences, hinged at its edges: K = L^2, omega is an eigenvalue of L.
       across = half_sine_squares(1, side, 2*(side + 1))
@@ -155,8 +166,9 @@ contains
       do a = 0, cells
          call add_beam(assembly, [(1 + a*(cells + 1) + b, b=0, cells)], beam%mass(1.0_wp, .false.), &
             beam%stiffness(1.0_wp), [0.0_wp, 0.0_wp])
-         call add_beam(assembly, [(nodes + 1 + a + b*(cells + 1), b=0, cells)], rotated(beam%mass(1.0_wp, .false.), across), &
-            rotated(beam%stiffness(1.0_wp), across), [0.0_wp, 0.0_wp])
+         call add_beam(assembly, [(nodes + 1 + a + b*(cells + 1), b=0, cells)], &
+            turned(beam%mass(1.0_wp, .false.), across, across), turned(beam%stiffness(1.0_wp), across, across), &
+            [0.0_wp, 0.0_wp])
       end do
       do a = 1, nodes
          call add_tie(assembly, node_unknowns(a), node_unknowns(nodes + a))
@@ -164,41 +176,31 @@ contains
       problem = finished(assembly)
    end function square_of_beams
 
-   !> Hulten's brake: the friction force of either spring on the other's mass. With w1, w2 the
-   !> frequencies, (w1^2 - s)(w2^2 - s) + (mu w1 w2)^2 = 0, s = -lambda^2: flutter above
-   !> mu = |w1^2 - w2^2|/(2 w1 w2). One mass is two tied halves; other oscillators stand around.
+   !> The scene `brake` below and above its critical friction; other oscillators stand around.
    subroutine examine_brakes(judge)
       type(judge_type), intent(inout) :: judge
       integer, parameter :: others = 20
-      real(wp), parameter :: w1 = 1.0_wp, w2 = 1.25_wp, part(4) = [0.5_wp, 0.99_wp, 1.01_wp, 1.5_wp]
+      real(wp), parameter :: k1 = 1.0_wp, k2 = 1.5625_wp, part(4) = [0.5_wp, 0.99_wp, 1.01_wp, 1.5_wp]
       real(wp), parameter :: alphas(2) = [0.0_wp, 0.05_wp]
       type(case_type) :: case
       type(assembly_type) :: assembly
       complex(real128) :: root, pair(4)
-      real(real128) :: mu
       real(wp) :: friction
       integer :: d, k, o
 
       case%options%modes = 8
       do d = 1, size(alphas)
          do k = 1, size(part)
-            friction = part(k)*abs(w1**2 - w2**2)/(2*w1*w2)
-            assembly = new_assembly(others + 3)
-            call add_mass(assembly, 1, 0.5_wp)
-            call add_mass(assembly, others + 2, 1.0_wp)
-            call add_mass(assembly, others + 3, 0.5_wp)
-            call assembly%add_constraints([1, others + 3], reshape([1.0_wp, -1.0_wp], [1, 2]))
-            call add_spring(assembly, 1, 0, w1**2)
-            call add_spring(assembly, others + 2, 0, w2**2)
-            call assembly%stiffness%add_entry(others + 3, others + 2, -friction*(w2*w1))
-            call assembly%stiffness%add_entry(others + 2, 1, friction*(w2*w1))
+            friction = part(k)*abs(k1 - k2)/(2*sqrt(k1*k2))
+            assembly = new_assembly(others + 4)
+            call append(assembly, scene("brake", [character(len=24) :: "--friction", digits_of(friction), "--stiffness-1", &
+               digits_of(k1), "--stiffness-2", digits_of(k2), "--damping", "none"]), 0)
             do o = 1, others
-               call add_mass(assembly, 1 + o, 1.0_wp)
-               call add_spring(assembly, 1 + o, 0, 0.25_wp*o)
+               call add_mass(assembly, 4 + o, 1.0_wp)
+               call add_spring(assembly, 4 + o, 0, 0.25_wp*o)
             end do
-            mu = real(friction*(w2*w1), real128)
-            root = sqrt(cmplx((real(w1, real128)**2 - real(w2, real128)**2)**2 - 4*mu**2, kind=real128))
-            pair(1:2) = (real(w1, real128)**2 + real(w2, real128)**2 + [root, -root])/2
+            root = sqrt(cmplx((real(k1, real128) - k2)**2 - 4*real(friction*k1, real128)*(friction*k2), kind=real128))
+            pair(1:2) = (real(k1, real128) + k2 + [root, -root])/2
             ! lambda^2 + alpha lambda + s = 0.
             pair(1:2) = sqrt((alphas(d)/2.0_real128)**2 - pair(1:2))
             pair(3:4) = -pair(1:2)
@@ -209,6 +211,15 @@ contains
          end do
       end do
    end subroutine examine_brakes
+
+   ! All digits of a number.
+   pure function digits_of(number) result(word)
+      real(wp), intent(in) :: number
+      character(len=24) :: word
+
+      write (word, "(es24.16)") number
+      word = adjustl(word)
+   end function digits_of
 
    pure function upper(values) result(chosen)
       complex(wp), intent(in) :: values(:)
@@ -233,45 +244,34 @@ contains
       write (word, "(f5.3)") part
    end function parts
 
-   !> Jeffcott's rotor with internal damping: with z = x + i y,
-   !> m z'' + (c_e + c_i) z' + (k - i Omega c_i) z = 0, unstable above Omega = w (1 + c_e/c_i).
-   !> The disc is two tied halves; damped oscillators stand around.
+   !> The scene `rotor` in rigid bearings, below, at and above the speed where it loses its stability; damped
+   !> oscillators stand around.
    subroutine examine_rotors(judge)
       type(judge_type), intent(inout) :: judge
       integer, parameter :: others = 16
-      real(wp), parameter :: mass = 2, stiffness = 200, external = 0.3_wp, internal = 0.5_wp
+      real(wp), parameter :: rotating = 1.0e-4_wp, resting = 100.0_wp, alpha = 3.0_wp, spring = 2.0e4_wp
       real(wp), parameter :: part(6) = [0.0_wp, 0.9_wp, 0.999_wp, 1.0_wp, 1.001_wp, 1.5_wp]
       type(case_type) :: case
+      type(modal_problem_type) :: rotor
       type(assembly_type) :: assembly
-      complex(real128) :: half, root
-      real(wp) :: speed, cross
-      integer :: k, o, axis
+      real(wp) :: speed
+      integer :: k, o, n
 
       case%options%modes = 8
       do k = 1, size(part)
-         speed = part(k)*sqrt(stiffness/mass)*(1 + external/internal)
-         cross = speed*internal
-         assembly = new_assembly(others + 4)
-         do axis = 1, 2
-            ! One half of the disc carries the shaft and its damping, the other the bearing's.
-            call add_mass(assembly, axis, mass/2)
-            call add_mass(assembly, axis + 2, mass/2)
-            call assembly%add_constraints([axis, axis + 2], reshape([1.0_wp, -1.0_wp], [1, 2]))
-            call add_spring(assembly, axis, 0, stiffness)
-            call assembly%damping%add_entry(axis, axis, internal)
-            call assembly%damping%add_entry(axis + 2, axis + 2, external)
-            call assembly%stiffness%add_entry(axis, 3 - axis, merge(cross, -cross, axis == 1))
+         speed = part(k)*critical_speed(rotating, resting)
+         rotor = scene("rotor", [character(len=24) :: "--speed", digits_of(speed/rpm), "--bearings", "rigid", "--density", "0", &
+            "--rotating", digits_of(rotating), "--resting", digits_of(resting), "--elements", "2"])
+         n = rotor%unknowns()
+         assembly = new_assembly(n + others)
+         call append(assembly, rotor, 0)
+         do o = n + 1, n + others
+            call add_mass(assembly, o, 1.0_wp)
+            call add_spring(assembly, o, 0, spring*(o - n))
+            call assembly%damping%add_entry(o, o, alpha)
          end do
-         do o = 1, others
-            call add_mass(assembly, o + 4, 1.0_wp)
-            call add_spring(assembly, o + 4, 0, 30.0_wp*o)
-            call assembly%damping%add_entry(o + 4, o + 4, 0.1_wp)
-         end do
-         half = -(real(external, real128) + internal)/(2*mass)
-         root = sqrt(half**2 - cmplx(stiffness, -cross, real128)/mass)
-         case%expected = [cmplx(half + root, kind=wp), cmplx(half - root, kind=wp)]
-         where (aimag(case%expected) < 0) case%expected = conjg(case%expected)
-         case%expected = [case%expected, damped([(30.0_real128*o, o=1, others)], [0.1_wp, 0.0_wp])]
+         case%expected = [rotor_eigenvalues(speed, rotating, resting), &
+            damped([(real(spring*o, real128), o=1, others)], [alpha, 0.0_wp])]
          case%name = "rotor, speed "//parts(part(k))//" of critical"
          call judge%examine(case, finished(assembly))
       end do

@@ -4,14 +4,11 @@ module hard_structures
    use cantilever_reference, only: eigenvalues, elements, frequencies, tip_masses
    use dense_reference, only: dense_shapes
    use hard_judge, only: case_type, judge_type, stop_on
-   use hard_models, only: copies, damped, finished, in_millimetres, in_units_of_their_own, scene, with_uneven_constraints
+   use hard_models, only: copies, damped, in_millimetres, in_units_of_their_own, scene, with_uneven_constraints
    use kschur, only: error_type, formulation_undamped_constrained, modal_options_type, modal_problem_type, &
       modal_result_type, presolve, presolve_type, solve_modes, text, wp
    use quad_reference, only: quad_rayleigh_quotients, quad_squared_frequencies
-   use scene_assembly, only: assembly_type, new_assembly, node_unknowns
-   use scene_beam, only: add_beam, beam_type, table_2_beam, table_2_rayleigh
-   use scene_joint, only: add_fix
-   use scene_rigid_body, only: body_mass, box_inertia
+   use scene_beam, only: table_2_rayleigh
    implicit none
    private
    public :: examine_cantilevers, examine_free_bodies, examine_grids
@@ -60,7 +57,7 @@ contains
       real(real128), allocatable :: squared(:)
       integer :: k, j
 
-      body = free_body()
+      body = scene("free-free", [character(len=9) :: "--bodies", "1", "--damping", "none"])
       call quad_squared_frequencies(body, squared)
       ! The rounding of K is their only stiffness.
       squared(:rigid) = 0
@@ -76,26 +73,6 @@ contains
          call judge%examine(case, copies(body, bodies(k), table_2_rayleigh))
       end do
    end subroutine examine_free_bodies
-
-   ! A beam with a body fixed to its end.
-   function free_body() result(problem)
-      integer, parameter :: elements = 8
-      real(wp), parameter :: length = 6, mass = 100, edges(3) = [0.5_wp, 1.0_wp, 1.0_wp], no_arm(3) = 0
-      type(modal_problem_type) :: problem
-      type(assembly_type) :: assembly
-      type(beam_type) :: beam
-      integer :: k
-
-      assembly = new_assembly(6*(elements + 2))
-      beam = table_2_beam()
-      call add_beam(assembly, [(k, k=1, elements + 1)], beam%mass(length/elements, .false.), &
-         beam%stiffness(length/elements), [0.0_wp, 0.0_wp])
-      associate (body => node_unknowns(elements + 2), tip => node_unknowns(elements + 1))
-         call assembly%mass%add_block(body, body, body_mass(mass, box_inertia(mass, edges)))
-         call add_fix(assembly, tip, no_arm, body, [-edges(1)/2, 0.0_wp, 0.0_wp])
-      end associate
-      problem = finished(assembly)
-   end function free_body
 
    !> The paper's grids. The undamped shapes come by another way, dense LAPACK or the paper's
    !> undamped pencil; their Rayleigh quotients in quadruple precision map to lambda.

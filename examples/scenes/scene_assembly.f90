@@ -2,9 +2,10 @@
 !> problem of them.
 module scene_assembly
    use kschur, only: csr_matrix_type, error_type, modal_problem_type, new_csr_from_triplets, new_modal_problem, wp
+   use scene_geometry, only: geometry_type
    implicit none
    private
-   public :: assembly_type, new_assembly, node_unknowns, triplets_type
+   public :: assembly_type, new_assembly, node_translations, node_unknowns, triplets_type
 
    !> A growing list of matrix entries; entries of the same place add up.
    type :: triplets_type
@@ -26,6 +27,8 @@ module scene_assembly
       integer :: unknowns = 0
       !> Number of constraints m so far.
       integer :: multipliers = 0
+      !> Where the scene stands; empty where there is nothing to draw.
+      type(geometry_type) :: geometry
    contains
       !> Adds the mass, the stiffness and the Rayleigh damping of an element.
       procedure :: add_element
@@ -56,6 +59,18 @@ contains
       places = 0
       if (node > 0) places = [(6*(node - 1) + i, i=1, 6)]
    end function node_unknowns
+
+   !> The first three of the unknowns of each node: its translations.
+   pure function node_translations(nodes) result(places)
+      integer, intent(in) :: nodes(:)
+      integer :: places(3, size(nodes))
+      integer :: unknowns(6), k
+
+      do k = 1, size(nodes)
+         unknowns = node_unknowns(nodes(k))
+         places(:, k) = unknowns(:3)
+      end do
+   end function node_translations
 
    !> Adds an element's M, K and alpha M + beta K.
    pure subroutine add_element(self, places, mass, stiffness, rayleigh)

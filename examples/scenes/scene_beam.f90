@@ -7,7 +7,7 @@ module scene_beam
    use scene_assembly, only: assembly_type, node_unknowns
    implicit none
    private
-   public :: add_beam, beam_type, rectangular_beam, rotated, table_2_beam
+   public :: add_beam, beam_type, rectangular_beam, table_2_beam, tube
 
    !> Rayleigh damping of the paper's test beams (Table 2): alpha (1/s), beta (s).
    real(wp), parameter, public :: table_2_rayleigh(2) = [1.0e-3_wp, 1.0e-5_wp]
@@ -30,6 +30,8 @@ module scene_beam
       procedure :: stiffness
       !> Mass of an element of a given length (m), 12 x 12, local axes.
       procedure :: mass
+      !> What an axial force adds to the stiffness, 12 x 12, local axes.
+      procedure, nopass :: geometric_stiffness
    end type beam_type
 
    integer, parameter :: axial(2) = [1, 7], twist(2) = [4, 10]
@@ -70,6 +72,26 @@ contains
          poisson_ratio=0.31_wp, density=1000.0_wp)
    end function table_2_beam
 
+   !> A round beam, solid or hollow.
+   pure function tube(diameter, thickness, youngs_modulus, shear_modulus, density) result(beam)
+      !> Outer diameter and thickness of the wall, m; half the diameter where it is solid.
+      real(wp), intent(in) :: diameter, thickness
+      !> Young's and shear modulus, Pa; density, kg/m^3.
+      real(wp), intent(in) :: youngs_modulus, shear_modulus, density
+      type(beam_type) :: beam
+      real(wp), parameter :: pi = acos(-1.0_wp)
+
+      associate (inner => diameter - 2*thickness)
+         beam%area = pi/4*(diameter**2 - inner**2)
+         beam%moment_y = pi/64*(diameter**4 - inner**4)
+      end associate
+      beam%moment_z = beam%moment_y
+      beam%torsion_constant = 2*beam%moment_y
+      beam%youngs_modulus = youngs_modulus
+      beam%shear_modulus = shear_modulus
+      beam%density = density
+   end function tube
+
    !> Adds a straight beam: equal elements between consecutive nodes.
    pure subroutine add_beam(assembly, nodes, mass, stiffness, rayleigh)
       type(assembly_type), intent(inout) :: assembly
@@ -99,6 +121,17 @@ contains
       matrix(along_y, along_y) = self%youngs_modulus*self%moment_z/length**3*bending_stiffness(length)
       matrix(along_z, along_z) = self%youngs_modulus*self%moment_y/length**3*bending_stiffness(-length)
    end function stiffness
+
+   !> Of a beam under an axial force: the string that resists bending (Przemieniecki, chapter 15).
+   pure function geometric_stiffness(length, force) result(matrix)
+      !> Length of the element, m; tension, N.
+      real(wp), intent(in) :: length, force
+      real(wp) :: matrix(12, 12)
+
+      matrix = 0
+      matrix(along_y, along_y) = force/(30*length)*string_stiffness(length)
+      matrix(along_z, along_z) = force/(30*length)*string_stiffness(-length)
+   end function geometric_stiffness
 
    !> The consistent mass, without rotary inertia of the section in bending, or
    !> the diagonal one of Chrono's BeamFixBody, which gives the bending
@@ -143,6 +176,18 @@ contains
       end associate
    end function bending_stiffness
 
+   pure function string_stiffness(length) result(matrix)
+      real(wp), intent(in) :: length
+      real(wp) :: matrix(4, 4)
+
+      associate (l => length)
+         matrix = reshape([36.0_wp, 3*l, -36.0_wp, 3*l, &
+            3*l, 4*l**2, -3*l, -l**2, &
+            -36.0_wp, -3*l, 36.0_wp, -3*l, &
+            3*l, -l**2, -3*l, 4*l**2], [4, 4])
+      end associate
+   end function string_stiffness
+
    pure function bending_mass(length) result(matrix)
       real(wp), intent(in) :: length
       real(wp) :: matrix(4, 4)
@@ -154,20 +199,4 @@ contains
             -13*l, -3*l**2, -22*l, 4*l**2], [4, 4])
       end associate
    end function bending_mass
-
-   !> A matrix of vectors in local axes, turned to global axes.
-   pure function rotated(matrix, axes) result(turned)
-      !> Square, its size a multiple of 3.
-      real(wp), intent(in) :: matrix(:, :)
-      !> Unit vectors of the local axes, as columns.
-      real(wp), intent(in) :: axes(3, 3)
-      real(wp) :: turned(size(matrix, 1), size(matrix, 2))
-      integer :: i, j
-
-      do j = 1, size(matrix, 2), 3
-         do i = 1, size(matrix, 1), 3
-            turned(i:i + 2, j:j + 2) = matmul(axes, matmul(matrix(i:i + 2, j:j + 2), transpose(axes)))
-         end do
-      end do
-   end function rotated
 end module scene_beam

@@ -1,8 +1,8 @@
 !> The scene `beam-body`: Chrono's BeamFixBody, the problem its eigensolver is
 !> tested on (data/testing/modal/eigensolver in projectchrono/chrono).
 module scene_beam_body
-   use kschur, only: error_type, modal_problem_type, wp
-   use scene_assembly, only: assembly_type, new_assembly, node_unknowns
+   use kschur, only: error_type, wp
+   use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
    use scene_beam, only: add_beam, beam_type, table_2_beam, table_2_rayleigh
    use scene_joint, only: add_fix
    use scene_options, only: option_type, options_type
@@ -32,20 +32,16 @@ contains
 
    !> Builds the scene: node 1 is the body, nodes 2 to 5 are the beam's, whose
    !> clamped end is left out; n = 30, m = 6.
-   subroutine build_beam_body(arguments, problem, error)
-      character(len=*), intent(in) :: arguments(:)
-      type(modal_problem_type), intent(out) :: problem
+   subroutine build_beam_body(options, assembly, error)
+      type(options_type), intent(in) :: options
+      type(assembly_type), intent(out) :: assembly
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: nodes(0:elements) = [0, 2, 3, 4, 5]
       real(wp), parameter :: no_arm(3) = 0
-      type(options_type) :: options
       character(len=:), allocatable :: damping
-      type(assembly_type) :: assembly
       type(beam_type) :: beam
       integer :: i
 
-      options = beam_body_options()
-      call options%parse(arguments, error)
       call options%read_choice("--damping", [character(len=8) :: "none", "rayleigh", "zero"], damping, error)
       if (allocated(error)) return
 
@@ -53,6 +49,9 @@ contains
       beam = table_2_beam()
       call add_beam(assembly, nodes, beam%mass(length/elements, lumped=.true.), beam%stiffness(length/elements), &
          merge(table_2_rayleigh, 0.0_wp, damping == "rayleigh"))
+      call assembly%geometry%add_line(reshape([(i*length/elements, 0.0_wp, 0.0_wp, i=0, elements)], [3, elements + 1]), &
+         node_translations(nodes))
+      call assembly%geometry%add_line(reshape([length + edges(1)/2, 0.0_wp, 0.0_wp], [3, 1]), node_translations([1]))
       associate (body => node_unknowns(1), tip => node_unknowns(nodes(elements)))
          call assembly%mass%add_block(body, body, body_mass(tip_mass, box_inertia(tip_mass, edges)))
          call add_fix(assembly, body, [-edges(1)/2, 0.0_wp, 0.0_wp], tip, no_arm)
@@ -62,6 +61,5 @@ contains
             call assembly%damping%add_entry(i, i, 0.0_wp)
          end do
       end if
-      call assembly%finish(problem, error)
    end subroutine build_beam_body
 end module scene_beam_body

@@ -1,8 +1,8 @@
 !> The scene `cantilever`: a beam held at its base, a heavy body fixed to its
 !> tip (section 6.1 of the paper).
 module scene_cantilever
-   use kschur, only: error_type, modal_problem_type, wp
-   use scene_assembly, only: assembly_type, new_assembly, node_unknowns
+   use kschur, only: error_type, wp
+   use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
    use scene_beam, only: add_beam, beam_type, table_2_beam, table_2_rayleigh
    use scene_joint, only: add_clamp, add_fix
    use scene_options, only: option_type, options_type
@@ -33,20 +33,16 @@ contains
 
    !> Builds the scene: node 1 is the body, the beam's nodes follow from the
    !> base on; the base is held by rows of Cq, so m = 12.
-   subroutine build_cantilever(arguments, problem, error)
-      character(len=*), intent(in) :: arguments(:)
-      type(modal_problem_type), intent(out) :: problem
+   subroutine build_cantilever(options, assembly, error)
+      type(options_type), intent(in) :: options
+      type(assembly_type), intent(out) :: assembly
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: no_arm(3) = 0
-      type(options_type) :: options
       character(len=:), allocatable :: mass, damping
       integer :: elements, k
       real(wp) :: tip_mass, length
-      type(assembly_type) :: assembly
       type(beam_type) :: beam
 
-      options = cantilever_options()
-      call options%parse(arguments, error)
       call options%read_integer("--elements", 1, most_elements, elements, error)
       call options%read_positive("--tip-mass", tip_mass, error)
       call options%read_positive("--length", length, error)
@@ -58,11 +54,13 @@ contains
       beam = table_2_beam()
       call add_beam(assembly, [(k, k=2, elements + 2)], beam%mass(length/elements, mass == "lumped"), &
          beam%stiffness(length/elements), merge(table_2_rayleigh, 0.0_wp, damping == "rayleigh"))
+      call assembly%geometry%add_line(reshape([(k*length/elements, 0.0_wp, 0.0_wp, k=0, elements)], [3, elements + 1]), &
+         node_translations([(k, k=2, elements + 2)]))
+      call assembly%geometry%add_line(reshape([length + edges(1)/2, 0.0_wp, 0.0_wp], [3, 1]), node_translations([1]))
       associate (body => node_unknowns(1), base => node_unknowns(2), tip => node_unknowns(elements + 2))
          call assembly%mass%add_block(body, body, body_mass(tip_mass, box_inertia(tip_mass, edges)))
          call add_clamp(assembly, base)
          call add_fix(assembly, body, [-edges(1)/2, 0.0_wp, 0.0_wp], tip, no_arm)
       end associate
-      call assembly%finish(problem, error)
    end subroutine build_cantilever
 end module scene_cantilever

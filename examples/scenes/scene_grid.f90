@@ -1,11 +1,12 @@
 !> The scene `grid`: a free grid of beams tied where they cross, of any size
 !> (section 6.5 of the paper).
 module scene_grid
-   use kschur, only: error_type, modal_problem_type, wp
-   use scene_assembly, only: assembly_type, new_assembly, node_unknowns
-   use scene_beam, only: add_beam, beam_type, rotated, table_2_beam, table_2_rayleigh
+   use kschur, only: error_type, wp
+   use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
+   use scene_beam, only: add_beam, beam_type, table_2_beam, table_2_rayleigh
    use scene_joint, only: add_tie
    use scene_options, only: option_type, options_type
+   use scene_vectors, only: turned
    implicit none
    private
    public :: build_grid, grid_options
@@ -34,19 +35,15 @@ contains
 
    !> Builds the scene. Nodes are numbered beam after beam, first those along x;
    !> every beam has its own, and each crossing ties two by six rows of Cq.
-   subroutine build_grid(arguments, problem, error)
-      character(len=*), intent(in) :: arguments(:)
-      type(modal_problem_type), intent(out) :: problem
+   subroutine build_grid(options, assembly, error)
+      type(options_type), intent(in) :: options
+      type(assembly_type), intent(out) :: assembly
       type(error_type), allocatable, intent(out) :: error
-      type(options_type) :: options
       character(len=:), allocatable :: mass, damping
       integer :: cells(2), nodes_along(2), transverse, i, j, k
       real(wp) :: lengths(2), rayleigh(2), element_mass(12, 12), element_stiffness(12, 12)
-      type(assembly_type) :: assembly
       type(beam_type) :: beam
 
-      options = grid_options()
-      call options%parse(arguments, error)
       call options%read_integer_pair("--cells", 1, most_cells, cells, error)
       call options%read_choice("--mass", [character(len=10) :: "consistent", "lumped"], mass, error)
       call options%read_choice("--damping", [character(len=8) :: "rayleigh", "none"], damping, error)
@@ -62,14 +59,20 @@ contains
       element_mass = beam%mass(lengths(1), mass == "lumped")
       element_stiffness = beam%stiffness(lengths(1))
       do j = 0, cells(2)
-         call add_beam(assembly, [(j*nodes_along(1) + k, k=1, nodes_along(1))], &
-            element_mass, element_stiffness, rayleigh)
+         associate (nodes => [(j*nodes_along(1) + k, k=1, nodes_along(1))])
+            call add_beam(assembly, nodes, element_mass, element_stiffness, rayleigh)
+            call assembly%geometry%add_line(reshape([(k*lengths(1), real(j, wp), 0.0_wp, k=0, size(nodes) - 1)], &
+               [3, size(nodes)]), node_translations(nodes))
+         end associate
       end do
-      element_mass = rotated(beam%mass(lengths(2), mass == "lumped"), transverse_axes)
-      element_stiffness = rotated(beam%stiffness(lengths(2)), transverse_axes)
+      element_mass = turned(beam%mass(lengths(2), mass == "lumped"), transverse_axes, transverse_axes)
+      element_stiffness = turned(beam%stiffness(lengths(2)), transverse_axes, transverse_axes)
       do i = 0, cells(1)
-         call add_beam(assembly, [(transverse + i*nodes_along(2) + k, k=1, nodes_along(2))], &
-            element_mass, element_stiffness, rayleigh)
+         associate (nodes => [(transverse + i*nodes_along(2) + k, k=1, nodes_along(2))])
+            call add_beam(assembly, nodes, element_mass, element_stiffness, rayleigh)
+            call assembly%geometry%add_line(reshape([(real(i, wp), k*lengths(2), 0.0_wp, k=0, size(nodes) - 1)], &
+               [3, size(nodes)]), node_translations(nodes))
+         end associate
       end do
       do j = 0, cells(2)
          do i = 0, cells(1)
@@ -77,6 +80,5 @@ contains
                node_unknowns(1 + transverse + i*nodes_along(2) + j*elements_along(2)))
          end do
       end do
-      call assembly%finish(problem, error)
    end subroutine build_grid
 end module scene_grid

@@ -9,7 +9,7 @@ module scene_options
    !> One option.
    type :: option_type
       !> Its name, `--elements` say.
-      character(len=16) :: name = ""
+      character(len=20) :: name = ""
       !> Its value, at first the default.
       character(len=64) :: value = ""
       !> What it means, a few words, units included.
@@ -33,6 +33,10 @@ module scene_options
       procedure :: read_integer_pair
       !> The value as a positive number.
       procedure :: read_positive
+      !> The value as a number that is not negative.
+      procedure :: read_not_negative
+      !> The value as any number.
+      procedure :: read_number
       !> The description and the options, a line each.
       procedure :: help
       procedure, private :: value_of
@@ -120,6 +124,36 @@ contains
       character(len=*), intent(in) :: name
       real(wp), intent(out) :: number
       type(error_type), allocatable, intent(inout) :: error
+
+      call read_above(self, name, tiny(number), "a positive number", number, error)
+   end subroutine read_positive
+
+   subroutine read_not_negative(self, name, number, error)
+      class(options_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(out) :: number
+      type(error_type), allocatable, intent(inout) :: error
+
+      call read_above(self, name, 0.0_wp, "a number that is not negative", number, error)
+   end subroutine read_not_negative
+
+   subroutine read_number(self, name, number, error)
+      class(options_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(out) :: number
+      type(error_type), allocatable, intent(inout) :: error
+
+      call read_above(self, name, -huge(number), "a number", number, error)
+   end subroutine read_number
+
+   subroutine read_above(self, name, lowest, wanted, number, error)
+      type(options_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: lowest
+      !> What is wanted, in words.
+      character(len=*), intent(in) :: wanted
+      real(wp), intent(out) :: number
+      type(error_type), allocatable, intent(inout) :: error
       character(len=:), allocatable :: word
       integer :: status
 
@@ -128,10 +162,10 @@ contains
       word = self%value_of(name)
       status = verify(word, "+-.0123456789deDE")
       if (status == 0) read (word, *, iostat=status) number
-      if (status == 0 .and. number > 0 .and. number <= huge(number)) return
+      if (status == 0 .and. number >= lowest .and. number <= huge(number)) return
       number = 1
-      call refuse(name, "a positive number", word, error)
-   end subroutine read_positive
+      call refuse(name, wanted, word, error)
+   end subroutine read_above
 
    pure function help(self) result(lines)
       class(options_type), intent(in) :: self

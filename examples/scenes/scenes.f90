@@ -1,40 +1,54 @@
 !> The scenes by name: models that end in M, R, K, Cq, each with a few options.
 module kschur_scenes
    use kschur, only: error_type, error_usage, modal_problem_type, new_error
+   use scene_assembly, only: assembly_type
    use scene_beam_body, only: beam_body_options, build_beam_body
+   use scene_brake, only: brake_options, build_brake
    use scene_cantilever, only: build_cantilever, cantilever_options
+   use scene_crank, only: build_crank, crank_options
+   use scene_free_free, only: build_free_free, free_free_options
+   use scene_geometry, only: geometry_type
    use scene_grid, only: build_grid, grid_options
    use scene_options, only: listed, options_type
+   use scene_pendulum, only: build_pendulum, pendulum_options
+   use scene_rotor, only: build_rotor, rotor_options
+   use scene_spring_chain, only: build_spring_chain, spring_chain_options
+   use scene_turbine, only: build_turbine, turbine_options
    implicit none
    private
    public :: build_scene, scene_help
 
    !> The scenes there are.
-   character(len=*), parameter, public :: scene_names(3) = [character(len=10) :: "beam-body", "cantilever", "grid"]
+   character(len=*), parameter, public :: scene_names(10) = [character(len=12) :: &
+      "beam-body", "brake", "cantilever", "crank", "free-free", "grid", "pendulum", "rotor", "spring-chain", &
+      "turbine"]
 
 contains
 
    !> Builds a scene. Fails with `error_usage` on an unknown scene or option and
    !> on a bad value.
-   subroutine build_scene(name, arguments, problem, error)
+   subroutine build_scene(name, arguments, problem, error, geometry)
       !> One of `scene_names`.
       character(len=*), intent(in) :: name
       !> The scene's options as words, names and values in turn: `--elements`, `10`, ...
       character(len=*), intent(in) :: arguments(:)
       type(modal_problem_type), intent(out) :: problem
       type(error_type), allocatable, intent(out) :: error
+      !> Where the scene stands in space.
+      type(geometry_type), intent(out), optional :: geometry
+      type(options_type) :: options
+      type(assembly_type) :: assembly
 
-      select case (name)
-      case ("beam-body")
-         call build_beam_body(arguments, problem, error)
-      case ("cantilever")
-         call build_cantilever(arguments, problem, error)
-      case ("grid")
-         call build_grid(arguments, problem, error)
-      case default
+      if (all(scene_names /= name)) then
          call new_error(error, error_usage, &
             "there is no scene '"//trim(name)//"', only "//listed(scene_names, "and"))
-      end select
+         return
+      end if
+      options = options_of(name)
+      call options%parse(arguments, error)
+      if (.not. allocated(error)) call build(name, options, assembly, error)
+      if (.not. allocated(error)) call assembly%finish(problem, error)
+      if (present(geometry)) geometry = assembly%geometry
    end subroutine build_scene
 
    !> What a scene is and which options it takes, with their defaults: a line
@@ -46,16 +60,66 @@ contains
       type(options_type) :: options
 
       lines = ""
+      if (all(scene_names /= name)) return
+      options = options_of(name)
+      lines = trim(name)//": "//options%help()
+   end function scene_help
+
+   pure function options_of(name) result(options)
+      character(len=*), intent(in) :: name
+      type(options_type) :: options
+
       select case (name)
       case ("beam-body")
          options = beam_body_options()
+      case ("brake")
+         options = brake_options()
       case ("cantilever")
          options = cantilever_options()
+      case ("crank")
+         options = crank_options()
+      case ("free-free")
+         options = free_free_options()
       case ("grid")
          options = grid_options()
-      case default
-         return
+      case ("pendulum")
+         options = pendulum_options()
+      case ("rotor")
+         options = rotor_options()
+      case ("spring-chain")
+         options = spring_chain_options()
+      case ("turbine")
+         options = turbine_options()
       end select
-      lines = trim(name)//": "//options%help()
-   end function scene_help
+   end function options_of
+
+   subroutine build(name, options, assembly, error)
+      character(len=*), intent(in) :: name
+      type(options_type), intent(in) :: options
+      type(assembly_type), intent(out) :: assembly
+      type(error_type), allocatable, intent(out) :: error
+
+      select case (name)
+      case ("beam-body")
+         call build_beam_body(options, assembly, error)
+      case ("brake")
+         call build_brake(options, assembly, error)
+      case ("cantilever")
+         call build_cantilever(options, assembly, error)
+      case ("crank")
+         call build_crank(options, assembly, error)
+      case ("free-free")
+         call build_free_free(options, assembly, error)
+      case ("grid")
+         call build_grid(options, assembly, error)
+      case ("pendulum")
+         call build_pendulum(options, assembly, error)
+      case ("rotor")
+         call build_rotor(options, assembly, error)
+      case ("spring-chain")
+         call build_spring_chain(options, assembly, error)
+      case ("turbine")
+         call build_turbine(options, assembly, error)
+      end select
+   end subroutine build
 end module kschur_scenes

@@ -1,0 +1,57 @@
+!> What the examples share: a scene built and solved from one line, as on the command line.
+module example_support
+   use, intrinsic :: iso_fortran_env, only: error_unit
+   use kschur, only: error_type, modal_options_type, modal_problem_type, modal_result_type, solve_modes
+   use kschur_scenes, only: build_scene
+   use scene_geometry, only: geometry_type
+   implicit none
+   private
+   public :: argument, solve_scene, stop_on
+
+contains
+
+   !> Modes of a scene.
+   subroutine solve_scene(line, options, result, geometry)
+      !> Its name and options, as in "pendulum --bars 2".
+      character(len=*), intent(in) :: line
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(out) :: result
+      type(geometry_type), intent(out), optional :: geometry
+      character(len=24) :: words(20)
+      type(modal_problem_type) :: problem
+      type(error_type), allocatable :: error
+      integer :: status
+
+      words = ""
+      read (line, *, iostat=status) words
+      call build_scene(trim(words(1)), words(2:count(words /= "")), problem, error, geometry)
+      call stop_on(error)
+      call solve_modes(problem, options, result, error)
+      call stop_on(error)
+   end subroutine solve_scene
+
+   !> The i-th word of the command line, or a default.
+   function argument(i, default) result(word)
+      integer, intent(in) :: i
+      character(len=*), intent(in) :: default
+      character(len=:), allocatable :: word
+      integer :: length
+
+      call get_command_argument(i, length=length)
+      if (length == 0) then
+         word = default
+      else
+         allocate (character(len=length) :: word)
+         call get_command_argument(i, word)
+      end if
+   end function argument
+
+   !> Ends the program with the message of a raised error.
+   subroutine stop_on(error)
+      type(error_type), allocatable, intent(in) :: error
+
+      if (.not. allocated(error)) return
+      write (error_unit, "(a)") error%message
+      error stop
+   end subroutine stop_on
+end module example_support
