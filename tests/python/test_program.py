@@ -31,6 +31,22 @@ BEAM_BODY = [
 RANDOM_CONSTRAINED = [0, 0.0027371093, -0.48766697, -0.50012545 + 0.34641648j]
 RANDOM_UNSYMMETRIC = [-0.073186212, 0.2145172, 0.217844 + 0.29647593j, -0.93675962]
 
+# Each scene, small: options, unknowns, constraints, and its lowest frequency that is not zero, in rad/s.
+SCENES = {
+    "beam-body": ([], 30, 6, math.sqrt(0.03186203916787638)),
+    "brake": (["--friction", 0.2, "--damping", "none"], 4, 2,
+              math.sqrt(1.28125e6 - math.sqrt((0.5625e6 / 2)**2 - 0.04 * 1.5625e12))),
+    "cantilever": (["--elements", 4, "--tip-mass", 1e12, "--damping", "none"], 36, 12, 9.200165685940e-6 * math.tau / math.sqrt(1e3)),
+    "crank": (["--density", 1, "--damping", "none"], 444, 20, None),
+    "free-free": (["--bodies", 2, "--damping", "none"], 120, 12, None),
+    "grid": (["--cells", "2x1", "--damping", "none"], 138, 36, None),
+    "pendulum": (["--bars", 2, "--length", 1], 12, 10, math.sqrt(9.81 * (2 - math.sqrt(2)))),
+    "rotor": (["--speed", 0, "--bearings", "rigid", "--density", 0, "--damping", "none"], 60, 12,
+              math.sqrt(48 * 2.1e11 * math.pi * 0.04**4 / 64 / 40)),
+    "spring-chain": (["--masses", 7, "--damping", "none"], 7, 0, 2 * math.sin(math.pi / 14)),
+    "turbine": (["--tower-elements", 10, "--damping", "none"], 966, 41, None),
+}
+
 passed = failed = 0
 
 
@@ -111,8 +127,23 @@ def test_help(_):
     possible = re.search("wants one of (.*), not 'best'", kschur("solve", DATA, "--formulation", "best").stderr)
     check("help solve: every formulation", possible and all(
         name in kschur("help", "solve").stdout for name in possible[1].split(", ")), possible)
-    check("help scene: every scene", all(s in kschur("help", "scene").stdout for s in ("beam-body", "cantilever", "grid")))
+    check("help scene: every scene", re.findall("^([a-z-]+): ", kschur("help", "scene").stdout, re.M) == list(SCENES))
+    check("scene --help: the same", kschur("scene", "--help").stdout == kschur("help", "scene").stdout)
     check("--version: name and number", kschur("--version").stdout.split()[0] == "kschur")
+
+
+def test_scenes(folder):
+    for name, (options, unknowns, constraints, lowest) in SCENES.items():
+        path = folder / f"scene-{name}.h5"
+        run = kschur("scene", name, *options, "--output", path)
+        check(f"scene {name}: size", run.returncode == 0
+              and run.stdout == f"{path}: {unknowns} unknowns, {constraints} constraints\n", run)
+        result, _ = solve(path, "--modes", 1 if lowest and name != "spring-chain" else 2)
+        if lowest:
+            check_values(f"scene {name}: lowest frequency", [result["modes"][-1]["frequency_hz"] * math.tau], [lowest], 1e-6)
+    run = kschur("scene", "turbine", "--speed", 12.1, "--aerodynamic", -1, "--output", folder / "reversed.h5")
+    result, _ = solve(folder / "reversed.h5", "--modes", 6)
+    check("turbine, damping reversed: unstable modes are named", sum(m["kind"] == "unstable" for m in result["modes"]) >= 3, result)
 
 
 def test_beam_body(folder):
@@ -475,6 +506,12 @@ def test_wrong_usage(folder):
             (["solve", DATA / "random_unsymmetric", "--inner", "ldl", "--shift", "0.1"], "ldl", "unsymmetric"),
             (["solve", problem, "--block", "4"], "--block", "not in this version"),
             (["scene", "castle", "--output", folder / "c.h5"], "castle", "beam-body"), (["scene", "grid"], "--output"),
+            (["scene", "brake", "--friction", "-1", "--output", folder / "c.h5"], "--friction", "not negative", "'-1'"),
+            (["scene", "crank", "--density", "99", "--output", folder / "c.h5"], "--density", "from 1 to 20"),
+            (["scene", "pendulum", "--reactions", "yes", "--output", folder / "c.h5"], "--reactions", "on or off"),
+            (["scene", "turbine", "--aerodynamic", "much", "--output", folder / "c.h5"], "--aerodynamic", "a number"),
+            (["scene", "spring-chain", "--masses", "2", "--output", folder / "c.h5"], "--masses", "3"),
+            *[(["scene", name, "--colour", "red", "--output", folder / "c.h5"], "--colour", "only") for name in SCENES],
             (["scene", "grid", "--cells", "0x0", "--output", folder / "c.h5"], "--cells")):
         check_refused(" ".join(os.path.basename(str(word)) for word in words) or "no words", 1, kschur(*words), *named)
 
@@ -683,7 +720,7 @@ def test_progress(folder):
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        for test in (test_help, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate, test_band,
+        for test in (test_help, test_scenes, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate, test_band,
                      test_rigid_modes, test_notes, test_inaccurate, test_csv, test_result_file, test_left, test_info, test_presolve_option,
                      test_restarts_run_out, test_more_modes_than_exist, test_arpack, test_compare, test_wrong_usage,
                      test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,

@@ -1,0 +1,220 @@
+"""Draws the pictures of this folder: pictures.py FOLDER_OF_THE_PROGRAMS, say build/release/bin.
+
+They come from the output of the example programs and of kschur; needs NumPy, SciPy, h5py and Matplotlib.
+"""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ElementTree
+
+import h5py
+import matplotlib
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+
+matplotlib.use("Agg")
+from matplotlib import pyplot as plt
+
+PROGRAMS = pathlib.Path(sys.argv[1]).resolve()
+HERE = pathlib.Path(__file__).resolve().parent
+plt.rcParams.update({"figure.dpi": 80, "font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "svg.hashsalt": "kschur"})
+
+
+def example(name, *words):
+    """The numbers that an example prints; its other lines start with #."""
+    run = subprocess.run([PROGRAMS / f"example_{name}", *map(str, words)], capture_output=True, text=True, check=True)
+    return np.loadtxt(run.stdout.splitlines(), ndmin=2)
+
+
+def modes(folder, scene, *options):
+    """The modes of a scene, as kschur solve prints them."""
+    path = f"{folder}/scene.h5"
+    subprocess.run([PROGRAMS / "kschur", "scene", *scene.split(), "--output", path], check=True, capture_output=True)
+    run = subprocess.run([PROGRAMS / "kschur", "solve", path, "--format", "json", *map(str, options)],
+                         check=True, capture_output=True, text=True)
+    return json.loads(run.stdout)["modes"]
+
+
+def read_vtu(path):
+    """Points, cells and the real parts of the modes of a .vtu file in ASCII."""
+    piece = ElementTree.parse(path).getroot().find("UnstructuredGrid").find("Piece")
+    points = np.array(piece.find("Points")[0].text.split(), dtype=float).reshape(-1, 3)
+    cells = {a.get("Name"): np.array(a.text.split(), dtype=int) for a in piece.find("Cells")}
+    shapes = [np.array(a.text.split(), dtype=float).reshape(-1, 3) for a in piece.find("PointData")][::2]
+    return points, np.split(cells["connectivity"], cells["offsets"][:-1]), shapes
+
+
+def save(figure, name):
+    figure.tight_layout()
+    figure.savefig(HERE / f"{name}.png")
+    plt.close(figure)
+    print(f"{name}.png")
+
+
+def lines_3d(axes, points, cells, color, width=1.0):
+    for cell in cells:
+        axes.plot(*points[list(cell)].T, color=color, linewidth=width)
+
+
+def draw_grid(folder):
+    example("grid", "8x6", f"{folder}/grid.vtu")
+    points, cells, shapes = read_vtu(f"{folder}/grid.vtu")
+    figure = plt.figure(figsize=(9, 2.6))
+    for place, k in enumerate((12, 13, 14, 16)):
+        axes = figure.add_subplot(1, 4, place + 1, projection="3d")
+        lines_3d(axes, points + 1.5 * shapes[k], cells, "tab:blue", 0.8)
+        axes.set(zlim=(-3, 3), title=f"mode {k + 1}")
+        axes.set_axis_off()
+    save(figure, "grid")
+
+
+def draw_crank(folder):
+    meshes = example("crank", 4, f"{folder}/crank.vtu")
+    points, cells, shapes = read_vtu(f"{folder}/crank.vtu")
+    faces = {}
+    for cell in cells:
+        for face in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)):
+            key = tuple(sorted(cell[list(face)]))
+            faces[key] = faces.get(key, 0) + 1
+    surface = np.array([face for face, count in faces.items() if count == 1])
+    figure, axes = plt.subplots(1, 3, figsize=(10, 2.8), width_ratios=(1, 1, 0.8))
+    for ax, k in zip(axes, (0, 1)):
+        moved = points + 0.04 * shapes[k]
+        ax.tripcolor(moved[:, 0], moved[:, 1], surface, np.linalg.norm(shapes[k], axis=1), shading="gouraud", cmap="viridis")
+        ax.set(aspect="equal", title="the motion of the mechanism" if k == 0 else f"first flexible mode, {meshes[-1, 3]:.0f} Hz")
+        ax.set_axis_off()
+    axes[2].loglog(meshes[:, 1], meshes[:, 3:], "o-")
+    axes[2].set(xlabel="unknowns", ylabel="frequency (Hz)")
+    save(figure, "crank")
+
+
+def draw_turbine(folder):
+    table = example("turbine", 25, f"{folder}/turbine.vtu")
+    figure, axes = plt.subplots(1, 2, figsize=(9, 3.6))
+    count = (table.shape[1] - 2) // 2
+    axes[0].plot(table[:, 0], table[:, 1:1 + count], ".", color="tab:blue", markersize=4)
+    for harmonic in (1, 3, 6):
+        axes[0].plot(table[:, 0], harmonic * table[:, 0] / 60, color="gray", linewidth=0.6)
+    axes[0].set(xlabel="speed (rpm)", ylabel="damped frequency (Hz)", ylim=(0, 2.2), title="Campbell diagram")
+    axes[1].semilogy(table[:, 0], 100 * table[:, 1 + count:-1], ".", color="tab:blue", markersize=4)
+    axes[1].set(xlabel="speed (rpm)", ylabel="damping ratio (%)", title="stability diagram")
+    save(figure, "turbine")
+    points, cells, shapes = read_vtu(f"{folder}/turbine.vtu")
+    figure = plt.figure(figsize=(9, 3.2))
+    for place, (k, name) in enumerate(((0, "tower side to side"), (1, "tower fore and aft"), (5, "collective flap"), (6, "edge"))):
+        axes = figure.add_subplot(1, 4, place + 1, projection="3d")
+        lines_3d(axes, points, cells, "lightgray")
+        lines_3d(axes, points + 20 * shapes[k], cells, "tab:blue")
+        axes.set(xlim=(-60, 60), ylim=(-60, 60), zlim=(0, 160), title=name)
+        axes.set_box_aspect((120, 120, 160))
+        axes.view_init(15, -150)
+        axes.set_axis_off()
+    save(figure, "turbine-modes")
+    print("reciprocal condition of A of (33):", f"{reciprocal_condition(folder):.1e}")
+
+
+def reciprocal_condition(folder):
+    """LAPACK's estimate for the matrix A of the paper's pencil (33) of the turbine at rated speed."""
+    subprocess.run([PROGRAMS / "kschur", "scene", "turbine", "--speed", "12.1", "--output", f"{folder}/turbine.h5"],
+                   check=True, capture_output=True)
+    with h5py.File(f"{folder}/turbine.h5") as file:
+        m, r, k, c = (scipy.sparse.csr_matrix((file[g]["data"][()], file[g]["indices"][()], file[g]["indptr"][()]),
+                                              shape=tuple(file[g].attrs["shape"])).toarray()
+                      for g in ("mass", "damping", "stiffness", "constraints"))
+    n, rows = len(k), len(c)
+    a = np.block([[np.zeros((n, n)), np.eye(n), np.zeros((n, rows))], [-k, -r, -c.T], [-c, np.zeros((rows, n + rows))]])
+    factors, _, _ = scipy.linalg.lapack.dgetrf(a)
+    return scipy.linalg.lapack.dgecon(factors, np.abs(a).sum(0).max())[0]
+
+
+def draw_cantilever(_):
+    table = example("cantilever")
+    figure, axes = plt.subplots(1, 2, figsize=(8, 3))
+    axes[0].loglog(table[:, 0], table[:, 1], "o", label="10 elements")
+    axes[0].loglog(table[:, 0], table[:, 2], label="massless beam")
+    axes[0].set(xlabel="mass of the body (kg)", ylabel="first frequency (Hz)")
+    axes[0].legend()
+    axes[1].loglog(table[:, 0], table[:, 3], "o-")
+    axes[1].set(xlabel="mass of the body (kg)", ylabel="worst backward error", ylim=(1e-17, 1e-8))
+    save(figure, "cantilever")
+
+
+def draw_rotor(_):
+    table = example("rotor")
+    figure, axes = plt.subplots(1, 2, figsize=(8, 3))
+    axes[0].plot(table[:, 0], table[:, 1:6], "o-", markersize=3)
+    axes[0].plot(table[:, 0], table[:, 0] / 60, color="gray", linewidth=0.6)
+    axes[0].set(xlabel="speed (rpm)", ylabel="damped frequency (Hz)")
+    axes[1].plot(table[:, 0], 100 * table[:, 6:11], "o-", markersize=3)
+    axes[1].axhline(0, color="black", linewidth=0.8)
+    axes[1].set(xlabel="speed (rpm)", ylabel="damping ratio (%)")
+    save(figure, "rotor")
+
+
+def draw_brake(_):
+    table = example("brake")
+    figure, axes = plt.subplots(figsize=(5, 3))
+    for k in (1, 3):
+        points = axes.scatter(table[:, k], table[:, k + 1], c=table[:, 0], s=14)
+    axes.axvline(0, color="black", linewidth=0.8)
+    axes.set(xlabel="real part (1/s)", ylabel="imaginary part (1/s)")
+    figure.colorbar(points, label="coefficient of friction")
+    save(figure, "brake")
+
+
+def draw_spring_chain(folder):
+    found = [mode["eigenvalue"][1] for mode in modes(folder, "spring-chain --damping none", "--modes", 60)]
+    figure, axes = plt.subplots(figsize=(5, 3))
+    axes.plot(found, "o", markersize=3, label="computed")
+    axes.plot(2 * np.sin(np.arange(60) * np.pi / 120), label="2 sin(j pi/120)")
+    axes.set(xlabel="j", ylabel="frequency (rad/s)")
+    axes.legend()
+    save(figure, "spring-chain")
+
+
+def draw_free_free(folder):
+    found = modes(folder, "free-free", "--modes", 45)
+    figure, axes = plt.subplots(figsize=(5, 3))
+    for kind, marker in (("rigid", "o"), ("real", "^"), ("underdamped", "s")):
+        places = [k + 1 for k, mode in enumerate(found) if mode["kind"] == kind]
+        axes.semilogy(places, [found[k - 1]["backward_error"] for k in places], marker, markersize=4, label=kind)
+    axes.set(xlabel="mode", ylabel="backward error", ylim=(1e-18, 1e-12))
+    axes.legend()
+    save(figure, "free-free")
+
+
+def draw_beam_body(folder):
+    reference = [0.03186203916787638, 1.147033410628716, 3.208029301486185, 4.20968757982959, 27.08121339975415,
+                 96.16794832572644, 115.4890548367898, 189.1659286964141, 968.7479287601021, 974.923682385529,
+                 1889.820391999078, 3286.961235434142, 3462.04613971705, 5605.163263529525, 6809.973433001152,
+                 23980.35242401345, 29995.32551176242, 37085.90282988458, 50149.65262278832, 91311.70174230162,
+                 152458.5830655474, 863292.6872645169, 1335092.501875816, 1805387.494420379]
+    found = [mode["eigenvalue"][1]**2 for mode in modes(folder, "beam-body", "--modes", 24)]
+    figure, axes = plt.subplots(figsize=(5, 3))
+    axes.semilogy(range(1, 25), np.abs(np.array(found) / reference - 1), "o", markersize=4)
+    axes.set(xlabel="mode", ylabel="relative difference of omega^2", ylim=(1e-16, 1e-8))
+    save(figure, "beam-body")
+
+
+def draw_pendulum(folder):
+    path = f"{folder}/pendulum.h5"
+    bars = 4
+    subprocess.run([PROGRAMS / "kschur", "scene", "pendulum", "--bars", str(bars), "--output", path], check=True, capture_output=True)
+    subprocess.run([PROGRAMS / "kschur", "solve", path, "--modes", str(bars), "--output", f"{folder}/result.h5"],
+                   check=True, capture_output=True)
+    with h5py.File(f"{folder}/result.h5") as file:
+        shapes, hertz = file["eigenvectors"][()].real[:, 0::6], file["frequency_hz"][()]
+    figure, axes = plt.subplots(1, bars, figsize=(7, 3), sharey=True)
+    for ax, shape, f in zip(axes, shapes, hertz):
+        ax.plot(np.append(0, 3 * shape / np.abs(shape).max()), -4 * np.arange(bars + 1), "o-")
+        ax.set(xlim=(-4, 4), title=f"{f:.3f} Hz", xticks=[])
+    save(figure, "pendulum")
+
+
+with tempfile.TemporaryDirectory() as temporary:
+    for draw in (draw_pendulum, draw_beam_body, draw_brake, draw_cantilever, draw_crank, draw_free_free, draw_grid, draw_rotor,
+                 draw_spring_chain, draw_turbine):
+        draw(temporary)
