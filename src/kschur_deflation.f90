@@ -25,6 +25,8 @@ module kschur_deflation
       procedure, private :: project_real, project_complex
       !> Makes each column of a block M-orthogonal to N; zero where nothing but rounding is left.
       generic :: project => project_real, project_complex
+      !> Makes each column of a block of forces orthogonal to N: those that move nothing of it.
+      procedure :: project_forces
    end type deflation_type
 
 contains
@@ -80,21 +82,42 @@ contains
    subroutine project_real(self, x)
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
-      ! OpenBLAS reads a few entries beyond the end.
-      real(wp) :: coefficients(size(self%decay) + 4), before
-      integer :: n, k, j
+      real(wp) :: before
+      integer :: j
 
-      n = size(x, 1)
-      k = size(self%decay)
-      if (k == 0) return
-      coefficients = 0
+      if (size(self%decay) == 0) return
       do j = 1, size(x, 2)
          before = norm2(x(:, j))
-         call dgemv("T", n, k, 1.0_wp, self%images, n, x(:, j), 1, 0.0_wp, coefficients, 1)
-         call dgemv("N", n, k, -1.0_wp, self%shapes, n, coefficients, 1, 1.0_wp, x(:, j), 1)
+         call subtract(self%images, self%shapes, x(:, j))
          if (norm2(x(:, j)) <= nothing_left*before) x(:, j) = 0
       end do
    end subroutine project_real
+
+   subroutine project_forces(self, f)
+      class(deflation_type), intent(in) :: self
+      real(wp), contiguous, intent(inout) :: f(:, :)
+      integer :: j
+
+      do j = 1, size(f, 2)
+         call subtract(self%shapes, self%images, f(:, j))
+      end do
+   end subroutine project_forces
+
+   ! x := x - B A^T x.
+   subroutine subtract(a, b, x)
+      real(wp), contiguous, intent(in) :: a(:, :), b(:, :)
+      real(wp), contiguous, intent(inout) :: x(:)
+      ! OpenBLAS reads a few entries beyond the end.
+      real(wp) :: coefficients(size(a, 2) + 4)
+      integer :: n, k
+
+      n = size(a, 1)
+      k = size(a, 2)
+      if (k == 0) return
+      coefficients = 0
+      call dgemv("T", n, k, 1.0_wp, a, n, x, 1, 0.0_wp, coefficients, 1)
+      call dgemv("N", n, k, -1.0_wp, b, n, coefficients, 1, 1.0_wp, x, 1)
+   end subroutine subtract
 
    pure subroutine project_complex(self, x)
       class(deflation_type), intent(in) :: self

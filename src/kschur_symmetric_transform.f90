@@ -178,6 +178,8 @@ contains
       n = size(x, 1)
       y = 0
       call self%problem%mass%add_product(1.0_wp, x, y)
+      ! What rounding left of deflated motions would be magnified, and C no longer self-adjoint.
+      call self%deflation%project_forces(y)
       if (size(self%factors) == 0) then
          call self%solver%solve(y, error)
          if (.not. allocated(error)) call self%deflation%project(y)
