@@ -1,13 +1,16 @@
 !> What an inner solver takes: one computation, one line of a table. The peak
 !> is that of the process, so each line needs a process of its own.
 !>
-!>     benchmark_inner_memory grid 60x42 MODES INNER FORMULATION
-!>     benchmark_inner_memory block 20 MODES INNER FORMULATION       a free block of 20^3 elements
-!>     benchmark_inner_memory clamped 20 MODES INNER FORMULATION
+!>     benchmark_inner_memory grid 60x42 MODES INNER FORMULATION [SHIFT]
+!>     benchmark_inner_memory block 20 MODES INNER FORMULATION [SHIFT]      a free block of 20^3 elements
+!>     benchmark_inner_memory clamped 20 MODES INNER FORMULATION [SHIFT]
+!>
+!> Columns: model, unknowns, formulation, inner solver, modes, peak memory (MB), and that above what
+!> the problem takes, seconds, seconds of solves, worst backward error, the solver's own words, applications.
 program inner_memory
    use kschur, only: error_type, formulation_names, index_of_name, inner_names, modal_options_type, modal_problem_type, &
       modal_result_type, solve_modes, text
-   use kschur_kinds, only: long
+   use kschur_kinds, only: long, wp
    use kschur_scenes, only: build_scene
    use solid_block, only: build_block
    implicit none
@@ -15,16 +18,21 @@ program inner_memory
    type(modal_options_type) :: options
    type(modal_result_type) :: result
    type(error_type), allocatable :: error
-   character(len=30) :: words(5)
+   character(len=30) :: words(6)
+   real(wp) :: shift
    integer :: i, edge
    integer(long) :: before
 
-   do i = 1, 5
+   do i = 1, size(words)
       call get_command_argument(i, words(i))
    end do
    read (words(3), *) options%modes
    options%inner = index_of_name(trim(words(4)), inner_names)
    options%formulation = index_of_name(trim(words(5)), formulation_names)
+   if (words(6) /= "") then
+      read (words(6), *) shift
+      allocate (options%shift, source=cmplx(shift, 0, wp))
+   end if
    if (words(1) == "grid") then
       call build_scene("grid", [character(len=16) :: "--cells", words(2)], problem, error)
    else
