@@ -187,14 +187,12 @@ contains
       if (.not. (first_ok .and. ok)) call new_error(error, error_usage, name//" wants two numbers A,B, not '"//word//"'")
    end subroutine take_pair
 
-   subroutine take_choice(self, name, choices, value, error, planned)
+   subroutine take_choice(self, name, choices, value, error)
       class(arguments_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       character(len=*), intent(in) :: choices(0:)
       integer, intent(inout) :: value
       type(error_type), allocatable, intent(inout) :: error
-      !> Names that are known, but of a later version.
-      character(len=*), intent(in), optional :: planned(0:)
       character(len=:), allocatable :: word, possible
       integer :: i
 
@@ -205,14 +203,7 @@ contains
       call self%take_text(name, word, error, "one of "//possible)
       if (allocated(error) .or. .not. allocated(word)) return
       value = index_of_name(word, choices)
-      if (value >= 0) return
-      if (present(planned)) then
-         if (index_of_name(word, planned) >= 0) then
-            call new_error(error, error_usage, name//" "//word//" is not in this version, which knows "//possible)
-            return
-         end if
-      end if
-      call new_error(error, error_usage, name//" wants one of "//possible//", not '"//word//"'")
+      if (value < 0) call new_error(error, error_usage, name//" wants one of "//possible//", not '"//word//"'")
    end subroutine take_choice
 
    subroutine take_word(self, word)

@@ -6,7 +6,7 @@ module hard_constraints
    use dense_reference, only: dense_squared_frequencies
    use hard_judge, only: case_type, judge_type, said
    use hard_models, only: add_mass, add_spring, append, damped, finished, half_sine_squares, in_millimetres, &
-      scene, with_uneven_constraints
+      in_units_of_their_own, scene, with_uneven_constraints
    use kschur, only: modal_options_type, modal_problem_type, text, wp
    use quad_reference, only: quad_squared_frequencies
    use scene_assembly, only: assembly_type, new_assembly, node_unknowns
@@ -239,7 +239,7 @@ contains
       call judge%examine(case, problem)
    end subroutine examine_mechanisms
 
-   !> Millimetres, tonnes and seconds.
+   !> Millimetres, tonnes and seconds; a unit for each unknown.
    subroutine examine_units(judge)
       type(judge_type), intent(inout) :: judge
       type(case_type) :: case
@@ -253,6 +253,8 @@ contains
          case%expected = eigenvalues(:, 1, k)
          case%name = "cantilever, "//tip_masses(k)//" kg, in mm, t, s"
          call judge%examine(case, in_millimetres(problem))
+         case%name = "cantilever, "//tip_masses(k)//" kg, any units"
+         call judge%examine(case, in_units_of_their_own(problem))
       end do
    end subroutine examine_units
 end module hard_constraints

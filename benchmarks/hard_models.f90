@@ -7,8 +7,8 @@ module hard_models
    use scene_assembly, only: assembly_type, new_assembly, triplets_type
    implicit none
    private
-   public :: add_mass, add_spring, append, copies, damped, finished, half_sine_squares, in_millimetres, scene, &
-      with_uneven_constraints
+   public :: add_mass, add_spring, append, copies, damped, finished, half_sine_squares, in_millimetres, &
+      in_units_of_their_own, scene, with_uneven_constraints
 
    real(real128), parameter :: pi = acos(-1.0_real128)
 
@@ -111,6 +111,19 @@ contains
          rows=[(merge(1/mm, 1.0_wp, mod(k - 1, 6) < 3), k=1, problem%multipliers())], energy=1/mm)
       changed = finished(assembly)
    end function in_millimetres
+
+   !> The same with unknowns in units of their own, powers of two between 2^-16 and 2^16 in no order:
+   !> the matrices are scaled without rounding.
+   function in_units_of_their_own(problem) result(changed)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_problem_type) :: changed
+      type(assembly_type) :: assembly
+      integer :: k
+
+      assembly = new_assembly(problem%unknowns())
+      call append(assembly, problem, 0, columns=[(scale(1.0_wp, mod(k*(7*k + 3)/2 + k/5, 33) - 16), k=1, problem%unknowns())])
+      changed = finished(assembly)
+   end function in_units_of_their_own
 
    !> The same with every constraint multiplied by 1e8 or by 1e-8, in no order.
    function with_uneven_constraints(problem) result(changed)

@@ -4,7 +4,7 @@ module hard_structures
    use cantilever_reference, only: eigenvalues, elements, frequencies, tip_masses
    use dense_reference, only: dense_shapes
    use hard_judge, only: case_type, judge_type, stop_on
-   use hard_models, only: copies, damped, in_millimetres, scene, with_uneven_constraints
+   use hard_models, only: copies, damped, in_millimetres, in_units_of_their_own, scene, with_uneven_constraints
    use kschur, only: error_type, formulation_undamped_constrained, modal_options_type, modal_problem_type, &
       modal_result_type, presolve, presolve_type, solve_modes, text, wp
    use quad_reference, only: quad_rayleigh_quotients, quad_squared_frequencies
@@ -98,6 +98,8 @@ contains
          if (k > 1) cycle
          case%name = "grid "//trim(cells(k))//", uneven constraints"
          call judge%examine(case, with_uneven_constraints(grid))
+         case%name = "grid "//trim(cells(k))//", any units"
+         call judge%examine(case, in_units_of_their_own(grid))
          ! Converted, the matrices are others, by rounding.
          case%name = "grid "//trim(cells(k))//", in mm, t, s"
          case%accuracy = 1.0e-9_wp

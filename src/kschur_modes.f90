@@ -2,6 +2,7 @@
 !> are, and what an engineer calls them.
 module kschur_modes
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use kschur_backward_error, only: backward_errors, eigenpairs_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_options, only: modal_options_type
@@ -11,7 +12,7 @@ module kschur_modes
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
-   public :: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes, sort_by_distance, backward_errors
+   public :: orthonormalize_zeros, replace_modes, select_modes, sort_by_distance
    public :: real_tolerance, same_value
 
    !> An imaginary part below this, relative to the eigenvalue, is rounding.
@@ -35,21 +36,7 @@ module kschur_modes
    real(wp), parameter :: same_pair = 1.0e-2_wp
    ! The distance from the target is known no better than this.
    real(wp), parameter :: blurred = 1.0e-4_wp
-   ! Rounding of the factored matrix moves eigenvalues by less than this, relative to their size.
-   real(wp), parameter :: rounded = 1.0e-3_wp
-   ! Two roots of one shape closer than this, relative to their size, are not told apart by it.
-   real(wp), parameter :: critical = 1.0e-4_wp
    real(wp), parameter :: pi = acos(-1.0_wp)
-
-   !> Eigenpairs of a modal problem.
-   type :: eigenpairs_type
-      !> Eigenvalues (1/s).
-      complex(wp), allocatable :: lambda(:)
-      !> Shapes, n x k.
-      complex(wp), allocatable :: phi(:, :)
-      !> Multipliers, m x k.
-      complex(wp), allocatable :: xi(:, :)
-   end type eigenpairs_type
 
 contains
 
@@ -316,59 +303,6 @@ contains
       end do
       depends = length(u) <= dependent
    end function depends
-
-   !> Backward error of each pair: the larger of the normwise residual
-   !> ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K||) ||phi||)
-   !> and the constraint violation ||Cq phi|| / (||Cq|| ||phi||), with
-   !> 2-norms of vectors and infinity norms of the matrices as given.
-   function backward_errors(problem, pairs, functionals) result(errors)
-      type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type), intent(in) :: pairs
-      !> The eigenvalues on entry; where the modes are those without damping, values of Rayleigh's
-      !> functional on return: without the rounding of the factored matrix, which moves all alike.
-      complex(wp), intent(inout), optional :: functionals(:)
-      real(wp) :: errors(size(pairs%lambda))
-      complex(wp), allocatable :: residual(:, :), violation(:, :), momentum(:, :)
-      complex(wp) :: step, inertia, slope
-      real(wp) :: mass, damping, stiffness, constraints, size_of_phi, level
-      integer :: j
-
-      mass = problem%mass%infinity_norm()
-      damping = problem%damping%infinity_norm()
-      stiffness = problem%stiffness%infinity_norm()
-      constraints = problem%constraints%infinity_norm()
-      allocate (residual(problem%unknowns(), 1), momentum(problem%unknowns(), 1), violation(problem%multipliers(), 1))
-      do j = 1, size(errors)
-         associate (lambda => pairs%lambda(j), phi => pairs%phi(:, j:j), xi => pairs%xi(:, j:j))
-            size_of_phi = length(phi(:, 1))
-            ! (lambda M + R) phi, then lambda times it and the forces.
-            momentum = 0
-            call problem%mass%add_product(lambda, phi, momentum)
-            inertia = dot_product(phi(:, 1), momentum(:, 1))
-            call problem%damping%add_product((1.0_wp, 0.0_wp), phi, momentum)
-            residual = lambda*momentum
-            call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, residual)
-            call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi, residual)
-            if (present(functionals) .and. problem%symmetric .and. problem%damping_kind /= damping_general) then
-               slope = inertia + dot_product(phi(:, 1), momentum(:, 1))
-               step = dot_product(phi(:, 1), residual(:, 1))
-               ! At critical damping the slope is none.
-               if (abs(slope) > critical*abs(inertia) .and. abs(step) < rounded*abs(lambda*slope)) &
-                  functionals(j) = lambda - step/slope
-            end if
-            level = (abs(lambda)**2*mass + abs(lambda)*damping + stiffness)*size_of_phi
-            ! Without stiffness a zero eigenvalue has no level: its residual is exact or it is none.
-            errors(j) = length(residual(:, 1))
-            if (level > 0) errors(j) = errors(j)/level
-            if (size(violation) > 0) then
-               violation = 0
-               call problem%constraints%add_product((1.0_wp, 0.0_wp), phi, violation)
-               errors(j) = max(errors(j), length(violation(:, 1))/(constraints*size_of_phi))
-            end if
-            if (.not. errors(j) >= 0) errors(j) = huge(1.0_wp)
-         end associate
-      end do
-   end function backward_errors
 
    ! Frequencies, damping ratios and kinds, eqs. (26) to (28).
    subroutine describe(problem, result)

@@ -48,6 +48,8 @@ module kschur_presolve
       procedure :: restrict
       !> Multipliers of all constraints of the problem from those of the reduced one.
       procedure :: expand_multipliers
+      !> Measures the reduced unknowns in other units: y(i) is now units(i) times as much.
+      procedure :: change_units
    end type presolve_type
 
 contains
@@ -307,6 +309,16 @@ contains
       call new_csr_from_triplets(reduced, plan%unknowns_after, plan%unknowns_after, row(:entries), column(:entries), &
          value(:entries), error)
    end subroutine reduce
+
+   pure subroutine change_units(self, units)
+      class(presolve_type), intent(inout) :: self
+      real(wp), intent(in) :: units(:)
+      integer :: i
+
+      do i = 1, self%unknowns_before
+         if (self%master(i) > 0) self%factor(i) = self%factor(i)*units(self%master(i))
+      end do
+   end subroutine change_units
 
    !> T y, n x k, for y, n' x k.
    pure function expand_shapes(self, y) result(phi)

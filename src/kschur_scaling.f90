@@ -1,12 +1,13 @@
-!> Factors for the rows of the constraint Jacobian that bring it to the level
-!> of the stiffness, so that multipliers are of the size of displacements.
+!> What size things have: a frequency typical of the matrices, and factors for the rows of
+!> the constraint Jacobian that bring it to the level of the stiffness, so that multipliers
+!> are of the size of displacements.
 module kschur_scaling
    use kschur_kinds, only: wp
    use kschur_options, only: scaling_row, scaling_scalar
    use kschur_problem, only: modal_problem_type
    implicit none
    private
-   public :: constraint_factors
+   public :: constraint_factors, typical_rate
 
 contains
 
@@ -45,6 +46,43 @@ contains
          end select
       end associate
    end function constraint_factors
+
+   !> The median of sqrt(k/m) over unknowns with a stiffness and a mass of their own (1/s), up to a
+   !> factor of two: it depends neither on the units of the unknowns nor on a few that are
+   !> very stiff or very heavy. Without stiffness one of damping and mass, without that 1.
+   pure real(wp) function typical_rate(problem) result(rate)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), dimension(problem%unknowns()) :: mass, other
+      integer :: power
+
+      mass = abs(problem%mass%diagonal())
+      other = abs(problem%stiffness%diagonal())
+      power = 2
+      if (.not. any(mass > 0 .and. other > 0)) then
+         other = abs(problem%damping%diagonal())
+         power = 1
+      end if
+      rate = 1
+      if (any(mass > 0 .and. other > 0)) &
+         rate = scale(1.0_wp, median(pack(exponent(other) - exponent(mass), mass > 0 .and. other > 0))/power)
+   end function typical_rate
+
+   ! Of at least one small integer.
+   pure integer function median(numbers)
+      integer, intent(in) :: numbers(:)
+      integer, allocatable :: times(:)
+      integer :: i, passed
+
+      allocate (times(minval(numbers):maxval(numbers)), source=0)
+      do i = 1, size(numbers)
+         times(numbers(i)) = times(numbers(i)) + 1
+      end do
+      passed = 0
+      do median = lbound(times, 1), ubound(times, 1)
+         passed = passed + times(median)
+         if (2*passed >= size(numbers)) return
+      end do
+   end function median
 
    elemental real(wp) function nearest_power(x)
       real(wp), intent(in) :: x

@@ -1,23 +1,25 @@
 !> The modes of a problem: chooses formulation and shift, runs the
-!> Krylov-Schur method, turns Ritz pairs into modes.
+!> Krylov-Schur method or ARPACK, turns Ritz pairs into modes.
 module kschur_solver
+   use kschur_balance, only: balance
    use kschur_certificate, only: certificate_type, same_distance
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type, new_deflation
    use kschur_direct_solver, only: direct_real_type
-   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_error, only: error_type, new_error, error_convergence, error_usage
    use kschur_formulation, only: choose_formulation, is_structured
+   use kschur_inner_solvers, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_left, only: set_left_modes
-   use kschur_linear_solver, only: linear_solver_type, real_linear_solver_type
+   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
+   use kschur_method, only: check_method, iteration_options, method_name, settings_of
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes
+   use kschur_backward_error, only: eigenpairs_type
+   use kschur_modes, only: orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
-   use kschur_mumps_complex, only: mumps_complex_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
-   use kschur_options, only: modal_options_type, formulation_names, formulation_proportional, formulation_symmetric, &
-      inner_names, scaling_names
+   use kschur_options, only: modal_options_type, formulation_names, inner_names, scaling_names
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_refine, only: refine
@@ -38,14 +40,18 @@ contains
    !> even where it is less than was asked for: then `result%reason` says why.
    !> What else a user must know is in `result%notes`. Fails on options that do not fit
    !> the problem, on a problem that is singular for every lambda, and where memory or a library fails.
-   subroutine solve_modes(problem, options, result, error, monitor)
+   subroutine solve_modes(problem, options, result, error, monitor, solvers)
       type(modal_problem_type), target, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(out) :: result
       type(error_type), allocatable, intent(out) :: error
       !> Watches the iteration and may end it.
       class(monitor_type), intent(inout), optional :: monitor
+      !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
+      type(inner_solvers_type), intent(in), optional :: solvers
+      type(inner_solvers_type) :: inner
       class(transform_type), allocatable, target :: transform
+      type(modal_options_type) :: settings
       type(modal_problem_type), target :: work
       type(presolve_type) :: plan
       type(deflation_type), target :: deflation
@@ -56,9 +62,11 @@ contains
 
       started = clock()
       call check_options(options, error)
+      if (.not. allocated(error)) call choose_inner_solvers(options, inner, error, solvers)
       if (allocated(error)) return
+      settings = settings_of(options)
       result%options = options
-      result%method = "krylov-schur"
+      result%method = method_name(options)
       result%inner = "none: nothing was factored"
       result%modes_asked = options%modes
       result%unknowns = problem%unknowns()
@@ -67,29 +75,33 @@ contains
       result%symmetric = problem%symmetric
       result%target = options%target
       allocate (result%notes(0))
-      call choose_formulation(problem, options%formulation, result%formulation, result%decision, error)
+      call choose_formulation(problem, settings%formulation, result%formulation, result%decision, error, inner)
       if (allocated(error)) return
-      presolved = options%presolve .and. is_structured(result%formulation)
+      if (settings%formulation /= options%formulation) result%decision = "it is the one that plain ARPACK iterates"
+      presolved = settings%presolve .and. is_structured(result%formulation)
       if (presolved) then
          call presolve(problem, work, plan, error)
          if (plan%unknowns_after == 0) then
             call note_redundant(plan%redundant, result)
-            call no_modes(problem, result, error)
+            call no_modes(problem, inner, result, error)
             return
          end if
          if (allocated(error)) return
+         call balance(work, plan)
       else
          work = problem
       end if
 
       call note_problem(work, plan, result, error)
-      if (.not. allocated(error)) call find_rigid(work, .true., deflation, rigid, result, error)
-      if (.not. allocated(error)) call place_shift(work, size(rigid%lambda) > 0, deflation, options, transform, result, error)
+      if (.not. allocated(error)) call find_rigid(work, .not. settings%is_plain(), inner, deflation, rigid, result, error)
+      if (.not. allocated(error)) call place_shift(work, size(rigid%lambda) > 0, deflation, settings, inner, transform, &
+         result, error)
       if (allocated(error)) return
       if (presolved) call undo_presolve(problem, plan, rigid)
-      call find_modes(problem, presolved, plan, deflation, rigid, transform, options, result, error, monitor)
+      call find_modes(problem, presolved, plan, deflation, rigid, transform, settings, inner, result, error, monitor)
       if (.not. allocated(error) .and. options%left) &
-         call find_left_modes(problem, work, presolved, plan, size(rigid%lambda) > 0, transform, options, result, error, monitor)
+         call find_left_modes(problem, work, presolved, plan, size(rigid%lambda) > 0, transform, settings, inner, result, error, &
+         monitor)
       if (.not. allocated(error)) call note_modes(problem, result, error)
       if (allocated(error)) return
       result%factored_order = transform%order()
@@ -103,7 +115,7 @@ contains
    ! Iterates until there are the modes that were asked for. Ritz values near
    ! zero cannot be told apart while they iterate: where they make fewer modes
    ! than they seemed to, more are asked for, as long as that helps.
-   subroutine find_modes(problem, presolved, plan, deflation, rigid, transform, options, result, error, monitor)
+   subroutine find_modes(problem, presolved, plan, deflation, rigid, transform, options, inner, result, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       !> Whether the transform is that of the problem that a plan reduced.
       logical, intent(in) :: presolved
@@ -113,6 +125,7 @@ contains
       type(eigenpairs_type), intent(inout) :: rigid
       class(transform_type), target, intent(inout) :: transform
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
@@ -135,11 +148,12 @@ contains
          call select_modes(problem, options, pairs, rigid, abs(result%shift), reach, result, inaccurate, beyond)
          complete = inaccurate == 0 .and. (beyond .or. asked == most .or. statistics%reason == reason_fewer_modes)
          missing = options%modes - size(result%eigenvalues)
-         if (missing == 0 .or. missing >= before .or. asked == most .or. statistics%reason /= reason_converged) exit
+         if (missing == 0 .or. missing >= before .or. asked == most .or. statistics%reason /= reason_converged &
+            .or. options%is_plain()) exit
          before = missing
          asked = min(asked + max(missing, asked/4), most)
       end do
-      call polish(problem, options, result, error)
+      if (.not. options%is_plain()) call polish(problem, options, inner, result, error)
       if (allocated(error)) return
       result%reason = statistics%reason
       if (missing == 0) then
@@ -156,7 +170,7 @@ contains
 
    ! Left vectors are conjugated modes of the transposed problem: the modes
    ! themselves where the problem is symmetric.
-   subroutine find_left_modes(problem, work, presolved, plan, free, transform, options, result, error, monitor)
+   subroutine find_left_modes(problem, work, presolved, plan, free, transform, options, inner, result, error, monitor)
       type(modal_problem_type), target, intent(in) :: problem, work
       logical, intent(in) :: presolved
       type(presolve_type), intent(in) :: plan
@@ -164,6 +178,7 @@ contains
       logical, intent(in) :: free
       class(transform_type), target, intent(in) :: transform
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
@@ -175,20 +190,20 @@ contains
       logical :: own_factors
 
       if (problem%symmetric) then
-         call set_left_modes(problem, problem, modes_of(result), .false., result, error)
+         call set_left_modes(problem, problem, modes_of(result), .false., inner, result, error)
          return
       end if
       call transpose_problem(problem, transposed, error)
       if (.not. allocated(error)) call transpose_problem(work, transposed_work, error)
-      if (.not. allocated(error)) call find_rigid(transposed_work, free, deflation, rigid, result, error)
+      if (.not. allocated(error)) call find_rigid(transposed_work, free, inner, deflation, rigid, result, error)
       if (.not. allocated(error)) call new_transposed_transform(adjoint, transposed_work, deflation, transform, &
-         result%shift, own_factors, error)
+         result%shift, inner, own_factors, error)
       if (allocated(error)) return
       if (presolved) call undo_presolve(transposed, plan, rigid)
       left%shift = result%shift
-      call find_modes(transposed, presolved, plan, deflation, rigid, adjoint, options, left, error, monitor)
+      call find_modes(transposed, presolved, plan, deflation, rigid, adjoint, options, inner, left, error, monitor)
       if (allocated(error)) return
-      call set_left_modes(problem, transposed, modes_of(left), left%reason /= reason_cancelled, result, error)
+      call set_left_modes(problem, transposed, modes_of(left), left%reason /= reason_cancelled, inner, result, error)
       call account(adjoint%linear_solver(), result)
       result%factorizations = result%factorizations + left%factorizations + merge(1, 0, own_factors)
       result%operator_applications = result%operator_applications + left%operator_applications
@@ -250,11 +265,13 @@ contains
          if (.not. abs(options%shift) <= largest) &
             call new_error(error, error_usage, "the shift must be a number below 1e100")
       end if
+      if (.not. allocated(error)) call check_method(options, error)
    end subroutine check_options
 
    ! Where the constraints leave no motion.
-   subroutine no_modes(problem, result, error)
+   subroutine no_modes(problem, inner, result, error)
       type(modal_problem_type), intent(in) :: problem
+      type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       type(eigenpairs_type) :: none
@@ -263,17 +280,18 @@ contains
       call select_modes(problem, result%options, none, none, 0.0_wp, 0.0_wp, result)
       allocate (result%history%converged(0), result%history%operator_applications(0), result%history%residual(0))
       result%reason = reason_fewer_modes
-      if (result%options%left) call set_left_modes(problem, problem, none, .false., result, error)
+      if (result%options%left) call set_left_modes(problem, problem, none, .false., inner, result, error)
    end subroutine no_modes
 
    ! Modes far from the shift are known less well than those near to it.
-   subroutine polish(problem, options, result, error)
+   subroutine polish(problem, options, inner, result, error)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: good_enough
-      type(mumps_complex_type) :: solver
+      class(complex_linear_solver_type), allocatable :: solver
       type(eigenpairs_type) :: pairs
       real(wp), allocatable :: errors(:)
 
@@ -283,6 +301,7 @@ contains
       call move_alloc(result%eigenvalues, pairs%lambda)
       call move_alloc(result%eigenvectors, pairs%phi)
       call move_alloc(result%multipliers, pairs%xi)
+      allocate (solver, source=inner%complex)
       call refine(problem, constraint_factors(problem, options%constraint_scaling, result%shift), good_enough, &
          solver, pairs, errors, result%factorizations, error)
       if (allocated(error)) return
@@ -305,10 +324,11 @@ contains
    end subroutine undo_presolve
 
    !> The eigenvalue zero, and what can be deflated with it.
-   subroutine find_rigid(problem, possible, deflation, rigid, result, error)
+   subroutine find_rigid(problem, possible, inner, deflation, rigid, result, error)
       type(modal_problem_type), intent(in) :: problem
       !> Whether to look at all.
       logical, intent(in) :: possible
+      type(inner_solvers_type), intent(in) :: inner
       type(deflation_type), intent(out) :: deflation
       type(eigenpairs_type), intent(out) :: rigid
       type(modal_result_type), intent(inout) :: result
@@ -319,8 +339,17 @@ contains
       integer :: k, l, j
 
       if (possible) then
-         allocate (direct_real_type :: solver)
+         allocate (solver, source=inner%unshifted)
          call find_rigid_motions(problem, solver, motions, multipliers, error)
+         if (allocated(error)) then
+            ! The stiffness may be nearer to singular than the problem is at any shift.
+            if (error%code /= error_convergence) return
+            deallocate (error)
+            if (allocated(solver)) deallocate (solver)
+            allocate (direct_real_type :: solver)
+            call find_rigid_motions(problem, solver, motions, multipliers, error)
+            result%factorizations = result%factorizations + 1
+         end if
          if (.not. allocated(error)) call check_inertia(problem, motions, error)
          if (allocated(error)) return
          call account(solver, result)
@@ -360,21 +389,11 @@ contains
       complex(wp), allocatable :: mu(:), vectors(:, :), phi(:, :), xi(:, :)
       complex(wp) :: roots(2)
       integer, allocatable :: of(:)
-      integer :: values, j
+      integer :: j
 
       selection = modal_selection_type(asked, transform%map, transform%shift, options%target, known)
-      values = merge(1, 2, transform%map%oscillator)*asked
-      krylov%subspace = options%subspace
-      if (krylov%subspace == 0 .and. any(result%formulation == [formulation_symmetric, formulation_proportional])) then
-         ! So much that a restart is rare.
-         krylov%subspace = 3*values + 40
-      else if (krylov%subspace == 0) then
-         krylov%subspace = max(2*values, values + 20)
-      end if
-      krylov%subspace = max(krylov%subspace, values + 2)
-      krylov%tolerance = options%tolerance
-      krylov%max_restarts = options%max_restarts
-      krylov%seed = options%seed
+      krylov = iteration_options(options, result%formulation, asked, &
+         count(abs(known - options%target) <= abs(result%shift - options%target)), transform%map%oscillator)
       call transform%iterate(selection, krylov, mu, vectors, statistics, error, monitor)
       if (allocated(error)) return
       result%operator_applications = result%operator_applications + statistics%operator_applications

@@ -1,7 +1,8 @@
 !> Symmetric undamped and proportionally damped problems as a transform: real
-!> Lanczos on (K - s M)^{-1} M, restricted to the null space of Cq, in the
+!> Lanczos, or ARPACK, on (K - s M)^{-1} M, restricted to the null space of Cq, in the
 !> inner product of M, which may be singular.
 module kschur_symmetric_transform
+   use kschur_arpack, only: arpack_symmetric
    use kschur_certificate, only: inertia_census_type, new_inertia_census
    use kschur_decomposition, only: decomposition_type
    use kschur_deflation, only: deflation_type
@@ -14,6 +15,7 @@ module kschur_symmetric_transform
    use kschur_monitor, only: monitor_type
    use kschur_outcome, only: certified_unknown
    use kschur_operator, only: symmetric_operator_type
+   use kschur_options, only: method_arpack
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
    use kschur_saddle, only: symmetric_saddle
@@ -21,7 +23,7 @@ module kschur_symmetric_transform
    use kschur_transform, only: transform_type
    implicit none
    private
-   public :: symmetric_transform_type, new_symmetric_transform, mass_is_semidefinite
+   public :: symmetric_transform_type, new_symmetric_transform
 
    !> C = (K - s M)^{-1} M on the motions that the constraints allow.
    type, extends(symmetric_operator_type) :: symmetric_shift_invert_type
@@ -62,7 +64,7 @@ contains
       complex(wp), intent(in) :: lambda
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
-      !> A solver that tells the inertia of indefinite matrices: with it, iterations are certified.
+      !> A solver that tells the inertia of indefinite matrices: with it, allocated, iterations are certified.
       class(real_linear_solver_type), allocatable, optional, intent(inout) :: counting_solver
       type(csr_matrix_type) :: matrix
       type(matrix_structure_type) :: structure
@@ -82,6 +84,7 @@ contains
       if (allocated(error)) return
       call check_regular(transform, matrix, error)
       if (allocated(error) .or. .not. present(counting_solver)) return
+      if (.not. allocated(counting_solver)) return
       allocate (transform%census)
       call new_inertia_census(transform%census, problem, transform%map, real(transform%shift, wp), &
          transform%operator%solver, counting_solver, size(deflation%decay))
@@ -136,21 +139,6 @@ contains
       if (singular) call new_error(error, error_singular, &
          "the shifted problem is singular: the shift is an eigenvalue; move it a little")
    end subroutine check_regular
-
-   !> Whether M has no negative eigenvalue, by the signs of its pivots; the
-   !> inner product of M is one only then.
-   subroutine mass_is_semidefinite(problem, solver, semidefinite, error)
-      type(modal_problem_type), intent(in) :: problem
-      !> A solver that reports the number of negative pivots; used up.
-      class(real_linear_solver_type), intent(inout) :: solver
-      logical, intent(out) :: semidefinite
-      type(error_type), allocatable, intent(out) :: error
-      type(matrix_structure_type) :: structure
-
-      structure%symmetric = .true.
-      call solver%factorize(problem%mass, structure, error)
-      semidefinite = .not. allocated(error) .and. solver%negative_pivots == 0
-   end subroutine mass_is_semidefinite
 
    integer function operator_order(self)
       class(symmetric_shift_invert_type), intent(in) :: self
@@ -217,6 +205,8 @@ contains
       ! Infinite eigenvalues come in Jordan blocks of size 2 at most.
       integer, parameter :: filter = 2
       type(krylov_options_type) :: lanczos_options
+      logical :: complete
+      integer :: wanted
       real(wp), allocatable :: values(:), shapes(:, :)
 
       if (.not. allocated(self%decomposition)) allocate (self%decomposition)
@@ -226,8 +216,17 @@ contains
       end if
       lanczos_options = options
       lanczos_options%filter = filter
-      call lanczos(self%operator, selection, lanczos_options, values, shapes, statistics, error, monitor, &
-         options%verify, self%census, self%decomposition)
+      if (options%method == method_arpack) then
+         call arpack_symmetric(self%operator, selection, lanczos_options, values, shapes, statistics, error, monitor)
+         if (allocated(error)) return
+         wanted = min(selection%needed(cmplx(values, 0, wp)), size(values))
+         if (allocated(self%census)) call self%census%examine(values, 0*values, wanted, complete)
+         values = values(:wanted)
+         shapes = shapes(:, :wanted)
+      else
+         call lanczos(self%operator, selection, lanczos_options, values, shapes, statistics, error, monitor, &
+            options%verify, self%census, self%decomposition)
+      end if
       if (allocated(error)) return
       if (allocated(self%census)) self%certificate = self%census%certificate
       if (options%verify .and. .not. self%recover_applies) call purify(self, values, shapes, statistics, error)

@@ -1,0 +1,108 @@
+!> Balance: unknowns in units of their own, so that what is stiff, what is soft and what is
+!> measured in other units have entries of one size.
+module kschur_balance
+   use kschur_kinds, only: wp
+   use kschur_presolve, only: presolve_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_scaling, only: typical_rate
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: balance
+
+contains
+
+   !> Replaces the unknowns y of a reduced problem by z, y = D z with powers of two in D: D M D, D R D,
+   !> D K D and Cq D, with a diagonal of about one in D K D. It rounds nothing, and has the same
+   !> eigenvalues and multipliers.
+   subroutine balance(reduced, plan)
+      type(modal_problem_type), intent(inout) :: reduced
+      !> What the problem was reduced by; phi = T D z from now on.
+      type(presolve_type), intent(inout) :: plan
+      real(wp), allocatable :: factors(:), ones(:)
+
+      allocate (factors, source=balancing_factors(reduced))
+      allocate (ones(reduced%multipliers()), source=1.0_wp)
+      call scale_entries(reduced%mass, factors, factors)
+      call scale_entries(reduced%damping, factors, factors)
+      call scale_entries(reduced%stiffness, factors, factors)
+      call scale_entries(reduced%constraints, ones, factors)
+      call plan%change_units(factors)
+   end subroutine balance
+
+   ! Of the diagonals: their ratios do not depend on the units the unknowns have.
+   function balancing_factors(problem) result(factors)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp) :: factors(problem%unknowns())
+      real(wp) :: level(size(factors)), rate
+
+      level = abs(problem%stiffness%diagonal())
+      call spread_levels(problem%constraints, level)
+      rate = typical_rate(problem)
+      where (.not. level > 0) level = rate**2*abs(problem%mass%diagonal()) + rate*abs(problem%damping%diagonal())
+      factors = 1
+      where (level > tiny(level) .and. level < huge(level)) &
+         factors = scale(1.0_wp, (modulo(exponent(level), 2) - exponent(level))/2)
+      call limit(problem%stiffness, factors)
+   end function balancing_factors
+
+   ! An unknown without stiffness, as of a rigid body, moves as much as the softest of those that a
+   ! constraint ties it to, and no more than its stiffest constraint lets it.
+   pure subroutine spread_levels(constraints, level)
+      type(csr_matrix_type), intent(in) :: constraints
+      real(wp), intent(inout) :: level(:)
+      ! Constraints on the way to an unknown with stiffness.
+      integer, parameter :: passes = 8
+      real(wp) :: found(size(level)), softest
+      integer :: pass, i, k
+
+      do pass = 1, passes
+         found = 0
+         do i = 1, constraints%rows
+            associate (first => constraints%row_start(i), last => constraints%row_start(i + 1) - 1)
+               softest = huge(softest)
+               do k = first, last
+                  if (abs(constraints%value(k)) > 0 .and. level(constraints%column(k)) > 0) &
+                     softest = min(softest, level(constraints%column(k))/constraints%value(k)**2)
+               end do
+               if (.not. softest < huge(softest)) cycle
+               do k = first, last
+                  associate (j => constraints%column(k))
+                     if (.not. level(j) > 0) found(j) = max(found(j), softest*constraints%value(k)**2)
+                  end associate
+               end do
+            end associate
+         end do
+         if (.not. any(found > 0)) exit
+         where (found > 0) level = found
+      end do
+   end subroutine spread_levels
+
+   ! Where the diagonal is small beside its row, as that of a saddle, the row decides.
+   pure subroutine limit(matrix, factors)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp), intent(inout) :: factors(:)
+      real(wp), parameter :: balanced = 4
+      real(wp) :: largest
+      integer :: i
+
+      do i = 1, matrix%rows
+         associate (k => matrix%row_start(i), l => matrix%row_start(i + 1) - 1)
+            largest = factors(i)*maxval([0.0_wp, abs(matrix%value(k:l))*factors(matrix%column(k:l))])
+         end associate
+         if (largest > balanced) factors(i) = scale(factors(i), -exponent(largest))
+      end do
+   end subroutine limit
+
+   pure subroutine scale_entries(matrix, rows, columns)
+      type(csr_matrix_type), intent(inout) :: matrix
+      real(wp), intent(in) :: rows(:), columns(:)
+      integer :: i, k
+
+      do i = 1, matrix%rows
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            matrix%value(k) = rows(i)*matrix%value(k)*columns(matrix%column(k))
+         end do
+      end do
+   end subroutine scale_entries
+end module kschur_balance
