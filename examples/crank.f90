@@ -10,7 +10,7 @@ program crank
    type(modal_result_type) :: result
    type(geometry_type) :: geometry
    type(error_type), allocatable :: error
-   character(len=:), allocatable :: word, path
+   character(len=1024) :: word, path
    integer :: finest, k
 
    word = argument(1, "3")
@@ -22,6 +22,6 @@ program crank
       print "(i8, i14, i8, 4x, 4f14.6)", k, result%unknowns, count(result%kind == kind_rigid), result%frequency_hz(2:)
    end do
    if (path == "") stop
-   call write_vtu(geometry, result, path, error)
+   call write_vtu(geometry, result, trim(path), error)
    call stop_on(error)
 end program crank

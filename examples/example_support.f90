@@ -34,16 +34,11 @@ contains
    function argument(i, default) result(word)
       integer, intent(in) :: i
       character(len=*), intent(in) :: default
-      character(len=:), allocatable :: word
-      integer :: length
+      character(len=1024) :: word
+      integer :: status
 
-      call get_command_argument(i, length=length)
-      if (length == 0) then
-         word = default
-      else
-         allocate (character(len=length) :: word)
-         call get_command_argument(i, word)
-      end if
+      call get_command_argument(i, word, status=status)
+      if (status /= 0) word = default
    end function argument
 
    !> Ends the program with the message of a raised error.

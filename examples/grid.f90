@@ -10,10 +10,10 @@ program grid
    type(modal_result_type) :: result
    type(geometry_type) :: geometry
    type(error_type), allocatable :: error
-   character(len=:), allocatable :: path
+   character(len=1024) :: path
    integer :: k
 
-   call solve_scene("grid --cells "//argument(1, "6x4"), modal_options_type(modes=20), result, geometry)
+   call solve_scene("grid --cells "//trim(argument(1, "6x4")), modal_options_type(modes=20), result, geometry)
    path = argument(2, "")
    print "(a, i0, a, i0, 2a)", "# ", result%unknowns, " unknowns, ", result%constraints, " constraints; certified: ", &
       trim(certified_names(result%certified))
@@ -22,6 +22,6 @@ program grid
       print "(i6, 2f16.10, es12.1)", k, result%frequency_hz(k), result%damping_ratio(k), result%backward_error(k)
    end do
    if (path == "") stop
-   call write_vtu(geometry, result, path, error)
+   call write_vtu(geometry, result, trim(path), error)
    call stop_on(error)
 end program grid

@@ -16,7 +16,7 @@ program turbine
    type(modal_result_type) :: result
    type(geometry_type) :: geometry
    type(error_type), allocatable :: error
-   character(len=:), allocatable :: word, path
+   character(len=1024) :: word, path
    character(len=7) :: speed
    integer :: speeds, k
 
@@ -29,7 +29,7 @@ program turbine
       print "(a, 3f10.4)", "#", result%frequency_hz(k), fast(k), adams(k)
    end do
    if (path /= "") then
-      call write_vtu(geometry, result, path, error)
+      call write_vtu(geometry, result, trim(path), error)
       call stop_on(error)
    end if
    print "(a)", "# speed (rpm)  11 damped frequencies (Hz)  their damping ratios  unstable modes"

@@ -15,7 +15,7 @@ program turbine_scaling
    type(modal_problem_type) :: problem
    type(modal_result_type) :: result
    type(error_type), allocatable :: error
-   character(len=:), allocatable :: word
+   character(len=1024) :: word
    character(len=8) :: speed
    integer :: speeds, k
 
