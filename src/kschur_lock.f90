@@ -1,0 +1,26 @@
+!> Keeps threads apart in the libraries below us that keep state: sequential MUMPS has module variables, METIS draws from
+!> C's random numbers, serial HDF5 has tables of open objects. A lock is held during calls of one library only, never while
+!> something is called that a user wrote.
+module kschur_lock
+   use, intrinsic :: iso_c_binding, only: c_int
+   implicit none
+   private
+   public :: acquire_lock, release_lock
+
+   !> What is locked; the number of mutexes stands in kschur_lock.c.
+   integer(c_int), parameter, public :: lock_mumps = 0, lock_metis = 1, lock_hdf5 = 2
+
+   interface
+      !> Waits until no other thread holds the lock, then takes it. Not to be called by the thread that holds it.
+      subroutine acquire_lock(lock) bind(c, name="kschur_acquire_lock")
+         import :: c_int
+         integer(c_int), value :: lock
+      end subroutine acquire_lock
+
+      !> Gives the lock back.
+      subroutine release_lock(lock) bind(c, name="kschur_release_lock")
+         import :: c_int
+         integer(c_int), value :: lock
+      end subroutine release_lock
+   end interface
+end module kschur_lock
