@@ -7,8 +7,8 @@ module kschur_lock
    private
    public :: acquire_lock, release_lock
 
-   !> What is locked; the number of mutexes stands in kschur_lock.c.
-   integer(c_int), parameter, public :: lock_mumps = 0, lock_metis = 1, lock_hdf5 = 2
+   !> What is locked: three libraries, and the checks of a problem that threads share. The number of mutexes stands in kschur_lock.c.
+   integer(c_int), parameter, public :: lock_mumps = 0, lock_metis = 1, lock_hdf5 = 2, lock_problem = 3
 
    interface
       !> Waits until no other thread holds the lock, then takes it. Not to be called by the thread that holds it.
