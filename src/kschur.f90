@@ -22,6 +22,8 @@
 !>     call krylov_schur(operator, named_selection_type(6, largest_magnitude), krylov_options_type(), &
 !>        values, vectors, statistics, error)
 !>
+!> Linear solvers and operators of one's own extend the abstract types: docs/extending.md.
+!>
 !> An error is allocatable: allocated means failed, with a code and a
 !> sentence. The library never stops and never prints. Not converging is not
 !> an error: `result%reason` tells.
@@ -33,14 +35,17 @@ module kschur
    use kschur_formulation, only: choose_formulation
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
    use kschur_hdf5_result, only: read_hdf5_result, write_hdf5_result
+   use kschur_inner_solvers, only: inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_complex, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_krylov_real, only: krylov_schur
    use kschur_linear_solver, only: real_linear_solver_type, complex_linear_solver_type, matrix_structure_type
    use kschur_matrix_market, only: read_matrix_market, write_matrix_market, read_matrix_market_problem, &
       read_matrix_market_files, write_matrix_market_problem
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
+   use kschur_mumps_real, only: mumps_real_type
    use kschur_operator, only: real_operator_type, complex_operator_type
    use kschur_options, only: modal_options_type, index_of_name, formulation_names, formulation_auto, &
       formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, &

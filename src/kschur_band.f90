@@ -6,6 +6,7 @@ module kschur_band
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_formulation, only: choose_formulation
+   use kschur_inner_solvers, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, select_modes, sort_by_distance
    use kschur_left, only: set_left_modes
@@ -54,7 +55,7 @@ contains
    !>
    !> Fails as `solve_modes` does, and where there are more than 10,000 modes in the
    !> band, or 2,000 below its end where they cannot be counted.
-   subroutine solve_band(problem, first, last, options, result, error, monitor)
+   subroutine solve_band(problem, first, last, options, result, error, monitor, solvers)
       type(modal_problem_type), intent(in) :: problem
       !> The edges (Hz), 0 <= first < last.
       real(wp), intent(in) :: first, last
@@ -64,6 +65,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Watches the iterations and may end them.
       class(monitor_type), intent(inout), optional :: monitor
+      !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
+      type(inner_solvers_type), intent(in), optional :: solvers
+      type(inner_solvers_type) :: inner
       type(modal_options_type) :: own
       real(wp) :: band(2)
       logical :: counted
@@ -79,14 +83,15 @@ contains
       own%target = cmplx(0, 2*pi*first, wp)
       if (allocated(own%shift)) deallocate (own%shift)
       call check_options(own, error)
+      if (.not. allocated(error)) call choose_inner_solvers(own, inner, error, solvers)
       if (allocated(error)) return
       band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
-      call choose_formulation(problem, own%formulation, result%formulation, result%decision, error)
+      call choose_formulation(problem, own%formulation, result%formulation, result%decision, error, inner)
       if (allocated(error)) return
       counted = any(result%formulation == [formulation_symmetric, formulation_proportional]) .and. &
-         min(problem%alpha, problem%beta) >= 0
-      if (counted) call solve_counted(problem, band, own, counted, result, error, monitor)
-      if (.not. allocated(error) .and. .not. counted) call solve_disc(problem, band, own, result, error, monitor)
+         min(problem%alpha, problem%beta) >= 0 .and. allocated(inner%counting)
+      if (counted) call solve_counted(problem, band, own, inner, counted, result, error, monitor, solvers)
+      if (.not. allocated(error) .and. .not. counted) call solve_disc(problem, band, own, result, error, monitor, solvers)
       if (allocated(error)) return
       result%options = own
       result%options%modes = result%modes_asked
@@ -96,15 +101,17 @@ contains
    end subroutine solve_band
 
    ! The undamped modes of each part, from which the damped ones follow.
-   subroutine solve_counted(problem, band, options, counted, result, error, monitor)
+   subroutine solve_counted(problem, band, options, inner, counted, result, error, monitor, solvers)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: band(2)
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       !> False where it turned out that the modes cannot be counted.
       logical, intent(inout) :: counted
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
+      type(inner_solvers_type), intent(in), optional :: solvers
       type(modal_problem_type) :: undamped
       type(part_type), allocatable :: parts(:)
       type(eigenpairs_type) :: rigid, pairs
@@ -112,7 +119,7 @@ contains
       integer :: total, i
 
       call describe_problem(problem, result)
-      call find_parts(problem, band, options, rigid, parts, counted, result, error)
+      call find_parts(problem, band, options, inner, rigid, parts, counted, result, error)
       if (allocated(error) .or. .not. counted) return
       undamped = problem
       undamped%damping = empty_csr_matrix(problem%unknowns(), problem%unknowns())
@@ -125,7 +132,7 @@ contains
       result%reason = reason_converged
       result%certified = certified_yes
       do i = 1, size(parts)
-         call solve_part(undamped, parts(i), options, oscillators, counted, result, error, monitor)
+         call solve_part(undamped, parts(i), options, oscillators, counted, result, error, monitor, solvers)
          if (allocated(error) .or. .not. counted) return
          if (result%reason == reason_cancelled) exit
       end do
@@ -136,14 +143,15 @@ contains
       total = total - oscillators%found + size(pairs%lambda) + size(rigid%lambda)
       if (size(result%eigenvalues) /= total .and. result%certified == certified_yes) result%certified = certified_no
       result%modes_asked = total
-      if (options%left) call set_left_modes(problem, problem, modes_of(result), .false., result, error)
+      if (options%left) call set_left_modes(problem, problem, modes_of(result), .false., inner, result, error)
    end subroutine solve_counted
 
    ! Zeros and what decays without stiffness, all of them, and the parts with all else of the band.
-   subroutine find_parts(problem, band, options, rigid, parts, counted, result, error)
+   subroutine find_parts(problem, band, options, inner, rigid, parts, counted, result, error)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: band(2)
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       type(eigenpairs_type), intent(out) :: rigid
       type(part_type), allocatable, intent(out) :: parts(:)
       logical, intent(out) :: counted
@@ -167,16 +175,17 @@ contains
       else
          work = problem
       end if
-      call find_rigid(work, .true., deflation, rigid, result, error)
+      call find_rigid(work, .true., inner, deflation, rigid, result, error)
       if (allocated(error)) return
-      call count_parts(work, band, count(.not. abs(rigid%lambda) > 0), parts, counted, result, error)
+      call count_parts(work, band, count(.not. abs(rigid%lambda) > 0), inner%counting, parts, counted, &
+         result, error)
       if (allocated(error) .or. .not. counted) return
       if (options%presolve) call undo_presolve(problem, plan, rigid)
       call orthonormalize_zeros(rigid)
    end subroutine find_parts
 
    ! Adds the modes of a part to the oscillators.
-   subroutine solve_part(undamped, part, options, oscillators, counted, result, error, monitor)
+   subroutine solve_part(undamped, part, options, oscillators, counted, result, error, monitor, solvers)
       type(modal_problem_type), intent(in) :: undamped
       type(part_type), intent(in) :: part
       type(modal_options_type), intent(in) :: options
@@ -185,6 +194,7 @@ contains
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
+      type(inner_solvers_type), intent(in), optional :: solvers
       ! A shift is an eigenvalue once at most.
       real(wp), parameter :: offsets(3) = [0.0_wp, 1.0e-3_wp, -2.0e-3_wp]
       type(modal_options_type) :: own
@@ -199,13 +209,13 @@ contains
       if (part%is_lowest()) then
          own%modes = part%below_to
          own%target = 0
-         call solve_modes(undamped, own, found, error, monitor)
+         call solve_modes(undamped, own, found, error, monitor, solvers)
       else
          own%modes = expected
          own%target = cmplx(0, (part%from + part%to)/2, wp)
          do attempt = 1, size(offsets)
             own%shift = (1 + offsets(attempt))*own%target
-            call solve_modes(undamped, own, found, error, monitor)
+            call solve_modes(undamped, own, found, error, monitor, solvers)
             if (.not. allocated(error)) exit
             if (error%code /= error_singular) return
          end do
@@ -256,7 +266,7 @@ contains
    end subroutine damp
 
    ! Modes nearest to zero, more and more of them until they reach beyond the band.
-   subroutine solve_disc(problem, band, options, result, error, monitor)
+   subroutine solve_disc(problem, band, options, result, error, monitor, solvers)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: band(2)
       type(modal_options_type), intent(in) :: options
@@ -264,6 +274,7 @@ contains
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
+      type(inner_solvers_type), intent(in), optional :: solvers
       integer, parameter :: at_first = 20
       type(modal_options_type) :: own
       type(modal_result_type) :: found
@@ -275,7 +286,7 @@ contains
       own%target = 0
       own%modes = at_first
       do
-         call solve_modes(problem, own, found, error, monitor)
+         call solve_modes(problem, own, found, error, monitor, solvers)
          if (allocated(error)) return
          call add_effort(found, result)
          reach = 0

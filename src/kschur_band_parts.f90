@@ -4,7 +4,7 @@ module kschur_band_parts
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_inertia, only: count_below
    use kschur_kinds, only: wp
-   use kschur_mumps_real, only: mumps_real_type
+   use kschur_linear_solver, only: real_linear_solver_type
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
    use kschur_shift, only: account
@@ -38,13 +38,15 @@ contains
    !> Parts that do not overlap and together hold every nonzero omega of a band. Two
    !> neighbours leave a gap between them, in which nothing was counted: each multiple
    !> eigenvalue is in one part. Fails where there are too many.
-   subroutine count_parts(problem, band, zeros, parts, counted, result, error)
+   subroutine count_parts(problem, band, zeros, prototype, parts, counted, result, error)
       !> Symmetric, with a semidefinite M; its damping does not matter.
       type(modal_problem_type), intent(in) :: problem
       !> Two omega (rad/s), the first one may be zero.
       real(wp), intent(in) :: band(2)
       !> How often omega = 0 is an eigenvalue.
       integer, intent(in) :: zeros
+      !> A solver that tells the inertia of indefinite matrices; copies of it are used.
+      class(real_linear_solver_type), intent(in) :: prototype
       type(part_type), allocatable, intent(out) :: parts(:)
       !> False where the modes cannot be counted, as where K has negative eigenvalues.
       logical, intent(out) :: counted
@@ -59,26 +61,27 @@ contains
 
       allocate (parts(0))
       whole = part_type(band(1), band(2), zeros, 0)
-      call count_at(problem, band(2)**2, whole%below_to, result)
+      call count_at(problem, prototype, band(2)**2, whole%below_to, result)
       unstable = nearly_zero*band(2)
       if (band(1) > 0) then
-         call count_at(problem, band(1)**2, whole%below_from, result)
+         call count_at(problem, prototype, band(1)**2, whole%below_from, result)
          unstable = min(unstable, band(1))
       end if
-      call count_at(problem, -unstable**2, negative, result)
+      call count_at(problem, prototype, -unstable**2, negative, result)
       counted = negative == 0 .and. whole%below_from >= zeros .and. whole%below_to >= whole%below_from
       if (.not. counted) return
       if (whole%below_to - whole%below_from > most_modes) then
          call new_error(error, error_usage, "the band holds "//text(whole%below_to - whole%below_from)// &
             " modes, more than "//text(most_modes)//": ask for it in parts")
       else
-         call cut(problem, whole, parts, result)
+         call cut(problem, prototype, whole, parts, result)
       end if
    end subroutine count_parts
 
    ! Adds a part to the others, or what it is cut into; nothing where it holds no modes.
-   recursive subroutine cut(problem, part, parts, result)
+   recursive subroutine cut(problem, prototype, part, parts, result)
       type(modal_problem_type), intent(in) :: problem
+      class(real_linear_solver_type), intent(in) :: prototype
       type(part_type), intent(in) :: part
       type(part_type), allocatable, intent(inout) :: parts(:)
       type(modal_result_type), intent(inout) :: result
@@ -91,20 +94,20 @@ contains
       if (part%below_to == part%below_from) return
       if (.not. part%is_lowest() .and. part%to > wide*part%from) then
          middle = (part%from + part%to)/2
-         call count_at(problem, middle**2, left, result)
+         call count_at(problem, prototype, middle**2, left, result)
          if (left == part%below_to) then
-            call cut(problem, part_type(part%from, middle, part%below_from, left), parts, result)
+            call cut(problem, prototype, part_type(part%from, middle, part%below_from, left), parts, result)
             return
          end if
       end if
       if (part%below_to - part%below_from > enough .and. part%to - part%from > narrow*part%to) then
          do i = 1, size(places)
             middle = part%from + places(i)*(part%to - part%from)
-            call count_at(problem, ((1 - half_gap)*middle)**2, left, result)
-            call count_at(problem, ((1 + half_gap)*middle)**2, right, result)
+            call count_at(problem, prototype, ((1 - half_gap)*middle)**2, left, result)
+            call count_at(problem, prototype, ((1 + half_gap)*middle)**2, right, result)
             if (left /= right .or. left < part%below_from .or. right > part%below_to) cycle
-            call cut(problem, part_type(part%from, (1 - half_gap)*middle, part%below_from, left), parts, result)
-            call cut(problem, part_type((1 + half_gap)*middle, part%to, right, part%below_to), parts, result)
+            call cut(problem, prototype, part_type(part%from, (1 - half_gap)*middle, part%below_from, left), parts, result)
+            call cut(problem, prototype, part_type((1 + half_gap)*middle, part%to, right, part%below_to), parts, result)
             return
          end do
       end if
@@ -118,13 +121,15 @@ contains
       is_lowest = self%from <= near_zero*self%to .and. self%below_from <= enough
    end function is_lowest
 
-   subroutine count_at(problem, theta, below, result)
+   subroutine count_at(problem, prototype, theta, below, result)
       type(modal_problem_type), intent(in) :: problem
+      class(real_linear_solver_type), intent(in) :: prototype
       real(wp), intent(in) :: theta
       integer, intent(out) :: below
       type(modal_result_type), intent(inout) :: result
-      type(mumps_real_type) :: solver
+      class(real_linear_solver_type), allocatable :: solver
 
+      allocate (solver, source=prototype)
       call count_below(problem, theta, solver, below)
       call account(solver, result)
       result%factorizations = result%factorizations + 1

@@ -286,7 +286,7 @@ contains
       real(wp), intent(in) :: theta
       class(real_linear_solver_type), allocatable :: solver
 
-      allocate (solver, mold=self%solver)
+      allocate (solver, source=self%solver)
       call count_below(self%problem, theta, solver, negative)
       associate (c => self%certificate)
          c%factorizations = c%factorizations + 1

@@ -1,13 +1,13 @@
 !> Which formulation of a problem is solved: the one that was asked for, if it
 !> fits, or the smallest exact one.
 module kschur_formulation
-   use kschur_direct_solver, only: direct_real_type
    use kschur_error, only: error_type, new_error, error_usage
-   use kschur_options, only: formulation_auto, formulation_names, formulation_proportional, formulation_quadratic, &
-      formulation_symmetric, formulation_undamped, formulation_undamped_constrained
+   use kschur_inner_solvers, only: inner_solvers_type, choose_inner_solvers
+   use kschur_mass, only: examine_mass
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_names, formulation_proportional, &
+      formulation_quadratic, formulation_symmetric, formulation_undamped, formulation_undamped_constrained
    use kschur_pencil, only: check_fit
    use kschur_problem, only: modal_problem_type, damping_general, damping_none
-   use kschur_symmetric_transform, only: mass_is_semidefinite
    implicit none
    private
    public :: choose_formulation, is_structured
@@ -44,7 +44,7 @@ contains
 
    !> The formulation that was asked for, or the smallest exact one for
    !> `formulation_auto`. Fails where it does not fit the problem, with the reason.
-   subroutine choose_formulation(problem, asked, formulation, decision, error)
+   subroutine choose_formulation(problem, asked, formulation, decision, error, inner)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
       integer, intent(in) :: asked
@@ -52,6 +52,9 @@ contains
       !> Why, in words.
       character(len=:), allocatable, intent(out) :: decision
       type(error_type), allocatable, intent(out) :: error
+      !> What factors the mass; absent: the library's own.
+      type(inner_solvers_type), intent(in), optional :: inner
+      type(inner_solvers_type) :: own
       character(len=:), allocatable :: obstacle
 
       formulation = asked
@@ -60,7 +63,12 @@ contains
          call check_fit(problem, formulation, error)
          if (allocated(error)) return
       end if
-      call find_obstacle(problem, formulation, obstacle, error)
+      if (present(inner)) then
+         call find_obstacle(problem, formulation, inner, obstacle, error)
+      else
+         call choose_inner_solvers(modal_options_type(), own, error)
+         call find_obstacle(problem, formulation, own, obstacle, error)
+      end if
       if (allocated(error)) return
       if (len(obstacle) > 0 .and. asked /= formulation_auto) then
          call new_error(error, error_usage, "the formulation "//trim(formulation_names(formulation))// &
@@ -82,13 +90,14 @@ contains
    end subroutine choose_formulation
 
    ! What keeps a problem from a formulation for symmetric matrices; empty where nothing does.
-   subroutine find_obstacle(problem, formulation, obstacle, error)
+   subroutine find_obstacle(problem, formulation, inner, obstacle, error)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation
+      type(inner_solvers_type), intent(in) :: inner
       character(len=:), allocatable, intent(out) :: obstacle
       type(error_type), allocatable, intent(out) :: error
-      type(direct_real_type) :: solver
       logical :: semidefinite
+      integer :: nullity
 
       obstacle = ""
       if (all(formulation /= [formulation_symmetric, formulation_proportional])) return
@@ -99,13 +108,15 @@ contains
       else if (problem%damping_kind == damping_general) then
          obstacle = "its damping is not proportional"
       else
-         call mass_is_semidefinite(problem, solver, semidefinite, error)
+         call examine_mass(problem%mass, inner, semidefinite, nullity, error)
          if (allocated(error)) return
-         if (.not. semidefinite) then
+         if (.not. (semidefinite .or. allocated(inner%counting))) then
+            obstacle = "its mass matrix has eigenvalues that are negative or next to zero"
+         else if (.not. semidefinite) then
             obstacle = "its mass matrix has negative eigenvalues"
-         else if (solver%null_pivots > 0 .and. abs(problem%beta) > 0) then
+         else if (nullity > 0 .and. abs(problem%beta) > 0) then
             obstacle = "its mass matrix is singular, so that damping by stiffness makes modes that it lacks without"
-         else if (solver%null_pivots > count(.not. problem%mass%row_maxima() > 0)) then
+         else if (nullity > count(.not. problem%mass%row_maxima() > 0)) then
             ! A Krylov space in the inner product of M does not see what rounding leaves in such motions.
             obstacle = "its mass matrix is singular in motions of several unknowns"
          end if

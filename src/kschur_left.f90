@@ -6,11 +6,11 @@
 module kschur_left
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use kschur_error, only: error_type
+   use kschur_inner_solvers, only: inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: zgesvd
-   use kschur_linear_solver, only: matrix_structure_type
+   use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
    use kschur_modes, only: backward_errors, eigenpairs_type, same_value
-   use kschur_mumps_complex, only: mumps_complex_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
    use kschur_result, only: modal_result_type, kind_rigid
@@ -36,7 +36,7 @@ contains
 
    !> Sets left_eigenvectors, left_multipliers and condition of a result. A mode
    !> for which no left vector could be found has NaN.
-   subroutine set_left_modes(problem, transposed, found, refine, result, error)
+   subroutine set_left_modes(problem, transposed, found, refine, inner, result, error)
       type(modal_problem_type), intent(in) :: problem
       !> The transposed problem; the problem itself if it is symmetric.
       type(modal_problem_type), intent(in) :: transposed
@@ -44,6 +44,7 @@ contains
       type(eigenpairs_type), intent(in) :: found
       !> Whether to compute what is not among them, by a factorisation for each.
       logical, intent(in) :: refine
+      type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       type(eigenpairs_type) :: left
@@ -60,7 +61,7 @@ contains
       do j = 1, k
          if (.not. pending(j)) cycle
          group = pack([(i, i=1, k)], pending .and. abs(left%lambda - left%lambda(j)) <= equal*abs(left%lambda(j)))
-         call iterate_inversely(transposed, group, left, result, error)
+         call iterate_inversely(transposed, group, inner, left, result, error)
          if (allocated(error)) return
          pending(group) = .false.
       end do
@@ -105,16 +106,17 @@ contains
    ! of modes shares: those of P chi = theta E chi with theta = 0, E a tiny
    ! random diagonal. Even a defective lambda makes a simple theta. Each random
    ! start gives another vector of a multiple eigenvalue.
-   subroutine iterate_inversely(problem, group, left, result, error)
+   subroutine iterate_inversely(problem, group, inner, left, result, error)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: group(:)
+      type(inner_solvers_type), intent(in) :: inner
       type(eigenpairs_type), intent(inout) :: left
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: steps = 5
       ! Part of the level of P: pivots must not count as zero.
       real(wp), parameter :: tiny_part = 1.0e-13_wp
-      type(mumps_complex_type) :: solver
+      class(complex_linear_solver_type), allocatable :: solver
       type(csr_matrix_type) :: blocks(4)
       type(matrix_structure_type) :: structure
       complex(wp), allocatable :: x(:, :)
@@ -140,6 +142,7 @@ contains
       structure%symmetric = problem%symmetric
       structure%multipliers = size(factors)
       allocate (structure%node(n), source=[(i, i=1, n)])
+      allocate (solver, source=inner%complex)
       call solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp), (1.0_wp, 0.0_wp)], blocks), &
          structure, error)
       if (allocated(error)) return

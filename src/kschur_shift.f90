@@ -2,15 +2,13 @@
 !> chosen at the scale of the wanted modes.
 module kschur_shift
    use kschur_deflation, only: deflation_type
-   use kschur_direct_solver, only: direct_real_type
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_formulation, only: is_structured
+   use kschur_inner_solvers, only: inner_solvers_type
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_mumps_complex, only: mumps_complex_type
-   use kschur_mumps_real, only: mumps_real_type
    use kschur_options, only: modal_options_type, formulation_names, formulation_proportional, formulation_quadratic, &
       formulation_symmetric, inner_ldl
    use kschur_pencil_transform, only: pencil_transform_type, new_pencil_transform
@@ -38,12 +36,13 @@ contains
 
    !> Factors at the shift that was given, next to a target, or, where that is
    !> small, at the scale of the lowest modes. Sets result%shift.
-   subroutine place_shift(problem, free, deflation, options, transform, result, error)
+   subroutine place_shift(problem, free, deflation, options, inner, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
       !> Whether zero is an eigenvalue.
       logical, intent(in) :: free
       type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       class(transform_type), allocatable, intent(out) :: transform
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
@@ -53,21 +52,21 @@ contains
       if (options%inner == inner_ldl .and. .not. is_structured(result%formulation)) then
          call refuse_complex(result%formulation, error)
       else if (allocated(options%shift)) then
-         call factor_at_first(problem, deflation, options, result%formulation, beside(problem, options%shift), transform, &
+         call factor_at_first(problem, deflation, options, inner, result%formulation, beside(problem, options%shift), transform, &
             result, error, known=free .and. .not. abs(options%shift) > 0)
       else if (abs(options%target) > first_scale(problem)) then
-         call factor_near_target(problem, deflation, options, transform, result, error)
+         call factor_near_target(problem, deflation, options, inner, transform, result, error)
       else
          ! A pencil has infinite eigenvalues and costs more: the structured form tells the scale.
          search = merge(result%formulation, formulation_quadratic, is_structured(result%formulation))
-         call factor_at_scale(problem, deflation, options, search, transform, scale, result, error)
+         call factor_at_scale(problem, deflation, options, inner, search, transform, scale, result, error)
          if (allocated(error) .or. (abs(options%target) <= scale .and. search == result%formulation)) return
          call account(transform%linear_solver(), result)
          if (abs(options%target) <= scale) then
-            call factor_at_first(problem, deflation, options, result%formulation, cmplx(moved*scale, 0, wp), transform, &
+            call factor_at_first(problem, deflation, options, inner, result%formulation, cmplx(moved*scale, 0, wp), transform, &
                result, error)
          else
-            call factor_near_target(problem, deflation, options, transform, result, error)
+            call factor_near_target(problem, deflation, options, inner, transform, result, error)
          end if
       end if
    end subroutine place_shift
@@ -75,10 +74,11 @@ contains
    ! To the right of the target, where a stable system has no eigenvalue. From a target far
    ! outside the spectrum all eigenvalues look alike: there it is the end of the spectrum
    ! in this direction.
-   subroutine factor_near_target(problem, deflation, options, transform, result, error)
+   subroutine factor_near_target(problem, deflation, options, inner, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
       type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       class(transform_type), allocatable, intent(out) :: transform
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
@@ -91,7 +91,7 @@ contains
 
       place = options%target
       do attempt = 1, shift_attempts
-         call factor_at_first(problem, deflation, options, result%formulation, place + off_axis*abs(place), transform, &
+         call factor_at_first(problem, deflation, options, inner, result%formulation, place + off_axis*abs(place), transform, &
             result, error)
          if (allocated(error) .or. attempt == shift_attempts .or. abs(place) <= suspect*first_scale(problem)) return
          call find_largest(transform, options, result, largest, error)
@@ -142,10 +142,11 @@ contains
 
    ! At the first of some shifts that is neither an eigenvalue nor so near to one that
    ! it blurs the others.
-   subroutine factor_at_first(problem, deflation, options, formulation, shifts, transform, result, error, known)
+   subroutine factor_at_first(problem, deflation, options, inner, formulation, shifts, transform, result, error, known)
       type(modal_problem_type), target, intent(in) :: problem
       type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       integer, intent(in) :: formulation
       complex(wp), intent(in) :: shifts(:)
       class(transform_type), allocatable, intent(out) :: transform
@@ -158,7 +159,7 @@ contains
       first = 1
       if (present(known)) first = merge(2, 1, known)
       do i = first, size(shifts)
-         call factor_at(problem, deflation, options, formulation, shifts(i), transform, result, error)
+         call factor_at(problem, deflation, options, inner, formulation, shifts(i), transform, result, error)
          if (.not. allocated(error)) exit
          if (error%code /= error_singular) return
       end do
@@ -172,10 +173,11 @@ contains
    end subroutine factor_at_first
 
    ! At the scale of the lowest modes, found by trial.
-   subroutine factor_at_scale(problem, deflation, options, formulation, transform, scale, result, error)
+   subroutine factor_at_scale(problem, deflation, options, inner, formulation, transform, scale, result, error)
       type(modal_problem_type), target, intent(in) :: problem
       type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       integer, intent(in) :: formulation
       class(transform_type), allocatable, intent(out) :: transform
       !> The shift (1/s).
@@ -188,14 +190,15 @@ contains
       scale = first_scale(problem)
       previous = scale
       do attempt = 1, shift_attempts
-         call factor_at_first(problem, deflation, options, formulation, cmplx(moved*scale, 0, wp), transform, result, error)
+         call factor_at_first(problem, deflation, options, inner, formulation, cmplx(moved*scale, 0, wp), transform, result, error)
          scale = real(result%shift, wp)
-         if (allocated(error) .and. attempt > 1) then
+         if (allocated(error)) then
+            if (error%code /= error_singular .or. attempt == 1) return
             scale = previous
-            call factor_at(problem, deflation, options, formulation, cmplx(scale, 0, wp), transform, result, error)
+            call factor_at(problem, deflation, options, inner, formulation, cmplx(scale, 0, wp), transform, result, error)
             return
          end if
-         if (allocated(error) .or. attempt == shift_attempts) return
+         if (attempt == shift_attempts) return
          call propose_scale(transform, deflation, options, result, proposed, error)
          if (allocated(error) .or. .not. proposed > 0) return
          if (proposed >= scale/close_enough .and. proposed <= scale*close_enough) return
@@ -220,10 +223,11 @@ contains
       if (.not. first_scale > 0) first_scale = 1
    end function first_scale
 
-   subroutine factor_at(problem, deflation, options, formulation, shift, transform, result, error)
+   subroutine factor_at(problem, deflation, options, inner, formulation, shift, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
       type(deflation_type), target, intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       integer, intent(in) :: formulation
       complex(wp), intent(in) :: shift
       class(transform_type), allocatable, intent(out) :: transform
@@ -246,11 +250,11 @@ contains
       end if
       factors = constraint_factors(problem, options%constraint_scaling, shift)
       unit = scale(1.0_wp, exponent(max(abs(shift), first_scale(problem))))
-      allocate (mumps_complex_type :: solver)
-      allocate (real_solver, source=direct_real_type(inner=options%inner))
+      allocate (solver, source=inner%complex)
+      allocate (real_solver, source=inner%real)
+      if (allocated(inner%counting)) allocate (counting_solver, source=inner%counting)
       if (any(formulation == [formulation_symmetric, formulation_proportional])) then
          allocate (symmetric)
-         allocate (mumps_real_type :: counting_solver)
          call new_symmetric_transform(symmetric, problem, deflation, factors, shift, real_solver, error, counting_solver)
          call move_alloc(symmetric, transform)
       else if (formulation == formulation_quadratic .and. .not. abs(aimag(shift)) > 0) then

@@ -4,17 +4,16 @@ module kschur_solver
    use kschur_certificate, only: certificate_type, same_distance
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type, new_deflation
-   use kschur_direct_solver, only: direct_real_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_formulation, only: choose_formulation, is_structured
+   use kschur_inner_solvers, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_left, only: set_left_modes
-   use kschur_linear_solver, only: linear_solver_type, real_linear_solver_type
+   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_modes, only: eigenpairs_type, orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
-   use kschur_mumps_complex, only: mumps_complex_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
    use kschur_options, only: modal_options_type, formulation_names, formulation_proportional, formulation_symmetric, &
       inner_names, scaling_names
@@ -38,13 +37,16 @@ contains
    !> even where it is less than was asked for: then `result%reason` says why.
    !> What else a user must know is in `result%notes`. Fails on options that do not fit
    !> the problem, on a problem that is singular for every lambda, and where memory or a library fails.
-   subroutine solve_modes(problem, options, result, error, monitor)
+   subroutine solve_modes(problem, options, result, error, monitor, solvers)
       type(modal_problem_type), target, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(out) :: result
       type(error_type), allocatable, intent(out) :: error
       !> Watches the iteration and may end it.
       class(monitor_type), intent(inout), optional :: monitor
+      !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
+      type(inner_solvers_type), intent(in), optional :: solvers
+      type(inner_solvers_type) :: inner
       class(transform_type), allocatable, target :: transform
       type(modal_problem_type), target :: work
       type(presolve_type) :: plan
@@ -56,6 +58,7 @@ contains
 
       started = clock()
       call check_options(options, error)
+      if (.not. allocated(error)) call choose_inner_solvers(options, inner, error, solvers)
       if (allocated(error)) return
       result%options = options
       result%method = "krylov-schur"
@@ -67,14 +70,14 @@ contains
       result%symmetric = problem%symmetric
       result%target = options%target
       allocate (result%notes(0))
-      call choose_formulation(problem, options%formulation, result%formulation, result%decision, error)
+      call choose_formulation(problem, options%formulation, result%formulation, result%decision, error, inner)
       if (allocated(error)) return
       presolved = options%presolve .and. is_structured(result%formulation)
       if (presolved) then
          call presolve(problem, work, plan, error)
          if (plan%unknowns_after == 0) then
             call note_redundant(plan%redundant, result)
-            call no_modes(problem, result, error)
+            call no_modes(problem, inner, result, error)
             return
          end if
          if (allocated(error)) return
@@ -83,13 +86,15 @@ contains
       end if
 
       call note_problem(work, plan, result, error)
-      if (.not. allocated(error)) call find_rigid(work, .true., deflation, rigid, result, error)
-      if (.not. allocated(error)) call place_shift(work, size(rigid%lambda) > 0, deflation, options, transform, result, error)
+      if (.not. allocated(error)) call find_rigid(work, .true., inner, deflation, rigid, result, error)
+      if (.not. allocated(error)) call place_shift(work, size(rigid%lambda) > 0, deflation, options, inner, transform, &
+         result, error)
       if (allocated(error)) return
       if (presolved) call undo_presolve(problem, plan, rigid)
-      call find_modes(problem, presolved, plan, deflation, rigid, transform, options, result, error, monitor)
+      call find_modes(problem, presolved, plan, deflation, rigid, transform, options, inner, result, error, monitor)
       if (.not. allocated(error) .and. options%left) &
-         call find_left_modes(problem, work, presolved, plan, size(rigid%lambda) > 0, transform, options, result, error, monitor)
+         call find_left_modes(problem, work, presolved, plan, size(rigid%lambda) > 0, transform, options, inner, result, error, &
+         monitor)
       if (.not. allocated(error)) call note_modes(problem, result, error)
       if (allocated(error)) return
       result%factored_order = transform%order()
@@ -103,7 +108,7 @@ contains
    ! Iterates until there are the modes that were asked for. Ritz values near
    ! zero cannot be told apart while they iterate: where they make fewer modes
    ! than they seemed to, more are asked for, as long as that helps.
-   subroutine find_modes(problem, presolved, plan, deflation, rigid, transform, options, result, error, monitor)
+   subroutine find_modes(problem, presolved, plan, deflation, rigid, transform, options, inner, result, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       !> Whether the transform is that of the problem that a plan reduced.
       logical, intent(in) :: presolved
@@ -113,6 +118,7 @@ contains
       type(eigenpairs_type), intent(inout) :: rigid
       class(transform_type), target, intent(inout) :: transform
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
@@ -139,7 +145,7 @@ contains
          before = missing
          asked = min(asked + max(missing, asked/4), most)
       end do
-      call polish(problem, options, result, error)
+      call polish(problem, options, inner, result, error)
       if (allocated(error)) return
       result%reason = statistics%reason
       if (missing == 0) then
@@ -156,7 +162,7 @@ contains
 
    ! Left vectors are conjugated modes of the transposed problem: the modes
    ! themselves where the problem is symmetric.
-   subroutine find_left_modes(problem, work, presolved, plan, free, transform, options, result, error, monitor)
+   subroutine find_left_modes(problem, work, presolved, plan, free, transform, options, inner, result, error, monitor)
       type(modal_problem_type), target, intent(in) :: problem, work
       logical, intent(in) :: presolved
       type(presolve_type), intent(in) :: plan
@@ -164,6 +170,7 @@ contains
       logical, intent(in) :: free
       class(transform_type), target, intent(in) :: transform
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
@@ -175,20 +182,20 @@ contains
       logical :: own_factors
 
       if (problem%symmetric) then
-         call set_left_modes(problem, problem, modes_of(result), .false., result, error)
+         call set_left_modes(problem, problem, modes_of(result), .false., inner, result, error)
          return
       end if
       call transpose_problem(problem, transposed, error)
       if (.not. allocated(error)) call transpose_problem(work, transposed_work, error)
-      if (.not. allocated(error)) call find_rigid(transposed_work, free, deflation, rigid, result, error)
+      if (.not. allocated(error)) call find_rigid(transposed_work, free, inner, deflation, rigid, result, error)
       if (.not. allocated(error)) call new_transposed_transform(adjoint, transposed_work, deflation, transform, &
-         result%shift, own_factors, error)
+         result%shift, inner, own_factors, error)
       if (allocated(error)) return
       if (presolved) call undo_presolve(transposed, plan, rigid)
       left%shift = result%shift
-      call find_modes(transposed, presolved, plan, deflation, rigid, adjoint, options, left, error, monitor)
+      call find_modes(transposed, presolved, plan, deflation, rigid, adjoint, options, inner, left, error, monitor)
       if (allocated(error)) return
-      call set_left_modes(problem, transposed, modes_of(left), left%reason /= reason_cancelled, result, error)
+      call set_left_modes(problem, transposed, modes_of(left), left%reason /= reason_cancelled, inner, result, error)
       call account(adjoint%linear_solver(), result)
       result%factorizations = result%factorizations + left%factorizations + merge(1, 0, own_factors)
       result%operator_applications = result%operator_applications + left%operator_applications
@@ -253,8 +260,9 @@ contains
    end subroutine check_options
 
    ! Where the constraints leave no motion.
-   subroutine no_modes(problem, result, error)
+   subroutine no_modes(problem, inner, result, error)
       type(modal_problem_type), intent(in) :: problem
+      type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       type(eigenpairs_type) :: none
@@ -263,17 +271,18 @@ contains
       call select_modes(problem, result%options, none, none, 0.0_wp, 0.0_wp, result)
       allocate (result%history%converged(0), result%history%operator_applications(0), result%history%residual(0))
       result%reason = reason_fewer_modes
-      if (result%options%left) call set_left_modes(problem, problem, none, .false., result, error)
+      if (result%options%left) call set_left_modes(problem, problem, none, .false., inner, result, error)
    end subroutine no_modes
 
    ! Modes far from the shift are known less well than those near to it.
-   subroutine polish(problem, options, result, error)
+   subroutine polish(problem, options, inner, result, error)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: good_enough
-      type(mumps_complex_type) :: solver
+      class(complex_linear_solver_type), allocatable :: solver
       type(eigenpairs_type) :: pairs
       real(wp), allocatable :: errors(:)
 
@@ -283,6 +292,7 @@ contains
       call move_alloc(result%eigenvalues, pairs%lambda)
       call move_alloc(result%eigenvectors, pairs%phi)
       call move_alloc(result%multipliers, pairs%xi)
+      allocate (solver, source=inner%complex)
       call refine(problem, constraint_factors(problem, options%constraint_scaling, result%shift), good_enough, &
          solver, pairs, errors, result%factorizations, error)
       if (allocated(error)) return
@@ -305,10 +315,11 @@ contains
    end subroutine undo_presolve
 
    !> The eigenvalue zero, and what can be deflated with it.
-   subroutine find_rigid(problem, possible, deflation, rigid, result, error)
+   subroutine find_rigid(problem, possible, inner, deflation, rigid, result, error)
       type(modal_problem_type), intent(in) :: problem
       !> Whether to look at all.
       logical, intent(in) :: possible
+      type(inner_solvers_type), intent(in) :: inner
       type(deflation_type), intent(out) :: deflation
       type(eigenpairs_type), intent(out) :: rigid
       type(modal_result_type), intent(inout) :: result
@@ -319,7 +330,7 @@ contains
       integer :: k, l, j
 
       if (possible) then
-         allocate (direct_real_type :: solver)
+         allocate (solver, source=inner%unshifted)
          call find_rigid_motions(problem, solver, motions, multipliers, error)
          if (.not. allocated(error)) call check_inertia(problem, motions, error)
          if (allocated(error)) return

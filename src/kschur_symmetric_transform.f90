@@ -21,7 +21,7 @@ module kschur_symmetric_transform
    use kschur_transform, only: transform_type
    implicit none
    private
-   public :: symmetric_transform_type, new_symmetric_transform, mass_is_semidefinite
+   public :: symmetric_transform_type, new_symmetric_transform
 
    !> C = (K - s M)^{-1} M on the motions that the constraints allow.
    type, extends(symmetric_operator_type) :: symmetric_shift_invert_type
@@ -62,7 +62,7 @@ contains
       complex(wp), intent(in) :: lambda
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
-      !> A solver that tells the inertia of indefinite matrices: with it, iterations are certified.
+      !> A solver that tells the inertia of indefinite matrices: with it, allocated, iterations are certified.
       class(real_linear_solver_type), allocatable, optional, intent(inout) :: counting_solver
       type(csr_matrix_type) :: matrix
       type(matrix_structure_type) :: structure
@@ -82,6 +82,7 @@ contains
       if (allocated(error)) return
       call check_regular(transform, matrix, error)
       if (allocated(error) .or. .not. present(counting_solver)) return
+      if (.not. allocated(counting_solver)) return
       allocate (transform%census)
       call new_inertia_census(transform%census, problem, transform%map, real(transform%shift, wp), &
          transform%operator%solver, counting_solver, size(deflation%decay))
@@ -136,21 +137,6 @@ contains
       if (singular) call new_error(error, error_singular, &
          "the shifted problem is singular: the shift is an eigenvalue; move it a little")
    end subroutine check_regular
-
-   !> Whether M has no negative eigenvalue, by the signs of its pivots; the
-   !> inner product of M is one only then.
-   subroutine mass_is_semidefinite(problem, solver, semidefinite, error)
-      type(modal_problem_type), intent(in) :: problem
-      !> A solver that reports the number of negative pivots; used up.
-      class(real_linear_solver_type), intent(inout) :: solver
-      logical, intent(out) :: semidefinite
-      type(error_type), allocatable, intent(out) :: error
-      type(matrix_structure_type) :: structure
-
-      structure%symmetric = .true.
-      call solver%factorize(problem%mass, structure, error)
-      semidefinite = .not. allocated(error) .and. solver%negative_pivots == 0
-   end subroutine mass_is_semidefinite
 
    integer function operator_order(self)
       class(symmetric_shift_invert_type), intent(in) :: self

@@ -3,9 +3,9 @@
 module kschur_transposed
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
+   use kschur_inner_solvers, only: inner_solvers_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type, real_linear_solver_type
-   use kschur_mumps_complex, only: mumps_complex_type
    use kschur_pencil_transform, only: new_pencil_transform, pencil_transform_type
    use kschur_problem, only: modal_problem_type, new_modal_problem
    use kschur_quadratic_transform_complex, only: complex_quadratic_type => quadratic_transform_type, &
@@ -52,7 +52,7 @@ contains
    !> whose factors it borrows: these must live as long. Only the damped pencils of
    !> Table 1, whose transposes are no such pencils, give way to the structured
    !> quadratic form and its own factors.
-   subroutine new_transposed_transform(transform, problem, deflation, original, lambda, own_factors, error)
+   subroutine new_transposed_transform(transform, problem, deflation, original, lambda, inner, own_factors, error)
       class(transform_type), allocatable, intent(out) :: transform
       !> The transposed problem.
       type(modal_problem_type), target, intent(in) :: problem
@@ -62,6 +62,7 @@ contains
       class(transform_type), target, intent(in) :: original
       !> The shift (1/s).
       complex(wp), intent(in) :: lambda
+      type(inner_solvers_type), intent(in) :: inner
       !> Whether a matrix had to be factored.
       logical, intent(out) :: own_factors
       type(error_type), allocatable, intent(out) :: error
@@ -80,16 +81,17 @@ contains
          call move_alloc(quadratic, transform)
       class default
          ! gfortran 12 cannot have both quadratic types in one construct.
-         call transpose_complex(transform, problem, deflation, original, lambda, own_factors, error)
+         call transpose_complex(transform, problem, deflation, original, lambda, inner, own_factors, error)
       end select
    end subroutine new_transposed_transform
 
-   subroutine transpose_complex(transform, problem, deflation, original, lambda, own_factors, error)
+   subroutine transpose_complex(transform, problem, deflation, original, lambda, inner, own_factors, error)
       class(transform_type), allocatable, intent(out) :: transform
       type(modal_problem_type), target, intent(in) :: problem
       type(deflation_type), target, intent(in) :: deflation
       class(transform_type), target, intent(in) :: original
       complex(wp), intent(in) :: lambda
+      type(inner_solvers_type), intent(in) :: inner
       logical, intent(out) :: own_factors
       type(error_type), allocatable, intent(out) :: error
       class(complex_linear_solver_type), allocatable :: solver
@@ -112,7 +114,7 @@ contains
             own_factors = given%is_damped()
             if (own_factors) then
                allocate (quadratic)
-               allocate (mumps_complex_type :: solver)
+               allocate (solver, source=inner%complex)
                call new_complex_quadratic(quadratic, problem, deflation, given%factors, given%unit, lambda, solver, error)
                call move_alloc(quadratic, transform)
             else

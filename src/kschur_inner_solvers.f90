@@ -1,0 +1,61 @@
+!> The linear solvers of a computation: those of the library, as an option
+!> names them, or a user's own.
+module kschur_inner_solvers
+   use kschur_direct_solver, only: direct_real_type
+   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
+   use kschur_mumps_complex, only: mumps_complex_type
+   use kschur_mumps_real, only: mumps_real_type
+   use kschur_options, only: inner_auto, modal_options_type
+   implicit none
+   private
+   public :: inner_solvers_type, choose_inner_solvers
+
+   !> Prototypes, which are never factored: each matrix is factored by a copy of its own
+   !> (`allocate (copy, source=prototype)`), and several copies may live at once. What a
+   !> pointer component points to is shared by all copies.
+   !>
+   !> Where a user gives only one of `real` and `complex`, matrices of the other kind are
+   !> factored by the library's own.
+   type :: inner_solvers_type
+      !> For real matrices, symmetric or not: the problem at a real shift.
+      class(real_linear_solver_type), allocatable :: real
+      !> For complex matrices: pencils, complex shifts, refined modes and left vectors.
+      class(complex_linear_solver_type), allocatable :: complex
+      !> For real matrices without a shift: the mass, and the stiffness where rigid motions
+      !> are looked for, which is nearly singular there. Not allocated: as `real`.
+      class(real_linear_solver_type), allocatable :: unshifted
+      !> Sets `negative_pivots` of every real symmetric matrix, indefinite ones too. Not
+      !> allocated: eigenvalues are not counted, and nothing is certified.
+      class(real_linear_solver_type), allocatable :: counting
+   end type inner_solvers_type
+
+contains
+
+   !> The solvers that options ask for, a user's own in their places. Fails where there
+   !> are both an own solver and an `inner` option.
+   subroutine choose_inner_solvers(options, inner, error, own)
+      type(modal_options_type), intent(in) :: options
+      !> All but `counting` are allocated.
+      type(inner_solvers_type), intent(out) :: inner
+      type(error_type), allocatable, intent(out) :: error
+      type(inner_solvers_type), intent(in), optional :: own
+
+      if (present(own)) then
+         if (options%inner /= inner_auto) then
+            call new_error(error, error_usage, &
+               "the option inner chooses among the library's solvers: leave it out where you bring your own")
+            return
+         end if
+         if (allocated(own%real)) allocate (inner%real, source=own%real)
+         if (allocated(own%complex)) allocate (inner%complex, source=own%complex)
+         if (allocated(own%unshifted)) allocate (inner%unshifted, source=own%unshifted)
+         if (allocated(own%counting)) allocate (inner%counting, source=own%counting)
+      end if
+      if (.not. (allocated(inner%real) .or. allocated(inner%counting))) allocate (mumps_real_type :: inner%counting)
+      if (allocated(inner%real) .and. .not. allocated(inner%unshifted)) allocate (inner%unshifted, source=inner%real)
+      if (.not. allocated(inner%unshifted)) allocate (direct_real_type :: inner%unshifted)
+      if (.not. allocated(inner%real)) allocate (inner%real, source=direct_real_type(inner=options%inner))
+      if (.not. allocated(inner%complex)) allocate (mumps_complex_type :: inner%complex)
+   end subroutine choose_inner_solvers
+end module kschur_inner_solvers
