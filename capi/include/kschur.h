@@ -200,6 +200,35 @@ typedef int (*kschur_progress_callback)(void *context, int64_t restart, int64_t 
  * the options are used. */
 int kschur_options_set_progress(kschur_options *options, kschur_progress_callback progress, void *context);
 
+/* The linear solver of a caller, in place of the library's. One computation factors several matrices, and several factorizations live at the
+ * same time; threads that share the options call it at the same time.
+ *
+ * Factors a square matrix of order n in compressed sparse rows, 0-based, columns in ascending order, both triangles of a
+ * symmetric one; complex values are pairs of doubles. A matrix with constraints has zeros on its diagonal. The arrays
+ * belong to the library and must not be kept. *factors is NULL and may be set to anything; it is handed to the other two.
+ * Returns 0; KSCHUR_ERROR_SINGULAR, upon which the library may try another shift; or anything else to fail. */
+typedef int (*kschur_factorize_callback)(void *context, int64_t n, int64_t entries, const int32_t *row_start,
+                                         const int32_t *column, const double *value, int symmetric, void **factors);
+
+/* x := A^-1 x for a block of columns of length n, one after the other; with `adjoint` A^-T x for a real matrix and
+ * A^-H x (conjugate transpose) for a complex one, which is needed where left vectors of an unsymmetric problem were
+ * asked for. Returns 0, or anything else to fail. */
+typedef int (*kschur_solve_callback)(void *context, void *factors, int adjoint, int64_t n, int64_t vectors, double *x);
+
+/* Frees what one factorization made; called once for each that returned 0. */
+typedef void (*kschur_release_callback)(void *context, void *factors);
+
+/* Sets the solver for real matrices, which are those of any problem at a real shift, the default where the target is 0. `release` is
+ * optional; NULL for `factorize` and `solve` brings the library's own back. The context is borrowed as that of the
+ * progress callback. With a caller's solver nothing is counted: results are not certified, and bands are not counted. It
+ * excludes kschur_options_set_inner. KSCHUR_ERROR_NULL where only one of `factorize` and `solve` is given. */
+int kschur_options_set_real_solver(kschur_options *options, kschur_factorize_callback factorize,
+                                   kschur_solve_callback solve, kschur_release_callback release, void *context);
+
+/* Sets the solver for complex matrices: complex shifts, the paper's pencils, modes that are refined. */
+int kschur_options_set_complex_solver(kschur_options *options, kschur_factorize_callback factorize,
+                                      kschur_solve_callback solve, kschur_release_callback release, void *context);
+
 /* ---- Solve ------------------------------------------------------------------------------------------------------ */
 
 /* Modes, how good they are, how they were found. */

@@ -5,7 +5,7 @@ module kschur_capi_arrays
    use kschur_capi_status, only: handle_type, fail, outcome, require, status_length, status_ok, status_order
    implicit none
    private
-   public :: give_array, has_room, put
+   public :: give_array, put
 
    !> Hands an array to the caller. What is not allocated is not in the result, or not yet.
    interface give_array
@@ -19,10 +19,10 @@ module kschur_capi_arrays
 
 contains
 
-   !> Whether there is a place, and it has room; else the status of the failure.
+   ! Whether there is a place, and it has room; else the status of the failure.
    logical function has_room(handle, is_there, needed, address, length, status)
       class(handle_type), intent(inout) :: handle
-      !> Whether there is something to hand over.
+      ! Whether there is something to hand over.
       logical, intent(in) :: is_there
       integer(c_int64_t), intent(in) :: needed
       type(c_ptr), intent(in) :: address

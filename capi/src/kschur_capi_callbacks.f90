@@ -2,8 +2,8 @@
 module kschur_capi_callbacks
    use, intrinsic :: iso_c_binding, only: c_double, c_double_complex, c_funptr, c_int, c_int64_t, c_null_funptr, &
       c_null_ptr, c_associated, c_f_procpointer, c_ptr
-   use kschur, only: complex_operator_type, error_type, monitor_type, new_error, real_operator_type, text, wp
-   use kschur_capi_status, only: status_callback
+   use kschur, only: complex_operator_type, error_type, monitor_type, real_operator_type, wp
+   use kschur_capi_status, only: check_returned
    implicit none
    private
    public :: progress_type, called_real_operator_type, called_complex_operator_type
@@ -96,7 +96,7 @@ contains
       procedure(apply_real_interface), pointer :: callback
 
       call c_f_procpointer(self%callback, callback)
-      call check(callback(self%context, int(self%n, c_int64_t), size(x, 2, c_int64_t), x, y), "apply", error)
+      call check_returned(callback(self%context, int(self%n, c_int64_t), size(x, 2, c_int64_t), x, y), "apply", error)
    end subroutine apply_real
 
    subroutine apply_complex(self, x, y, error)
@@ -107,15 +107,6 @@ contains
       procedure(apply_complex_interface), pointer :: callback
 
       call c_f_procpointer(self%callback, callback)
-      call check(callback(self%context, int(self%n, c_int64_t), size(x, 2, c_int64_t), x, y), "apply", error)
+      call check_returned(callback(self%context, int(self%n, c_int64_t), size(x, 2, c_int64_t), x, y), "apply", error)
    end subroutine apply_complex
-
-   ! Raises an error where a callback returned one.
-   subroutine check(returned, name, error)
-      integer(c_int), intent(in) :: returned
-      character(len=*), intent(in) :: name
-      type(error_type), allocatable, intent(out) :: error
-
-      if (returned /= 0) call new_error(error, status_callback, "the callback '"//name//"' returned "//text(int(returned)))
-   end subroutine check
 end module kschur_capi_callbacks

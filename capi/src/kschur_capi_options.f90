@@ -2,10 +2,11 @@
 module kschur_capi_options
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_null_ptr, c_ptr
-   use kschur, only: error_type, formulation_names, index_of_name, inner_names, modal_options_type, new_error, &
+   use kschur, only: error_type, formulation_names, index_of_name, inner_names, inner_solvers_type, modal_options_type, new_error, &
       scaling_names, text, wp
    use kschur_capi_callbacks, only: progress_type
-   use kschur_capi_status, only: handle_type, get_message, outcome, require, status_memory, status_null, status_ok, &
+   use kschur_capi_linear_solver, only: called_complex_solver_type, called_real_solver_type, solver_callbacks_type
+   use kschur_capi_status, only: handle_type, fail, get_message, outcome, require, status_memory, status_null, status_ok, &
       status_usage
    use kschur_capi_text, only: take_text
    use kschur_solver, only: check_options
@@ -17,6 +18,8 @@ module kschur_capi_options
    type, extends(handle_type) :: options_handle_type
       type(modal_options_type) :: options
       type(progress_type) :: progress
+      !> Linear solvers of the caller; what is not allocated is not given.
+      type(inner_solvers_type) :: solvers
    end type options_handle_type
 
    real(wp), parameter :: pi = acos(-1.0_wp)
@@ -294,6 +297,48 @@ contains
       handle%progress%context = context
       status = status_ok
    end function kschur_options_set_progress
+
+   integer(c_int) function kschur_options_set_real_solver(address, factorize, solve, release, context) bind(c) &
+      result(status)
+      type(c_ptr), value :: address, context
+      type(c_funptr), value :: factorize, solve, release
+      type(options_handle_type), pointer :: handle
+      type(called_real_solver_type) :: solver
+
+      status = status_null
+      handle => options_of(address)
+      if (.not. associated(handle)) return
+      status = status_ok
+      if (c_associated(factorize) .neqv. c_associated(solve)) then
+         status = fail(handle, status_null, "a linear solver needs both 'factorize' and 'solve'")
+         return
+      end if
+      if (allocated(handle%solvers%real)) deallocate (handle%solvers%real)
+      if (.not. c_associated(factorize)) return
+      solver%callbacks = solver_callbacks_type(factorize, solve, release, context)
+      allocate (handle%solvers%real, source=solver)
+   end function kschur_options_set_real_solver
+
+   integer(c_int) function kschur_options_set_complex_solver(address, factorize, solve, release, context) bind(c) &
+      result(status)
+      type(c_ptr), value :: address, context
+      type(c_funptr), value :: factorize, solve, release
+      type(options_handle_type), pointer :: handle
+      type(called_complex_solver_type) :: solver
+
+      status = status_null
+      handle => options_of(address)
+      if (.not. associated(handle)) return
+      status = status_ok
+      if (c_associated(factorize) .neqv. c_associated(solve)) then
+         status = fail(handle, status_null, "a linear solver needs both 'factorize' and 'solve'")
+         return
+      end if
+      if (allocated(handle%solvers%complex)) deallocate (handle%solvers%complex)
+      if (.not. c_associated(factorize)) return
+      solver%callbacks = solver_callbacks_type(factorize, solve, release, context)
+      allocate (handle%solvers%complex, source=solver)
+   end function kschur_options_set_complex_solver
 
    ! Takes the changed options over where no error is raised and the solver would not raise one.
    integer(c_int) function accept(handle, changed, error) result(status)

@@ -7,7 +7,7 @@ module kschur_capi_result
    use kschur_capi_text, only: take_text
    implicit none
    private
-   public :: result_handle_type, clear, has_modes, has_solution, result_of
+   public :: result_handle_type, clear, has_modes, has_solution, keep, result_of
 
    !> What a result can hold.
    integer, parameter, public :: nothing = 0, modes_of_problem = 1, eigenvalues_of_operator = 2
@@ -38,6 +38,21 @@ contains
       handle%result = empty
       handle%holds = nothing
    end subroutine clear
+
+   !> Says what a result holds now. What older files do not have, and what does not belong to an operator, is empty.
+   subroutine keep(handle, holds)
+      type(result_handle_type), intent(inout) :: handle
+      integer, intent(in) :: holds
+
+      handle%holds = holds
+      associate (result => handle%result)
+         if (.not. allocated(result%decision)) result%decision = ""
+         if (.not. allocated(result%inner)) result%inner = ""
+         if (.not. allocated(result%notes)) allocate (result%notes(0))
+         if (.not. allocated(result%history%residual)) &
+            allocate (result%history%converged(0), result%history%operator_applications(0), result%history%residual(0))
+      end associate
+   end subroutine keep
 
    !> Whether there is a handle, and anything in it; else the status of the failure.
    logical function has_solution(handle, status)
@@ -140,6 +155,6 @@ contains
       status = outcome(handle, error)
       if (status /= status_ok) return
       handle%result = read
-      handle%holds = modes_of_problem
+      call keep(handle, modes_of_problem)
    end function kschur_result_read_hdf5
 end module kschur_capi_result

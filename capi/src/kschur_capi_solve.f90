@@ -1,15 +1,14 @@
 !> Solves, for C: the modes of a problem, eigenvalues of an operator.
 module kschur_capi_solve
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_funptr, c_int, c_int64_t, c_ptr
-   use kschur, only: error_type, krylov_options_type, krylov_statistics_type, krylov_schur, modal_options_type, &
+   use kschur, only: error_type, inner_solvers_type, krylov_options_type, krylov_statistics_type, krylov_schur, &
       named_selection_type, new_error, solve_band, solve_modes, text, wp
    use kschur_capi_callbacks, only: called_complex_operator_type, called_real_operator_type, progress_type
    use kschur_capi_options, only: options_handle_type, options_of
    use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
-   use kschur_capi_result, only: result_handle_type, clear, eigenvalues_of_operator, modes_of_problem, result_of
+   use kschur_capi_result, only: result_handle_type, clear, eigenvalues_of_operator, keep, modes_of_problem, result_of
    use kschur_capi_status, only: outcome, require, status_null, status_ok, status_usage
    use kschur_capi_text, only: take_text
-   use kschur_krylov_real, only: krylov_schur
    implicit none
    private
 
@@ -40,6 +39,8 @@ contains
       type(options_handle_type), pointer :: options_handle
       type(result_handle_type), pointer :: handle
       type(progress_type) :: progress
+      ! Null where they are those of the library: an absent argument then.
+      type(inner_solvers_type), pointer :: solvers
       type(error_type), allocatable :: error
 
       status = status_null
@@ -53,16 +54,20 @@ contains
       if (.not. allocated(error)) call check_problem(problem_handle, error)
       if (.not. allocated(error)) then
          progress = options_handle%progress
+         nullify (solvers)
+         if (allocated(options_handle%solvers%real) .or. allocated(options_handle%solvers%complex)) &
+            solvers => options_handle%solvers
          if (present(band)) then
-            call solve_band(problem_handle%problem, band(1), band(2), options_handle%options, handle%result, error, progress)
+            call solve_band(problem_handle%problem, band(1), band(2), options_handle%options, handle%result, error, &
+               progress, solvers)
          else
-            call solve_modes(problem_handle%problem, options_handle%options, handle%result, error, progress)
+            call solve_modes(problem_handle%problem, options_handle%options, handle%result, error, progress, solvers)
          end if
       end if
       if (allocated(error)) then
          call clear(handle)
       else
-         handle%holds = modes_of_problem
+         call keep(handle, modes_of_problem)
       end if
       status = outcome(handle, error)
    end function solve
@@ -114,7 +119,7 @@ contains
       if (allocated(error)) then
          call clear(handle)
       else
-         handle%holds = eigenvalues_of_operator
+         call keep(handle, eigenvalues_of_operator)
       end if
       status = outcome(handle, error)
    end function solve_operator

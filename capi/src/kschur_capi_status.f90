@@ -5,7 +5,7 @@ module kschur_capi_status
    use kschur_capi_text, only: put_text
    implicit none
    private
-   public :: handle_type, fail, get_message, give_name, give_text, outcome, require
+   public :: handle_type, check_returned, fail, get_message, give_name, give_text, outcome, require
 
    !> KSCHUR_OK and those of KSCHUR_ERROR_* that the interface itself returns.
    integer, parameter, public :: status_ok = 0, status_usage = 1, status_input = 2, status_memory = 4, status_null = 7, &
@@ -62,6 +62,15 @@ contains
       if (allocated(error) .or. c_associated(address)) return
       call new_error(error, status_null, "the argument '"//name//"' is null")
    end subroutine require
+
+   !> Raises an error where a callback returned one.
+   subroutine check_returned(returned, name, error)
+      integer(c_int), intent(in) :: returned
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(out) :: error
+
+      if (returned /= 0) call new_error(error, status_callback, "the callback '"//name//"' returned "//text(int(returned)))
+   end subroutine check_returned
 
    !> Hands a text to the caller; the handle tells of a null place and of a cut text.
    integer(c_int) function give_text(handle, given, buffer, length) result(status)
