@@ -156,7 +156,7 @@ static void operators_that_fail(void)
    CHECK_STATUS(kschur_solve_real_operator(60, difference, &own, "largest-real", options, result), KSCHUR_ERROR_CALLBACK);
    CHECK_MESSAGE(result, result, "the callback 'apply' returned 42");
    CHECK_STATUS(kschur_result_get_modes(result, NULL, NULL), KSCHUR_ERROR_ORDER);
-   own.applications = 0;
+   own = (operator_context){0, 1};
    CHECK_STATUS(kschur_solve_complex_operator(60, difference, &own, "largest-real", options, result), KSCHUR_ERROR_CALLBACK);
    CHECK_STATUS(kschur_solve_real_operator(60, difference, &own, "best", options, result), KSCHUR_ERROR_USAGE);
    CHECK_MESSAGE(result, result, "there is no criterion 'best'");

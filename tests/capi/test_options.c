@@ -152,7 +152,7 @@ static void constraints_and_presolve(void)
 
 static void iteration(void)
 {
-   kschur_problem *problem = new_chain_with_dashpot(120, 5);
+   kschur_problem *problem = new_chain_with_dashpot(60, 5);
    kschur_options *options = new_options(5);
    kschur_result *result = new_result();
    int64_t applications, more, restarts;
