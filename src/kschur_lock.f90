@@ -1,14 +1,15 @@
 !> Keeps threads apart in the libraries below us that keep state: sequential MUMPS has module variables, METIS draws from
-!> C's random numbers, serial HDF5 has tables of open objects. A lock is held during calls of one library only, never while
-!> something is called that a user wrote.
+!> C's random numbers, serial HDF5 has tables of open objects. A lock is held during one call of a library, that of ARPACK during a whole
+!> iteration, with the operator in it: only there is something called that a user wrote.
 module kschur_lock
    use, intrinsic :: iso_c_binding, only: c_int
    implicit none
    private
    public :: acquire_lock, release_lock
 
-   !> What is locked: three libraries, and the checks of a problem that threads share. The number of mutexes stands in kschur_lock.c.
-   integer(c_int), parameter, public :: lock_mumps = 0, lock_metis = 1, lock_hdf5 = 2, lock_problem = 3
+   !> What is locked: four libraries, and the check of a problem that threads share. The number of mutexes stands in
+   !> kschur_lock.c.
+   integer(c_int), parameter, public :: lock_mumps = 0, lock_metis = 1, lock_hdf5 = 2, lock_problem = 3, lock_arpack = 4
 
    interface
       !> Waits until no other thread holds the lock, then takes it. Not to be called by the thread that holds it.

@@ -250,6 +250,7 @@ contains
       end if
       factors = constraint_factors(problem, options%constraint_scaling, shift)
       unit = scale(1.0_wp, exponent(max(abs(shift), first_scale(problem))))
+      if (options%is_plain()) unit = 1
       allocate (solver, source=inner%complex)
       allocate (real_solver, source=inner%real)
       if (allocated(inner%counting)) allocate (counting_solver, source=inner%counting)
@@ -269,7 +270,8 @@ contains
          call move_alloc(quadratic, transform)
       else
          allocate (pencil)
-         call new_pencil_transform(pencil, problem, deflation, formulation, factors, unit, shift, solver, error)
+         call new_pencil_transform(pencil, problem, deflation, formulation, factors, unit, shift, solver, error, &
+            options%is_plain())
          call move_alloc(pencil, transform)
       end if
       if (allocated(error)) return

@@ -38,10 +38,10 @@
  *   Units      Those of the matrices. With SI units eigenvalues are in 1/s. Frequencies are in Hz where the name says so.
  *   Threads    All functions may be called from any thread. One handle must not be used by two threads at the same time,
  *              except that any number of kschur_solve* may share a problem and options that nobody changes meanwhile.
- *              Calls of MUMPS, METIS and HDF5 are made one after the other, as these libraries keep state; their
- *              callers wait. A program that calls them itself must not do so while another thread calls kschur.
- *   Callbacks  They are called by the thread that called kschur_solve*, with no lock held, and may call kschur with other handles.
- *              They must return: no exception, no longjmp.
+ *              MUMPS, METIS, HDF5 and ARPACK keep state: a thread waits until no other one is in the same library. A
+ *              program that calls them itself must not do so while another thread calls kschur.
+ *   Callbacks  They are called by the thread that called kschur_solve*, and may call kschur with other handles, but not
+ *              iterate with ARPACK within an iteration of ARPACK. They must return: no exception, no longjmp.
  */
 #ifndef KSCHUR_H
 #define KSCHUR_H
@@ -161,6 +161,13 @@ int kschur_options_set_shift(kschur_options *options, double re, double im);
 
 /* Lets the shift be chosen again. */
 int kschur_options_clear_shift(kschur_options *options);
+
+/* "krylov-schur" (default), with Lanczos for symmetric formulations, or "arpack". */
+int kschur_options_set_method(kschur_options *options, const char *name);
+
+/* What "arpack" does: "fair" (default), ARPACK in the place of Krylov-Schur and everything else the same, or "plain", as the
+ * paper compares with it, with nothing eliminated, deflated or refined. */
+int kschur_options_set_arpack(kschur_options *options, const char *name);
 
 /* "auto" (default), "symmetric", "proportional", "quadratic", "undamped", "undamped-negative", "undamped-constrained",
  * "undamped-constrained-zero", "damped", "damped-constrained" or "damped-constrained-zero". */

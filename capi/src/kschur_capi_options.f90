@@ -2,7 +2,8 @@
 module kschur_capi_options
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_null_ptr, c_ptr
-   use kschur, only: error_type, formulation_names, index_of_name, inner_names, inner_solvers_type, modal_options_type, new_error, &
+   use kschur, only: arpack_names, error_type, formulation_names, index_of_name, inner_names, inner_solvers_type, &
+      method_names, modal_options_type, new_error, &
       scaling_names, text, wp
    use kschur_capi_callbacks, only: progress_type
    use kschur_capi_linear_solver, only: called_complex_solver_type, called_real_solver_type, solver_callbacks_type
@@ -149,6 +150,36 @@ contains
       if (allocated(changed%shift)) deallocate (changed%shift)
       status = accept(handle, changed, error)
    end function kschur_options_clear_shift
+
+   integer(c_int) function kschur_options_set_method(address, name) bind(c) result(status)
+      type(c_ptr), value :: address
+      type(c_ptr), value :: name
+      type(options_handle_type), pointer :: handle
+      type(modal_options_type) :: changed
+      type(error_type), allocatable :: error
+
+      status = status_null
+      handle => options_of(address)
+      if (.not. associated(handle)) return
+      changed = handle%options
+      call take_name(name, "method", method_names, changed%method, error)
+      status = accept(handle, changed, error)
+   end function kschur_options_set_method
+
+   integer(c_int) function kschur_options_set_arpack(address, name) bind(c) result(status)
+      type(c_ptr), value :: address
+      type(c_ptr), value :: name
+      type(options_handle_type), pointer :: handle
+      type(modal_options_type) :: changed
+      type(error_type), allocatable :: error
+
+      status = status_null
+      handle => options_of(address)
+      if (.not. associated(handle)) return
+      changed = handle%options
+      call take_name(name, "setting of ARPACK", arpack_names, changed%arpack, error)
+      status = accept(handle, changed, error)
+   end function kschur_options_set_arpack
 
    integer(c_int) function kschur_options_set_formulation(address, name) bind(c) result(status)
       type(c_ptr), value :: address

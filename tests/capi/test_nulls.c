@@ -88,6 +88,8 @@ static void null_handles(void)
    CHECK_STATUS(kschur_options_set_target_hz(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_shift(NULL, 1, 0), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_clear_shift(NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_method(NULL, "arpack"), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_arpack(NULL, "fair"), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_formulation(NULL, "auto"), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_constraint_scaling(NULL, "row"), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_inner(NULL, "auto"), KSCHUR_ERROR_NULL);
@@ -163,6 +165,8 @@ static void null_arguments(void)
    /* A matrix without entries needs no arrays of them. */
    CHECK_OK(kschur_problem_set_triplets(problem, KSCHUR_DAMPING, 1, 1, 0, 0, NULL, NULL, NULL));
 
+   CHECK_STATUS(kschur_options_set_method(options, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_arpack(options, NULL), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_formulation(options, NULL), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_constraint_scaling(options, NULL), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_inner(options, NULL), KSCHUR_ERROR_NULL);

@@ -19,6 +19,9 @@ static void refused(void)
    CHECK_MESSAGE(options, options, "the shift must be a number");
    CHECK_STATUS(kschur_options_set_formulation(options, "cubic"), KSCHUR_ERROR_USAGE);
    CHECK_MESSAGE(options, options, "there is no formulation 'cubic', only auto, undamped,");
+   CHECK_STATUS(kschur_options_set_method(options, "lanczos"), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(options, options, "there is no method 'lanczos', only krylov-schur, arpack");
+   CHECK_STATUS(kschur_options_set_arpack(options, "good"), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_options_set_constraint_scaling(options, "column"), KSCHUR_ERROR_USAGE);
    CHECK_MESSAGE(options, options, "only none, scalar, row");
    CHECK_STATUS(kschur_options_set_inner(options, ""), KSCHUR_ERROR_USAGE);
@@ -102,6 +105,19 @@ static void names(void)
    }
    CHECK_OK(kschur_options_set_formulation(options, "auto"));
    CHECK_OK(kschur_solve(problem, options, result));
+
+   for (int i = 0; i < 2; i++) {
+      CHECK_OK(kschur_options_set_method(options, "arpack"));
+      CHECK_OK(kschur_options_set_arpack(options, i == 0 ? "fair" : "plain"));
+      CHECK_OK(kschur_solve(problem, options, result));
+      CHECK_OK(kschur_result_get_method(result, text, sizeof text));
+      CHECK(strcmp(text, i == 0 ? "arpack-fair" : "arpack-plain") == 0);
+      CHECK_OK(kschur_result_get_frequencies_hz(result, frequency, 2));
+      CHECK_NEAR(frequency[1], chain_omega(8, 2) / (2 * pi), 1e-10);
+   }
+   CHECK_STATUS(kschur_options_set_left(options, 1), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(options, options, "plain ARPACK gives no left vectors");
+   CHECK_OK(kschur_options_set_method(options, "krylov-schur"));
 
    CHECK_OK(kschur_options_set_inner(options, "mumps"));
    CHECK_OK(kschur_solve(problem, options, result));

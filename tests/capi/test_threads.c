@@ -1,10 +1,10 @@
 /* Threads that solve different problems at the same time, and threads that share one: bitwise the results of serial
- * runs. The problems go through every library below: LDL, real and complex MUMPS with METIS, LAPACK, HDF5. */
+ * runs. The problems go through every library below: ARPACK, LDL, real and complex MUMPS with METIS, LAPACK, HDF5. */
 #include <pthread.h>
 
 #include "models.h"
 
-enum { problems = 5, threads = 4, rounds = 5, modes = 4, side = 25, most_unknowns = side * side };
+enum { problems = 6, threads = 4, rounds = 5, modes = 4, side = 25, most_unknowns = side * side };
 
 /* What a solve gives, to be compared bit by bit. */
 typedef struct {
@@ -56,8 +56,10 @@ static kschur_problem *new_problem(int which)
       problem = new_chain(100, 0, 0);
       tie(problem, 100, 3, first, second);
       return problem;
-   default: /* complex shift: complex MUMPS */
+   case 4: /* complex shift: complex MUMPS */
       return new_chain_with_dashpot(140, 1);
+   default: /* ARPACK */
+      return new_chain_with_dashpot(80, 3);
    }
 }
 
@@ -68,6 +70,7 @@ static kschur_options *new_options_of(int which)
    if (which == 1) CHECK_OK(kschur_options_set_left(options, 1));
    if (which == 3) CHECK_OK(kschur_options_set_presolve(options, 0));
    if (which == 4) CHECK_OK(kschur_options_set_target(options, -0.01, 5));
+   if (which == 5) CHECK_OK(kschur_options_set_method(options, "arpack"));
    return options;
 }
 
