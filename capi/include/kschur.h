@@ -26,18 +26,20 @@
  *   Message    One sentence about the last failure, on the handle that the function works on: the result for
  *              kschur_solve*, else the first argument; read it with kschur_*_get_message. Where there is no handle,
  *              kschur_status_text says what a status means.
- *   Null       A null handle, array, text or place for an answer is KSCHUR_ERROR_NULL, unless it is said to be optional.
+ *   Null       A null handle, array, text or place for an answer is KSCHUR_ERROR_NULL, unless it is optional.
  *   Ownership  Inputs are copied, so that they may be freed at once. Outputs go to memory of the caller. A handle is
  *              made by its _create and ended by its _destroy, which sets it to NULL.
  *   Lengths    int64_t. `length` says how many elements an array of the caller has room for; too few is
- *              KSCHUR_ERROR_LENGTH and nothing is written. Texts end in '\0', which counts; a text that does not fit is cut,
- *              and the status is KSCHUR_ERROR_LENGTH. Too long is never wrong.
+ *              KSCHUR_ERROR_LENGTH and nothing is written. Texts end in '\0', which counts; a text that does not fit is
+ *              cut, and the status is KSCHUR_ERROR_LENGTH. Too long is never wrong.
  *   Complex    Numbers are pairs of doubles, real part first: `double complex *` in C99 and `std::complex<double> *` in
  *              C++ may be cast to `double *`. Lengths count doubles.
  *   Flags      int, 0 for no, anything else for yes.
- *   Units      Those of the matrices. With SI units eigenvalues are in 1/s. Frequencies are in Hz where the name says so.
- *   Threads    All functions may be called from any thread. One handle must not be used by two threads at the same time,
- *              except that any number of kschur_solve* may share a problem and options that nobody changes meanwhile.
+ *   Units      Those of the matrices. With SI units eigenvalues are in 1/s. Frequencies are in Hz where their name
+ *              says so.
+ *   Threads    All functions may be called from any thread. One handle must not be used by two threads at the same
+ *              time, except that any number of kschur_solve* may share a problem and options that nobody changes
+ *              meanwhile.
  *              MUMPS, METIS, HDF5 and ARPACK keep state: a thread waits until no other one is in the same library. A
  *              program that calls them itself must not do so while another thread calls kschur.
  *   Callbacks  They are called by the thread that called kschur_solve*, and may call kschur with other handles, but not
@@ -100,11 +102,12 @@ int kschur_problem_destroy(kschur_problem **problem);
 /* The message of the last failure of a call with this problem as first argument; empty where none failed. */
 int kschur_problem_get_message(const kschur_problem *problem, char *text, int64_t length);
 
-/* Sets a matrix from compressed sparse rows, in place of what it was. Row i has the entries row_start[i] - index_base to
- * row_start[i+1] - index_base - 1 of `column` and `value`. Within a row columns may stand in any order; repeated entries are
- * summed. A symmetric matrix needs both its triangles. `rows` + 1 row starts; `entries` columns and values.
- * KSCHUR_ERROR_USAGE for an unknown matrix or an index base other than 0 and 1; KSCHUR_ERROR_INPUT for wrong row starts
- * and indices, and sizes above 2^31 - 2. Whether the matrices fit each other is looked at when they are used. */
+/* Sets a matrix from compressed sparse rows, in place of what it was. Row i has the entries row_start[i] -
+ * index_base to row_start[i+1] - index_base - 1 of `column` and `value`. Within a row columns may stand in any
+ * order; repeated entries are summed. A symmetric matrix needs both its triangles. `rows` + 1 row starts; `entries`
+ * columns and values. KSCHUR_ERROR_USAGE for an unknown matrix or an index base other than 0 and 1;
+ * KSCHUR_ERROR_INPUT for wrong row starts and indices, and sizes above 2^31 - 2. Whether the matrices fit each other
+ * is looked at when they are used. */
 int kschur_problem_set_csr(kschur_problem *problem, int matrix, int64_t rows, int64_t columns, int64_t entries,
                            int index_base, const int32_t *row_start, const int32_t *column, const double *value);
 
@@ -121,12 +124,13 @@ int kschur_problem_set_triplets(kschur_problem *problem, int matrix, int64_t row
 int kschur_problem_set_triplets64(kschur_problem *problem, int matrix, int64_t rows, int64_t columns, int64_t entries,
                                   int index_base, const int64_t *row, const int64_t *column, const double *value);
 
-/* The number of unknowns n and of constraints m; each place is optional. Checks the problem first: KSCHUR_ERROR_ORDER where the mass or
- * stiffness matrix is not set, KSCHUR_ERROR_INPUT where the matrices do not fit each other or hold what is no finite
- * number, where the mass is zero, a constraint empty, or m above n. */
+/* The number of unknowns n and of constraints m; each place is optional. Checks the problem first:
+ * KSCHUR_ERROR_ORDER where the mass or stiffness matrix is not set, KSCHUR_ERROR_INPUT where the matrices do not fit
+ * each other or hold what is no finite number, where the mass is zero, a constraint empty, or m above n. */
 int kschur_problem_get_size(kschur_problem *problem, int64_t *unknowns, int64_t *constraints);
 
-/* Reads a problem from an HDF5 file of `kschur`'s format, in place of all matrices. KSCHUR_ERROR_FILE, KSCHUR_ERROR_INPUT. */
+/* Reads a problem from an HDF5 file of `kschur`'s format, in place of all matrices. KSCHUR_ERROR_FILE,
+ * KSCHUR_ERROR_INPUT. */
 int kschur_problem_read_hdf5(kschur_problem *problem, const char *path);
 
 /* Writes a problem into an HDF5 file, which appears under its name when it is whole. Checks the problem first.
@@ -165,8 +169,8 @@ int kschur_options_clear_shift(kschur_options *options);
 /* "krylov-schur" (default), with Lanczos for symmetric formulations, or "arpack". */
 int kschur_options_set_method(kschur_options *options, const char *name);
 
-/* What "arpack" does: "fair" (default), ARPACK in the place of Krylov-Schur and everything else the same, or "plain", as the
- * paper compares with it, with nothing eliminated, deflated or refined. */
+/* What "arpack" does: "fair" (default), ARPACK in the place of Krylov-Schur and everything else the same, or
+ * "plain", as the paper compares with it, with nothing eliminated, deflated or refined. */
 int kschur_options_set_arpack(kschur_options *options, const char *name);
 
 /* "auto" (default), "symmetric", "proportional", "quadratic", "undamped", "undamped-negative", "undamped-constrained",
@@ -203,32 +207,31 @@ int kschur_options_set_seed(kschur_options *options, int64_t seed);
 typedef int (*kschur_progress_callback)(void *context, int64_t restart, int64_t converged, int64_t wanted,
                                         double residual);
 
-/* Sets the progress callback and what it gets as context; NULL for none. The context is borrowed: it must live as long as
- * the options are used. */
+/* Sets the progress callback and what it gets as context; NULL for none. The context is borrowed: it must live as
+ * long as the options are used. */
 int kschur_options_set_progress(kschur_options *options, kschur_progress_callback progress, void *context);
 
-/* The linear solver of a caller, in place of the library's. One computation factors several matrices, and several factorizations live at the
- * same time; threads that share the options call it at the same time.
- *
- * Factors a square matrix of order n in compressed sparse rows, 0-based, columns in ascending order, both triangles of a
- * symmetric one; complex values are pairs of doubles. A matrix with constraints has zeros on its diagonal. The arrays
- * belong to the library and must not be kept. *factors is NULL and may be set to anything; it is handed to the other two.
+/* The linear solver of a caller, in place of the library's. One computation factors several matrices, and several
+ * factorizations live at the same time; threads that share the options call it at the same time.  * Factors a square
+ * matrix of order n in compressed sparse rows, 0-based, columns in ascending order, both triangles of a symmetric
+ * one; complex values are pairs of doubles. A matrix with constraints has zeros on its diagonal. The arrays belong
+ * to the library and must not be kept. *factors is NULL and may be set to anything; it is handed to the other two.
  * Returns 0; KSCHUR_ERROR_SINGULAR, upon which the library may try another shift; or anything else to fail. */
 typedef int (*kschur_factorize_callback)(void *context, int64_t n, int64_t entries, const int32_t *row_start,
                                          const int32_t *column, const double *value, int symmetric, void **factors);
 
 /* x := A^-1 x for a block of columns of length n, one after the other; with `adjoint` A^-T x for a real matrix and
- * A^-H x (conjugate transpose) for a complex one, which is needed where left vectors of an unsymmetric problem were
- * asked for. Returns 0, or anything else to fail. */
+ * A^-H x (conjugate transpose) for a complex one. Returns 0, or anything else to fail. */
 typedef int (*kschur_solve_callback)(void *context, void *factors, int adjoint, int64_t n, int64_t vectors, double *x);
 
 /* Frees what one factorization made; called once for each that returned 0. */
 typedef void (*kschur_release_callback)(void *context, void *factors);
 
-/* Sets the solver for real matrices, which are those of any problem at a real shift, the default where the target is 0. `release` is
- * optional; NULL for `factorize` and `solve` brings the library's own back. The context is borrowed as that of the
- * progress callback. With a caller's solver nothing is counted: results are not certified, and bands are not counted. It
- * excludes kschur_options_set_inner. KSCHUR_ERROR_NULL where only one of `factorize` and `solve` is given. */
+/* Sets the solver for real matrices, which are those of any problem at a real shift, the default where the target is
+ * 0. `release` is optional; NULL for `factorize` and `solve` brings the library's own back. The context is borrowed
+ * as that of the progress callback. With a caller's solver nothing is counted: results are not certified, and bands
+ * are not counted. It excludes kschur_options_set_inner. KSCHUR_ERROR_NULL where only one of `factorize` and `solve`
+ * is given. */
 int kschur_options_set_real_solver(kschur_options *options, kschur_factorize_callback factorize,
                                    kschur_solve_callback solve, kschur_release_callback release, void *context);
 
@@ -250,15 +253,16 @@ int kschur_result_destroy(kschur_result **result);
 /* The message of the last failure of a call with this result: of a solve, a getter, a reader or writer. */
 int kschur_result_get_message(const kschur_result *result, char *text, int64_t length);
 
-/* Computes the modes nearest to the target; they replace what the result held. Fewer modes than asked for are a success
- * with a reason: see kschur_result_get_reason. Fails as kschur_problem_get_size; KSCHUR_ERROR_USAGE for options that
- * do not fit the problem, KSCHUR_ERROR_INPUT and KSCHUR_ERROR_SINGULAR for a problem that is singular for every lambda,
- * KSCHUR_ERROR_MEMORY, KSCHUR_ERROR_LIBRARY, KSCHUR_ERROR_CALLBACK. The result is empty after a failure. */
+/* Computes the modes nearest to the target; they replace what the result held. Fewer modes than asked for are a
+ * success with a reason: see kschur_result_get_reason. Fails as kschur_problem_get_size; KSCHUR_ERROR_USAGE for
+ * options that do not fit the problem, KSCHUR_ERROR_INPUT and KSCHUR_ERROR_SINGULAR for a problem that is singular
+ * for every lambda, KSCHUR_ERROR_MEMORY, KSCHUR_ERROR_LIBRARY, KSCHUR_ERROR_CALLBACK. The result is empty after a
+ * failure. */
 int kschur_solve(kschur_problem *problem, const kschur_options *options, kschur_result *result);
 
-/* Computes all modes whose natural frequency (Hz) lies in a band, 0 <= first < last; number of modes, target and shift of
- * the options are not looked at. No mode in the band is a success with no modes. Fails as kschur_solve, and where there
- * are more than 10,000 modes in the band, or 2,000 below its end where they cannot be counted. */
+/* Computes all modes whose natural frequency (Hz) lies in a band, 0 <= first < last; number of modes, target and
+ * shift of the options are not looked at. No mode in the band is a success with no modes. Fails as kschur_solve, and
+ * where there are more than 10,000 modes in the band, or 2,000 below its end where they cannot be counted. */
 int kschur_solve_band(kschur_problem *problem, double first_hz, double last_hz, const kschur_options *options,
                       kschur_result *result);
 
@@ -268,10 +272,11 @@ int kschur_solve_band(kschur_problem *problem, double first_hz, double last_hz, 
 typedef int (*kschur_apply_callback)(void *context, int64_t n, int64_t vectors, const double *x, double *y);
 
 /* Eigenvalues and eigenvectors of a real operator known only by what it does to vectors, C x = mu x. `which` is
- * "largest-magnitude", "smallest-magnitude", "largest-real", "smallest-real", "largest-imaginary", "smallest-imaginary"
- * or "nearest-target". Of the options the number of modes (here each eigenvalue counts), target, subspace, tolerance, restarts, seed and
- * progress are looked at. The result holds eigenvalues, eigenvectors of unit norm, reason, counts and history; other getters
- * return KSCHUR_ERROR_ORDER. KSCHUR_ERROR_USAGE, KSCHUR_ERROR_MEMORY, KSCHUR_ERROR_LIBRARY, KSCHUR_ERROR_CALLBACK. */
+ * "largest-magnitude", "smallest-magnitude", "largest-real", "smallest-real", "largest-imaginary", "smallest-
+ * imaginary" or "nearest-target". Of the options the number of modes (here each eigenvalue counts), target,
+ * subspace, tolerance, restarts, seed and progress are looked at. The result holds eigenvalues, eigenvectors of unit
+ * norm, reason, counts and history; other getters return KSCHUR_ERROR_ORDER. KSCHUR_ERROR_USAGE,
+ * KSCHUR_ERROR_MEMORY, KSCHUR_ERROR_LIBRARY, KSCHUR_ERROR_CALLBACK. */
 int kschur_solve_real_operator(int64_t n, kschur_apply_callback apply, void *context, const char *which,
                                const kschur_options *options, kschur_result *result);
 
@@ -299,7 +304,8 @@ int kschur_result_get_eigenvectors(kschur_result *result, double *values, int64_
 /* Lagrange multipliers xi, one mode after the other: 2 * m * modes doubles. */
 int kschur_result_get_multipliers(kschur_result *result, double *values, int64_t length);
 
-/* Natural frequencies |lambda| / 2 pi (Hz); of the two roots of one overdamped oscillator, its undamped frequency. `modes` doubles. */
+/* Natural frequencies |lambda| / 2 pi (Hz); of the two roots of one overdamped oscillator, its undamped frequency.
+ * `modes` doubles. */
 int kschur_result_get_frequencies_hz(kschur_result *result, double *values, int64_t length);
 
 /* Damped frequencies |Im lambda| / 2 pi (Hz): `modes` doubles. */
@@ -327,8 +333,8 @@ int kschur_result_get_kinds(kschur_result *result, int *values, int64_t length);
 /* The name of a kind, as "underdamped". KSCHUR_ERROR_USAGE for a number that is no kind. */
 int kschur_kind_name(int kind, char *text, int64_t length);
 
-/* Left vectors psi, psi^* P(lambda) + eta^* Cq = 0, where kschur_options_set_left asked for them: 2 * n * modes doubles;
- * NaN where none was found. */
+/* Left vectors psi, psi^* P(lambda) + eta^* Cq = 0, where kschur_options_set_left asked for them: 2 * n * modes
+ * doubles; NaN where none was found. */
 int kschur_result_get_left_eigenvectors(kschur_result *result, double *values, int64_t length);
 
 /* Multipliers eta of the left vectors: 2 * m * modes doubles. */
@@ -344,9 +350,10 @@ enum kschur_reason {
    KSCHUR_REASON_MAX_RESTARTS = 1, /* the restarts ran out first */
    KSCHUR_REASON_FEWER_MODES = 2,  /* there are no more modes; all of them are here */
    KSCHUR_REASON_CANCELLED = 3,    /* the progress callback ended it */
-   KSCHUR_REASON_INACCURATE = 4    /* a backward error above 1e-8, or modes missing with no proof that there are no more */
+   KSCHUR_REASON_INACCURATE = 4    /* a backward error above 1e-8, or modes missing without proof that there are none */
 };
 
+/* One of KSCHUR_REASON_*. */
 int kschur_result_get_reason(kschur_result *result, int *reason);
 
 /* The name of a reason, as "max_restarts". KSCHUR_ERROR_USAGE for a number that is no reason. */
@@ -359,12 +366,14 @@ enum kschur_certified {
    KSCHUR_CERTIFIED_NO = 2       /* the count and the modes differ */
 };
 
+/* One of KSCHUR_CERTIFIED_*. */
 int kschur_result_get_certified(kschur_result *result, int *certified);
 
 /* How many notes there are: sentences a user must know beyond the reason. */
 int kschur_result_get_note_count(kschur_result *result, int64_t *count);
 
-/* Note number `index`, counted from 0; none is longer than 200 characters. KSCHUR_ERROR_USAGE for an index out of range. */
+/* Note number `index`, counted from 0; none is longer than 200 characters. KSCHUR_ERROR_USAGE for an index out of
+ * range. */
 int kschur_result_get_note(kschur_result *result, int64_t index, char *text, int64_t length);
 
 /* The method that found the modes, as "krylov-schur". */
@@ -389,8 +398,8 @@ int kschur_result_get_shift(kschur_result *result, double *re, double *im);
 int kschur_result_get_counts(kschur_result *result, int64_t *operator_applications, int64_t *restarts,
                              int64_t *factorizations);
 
-/* Wall-clock seconds in all, of the analysis, the factorizations, the solutions and the orthogonalisation; each place is
- * optional. */
+/* Wall-clock seconds in all, of the analysis, the factorizations, the solutions and the orthogonalisation; each
+ * place is optional. */
 int kschur_result_get_seconds(kschur_result *result, double *total, double *analyze, double *factorize, double *solve,
                               double *orthogonalize);
 
@@ -403,8 +412,8 @@ int kschur_result_get_redundant_constraints(kschur_result *result, int64_t *coun
 /* How often convergence was looked at. */
 int kschur_result_get_history_count(kschur_result *result, int64_t *count);
 
-/* For each look at convergence: how many of the wanted values had converged, how often the operator had been applied, the largest relative residual. Three
- * arrays of `length` elements, each optional. */
+/* For each look at convergence: how many of the wanted values had converged, how often the operator had been
+ * applied, the largest relative residual. Three arrays of `length` elements, each optional. */
 int kschur_result_get_history(kschur_result *result, int64_t *converged, int64_t *operator_applications,
                               double *residual, int64_t length);
 

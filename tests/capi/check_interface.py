@@ -1,0 +1,43 @@
+"""Checks the C library against its header: check_interface.py NM kschur.h libkschur_capi.so libkschur.so fpm.toml...
+
+What the library exports is what the header declares; every declaration has a comment; the versions are the same;
+and no length of a text is kept in static memory, where two threads would meet (gfortran does that for functions whose
+result has a deferred length).
+"""
+import re
+import subprocess
+import sys
+
+nm, header, interface_library, library, *manifests = sys.argv[1:]
+problems = []
+
+
+def symbols(*arguments):
+    output = subprocess.run([nm, *arguments], capture_output=True, text=True, check=True).stdout
+    return {line.split()[-1] for line in output.splitlines()}
+
+
+text = open(header).read()
+declared = set(re.findall(r"^int (kschur_\w+)\(", text, re.M))
+exported = symbols("-D", "--defined-only", interface_library)
+if len(declared) < 50:
+    problems.append(f"only {len(declared)} functions were found in {header}")
+problems += [f"{name} is declared but not exported" for name in sorted(declared - exported)]
+problems += [f"{name} is exported but not declared" for name in sorted(exported - declared)]
+
+for name in sorted(declared):
+    before = text[: re.search(rf"^int {name}\(", text, re.M).start()].rstrip()
+    if not before.endswith("*/"):
+        problems.append(f"{name} has no comment")
+
+version = ".".join(re.search(rf"define KSCHUR_VERSION_{part} (\d+)", text)[1] for part in ("MAJOR", "MINOR", "PATCH"))
+for manifest in manifests:
+    other = re.search(r'^version = "(.*)"', open(manifest).read(), re.M)[1]
+    if other != version:
+        problems.append(f"the header has version {version}, {manifest} has {other}")
+
+for path in (interface_library, library):
+    problems += [f"{path} keeps {name}" for name in sorted(symbols(path)) if name.startswith("slen.")]
+
+print("\n".join(problems))
+sys.exit(bool(problems))
