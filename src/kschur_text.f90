@@ -18,35 +18,6 @@ module kschur_text
 
 contains
 
-   pure function text_of_integer(number) result(text)
-      integer, intent(in) :: number
-      character(len=len_trim(shown(int(number, long)))) :: text
-
-      text = shown(int(number, long))
-   end function text_of_integer
-
-   pure function text_of_long(number) result(text)
-      integer(long), intent(in) :: number
-      character(len=len_trim(shown(number))) :: text
-
-      text = shown(number)
-   end function text_of_long
-
-   pure function text_of_real(number) result(text)
-      real(wp), intent(in) :: number
-      character(len=len_trim(shortest(number))) :: text
-
-      text = shortest(number)
-   end function text_of_real
-
-   !> A real with two digits.
-   pure function magnitude(number) result(digits)
-      real(wp), intent(in) :: number
-      character(len=len_trim(rounded(number))) :: digits
-
-      digits = rounded(number)
-   end function magnitude
-
    pure function shown(number) result(buffer)
       integer(long), intent(in) :: number
       character(len=longest) :: buffer
@@ -78,4 +49,33 @@ contains
       write (buffer, "(es12.1)") number
       buffer = adjustl(buffer)
    end function rounded
+
+   pure function text_of_integer(number) result(text)
+      integer, intent(in) :: number
+      character(len=len_trim(shown(int(number, long)))) :: text
+
+      text = shown(int(number, long))
+   end function text_of_integer
+
+   pure function text_of_long(number) result(text)
+      integer(long), intent(in) :: number
+      character(len=len_trim(shown(number))) :: text
+
+      text = shown(number)
+   end function text_of_long
+
+   pure function text_of_real(number) result(text)
+      real(wp), intent(in) :: number
+      character(len=len_trim(shortest(number))) :: text
+
+      text = shortest(number)
+   end function text_of_real
+
+   !> A real with two digits.
+   pure function magnitude(number) result(digits)
+      real(wp), intent(in) :: number
+      character(len=len_trim(rounded(number))) :: digits
+
+      digits = rounded(number)
+   end function magnitude
 end module kschur_text
