@@ -22,7 +22,8 @@
  *
  * Rules for every function
  *
- *   Status     0 (KSCHUR_OK) or one of KSCHUR_ERROR_*. A function that fails changes nothing but the message.
+ *   Status     0 (KSCHUR_OK) or one of KSCHUR_ERROR_*. A function that fails changes nothing but the message,
+ *              except kschur_solve*, which leave an empty result.
  *   Message    One sentence about the last failure, on the handle that the function works on: the result for
  *              kschur_solve*, else the first argument; read it with kschur_*_get_message. Where there is no handle,
  *              kschur_status_text says what a status means.

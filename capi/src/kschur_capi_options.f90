@@ -388,7 +388,7 @@ contains
       integer, intent(inout) :: number
       type(error_type), allocatable, intent(out) :: error
 
-      if (abs(given) > huge(number)) then
+      if (given > huge(number) .or. given < -huge(number)) then
          call new_error(error, status_usage, "the "//name//" is "//text(given)//", beyond "//text(huge(number)))
       else
          number = int(given)

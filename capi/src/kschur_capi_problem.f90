@@ -203,6 +203,7 @@ contains
          call new_error(error, status_input, "numbers of rows, columns and entries must lie between 0 and "//text(most)// &
             ", not be "//text(rows)//", "//text(columns)//" and "//text(entries))
       end if
+      if (allocated(error)) return
       if (compressed) then
          call take_indices(row, "row_start", wide, rows + 1, base, entries, row_index, error)
       else

@@ -30,6 +30,8 @@ static void refused(void)
    CHECK_STATUS(kschur_options_set_tolerance(options, NAN), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_options_set_max_restarts(options, 0), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_options_set_seed(options, 5000000000), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_options_set_seed(options, INT64_MIN), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(options, options, "the seed is -9223372036854775808");
    kschur_options_destroy(&options);
 }
 
