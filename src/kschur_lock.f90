@@ -12,11 +12,10 @@ module kschur_lock
    integer(c_int), parameter, public :: lock_mumps = 0, lock_metis = 1, lock_hdf5 = 2, lock_problem = 3, lock_arpack = 4
 
    interface
-      !> Waits until no other thread holds the lock, then takes it. Not to be called by the thread that holds it.
-      subroutine acquire_lock(lock) bind(c, name="kschur_acquire_lock")
+      integer(c_int) function c_acquire(lock) bind(c, name="kschur_acquire_lock")
          import :: c_int
          integer(c_int), value :: lock
-      end subroutine acquire_lock
+      end function c_acquire
 
       !> Gives the lock back.
       subroutine release_lock(lock) bind(c, name="kschur_release_lock")
@@ -24,4 +23,18 @@ module kschur_lock
          integer(c_int), value :: lock
       end subroutine release_lock
    end interface
+
+contains
+
+   !> Waits until no other thread holds the lock, then takes it.
+   subroutine acquire_lock(lock, held)
+      !> One of `lock_*`.
+      integer(c_int), intent(in) :: lock
+      !> Whether this thread holds it already; nothing happens then.
+      logical, intent(out), optional :: held
+      integer(c_int) :: status
+
+      status = c_acquire(lock)
+      if (present(held)) held = status /= 0
+   end subroutine acquire_lock
 end module kschur_lock

@@ -43,8 +43,8 @@
  *              meanwhile.
  *              MUMPS, METIS, HDF5 and ARPACK keep state: a thread waits until no other one is in the same library. A
  *              program that calls them itself must not do so while another thread calls kschur.
- *   Callbacks  They are called by the thread that called kschur_solve*, and may call kschur with other handles, but not
- *              iterate with ARPACK within an iteration of ARPACK. They must return: no exception, no longjmp.
+ *   Callbacks  They are called by the thread that called kschur_solve*, and may call kschur with other handles; that
+ *              ARPACK is iterated within an iteration of ARPACK is an error. They must return: no exception, no longjmp.
  */
 #ifndef KSCHUR_H
 #define KSCHUR_H
