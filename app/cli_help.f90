@@ -72,7 +72,7 @@ contains
          "                         undamped-constrained-zero, damped, damped-constrained,", &
          "                         damped-constrained-zero, quadratic, symmetric,", &
          "                         proportional (auto)", &
-         "  --inner NAME           auto, mumps, ldl (auto)", &
+         "  --inner NAME           auto, mumps, ldl, iterative: half of the memory (auto)", &
          "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &
          "  --subspace M           largest dimension of the Krylov space (chosen)", &
          "  --tolerance T          relative residual of a converged mode (1e-12)", &

@@ -50,7 +50,7 @@ contains
       presolve = merge(1, 0, options%presolve)
       call arguments%take_choice("--presolve", [character(len=3) :: "off", "on"], presolve, error)
       options%presolve = presolve == 1
-      call arguments%take_choice("--inner", inner_names, options%inner, error, planned=["iterative"])
+      call arguments%take_choice("--inner", inner_names, options%inner, error)
       call arguments%take_integer("--subspace", 1, options%subspace, error)
       call arguments%take_positive("--tolerance", tolerance, error)
       if (allocated(tolerance)) options%tolerance = tolerance

@@ -23,6 +23,8 @@ endmacro()
 
 kschur_find_library(DMUMPS dmumps_seq)
 kschur_find_library(ZMUMPS zmumps_seq)
+kschur_find_library(SMUMPS smumps_seq)
+kschur_find_library(CMUMPS cmumps_seq)
 kschur_find_library(MUMPS_COMMON mumps_common_seq)
 kschur_find_library(MUMPS_PORD pord_seq)
 kschur_find_library(MUMPS_MPISEQ mpiseq_seq)

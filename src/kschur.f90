@@ -31,7 +31,7 @@ module kschur
    use kschur_band, only: solve_band
    use kschur_direct_operator, only: direct_operator_type, new_direct_operator
    use kschur_error, only: error_type, new_error, add_context, error_usage, error_input, error_file, &
-      error_memory, error_singular, error_library
+      error_memory, error_singular, error_library, error_convergence
    use kschur_formulation, only: choose_formulation
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
    use kschur_hdf5_result, only: read_hdf5_result, write_hdf5_result
@@ -52,7 +52,7 @@ module kschur
       formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, &
       formulation_undamped_constrained_zero, formulation_damped, formulation_damped_constrained, &
       formulation_damped_constrained_zero, formulation_quadratic, formulation_symmetric, formulation_proportional, &
-      scaling_names, scaling_none, scaling_scalar, scaling_row, inner_names, inner_auto, inner_mumps, inner_ldl
+      scaling_names, scaling_none, scaling_scalar, scaling_row, inner_names, inner_auto, inner_mumps, inner_ldl, inner_iterative
    use kschur_pencil, only: pencil_type, new_pencil
    use kschur_presolve, only: presolve_type, presolve
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_names, damping_none, &

@@ -18,6 +18,9 @@ module kschur_error
    !> A library below us (MUMPS, METIS, LDL, LAPACK, HDF5) failed.
    integer, parameter, public :: error_library = 6
 
+   !> A linear solver that iterates came to no solution.
+   integer, parameter, public :: error_convergence = 7
+
    !> What went wrong and what to do about it.
    type :: error_type
       !> One of the `error_*` codes of this module.

@@ -3,10 +3,13 @@
 module kschur_inner_solvers
    use kschur_direct_solver, only: direct_real_type
    use kschur_error, only: error_type, new_error, error_usage
+   use kschur_iterative_complex, only: iterative_complex_type
+   use kschur_iterative_real, only: iterative_real_type
+   use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_mumps_real, only: mumps_real_type
-   use kschur_options, only: inner_auto, modal_options_type
+   use kschur_options, only: inner_auto, inner_iterative, modal_options_type
    implicit none
    private
    public :: inner_solvers_type, choose_inner_solvers
@@ -52,10 +55,24 @@ contains
          if (allocated(own%unshifted)) allocate (inner%unshifted, source=own%unshifted)
          if (allocated(own%counting)) allocate (inner%counting, source=own%counting)
       end if
+      if (options%inner == inner_iterative) call choose_iterative(options%tolerance, inner)
       if (.not. (allocated(inner%real) .or. allocated(inner%counting))) allocate (mumps_real_type :: inner%counting)
       if (allocated(inner%real) .and. .not. allocated(inner%unshifted)) allocate (inner%unshifted, source=inner%real)
       if (.not. allocated(inner%unshifted)) allocate (direct_real_type :: inner%unshifted)
       if (.not. allocated(inner%real)) allocate (inner%real, source=direct_real_type(inner=options%inner))
       if (.not. allocated(inner%complex)) allocate (mumps_complex_type :: inner%complex)
    end subroutine choose_inner_solvers
+
+   ! The residuals of the systems end up in those of Ritz pairs, many of which are combined. What
+   ! factors in single precision tell of an inertia proves nothing.
+   subroutine choose_iterative(tolerance, inner)
+      real(wp), intent(in) :: tolerance
+      type(inner_solvers_type), intent(inout) :: inner
+      real(wp), parameter :: part_of_tolerance = 0.01_wp
+      real(wp) :: own
+
+      own = part_of_tolerance*tolerance
+      allocate (inner%real, source=iterative_real_type(tolerance=own))
+      allocate (inner%complex, source=iterative_complex_type(tolerance=own))
+   end subroutine choose_iterative
 end module kschur_inner_solvers

@@ -31,6 +31,8 @@ module kschur_linear_solver
       integer :: null_pivots = 0
       !> Number of negative eigenvalues of a real symmetric matrix; -1 where not known.
       integer :: negative_pivots = -1
+      !> Normwise backward error of its solutions; that of a direct solver is rounding.
+      real(wp) :: accuracy = epsilon(1.0_wp)
       !> Which solver factored the matrix, and why this one: "ldl: symmetric definite, 19 entries a column".
       character(len=80) :: description = ""
    end type linear_solver_type

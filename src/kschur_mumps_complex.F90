@@ -25,8 +25,10 @@ module kschur_mumps_complex
 #define SOLVER_TYPE mumps_complex_type
 #define MUMPS_STRUC zmumps_struc
 #define MUMPS_NAME zmumps
+#define STORED(x) x
 #define ADJOINT_OF(x) conjg(x)
 #define HAS_INERTIA .false.
+#define NULL_PIVOTS 1
 #define DESCRIPTION "mumps: the matrix is complex"
 #include "kschur_mumps.inc"
 end module kschur_mumps_complex

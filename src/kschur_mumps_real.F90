@@ -25,8 +25,10 @@ module kschur_mumps_real
 #define SOLVER_TYPE mumps_real_type
 #define MUMPS_STRUC dmumps_struc
 #define MUMPS_NAME dmumps
+#define STORED(x) x
 #define ADJOINT_OF(x) x
 #define HAS_INERTIA .true.
+#define NULL_PIVOTS 1
 #define DESCRIPTION "mumps: the matrix is real"
 #include "kschur_mumps.inc"
 end module kschur_mumps_real

@@ -49,8 +49,10 @@ module kschur_options
    integer, parameter, public :: inner_mumps = 1
    !> LDL of SuiteSparse, with AMD: real symmetric definite matrices without multipliers.
    integer, parameter, public :: inner_ldl = 2
+   !> Flexible GMRES, preconditioned by MUMPS in single precision: where the factors do not fit into memory.
+   integer, parameter, public :: inner_iterative = 3
    !> The names of the inner solvers, in this order from `inner_auto` on.
-   character(len=*), parameter, public :: inner_names(0:2) = [character(len=5) :: "auto", "mumps", "ldl"]
+   character(len=*), parameter, public :: inner_names(0:3) = [character(len=9) :: "auto", "mumps", "ldl", "iterative"]
 
    !> Krylov-Schur, and Lanczos for the symmetric formulations.
    integer, parameter, public :: method_krylov_schur = 0

@@ -1,7 +1,7 @@
 !> Polishing of modes whose backward error is larger than it need be, as of modes
 !> far from the shift or with a massless part.
 module kschur_refine
-   use kschur_error, only: error_type, error_singular
+   use kschur_error, only: error_type, error_convergence, error_singular
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
@@ -68,7 +68,11 @@ contains
          shape = pairs%phi(:, j)
          do step = 1, steps
             call improve(problem, factors, solver, s, j, shape, pairs, errors(j), better, error)
-            if (allocated(error)) return
+            if (allocated(error)) then
+               if (error%code /= error_convergence) return
+               deallocate (error)
+               exit
+            end if
             if (.not. better .or. errors(j) <= above) exit
          end do
       end do

@@ -13,11 +13,12 @@ module kschur_rigid
    private
    public :: find_rigid_motions, check_inertia
 
-   ! What is added to the diagonal of the scaled stiffness: just above its rounding.
-   real(wp), parameter :: regularization = 16*epsilon(1.0_wp)
+   ! What is added to the diagonal of the scaled stiffness, in units of what the solver makes of
+   ! rounding: just above it.
+   real(wp), parameter :: above_rounding = 16
    integer, parameter :: iterations = 3
    ! A motion is rigid where the scaled stiffness is below this.
-   real(wp), parameter :: negligible = 2*regularization
+   real(wp), parameter :: negligible = 32*epsilon(1.0_wp)
    ! What rounding leaves of a unit vector that depends on others.
    real(wp), parameter :: dependent = 1.0e-10_wp
 
@@ -25,6 +26,8 @@ module kschur_rigid
    ! size one: what is zero does not depend on units, or on heavy and light parts.
    type :: scaled_stiffness_type
       real(wp), allocatable :: scaling(:), constraint_scaling(:)
+      ! delta
+      real(wp) :: regularization = 0
       type(csr_matrix_type) :: matrix
       class(real_linear_solver_type), allocatable :: solver
    end type scaled_stiffness_type
@@ -125,6 +128,7 @@ contains
       n = problem%unknowns()
       m = problem%multipliers()
       call move_alloc(solver, self%solver)
+      self%regularization = above_rounding*self%solver%accuracy
       associate (k => problem%stiffness, cq => problem%constraints)
          allocate (level(n), source=k%row_maxima())
          where (.not. level > 0) level = max(maxval(level), tiny(1.0_wp))
@@ -142,7 +146,7 @@ contains
          end do
          call new_csr_from_triplets(self%matrix, n + m, n + m, &
             [row, [(i, i=1, n)], n + constraint, cq%column], [k%column, [(i, i=1, n)], cq%column, n + constraint], &
-            [self%scaling(row)*k%value*self%scaling(k%column), spread(regularization, 1, n), borders, borders], error)
+            [self%scaling(row)*k%value*self%scaling(k%column), spread(self%regularization, 1, n), borders, borders], error)
       end associate
       if (allocated(error)) return
       structure%symmetric = problem%stiffness%is_symmetric()
@@ -177,11 +181,11 @@ contains
          call orthonormalize(found, n, x)
          call stiffness%solver%solve(x, error)
          if (allocated(error)) return
-         if (norm2(x(:n, :)) < 1/negligible) return
+         if (norm2(x(:n, :)) < 0.5_wp/stiffness%regularization) return
          call orthonormalize(found, n, x)
       end do
       forces = 0
-      forces(:n, :) = -regularization*x(:n, :)
+      forces(:n, :) = -stiffness%regularization*x(:n, :)
       call stiffness%matrix%add_product(1.0_wp, x, forces)
       ! What rounding made of a column without a direction of its own has no length or any
       ! force, which would drown those of the others.

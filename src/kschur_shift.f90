@@ -2,7 +2,7 @@
 !> chosen at the scale of the wanted modes.
 module kschur_shift
    use kschur_deflation, only: deflation_type
-   use kschur_error, only: error_type, new_error, error_singular, error_usage
+   use kschur_error, only: error_type, new_error, error_convergence, error_singular, error_usage
    use kschur_formulation, only: is_structured
    use kschur_inner_solvers, only: inner_solvers_type
    use kschur_kinds, only: wp
@@ -193,7 +193,7 @@ contains
          call factor_at_first(problem, deflation, options, inner, formulation, cmplx(moved*scale, 0, wp), transform, result, error)
          scale = real(result%shift, wp)
          if (allocated(error)) then
-            if (error%code /= error_singular .or. attempt == 1) return
+            if (all(error%code /= [error_singular, error_convergence]) .or. attempt == 1) return
             scale = previous
             call factor_at(problem, deflation, options, inner, formulation, cmplx(scale, 0, wp), transform, result, error)
             return

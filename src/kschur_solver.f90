@@ -4,7 +4,8 @@ module kschur_solver
    use kschur_certificate, only: certificate_type, same_distance
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type, new_deflation
-   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_direct_solver, only: direct_real_type
+   use kschur_error, only: error_type, new_error, error_convergence, error_usage
    use kschur_formulation, only: choose_formulation, is_structured
    use kschur_inner_solvers, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp, long
@@ -337,6 +338,15 @@ contains
       if (possible) then
          allocate (solver, source=inner%unshifted)
          call find_rigid_motions(problem, solver, motions, multipliers, error)
+         if (allocated(error)) then
+            ! The stiffness may be nearer to singular than the problem is at any shift.
+            if (error%code /= error_convergence) return
+            deallocate (error)
+            if (allocated(solver)) deallocate (solver)
+            allocate (direct_real_type :: solver)
+            call find_rigid_motions(problem, solver, motions, multipliers, error)
+            result%factorizations = result%factorizations + 1
+         end if
          if (.not. allocated(error)) call check_inertia(problem, motions, error)
          if (allocated(error)) return
          call account(solver, result)

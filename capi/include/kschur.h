@@ -71,16 +71,17 @@ int kschur_version(int *major, int *minor, int *patch);
 
 enum kschur_status {
    KSCHUR_OK = 0,
-   KSCHUR_ERROR_USAGE = 1,    /* an option or argument that is wrong or does not fit the problem */
-   KSCHUR_ERROR_INPUT = 2,    /* a matrix, a shape, a value, a file's content that cannot be right */
-   KSCHUR_ERROR_FILE = 3,     /* a file that cannot be opened, read or written */
-   KSCHUR_ERROR_MEMORY = 4,   /* out of memory */
-   KSCHUR_ERROR_SINGULAR = 5, /* the matrix to be factored is singular */
-   KSCHUR_ERROR_LIBRARY = 6,  /* a library below this one failed */
-   KSCHUR_ERROR_NULL = 7,     /* a null handle or pointer */
-   KSCHUR_ERROR_ORDER = 8,    /* a call before the one that it needs */
-   KSCHUR_ERROR_LENGTH = 9,   /* an array or text of the caller is too short */
-   KSCHUR_ERROR_CALLBACK = 10 /* a callback returned a failure */
+   KSCHUR_ERROR_USAGE = 1,       /* an option or argument that is wrong or does not fit the problem */
+   KSCHUR_ERROR_INPUT = 2,       /* a matrix, a shape, a value, a file's content that cannot be right */
+   KSCHUR_ERROR_FILE = 3,        /* a file that cannot be opened, read or written */
+   KSCHUR_ERROR_MEMORY = 4,      /* out of memory */
+   KSCHUR_ERROR_SINGULAR = 5,    /* the matrix to be factored is singular */
+   KSCHUR_ERROR_LIBRARY = 6,     /* a library below this one failed */
+   KSCHUR_ERROR_CONVERGENCE = 7, /* a linear solver that iterates came to no solution */
+   KSCHUR_ERROR_NULL = 21,       /* a null handle or pointer */
+   KSCHUR_ERROR_ORDER = 22,      /* a call before the one that it needs */
+   KSCHUR_ERROR_LENGTH = 23,     /* an array or text of the caller is too short */
+   KSCHUR_ERROR_CALLBACK = 24    /* a callback returned a failure */
 };
 
 /* What a status means, in words. KSCHUR_ERROR_USAGE for a number that is no status; fails also as texts do. */
@@ -181,7 +182,8 @@ int kschur_options_set_formulation(kschur_options *options, const char *name);
 /* "row" (default), "scalar" or "none": how constraints are scaled. */
 int kschur_options_set_constraint_scaling(kschur_options *options, const char *name);
 
-/* "auto" (default), "mumps" or "ldl": what factors and solves. */
+/* "auto" (default), "mumps", "ldl" or "iterative": what factors and solves. "iterative" may fail with
+ * KSCHUR_ERROR_CONVERGENCE when it solves. */
 int kschur_options_set_inner(kschur_options *options, const char *name);
 
 /* Largest dimension of the Krylov space; 0 (default): chosen from the number of modes. */

@@ -7,9 +7,9 @@ module kschur_capi_status
    private
    public :: handle_type, check_returned, fail, get_message, give_name, give_text, outcome, require
 
-   !> KSCHUR_OK and those of KSCHUR_ERROR_* that the interface itself returns.
-   integer, parameter, public :: status_ok = 0, status_usage = 1, status_input = 2, status_memory = 4, status_null = 7, &
-      status_order = 8, status_length = 9, status_callback = 10
+   !> KSCHUR_OK and those of KSCHUR_ERROR_* that the interface itself returns. The library's codes are below 21.
+   integer, parameter, public :: status_ok = 0, status_usage = 1, status_input = 2, status_memory = 4, status_null = 21, &
+      status_order = 22, status_length = 23, status_callback = 24
 
    !> What all handles have.
    type :: handle_type
@@ -17,7 +17,7 @@ module kschur_capi_status
       character(len=:), allocatable :: message
    end type handle_type
 
-   character(len=*), parameter :: meanings(0:10) = [character(len=60) :: &
+   character(len=*), parameter :: meanings_of_library(0:7) = [character(len=60) :: &
       "success", &
       "an option or argument is wrong or does not fit the problem", &
       "a matrix, a shape, a value or a file cannot be right", &
@@ -25,6 +25,8 @@ module kschur_capi_status
       "there is not enough memory", &
       "the matrix to be factored is singular", &
       "a library below kschur failed", &
+      "a linear solver that iterates came to no solution"]
+   character(len=*), parameter :: meanings_of_interface(0:3) = [character(len=60) :: &
       "a handle or pointer is null", &
       "a call came before the one that it needs", &
       "an array or text of the caller is too short", &
@@ -126,6 +128,10 @@ contains
       type(c_ptr), value :: buffer
       integer(c_int64_t), value :: length
 
-      kschur_status_text = give_name(meanings, status, buffer, length)
+      if (status < status_null) then
+         kschur_status_text = give_name(meanings_of_library, status, buffer, length)
+      else
+         kschur_status_text = give_name(meanings_of_interface, status - int(status_null, c_int), buffer, length)
+      end if
    end function kschur_status_text
 end module kschur_capi_status

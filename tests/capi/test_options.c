@@ -125,6 +125,10 @@ static void names(void)
    CHECK_OK(kschur_solve(problem, options, result));
    CHECK_OK(kschur_result_get_inner(result, text, sizeof text));
    CHECK(strncmp(text, "mumps", 5) == 0);
+   CHECK_OK(kschur_options_set_inner(options, "iterative"));
+   CHECK_OK(kschur_solve(problem, options, result));
+   CHECK_OK(kschur_result_get_frequencies_hz(result, frequency, 2));
+   CHECK_NEAR(frequency[1], chain_omega(8, 2) / (2 * pi), 1e-11);
    CHECK_OK(kschur_options_set_inner(options, "ldl"));
    CHECK_OK(kschur_solve(problem, options, result));
    CHECK_OK(kschur_result_get_inner(result, text, sizeof text));

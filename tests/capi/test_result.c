@@ -137,7 +137,7 @@ static void lengths(void)
    kschur_options *options = new_options(3);
    kschur_result *result = new_result();
    double values[30];
-   int kinds[3], few;
+   int kinds[3], status;
 
    tie(problem, 4, 1, (const int[]){0}, (const int[]){3});
    CHECK_OK(kschur_options_set_left(options, 1));
@@ -191,9 +191,14 @@ static void lengths(void)
    CHECK_OK(kschur_reason_name(KSCHUR_REASON_CANCELLED, text, sizeof text));
    CHECK(strcmp(text, "cancelled") == 0);
    CHECK_STATUS(kschur_reason_name(5, text, sizeof text), KSCHUR_ERROR_USAGE);
-   for (few = KSCHUR_OK; few <= KSCHUR_ERROR_CALLBACK; few++) CHECK_OK(kschur_status_text(few, text, sizeof text));
-   CHECK(strstr(text, "callback") != NULL);
-   CHECK_STATUS(kschur_status_text(few, text, sizeof text), KSCHUR_ERROR_USAGE);
+   for (status = -1; status < 30; status++) {
+      int known = (status >= KSCHUR_OK && status <= KSCHUR_ERROR_CONVERGENCE) ||
+                  (status >= KSCHUR_ERROR_NULL && status <= KSCHUR_ERROR_CALLBACK);
+      CHECK_STATUS(kschur_status_text(status, text, sizeof text), known ? KSCHUR_OK : KSCHUR_ERROR_USAGE);
+      if (status == KSCHUR_ERROR_CONVERGENCE) CHECK(strstr(text, "iterates") != NULL);
+      if (status == KSCHUR_ERROR_NULL) CHECK(strstr(text, "null") != NULL);
+      if (status == KSCHUR_ERROR_CALLBACK) CHECK(strstr(text, "callback") != NULL);
+   }
 
    kschur_problem_destroy(&problem);
    kschur_options_destroy(&options);

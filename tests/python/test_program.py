@@ -176,12 +176,21 @@ def test_inner_solvers(folder):
     kschur("scene", "grid", "--cells", "3x2", "--damping", "none", "--output", folder / "ties.h5")
     found = {}
     for inner, said in (("auto", "ldl: symmetric definite, "), ("ldl", "ldl: symmetric definite, "),
-                        ("mumps", "mumps: as asked")):
+                        ("mumps", "mumps: as asked"),
+                        ("iterative", "iterative: FGMRES with a factorisation in single precision, ")):
         result, _ = solve(folder / "ties.h5", "--modes", 20, "--inner", inner)
         check(f"--inner {inner}: says what was taken", said in inner_of(folder / "ties.h5", "--inner", inner))
         found[inner] = eigenvalues(result)
     check_values("--inner ldl: the modes of MUMPS", found["ldl"], found["mumps"])
     check_values("--inner auto: the modes of MUMPS", found["auto"], found["mumps"])
+    check_values("--inner iterative: the modes of MUMPS", found["iterative"], found["mumps"])
+    result, _ = solve(folder / "ties.h5", "--modes", 20, "--inner", "iterative")
+    check("--inner iterative: nothing is certified", result["certified"] is None)
+    check("--inner iterative: backward errors of a direct solver",
+          max(mode["backward_error"] for mode in result["modes"]) < 1e-13)
+    kschur("scene", "cantilever", "--elements", "500", "--output", folder / "slender.h5")
+    run = kschur("solve", folder / "slender.h5", "--modes", 2, "--inner", "iterative", "--shift", "0.03")
+    check_refused("--inner iterative on a slender beam", 4, run, "iterative does not converge", "auto")
     check("--inner auto: MUMPS where constraints are left",
           inner_of(folder / "undamped.h5") == "mumps: the matrix has 2 multipliers", inner_of(folder / "undamped.h5"))
     run = kschur("solve", folder / "ties.h5", "--inner", "ldl", "--target", "0,2")
@@ -460,8 +469,7 @@ def test_wrong_usage(folder):
             (["solve", problem, "--method", "arpack", "--arpack", "plain", "--formulation", "quadratic"], "quadratic"),
             (["solve", problem, "--method", "arpack", "--arpack", "plain", "--left"], "left"),
             (["solve", problem, "--method", "arpack", "--band", "1,2"], "band", "krylov-schur"),
-            (["solve", problem, "--inner", "iterative"], "iterative", "not in this version"),
-            (["solve", problem, "--inner", "best"], "--inner", "mumps", "ldl"),
+            (["solve", problem, "--inner", "best"], "--inner", "mumps", "ldl", "iterative"),
             (["solve", problem, "--inner", "ldl"], "ldl", "2 multipliers"),
             (["solve", problem, "--inner", "ldl", "--formulation", "damped-constrained"], "ldl", "complex"),
             (["solve", DATA / "random_unsymmetric", "--inner", "ldl", "--shift", "0.1"], "ldl", "unsymmetric"),

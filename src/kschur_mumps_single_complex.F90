@@ -1,0 +1,35 @@
+!> Complex sparse direct solutions by sequential MUMPS with factors in single
+!> precision, and so with half of the digits: a preconditioner.
+module kschur_mumps_single_complex
+   use kschur_clock, only: clock, seconds_since
+   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_kinds, only: wp, long, single
+   use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
+   use kschur_lock, only: acquire_lock, release_lock, lock_mumps
+   use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
+   use kschur_ordering, only: elimination_order
+   use kschur_sparse, only: complex_csr_matrix_type
+   implicit none
+   private
+   public :: mumps_single_complex_type
+
+   ! Only #include searches the system's folders, for both fpm and CMake; the
+   ! first header would include the second one by a Fortran include line.
+#include <cmumps_root.h>
+#define INCLUDE !
+#include <cmumps_struc.h>
+#undef INCLUDE
+
+#define SCALAR complex(wp)
+#define MATRIX_TYPE complex_csr_matrix_type
+#define PARENT_TYPE complex_linear_solver_type
+#define SOLVER_TYPE mumps_single_complex_type
+#define MUMPS_STRUC cmumps_struc
+#define MUMPS_NAME cmumps
+#define STORED(x) cmplx(x, kind=single)
+#define ADJOINT_OF(x) conjg(x)
+#define HAS_INERTIA .false.
+#define NULL_PIVOTS 0
+#define DESCRIPTION "mumps: in single precision"
+#include "kschur_mumps.inc"
+end module kschur_mumps_single_complex

@@ -1,0 +1,35 @@
+!> Real sparse direct solutions by sequential MUMPS with factors in single
+!> precision, and so with half of the digits: a preconditioner.
+module kschur_mumps_single_real
+   use kschur_clock, only: clock, seconds_since
+   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_kinds, only: wp, long, single
+   use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_lock, only: acquire_lock, release_lock, lock_mumps
+   use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
+   use kschur_ordering, only: elimination_order
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: mumps_single_real_type
+
+   ! Only #include searches the system's folders, for both fpm and CMake; the
+   ! first header would include the second one by a Fortran include line.
+#include <smumps_root.h>
+#define INCLUDE !
+#include <smumps_struc.h>
+#undef INCLUDE
+
+#define SCALAR real(wp)
+#define MATRIX_TYPE csr_matrix_type
+#define PARENT_TYPE real_linear_solver_type
+#define SOLVER_TYPE mumps_single_real_type
+#define MUMPS_STRUC smumps_struc
+#define MUMPS_NAME smumps
+#define STORED(x) real(x, single)
+#define ADJOINT_OF(x) x
+#define HAS_INERTIA .false.
+#define NULL_PIVOTS 0
+#define DESCRIPTION "mumps: in single precision"
+#include "kschur_mumps.inc"
+end module kschur_mumps_single_real
