@@ -114,7 +114,7 @@ contains
       if (.not. allocated(error) .and. (n < 1 .or. n > huge(1))) &
          call new_error(error, status_usage, "the length of the vectors is "//text(n)//" but must be 1 to "//text(huge(1)))
       if (.not. allocated(error) .and. selection%wanted > n) call new_error(error, status_usage, &
-         text(selection%wanted)//" eigenvalues were asked for, but an operator on vectors of length "//text(n)//" has no more")
+         text(selection%wanted)//" eigenvalues were asked for, more than vectors of length "//text(n)//" can give")
       if (.not. allocated(error)) call iterate(int(n), apply, context, is_complex, selection, options_handle, handle, error)
       if (allocated(error)) then
          call clear(handle)

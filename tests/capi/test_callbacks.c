@@ -55,6 +55,50 @@ static void a_progress_report_can_cancel(void)
    kschur_result_destroy(&result);
 }
 
+/* Solves a problem of its own in the middle of another one's iteration. */
+static int solve_another(void *context, int64_t restart, int64_t converged, int64_t wanted, double residual)
+{
+   kschur_options *options = context;
+   kschur_problem *problem = new_chain_with_dashpot(30, 1);
+   kschur_result *result = new_result();
+   double eigenvalue[2];
+   int status;
+
+   (void)restart, (void)converged, (void)wanted, (void)residual;
+   status = kschur_solve(problem, options, result);
+   if (status == KSCHUR_OK) CHECK_OK(kschur_result_get_eigenvalues(result, eigenvalue, 2));
+   if (status != KSCHUR_OK) CHECK_MESSAGE(result, result, "ARPACK is iterating in this thread already");
+   kschur_problem_destroy(&problem);
+   kschur_result_destroy(&result);
+   return status;
+}
+
+static void a_callback_may_solve(void)
+{
+   kschur_problem *problem = new_chain_with_dashpot(100, 5);
+   kschur_options *outer = new_options(8), *inner = new_options(1);
+   kschur_result *result = new_result();
+   double alone[16], disturbed[16];
+   int reason;
+
+   CHECK_OK(kschur_solve(problem, outer, result));
+   CHECK_OK(kschur_result_get_eigenvalues(result, alone, 16));
+   CHECK_OK(kschur_options_set_progress(outer, solve_another, inner));
+   CHECK_OK(kschur_solve(problem, outer, result));
+   CHECK_OK(kschur_result_get_eigenvalues(result, disturbed, 16));
+   CHECK(memcmp(alone, disturbed, sizeof alone) == 0);
+
+   CHECK_OK(kschur_options_set_method(outer, "arpack"));
+   CHECK_OK(kschur_options_set_method(inner, "arpack"));
+   CHECK_OK(kschur_solve(problem, outer, result));
+   CHECK_OK(kschur_result_get_reason(result, &reason));
+   CHECK(reason == KSCHUR_REASON_CANCELLED);
+   kschur_problem_destroy(&problem);
+   kschur_options_destroy(&outer);
+   kschur_options_destroy(&inner);
+   kschur_result_destroy(&result);
+}
+
 /* ---- Operators ---- */
 
 typedef struct {
@@ -414,6 +458,7 @@ static void solvers_that_fail(void)
 int main(void)
 {
    a_progress_report_can_cancel();
+   a_callback_may_solve();
    operators_without_a_matrix();
    operators_that_fail();
    own_solvers_give_the_same_modes();
