@@ -1,12 +1,13 @@
-# Library, modules, program, CMake package and pkg-config file.
+# Libraries, modules, header, program, CMake package and pkg-config files.
 
 include(CMakePackageConfigHelpers)
 
-install(TARGETS kschur EXPORT kschur-targets)
+install(TARGETS kschur kschur_capi EXPORT kschur-targets)
+install(FILES capi/include/kschur.h TYPE INCLUDE)
 install(TARGETS kschur_program)
 install(DIRECTORY "${CMAKE_Fortran_MODULE_DIRECTORY}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kschur"
         FILES_MATCHING PATTERN "kschur.mod" PATTERN "kschur_*.mod" PATTERN "kschur_scenes.mod" EXCLUDE
-        PATTERN "app" EXCLUDE PATTERN "kschur_funit" EXCLUDE)
+        PATTERN "app" EXCLUDE PATTERN "capi" EXCLUDE PATTERN "kschur_funit" EXCLUDE)
 install(EXPORT kschur-targets NAMESPACE kschur:: DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/kschur")
 configure_package_config_file(cmake/kschur-config.cmake.in "${PROJECT_BINARY_DIR}/kschur-config.cmake"
   INSTALL_DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/kschur")
@@ -15,5 +16,7 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/kschur-config-version.cm
 install(FILES "${PROJECT_BINARY_DIR}/kschur-config.cmake" "${PROJECT_BINARY_DIR}/kschur-config-version.cmake"
         cmake/FindKschurLibraries.cmake
         DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/kschur")
-configure_file(cmake/kschur.pc.in "${PROJECT_BINARY_DIR}/kschur.pc" @ONLY)
-install(FILES "${PROJECT_BINARY_DIR}/kschur.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+foreach(name kschur kschur_capi)
+  configure_file(cmake/${name}.pc.in "${PROJECT_BINARY_DIR}/${name}.pc" @ONLY)
+  install(FILES "${PROJECT_BINARY_DIR}/${name}.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+endforeach()

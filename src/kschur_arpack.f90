@@ -2,12 +2,11 @@
 !> restarted Arnoldi and Lanczos (Lehoucq, Sorensen, Yang 1998), as its drivers dndrv4, zndrv4
 !> and dsdrv4 use them.
 !>
-!> ARPACK keeps the state of an iteration in variables of its own. A lock (kschur_arpack_lock.c)
+!> ARPACK keeps the state of an iteration in variables of its own. A lock (kschur_lock)
 !> lets one thread of the process iterate at a time; others wait. An operator or monitor that
 !> calls ARPACK itself gets an error.
 module kschur_arpack
    use kschur_arpack_complex, only: complex_process_type
-   use kschur_arpack_interfaces, only: arpack_lock, arpack_unlock
    use kschur_arpack_messages, only: arpack_error, info_exhausted, info_no_shifts, info_restarts, info_zero_start
    use kschur_arpack_process, only: arpack_process_type, ido_done
    use kschur_arpack_real, only: real_process_type
@@ -15,6 +14,7 @@ module kschur_arpack
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_lock, only: acquire_lock, release_lock, lock_arpack
    use kschur_monitor, only: monitor_type
    use kschur_operator, only: complex_operator_type, real_operator_type, symmetric_operator_type
    use kschur_outcome, only: reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
@@ -208,12 +208,14 @@ contains
       real(wp), allocatable :: start(:)
       integer(long) :: state
       integer :: before
+      logical :: held
 
       allocate (start(process%order()))
       state = state_of_seed(options%seed)
       call random_vector(state, start)
       before = statistics%operator_applications
-      if (arpack_lock() /= 0) then
+      call acquire_lock(lock_arpack, held)
+      if (held) then
          call new_error(error, error_usage, "ARPACK is iterating in this thread already: an operator or a monitor "// &
             "must not call it")
          return
@@ -226,7 +228,7 @@ contains
          if (.not. allocated(error) .and. process%ido /= ido_done) call look(process, run, statistics, monitor)
       end do
       if (.not. allocated(error) .and. run%proceed) call finish(process, run, statistics, error)
-      call arpack_unlock()
+      call release_lock(lock_arpack)
       if (.not. allocated(run%mu)) allocate (run%mu(0), run%vectors(process%order(), 0))
    end subroutine run_once
 

@@ -1,11 +1,9 @@
-!> Explicit interfaces to the ARPACK routines the library calls, and to the lock that
-!> lets one thread at a time call them.
+!> Explicit interfaces to the ARPACK routines the library calls.
 module kschur_arpack_interfaces
-   use, intrinsic :: iso_c_binding, only: c_int
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: dnaupd, dneupd, dsaupd, dseupd, znaupd, zneupd, arpack_lock, arpack_unlock
+   public :: dnaupd, dneupd, dsaupd, dseupd, znaupd, zneupd
 
    interface
       !> Implicitly restarted Arnoldi iteration, real.
@@ -81,14 +79,5 @@ module kschur_arpack_interfaces
          real(wp), intent(inout) :: tol, rwork(*)
          complex(wp), intent(inout) :: d(*), z(ldz, *), workev(*), resid(*), v(ldv, *), workd(*), workl(*)
       end subroutine zneupd
-
-      !> Waits until no other thread holds ARPACK, and takes it; not 0 where this thread holds it already.
-      integer(c_int) function arpack_lock() bind(c, name="kschur_arpack_lock")
-         import :: c_int
-      end function arpack_lock
-
-      !> Gives ARPACK back.
-      subroutine arpack_unlock() bind(c, name="kschur_arpack_unlock")
-      end subroutine arpack_unlock
    end interface
 end module kschur_arpack_interfaces

@@ -12,6 +12,9 @@ module kschur_arpack_messages
    !> The info of dneupd, dseupd and zneupd where nothing converged.
    integer, parameter, public :: info_nothing = -14
 
+   ! No reason is longer.
+   integer, parameter :: longest = 120
+
 contains
 
    !> The error that belongs to the info of a routine.
@@ -20,19 +23,19 @@ contains
       character(len=*), intent(in) :: routine
       integer, intent(in) :: info
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: reason
+      character(len=longest) :: reason
 
       if (index(routine, "eupd") > 0) then
          reason = reason_of_extraction(info)
       else
          reason = reason_of_iteration(info)
       end if
-      call new_error(error, error_library, "ARPACK failed: "//reason//" ("//routine//" returned info = "//text(info)//")")
+      call new_error(error, error_library, "ARPACK failed: "//trim(reason)//" ("//routine//" returned info = "//text(info)//")")
    end subroutine arpack_error
 
    pure function reason_of_iteration(info) result(reason)
       integer, intent(in) :: info
-      character(len=:), allocatable :: reason
+      character(len=longest) :: reason
 
       select case (info)
       case (info_restarts)
@@ -54,7 +57,7 @@ contains
 
    pure function reason_of_extraction(info) result(reason)
       integer, intent(in) :: info
-      character(len=:), allocatable :: reason
+      character(len=longest) :: reason
 
       select case (info)
       case (1)
@@ -74,7 +77,7 @@ contains
 
    pure function reason_of_arguments(info) result(reason)
       integer, intent(in) :: info
-      character(len=:), allocatable :: reason
+      character(len=longest) :: reason
 
       select case (info)
       case (-1)

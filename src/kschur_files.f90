@@ -3,10 +3,13 @@ module kschur_files
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
    use kschur_error, only: error_type, new_error, error_file
    use kschur_kinds, only: long
-   use kschur_text, only: text
    implicit none
    private
    public :: temporary_name, check_length, replace_file, remove_file, make_folder, is_link
+
+   character(len=*), parameter :: mark = ".partial-"
+   ! Of the number of a process.
+   integer, parameter :: longest_number = 10
 
    interface
       integer(c_int) function c_rename(from, to) bind(c, name="rename")
@@ -44,9 +47,11 @@ contains
    !> other process uses it.
    function temporary_name(path) result(name)
       character(len=*), intent(in) :: path
-      character(len=:), allocatable :: name
+      character(len=len(path) + len(mark) + longest_number) :: name
+      character(len=longest_number) :: process
 
-      name = path//".partial-"//text(int(c_getpid()))
+      write (process, "(i10.10)") c_getpid()
+      name = path//mark//process
    end function temporary_name
 
    !> Where `status` is 0, sets it and the reason if a closed file is not as long

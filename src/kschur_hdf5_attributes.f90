@@ -49,7 +49,7 @@ contains
    ! How messages call an attribute.
    pure function label(object, name)
       character(len=*), intent(in) :: object, name
-      character(len=:), allocatable :: label
+      character(len=len("attribute ") + len(name) + len(" of ") + len(object)) :: label
 
       label = "attribute "//name//" of "//object
    end function label
@@ -255,7 +255,7 @@ contains
       call read_values(attribute, type, c_loc(address), status)
       if (status == 0 .and. c_associated(address)) then
          call c_f_pointer(address, bytes, [c_strlen(address)])
-         value = joined(bytes)
+         call join(bytes, value)
          buffer = c_loc(address)
          call h5dvlen_reclaim_f(type, space, H5P_DEFAULT_F, buffer, ignored)
       end if
@@ -274,13 +274,15 @@ contains
       if (status < 0) return
       allocate (bytes(length))
       call read_values(attribute, type, c_loc(bytes), status)
-      if (status == 0) value = trim(joined(bytes))
+      if (status /= 0) return
+      call join(bytes, value)
+      value = trim(value)
    end subroutine read_fixed_string
 
    ! The bytes before the first null as one string.
-   pure function joined(bytes) result(string)
+   pure subroutine join(bytes, string)
       character(kind=c_char), intent(in) :: bytes(:)
-      character(len=:), allocatable :: string
+      character(len=:), allocatable, intent(out) :: string
       integer :: i
 
       allocate (character(len=size(bytes)) :: string)
@@ -289,7 +291,7 @@ contains
       end do
       i = index(string, c_null_char)
       if (i > 0) string = string(:i - 1)
-   end function joined
+   end subroutine join
 
    subroutine write_integer(file, object, name, value, error)
       integer(hid_t), intent(in) :: file

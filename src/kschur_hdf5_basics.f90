@@ -10,6 +10,7 @@ module kschur_hdf5_basics
    use kschur_error, only: error_type, new_error, add_context, error_file, error_input, error_library
    use kschur_files, only: check_length, replace_file, remove_file
    use kschur_kinds, only: wp, long
+   use kschur_lock, only: acquire_lock, release_lock, lock_hdf5
    implicit none
    private
    public :: printing_type, silence_hdf5, restore_printing
@@ -45,13 +46,14 @@ module kschur_hdf5_basics
 
 contains
 
-   !> Makes HDF5 ready and keeps it from printing errors, until `restore_printing`.
+   !> Makes HDF5 ready and keeps it from printing errors, and other threads out of it, until `restore_printing`.
    subroutine silence_hdf5(printing, error)
       type(printing_type), intent(out) :: printing
       type(error_type), allocatable, intent(out) :: error
       logical :: ready
       integer :: status
 
+      call acquire_lock(lock_hdf5)
       printing%known = c_get_printing(default_stack, printing%printer, printing%data) >= 0
       if (printing%known) printing%known = c_set_printing(default_stack, c_null_funptr, c_null_ptr) >= 0
       call h5iis_valid_f(H5T_NATIVE_INTEGER, ready, status)
@@ -64,6 +66,7 @@ contains
       integer(c_int) :: status
 
       if (printing%known) status = c_set_printing(default_stack, printing%printer, printing%data)
+      call release_lock(lock_hdf5)
    end subroutine restore_printing
 
    !> Opens a file for reading. Fails, without naming the file, where it does not

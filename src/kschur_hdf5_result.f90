@@ -153,13 +153,13 @@ contains
    ! One text, a note a line.
    pure function lines_of(notes) result(lines)
       character(len=*), intent(in) :: notes(:)
-      character(len=:), allocatable :: lines
-      integer :: i
+      character(len=sum(len_trim(notes)) + size(notes) - 1) :: lines
+      integer :: i, first
 
-      lines = ""
+      first = 1
       do i = 1, size(notes)
-         lines = lines//trim(notes(i))
-         if (i < size(notes)) lines = lines//line_end
+         lines(first:) = trim(notes(i))//line_end
+         first = first + len_trim(notes(i)) + 1
       end do
    end function lines_of
 

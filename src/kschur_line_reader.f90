@@ -174,14 +174,14 @@ contains
       last = self%cursor - 1
    end subroutine find_word
 
-   function next_word(self) result(word)
+   subroutine next_word(self, word)
       class(line_reader_type), intent(inout) :: self
-      character(len=:), allocatable :: word
+      character(len=:), allocatable, intent(out) :: word
       integer :: first, last
 
       call find_word(self, first, last)
       word = self%buffer(first:last)
-   end function next_word
+   end subroutine next_word
 
    pure logical function at_end(self)
       class(line_reader_type), intent(in) :: self

@@ -117,25 +117,30 @@ contains
          call new_error(error, error_input, "the file is empty")
          return
       end if
-      word = lower_case(reader%next_word())
+      call reader%next_word(word)
+      word = lower_case(word)
       if (word /= lower_case(banner)) then
          call line_error(error, reader, "the file does not begin with "//banner)
          return
       end if
 
-      word = lower_case(reader%next_word())
+      call reader%next_word(word)
+      word = lower_case(word)
       if (word /= "matrix") call line_error(error, reader, 'the banner says "'//word//'" where "matrix" must stand')
 
-      word = lower_case(reader%next_word())
+      call reader%next_word(word)
+      word = lower_case(word)
       header%is_array = word == "array"
       if (word /= "array" .and. word /= "coordinate") &
          call line_error(error, reader, 'the format is "'//word//'" but must be coordinate or array')
 
-      word = lower_case(reader%next_word())
+      call reader%next_word(word)
+      word = lower_case(word)
       if (word /= "real" .and. word /= "integer" .and. word /= "double") &
          call line_error(error, reader, 'the entries are "'//word//'" but must be real or integer')
 
-      word = lower_case(reader%next_word())
+      call reader%next_word(word)
+      word = lower_case(word)
       select case (word)
       case ("general")
          header%symmetry = general
@@ -165,8 +170,8 @@ contains
       do k = 1, header%entries
          call reader%next_line(comment, found)
          if (.not. found) then
-            call new_error(error, error_input, "the file ends after "//count_text(k - 1)//" of "// &
-               count_text(header%entries)//" entries")
+            call new_error(error, error_input, "the file ends after "//text(k - 1)//" of "// &
+               text(header%entries)//" entries")
             return
          end if
          if (header%is_array) then
@@ -191,7 +196,7 @@ contains
       end do
       call reader%next_line(comment, found)
       if (found) call line_error(error, reader, &
-         "there are more than the "//count_text(header%entries)//" entries announced")
+         "there are more than the "//text(header%entries)//" entries announced")
    end subroutine read_entries
 
    subroutine read_array_entry(value, reader, error)
@@ -223,7 +228,7 @@ contains
       if (.not. valid .or. .not. reader%at_end()) then
          call line_error(error, reader, "an entry must be three numbers, row, column and value")
       else if (i < 1 .or. i > header%rows .or. j < 1 .or. j > header%columns) then
-         call line_error(error, reader, "entry ("//count_text(i)//", "//count_text(j)// &
+         call line_error(error, reader, "entry ("//text(i)//", "//text(j)// &
             ") lies outside a matrix of "//text(header%rows)//" x "//text(header%columns))
       else
          row = int(i)
@@ -243,15 +248,6 @@ contains
       if (header%symmetry == symmetric) row = column
       if (header%symmetry == skew_symmetric) row = column + 1
    end subroutine next_place
-
-   pure function count_text(number) result(digits)
-      integer(long), intent(in) :: number
-      character(len=:), allocatable :: digits
-      character(len=20) :: buffer
-
-      write (buffer, "(i0)") number
-      digits = trim(buffer)
-   end function count_text
 
    !> Writes a matrix as coordinate, real, general, with the 17 digits that
    !> bring every value back. The file appears under its name when it is whole.
@@ -302,7 +298,7 @@ contains
 
    function if_exists(path) result(given)
       character(len=*), intent(in) :: path
-      character(len=:), allocatable :: given
+      character(len=len(path)) :: given
       logical :: exists
 
       inquire (file=path, exist=exists)

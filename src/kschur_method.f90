@@ -52,10 +52,11 @@ contains
    !> "krylov-schur", "arpack-plain" or "arpack-fair".
    pure function method_name(options) result(name)
       type(modal_options_type), intent(in) :: options
-      character(len=:), allocatable :: name
+      character(len=merge(len_trim(arpack_names(options%arpack)) + len("arpack-"), len_trim(method_names(options%method)), &
+         options%method == method_arpack)) :: name
 
-      name = trim(method_names(options%method))
-      if (options%method == method_arpack) name = name//"-"//trim(arpack_names(options%arpack))
+      name = method_names(options%method)
+      if (options%method == method_arpack) name = "arpack-"//arpack_names(options%arpack)
    end function method_name
 
    !> What the iteration is told.

@@ -30,13 +30,13 @@ contains
       case default
          kind = error_library
       end select
-      call new_error(error, kind, "MUMPS failed: "//sentence(code, detail)// &
+      call new_error(error, kind, "MUMPS failed: "//trim(sentence(code, detail))// &
          " (INFOG(1) = "//text(code)//", INFOG(2) = "//text(detail)//")")
    end subroutine mumps_error
 
    pure function sentence(code, detail)
       integer, intent(in) :: code, detail
-      character(len=:), allocatable :: sentence
+      character(len=100) :: sentence
 
       select case (code)
       case (-1)

@@ -7,7 +7,7 @@ module kschur_notes
    use kschur_presolve, only: presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_redundancy, only: count_redundant
-   use kschur_result, only: modal_result_type, kind_rigid, inaccurate_above
+   use kschur_result, only: modal_result_type, kind_rigid, inaccurate_above, note_length
    use kschur_text, only: magnitude, text
    implicit none
    private
@@ -112,14 +112,15 @@ contains
             if (group(i)) worst = max(worst, condition_of(problem, result, i))
          end do
          pending = pending .and. .not. group
-         call result%add_note(modes(group)//either(count(group) == 1, " is", " are")//" nearly defective"//in_words(worst))
+         call result%add_note(trim(modes(group))//either(count(group) == 1, " is", " are")// &
+            " nearly defective"//trim(in_words(worst)))
          deallocate (group)
       end do
    end subroutine note_defective
 
    pure function in_words(kappa) result(words)
       real(wp), intent(in) :: kappa
-      character(len=:), allocatable :: words
+      character(len=40) :: words
 
       words = ""
       if (kappa > 0) words = ": condition number "//either(kappa > huge(kappa), "infinite", magnitude(kappa))
@@ -147,7 +148,7 @@ contains
       logical, allocatable :: noted(:)
 
       allocate (noted(size(result%backward_error)), source=result%backward_error > noted_above)
-      if (any(noted)) call result%add_note(modes(noted)//": the backward error is "// &
+      if (any(noted)) call result%add_note(trim(modes(noted))//": the backward error is "// &
          magnitude(maxval(result%backward_error))//either(any(result%backward_error > inaccurate_above), &
          ", too large to count as converged", ""))
       if (dropped > 0) call result%add_note(text(dropped)//either(dropped == 1, " eigenpair was", " eigenpairs were")// &
@@ -155,8 +156,9 @@ contains
    end subroutine note_inaccurate
 
    ! "modes 1, 2 and 5"; of many the first ones.
-   pure function modes(chosen) result(list)
+   pure function modes(chosen)
       logical, intent(in) :: chosen(:)
+      character(len=note_length) :: modes
       character(len=:), allocatable :: list
       integer, parameter :: most = 12
       integer :: i, done
@@ -169,16 +171,17 @@ contains
          done = done + 1
          if (done > most) then
             list = list//text(count(chosen) - most)//" more"
-            return
+            exit
          end if
          list = list//text(i)
       end do
+      modes = list
    end function modes
 
    pure function either(condition, yes, no) result(words)
       logical, intent(in) :: condition
       character(len=*), intent(in) :: yes, no
-      character(len=:), allocatable :: words
+      character(len=merge(len(yes), len(no), condition)) :: words
 
       words = no
       if (condition) words = yes

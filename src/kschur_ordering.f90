@@ -4,6 +4,7 @@
 module kschur_ordering
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_int
    use kschur_error, only: error_type, new_error, error_library
+   use kschur_lock, only: acquire_lock, release_lock, lock_metis
    use kschur_text, only: text
    implicit none
    private
@@ -246,7 +247,9 @@ contains
       allocate (old_of_new(vertices))
       status = metis_setdefaultoptions(options)
       options(metis_numbering) = 1
+      call acquire_lock(lock_metis)
       status = metis_nodend(vertices, start, neighbour, weight, options, old_of_new, rank)
+      call release_lock(lock_metis)
       if (status /= metis_ok) call new_error(error, error_library, &
          "METIS could not order the matrix: METIS_NodeND returned "//text(status))
    end subroutine nested_dissection

@@ -1,6 +1,9 @@
 !> Numbers as text, for messages and file formats.
+!>
+!> The lengths of the results are specified, not deferred: gfortran keeps a deferred length of a function in
+!> static memory, where two threads would meet.
 module kschur_text
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, long
    implicit none
    private
    public :: magnitude, text
@@ -8,25 +11,24 @@ module kschur_text
    !> The shortest plain text of an integer, or a real with 17 significant digits'
    !> worth of accuracy where they are needed.
    interface text
-      module procedure text_of_integer, text_of_real
+      module procedure text_of_integer, text_of_long, text_of_real
    end interface text
+
+   integer, parameter :: longest = 32
 
 contains
 
-   pure function text_of_integer(number) result(text)
-      integer, intent(in) :: number
-      character(len=:), allocatable :: text
-      character(len=12) :: buffer
+   pure function shown(number) result(buffer)
+      integer(long), intent(in) :: number
+      character(len=longest) :: buffer
 
       write (buffer, "(i0)") number
-      text = trim(buffer)
-   end function text_of_integer
+   end function shown
 
    ! The first precision that reads back as the same number.
-   pure function text_of_real(number) result(text)
+   pure function shortest(number) result(buffer)
       real(wp), intent(in) :: number
-      character(len=:), allocatable :: text
-      character(len=32) :: buffer
+      character(len=longest) :: buffer
       character(len=12) :: layout
       integer :: digits
       real(wp) :: back
@@ -37,16 +39,43 @@ contains
          read (buffer, *) back
          if (.not. abs(back - number) > 0) exit
       end do
-      text = trim(adjustl(buffer))
+      buffer = adjustl(buffer)
+   end function shortest
+
+   pure function rounded(number) result(buffer)
+      real(wp), intent(in) :: number
+      character(len=longest) :: buffer
+
+      write (buffer, "(es12.1)") number
+      buffer = adjustl(buffer)
+   end function rounded
+
+   pure function text_of_integer(number) result(text)
+      integer, intent(in) :: number
+      character(len=len_trim(shown(int(number, long)))) :: text
+
+      text = shown(int(number, long))
+   end function text_of_integer
+
+   pure function text_of_long(number) result(text)
+      integer(long), intent(in) :: number
+      character(len=len_trim(shown(number))) :: text
+
+      text = shown(number)
+   end function text_of_long
+
+   pure function text_of_real(number) result(text)
+      real(wp), intent(in) :: number
+      character(len=len_trim(shortest(number))) :: text
+
+      text = shortest(number)
    end function text_of_real
 
    !> A real with two digits.
    pure function magnitude(number) result(digits)
       real(wp), intent(in) :: number
-      character(len=:), allocatable :: digits
-      character(len=12) :: buffer
+      character(len=len_trim(rounded(number))) :: digits
 
-      write (buffer, "(es12.1)") number
-      digits = trim(adjustl(buffer))
+      digits = rounded(number)
    end function magnitude
 end module kschur_text

@@ -1,0 +1,160 @@
+!> Results, for C: made, ended, read from files and written.
+module kschur_capi_result
+   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
+   use kschur, only: error_type, modal_result_type, new_error, read_hdf5_result, write_hdf5_result
+   use kschur_capi_status, only: handle_type, fail, get_message, outcome, require, status_memory, status_null, status_ok, &
+      status_order
+   use kschur_capi_text, only: take_text
+   implicit none
+   private
+   public :: result_handle_type, clear, has_modes, has_solution, keep, result_of
+
+   !> What a result can hold.
+   integer, parameter, public :: nothing = 0, modes_of_problem = 1, eigenvalues_of_operator = 2
+
+   !> What a `kschur_result` is.
+   type, extends(handle_type) :: result_handle_type
+      type(modal_result_type) :: result
+      !> Nothing, the modes of a problem, or eigenvalues of an operator.
+      integer :: holds = nothing
+   end type result_handle_type
+
+contains
+
+   !> The result behind a handle; null where that is.
+   function result_of(address) result(handle)
+      type(c_ptr), intent(in) :: address
+      type(result_handle_type), pointer :: handle
+
+      nullify (handle)
+      if (c_associated(address)) call c_f_pointer(address, handle)
+   end function result_of
+
+   !> Empties a result.
+   subroutine clear(handle)
+      type(result_handle_type), intent(inout) :: handle
+      type(modal_result_type) :: empty
+
+      handle%result = empty
+      handle%holds = nothing
+   end subroutine clear
+
+   !> Says what a result holds now. What older files do not have, and what does not belong to an operator, is empty.
+   subroutine keep(handle, holds)
+      type(result_handle_type), intent(inout) :: handle
+      integer, intent(in) :: holds
+
+      handle%holds = holds
+      associate (result => handle%result)
+         if (.not. allocated(result%decision)) result%decision = ""
+         if (.not. allocated(result%inner)) result%inner = ""
+         if (.not. allocated(result%notes)) allocate (result%notes(0))
+         if (.not. allocated(result%history%residual)) &
+            allocate (result%history%converged(0), result%history%operator_applications(0), result%history%residual(0))
+      end associate
+   end subroutine keep
+
+   !> Whether there is a handle, and anything in it; else the status of the failure.
+   logical function has_solution(handle, status)
+      type(result_handle_type), pointer, intent(in) :: handle
+      integer(c_int), intent(out) :: status
+
+      status = status_null
+      if (associated(handle)) then
+         status = status_ok
+         if (handle%holds == nothing) &
+            status = fail(handle, status_order, "the result is empty: solve or read a file first")
+      end if
+      has_solution = status == status_ok
+   end function has_solution
+
+   !> Whether there is a handle, and the modes of a problem in it; else the status of the failure.
+   logical function has_modes(handle, status)
+      type(result_handle_type), pointer, intent(in) :: handle
+      integer(c_int), intent(out) :: status
+
+      has_modes = has_solution(handle, status)
+      if (.not. has_modes) return
+      has_modes = handle%holds == modes_of_problem
+      if (.not. has_modes) &
+         status = fail(handle, status_order, "the result holds eigenvalues of an operator, which have no such property")
+   end function has_modes
+
+   integer(c_int) function kschur_result_create(address) bind(c) result(status)
+      type(c_ptr), value :: address
+      type(c_ptr), pointer :: place
+      type(result_handle_type), pointer :: handle
+      integer :: failed
+
+      status = status_null
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, place)
+      place = c_null_ptr
+      status = status_memory
+      allocate (handle, stat=failed)
+      if (failed /= 0) return
+      place = c_loc(handle)
+      status = status_ok
+   end function kschur_result_create
+
+   integer(c_int) function kschur_result_destroy(address) bind(c) result(status)
+      type(c_ptr), value :: address
+      type(c_ptr), pointer :: place
+      type(result_handle_type), pointer :: handle
+
+      status = status_null
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, place)
+      handle => result_of(place)
+      if (associated(handle)) deallocate (handle)
+      place = c_null_ptr
+      status = status_ok
+   end function kschur_result_destroy
+
+   integer(c_int) function kschur_result_get_message(address, buffer, length) bind(c) result(status)
+      type(c_ptr), value :: address, buffer
+      integer(c_int64_t), value :: length
+      type(result_handle_type), pointer :: handle
+
+      status = status_null
+      handle => result_of(address)
+      if (associated(handle)) status = get_message(handle, buffer, length)
+   end function kschur_result_get_message
+
+   integer(c_int) function kschur_result_write_hdf5(address, path) bind(c) result(status)
+      type(c_ptr), value :: address, path
+      type(result_handle_type), pointer :: handle
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: name
+
+      handle => result_of(address)
+      if (.not. has_modes(handle, status)) return
+      call require(path, "path", error)
+      if (.not. allocated(error)) then
+         call take_text(path, name)
+         call write_hdf5_result(handle%result, name, error)
+      end if
+      status = outcome(handle, error)
+   end function kschur_result_write_hdf5
+
+   integer(c_int) function kschur_result_read_hdf5(address, path) bind(c) result(status)
+      type(c_ptr), value :: address, path
+      type(result_handle_type), pointer :: handle
+      type(modal_result_type) :: read
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: name
+
+      status = status_null
+      handle => result_of(address)
+      if (.not. associated(handle)) return
+      call require(path, "path", error)
+      if (.not. allocated(error)) then
+         call take_text(path, name)
+         call read_hdf5_result(read, name, error)
+      end if
+      status = outcome(handle, error)
+      if (status /= status_ok) return
+      handle%result = read
+      call keep(handle, modes_of_problem)
+   end function kschur_result_read_hdf5
+end module kschur_capi_result

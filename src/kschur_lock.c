@@ -1,0 +1,31 @@
+/* The mutexes of kschur_lock: Fortran 2008 has none. */
+#define _XOPEN_SOURCE 700
+#include <pthread.h>
+
+enum { locks = 5 };
+
+static pthread_once_t once = PTHREAD_ONCE_INIT;
+static pthread_mutex_t mutexes[locks];
+
+/* A thread that takes a lock twice is told so instead of waiting for itself. */
+static void prepare(void)
+{
+   pthread_mutexattr_t attributes;
+
+   pthread_mutexattr_init(&attributes);
+   pthread_mutexattr_settype(&attributes, PTHREAD_MUTEX_ERRORCHECK);
+   for (int i = 0; i < locks; i++) pthread_mutex_init(&mutexes[i], &attributes);
+   pthread_mutexattr_destroy(&attributes);
+}
+
+/* 0, or another number where the thread holds the lock already. */
+int kschur_acquire_lock(int lock)
+{
+   pthread_once(&once, prepare);
+   return pthread_mutex_lock(&mutexes[lock]);
+}
+
+void kschur_release_lock(int lock)
+{
+   pthread_mutex_unlock(&mutexes[lock]);
+}

@@ -1,0 +1,40 @@
+!> Keeps threads apart in the libraries below us that keep state: sequential MUMPS has module variables, METIS draws from
+!> C's random numbers, serial HDF5 has tables of open objects. A lock is held during one call of a library, that of ARPACK during a whole
+!> iteration, with the operator in it: only there is something called that a user wrote.
+module kschur_lock
+   use, intrinsic :: iso_c_binding, only: c_int
+   implicit none
+   private
+   public :: acquire_lock, release_lock
+
+   !> What is locked: four libraries, and the check of a problem that threads share. The number of mutexes stands in
+   !> kschur_lock.c.
+   integer(c_int), parameter, public :: lock_mumps = 0, lock_metis = 1, lock_hdf5 = 2, lock_problem = 3, lock_arpack = 4
+
+   interface
+      integer(c_int) function c_acquire(lock) bind(c, name="kschur_acquire_lock")
+         import :: c_int
+         integer(c_int), value :: lock
+      end function c_acquire
+
+      !> Gives the lock back.
+      subroutine release_lock(lock) bind(c, name="kschur_release_lock")
+         import :: c_int
+         integer(c_int), value :: lock
+      end subroutine release_lock
+   end interface
+
+contains
+
+   !> Waits until no other thread holds the lock, then takes it.
+   subroutine acquire_lock(lock, held)
+      !> One of `lock_*`.
+      integer(c_int), intent(in) :: lock
+      !> Whether this thread holds it already; nothing happens then.
+      logical, intent(out), optional :: held
+      integer(c_int) :: status
+
+      status = c_acquire(lock)
+      if (present(held)) held = status /= 0
+   end subroutine acquire_lock
+end module kschur_lock

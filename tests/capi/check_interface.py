@@ -1,0 +1,46 @@
+"""Checks the C library against its header: check_interface.py NM kschur.h libkschur_capi.so libkschur.so fpm.toml...
+
+What the library exports is what the header declares; every declaration has a comment; the versions are the same;
+and no procedure keeps a variable in static memory, where two threads would meet. gfortran does that with large local
+arrays, and with the length of a function's result where that is deferred.
+"""
+import re
+import subprocess
+import sys
+
+nm, header, interface_library, library, *manifests = sys.argv[1:]
+problems = []
+
+
+def symbols(*arguments):
+    """Pairs of a letter for the kind and a name."""
+    output = subprocess.run([nm, *arguments], capture_output=True, text=True, check=True).stdout
+    return {tuple(line.split()[-2:]) for line in output.splitlines()}
+
+
+text = open(header).read()
+declared = set(re.findall(r"^int (kschur_\w+)\(", text, re.M))
+exported = {name for kind, name in symbols("-D", "--defined-only", interface_library)}
+if len(declared) < 50:
+    problems.append(f"only {len(declared)} functions were found in {header}")
+problems += [f"{name} is declared but not exported" for name in sorted(declared - exported)]
+problems += [f"{name} is exported but not declared" for name in sorted(exported - declared)]
+
+for name in sorted(declared):
+    before = text[: re.search(rf"^int {name}\(", text, re.M).start()].rstrip()
+    if not before.endswith("*/"):
+        problems.append(f"{name} has no comment")
+
+version = ".".join(re.search(rf"define KSCHUR_VERSION_{part} (\d+)", text)[1] for part in ("MAJOR", "MINOR", "PATCH"))
+for manifest in manifests:
+    other = re.search(r'^version = "(.*)"', open(manifest).read(), re.M)[1]
+    if other != version:
+        problems.append(f"the header has version {version}, {manifest} has {other}")
+
+for path in (interface_library, library):
+    # The compiler numbers static variables of procedures; completed.0 is of the C library's start.
+    kept = [name for kind, name in symbols(path) if kind in "bd" and re.fullmatch(r"\w+\.\d+(\.\d+)?", name)]
+    problems += [f"{path} keeps {name}" for name in sorted(kept) if not re.match(r"jumptable\.|completed\.", name)]
+
+print("\n".join(problems))
+sys.exit(bool(problems))
