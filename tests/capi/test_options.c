@@ -178,7 +178,7 @@ static void iteration(void)
    kschur_options *options = new_options(5);
    kschur_result *result = new_result();
    int64_t applications, more, restarts;
-   double first[10], second[10];
+   double first[10], second[10], shapes[600], other_shapes[600];
    int reason;
 
    CHECK_OK(kschur_options_set_subspace(options, 16));
@@ -204,10 +204,12 @@ static void iteration(void)
    CHECK_OK(kschur_solve(problem, options, result));
    CHECK_OK(kschur_result_get_eigenvalues(result, second, 10));
    CHECK(memcmp(first, second, sizeof first) == 0);
+   CHECK_OK(kschur_result_get_eigenvectors(result, shapes, 600));
    CHECK_OK(kschur_options_set_seed(options, 2));
    CHECK_OK(kschur_solve(problem, options, result));
    CHECK_OK(kschur_result_get_eigenvalues(result, second, 10));
-   CHECK(memcmp(first, second, sizeof first) != 0);
+   CHECK_OK(kschur_result_get_eigenvectors(result, other_shapes, 600));
+   CHECK(memcmp(shapes, other_shapes, sizeof shapes) != 0);
    for (int j = 0; j < 10; j++) CHECK_NEAR(first[j], second[j], 1e-10);
 
    kschur_problem_destroy(&problem);
