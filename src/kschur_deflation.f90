@@ -19,6 +19,8 @@ module kschur_deflation
       real(wp), allocatable :: shapes(:, :), images(:, :)
       !> k numbers (1/s).
       real(wp), allocatable :: decay(:)
+      !> Rounding of K hides an eigenvalue below this (1/s): motions that are not deflated have zeros there.
+      real(wp) :: blur = 0
    contains
       !> All eigenvalues (1/s).
       procedure :: eigenvalues
@@ -70,7 +72,34 @@ contains
       allocate (deflation%shapes(n, k), source=shapes(:, pack([(i, i=1, size(separate))], separate)))
       allocate (deflation%images(n, k), source=masses(:, pack([(i, i=1, size(separate))], separate)))
       allocate (deflation%decay(k), source=pack(decay, separate))
+      if (k < size(motions, 2)) deflation%blur = blur(problem, motions)
    end subroutine new_deflation
+
+   ! lambda^2 phi^T M phi a million times the rounding of phi^T K phi.
+   pure real(wp) function blur(problem, motions)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: motions(:, :)
+      real(wp), parameter :: visible = 1.0e6_wp
+      real(wp) :: inertia, terms
+      integer :: i, j, l
+
+      blur = 0
+      do j = 1, size(motions, 2)
+         inertia = 0
+         terms = 0
+         do i = 1, size(motions, 1)
+            associate (m => problem%mass, k => problem%stiffness, phi => motions(:, j))
+               do l = m%row_start(i), m%row_start(i + 1) - 1
+                  inertia = inertia + phi(i)*m%value(l)*phi(m%column(l))
+               end do
+               do l = k%row_start(i), k%row_start(i + 1) - 1
+                  terms = terms + abs(phi(i)*k%value(l)*phi(k%column(l)))
+               end do
+            end associate
+         end do
+         if (inertia > 0) blur = max(blur, sqrt(visible*epsilon(1.0_wp)*terms/inertia))
+      end do
+   end function blur
 
    pure function eigenvalues(self)
       class(deflation_type), intent(in) :: self

@@ -48,12 +48,16 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: scale
       integer :: search
+      ! Whether the shift is one that rounding does not tell from the eigenvalue zero.
+      logical :: hidden
 
       if (options%inner == inner_ldl .and. .not. is_structured(result%formulation)) then
          call refuse_complex(result%formulation, error)
       else if (allocated(options%shift)) then
-         call factor_at_first(problem, deflation, options, inner, result%formulation, beside(problem, options%shift), transform, &
-            result, error, known=free .and. .not. abs(options%shift) > 0)
+         hidden = free .and. .not. abs(options%shift) > 0
+         if (is_structured(result%formulation)) hidden = hidden .or. abs(options%shift) < deflation%blur
+         call factor_at_first(problem, deflation, options, inner, result%formulation, &
+            beside(problem, deflation, options%shift), transform, result, error, known=hidden)
       else if (abs(options%target) > first_scale(problem)) then
          call factor_near_target(problem, deflation, options, inner, transform, result, error)
       else
@@ -128,16 +132,19 @@ contains
 
    ! The shift of a user and, should it be an eigenvalue, others next to it. Zeros are double: next
    ! to zero it is the square of a shift that rounding must leave visible.
-   function beside(problem, shift) result(shifts)
+   function beside(problem, deflation, shift) result(shifts)
       type(modal_problem_type), intent(in) :: problem
+      type(deflation_type), intent(in) :: deflation
       complex(wp), intent(in) :: shift
       complex(wp) :: shifts(6)
       real(wp), parameter :: steps(5) = [1.0e-8_wp, 1.0e-7_wp, 1.0e-6_wp, 1.0e-5_wp, 1.0e-4_wp], &
-         above_zero(5) = [0.01_wp, 0.02_wp, 0.05_wp, 0.1_wp, 0.2_wp]
+         above_zero(5) = [1, 2, 5, 10, 20]
+      real(wp) :: visible
 
+      visible = max(0.01_wp*first_scale(problem), deflation%blur)
       shifts(1) = shift
       shifts(2:) = shift*(1 + steps)
-      if (abs(shift) < above_zero(1)*first_scale(problem)) shifts(2:) = above_zero*first_scale(problem)
+      if (abs(shift) < visible) shifts(2:) = above_zero*visible
    end function beside
 
    ! At the first of some shifts that is neither an eigenvalue nor so near to one that
@@ -187,7 +194,7 @@ contains
       real(wp) :: previous, proposed
       integer :: attempt
 
-      scale = first_scale(problem)
+      scale = max(first_scale(problem), deflation%blur)
       previous = scale
       do attempt = 1, shift_attempts
          call factor_at_first(problem, deflation, options, inner, formulation, cmplx(moved*scale, 0, wp), transform, result, error)
@@ -199,8 +206,9 @@ contains
             return
          end if
          if (attempt == shift_attempts) return
-         call propose_scale(transform, deflation, options, result, proposed, error)
+         call propose_scale(transform, deflation, options, typical_rate(problem), result, proposed, error)
          if (allocated(error) .or. .not. proposed > 0) return
+         proposed = max(proposed, deflation%blur)
          if (proposed >= scale/close_enough .and. proposed <= scale*close_enough) return
          call account(transform%linear_solver(), result)
          previous = scale
@@ -286,22 +294,25 @@ contains
    ! Where the shift had better be, from a few steps at the shift that is; zero where
    ! they do not tell. In the middle of the wanted |lambda|, by ratio, both ends are found
    ! with the same digits.
-   subroutine propose_scale(transform, deflation, options, result, proposed, error)
+   subroutine propose_scale(transform, deflation, options, typical, result, proposed, error)
       class(transform_type), target, intent(inout) :: transform
       type(deflation_type), intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
+      !> A rate typical of the matrices (1/s).
+      real(wp), intent(in) :: typical
       type(modal_result_type), intent(inout) :: result
       real(wp), intent(out) :: proposed
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: roughly = 0.1_wp
-      ! Beyond these, relative to the shift, a zero or an infinite eigenvalue may be blurred by rounding.
-      real(wp), parameter :: too_near = 1.0e-6_wp, too_far = 1.0e6_wp
+      ! Beyond these, relative to the shift, a zero or an infinite eigenvalue may be blurred by rounding; the
+      ! latter is far above what is typical of the matrices.
+      real(wp), parameter :: too_near = 1.0e-4_wp, too_far = 1.0e5_wp, above_the_typical = 100
       ! What is far below the shift looks alike, and is lower than it looks; what is far beyond is lost.
       real(wp), parameter :: above_the_smallest = 10, below_the_largest = 1.0e-2_wp
       type(modal_selection_type) :: selection
       type(krylov_statistics_type) :: statistics
       complex(wp), allocatable :: mu(:), vectors(:, :)
-      real(wp) :: magnitude, smallest, largest
+      real(wp) :: magnitude, smallest, largest, furthest
       integer :: i
 
       proposed = 0
@@ -312,11 +323,12 @@ contains
       if (allocated(error)) return
       result%operator_applications = result%operator_applications + statistics%operator_applications
       result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
+      furthest = min(too_far*abs(result%shift), above_the_typical*typical)
       smallest = huge(1.0_wp)
       largest = 0
       do i = 1, size(mu)
          magnitude = maxval(abs(transform%map%lambdas(transform%theta(mu(i)))))
-         if (magnitude < too_near*abs(result%shift) .or. magnitude > too_far*abs(result%shift)) cycle
+         if (magnitude < too_near*abs(result%shift) .or. magnitude > furthest) cycle
          smallest = min(smallest, magnitude)
          largest = max(largest, magnitude)
       end do

@@ -16,7 +16,7 @@ module kschur_solver
    use kschur_method, only: check_method, iteration_options, method_name, settings_of
    use kschur_modal_selection, only: modal_selection_type
    use kschur_backward_error, only: eigenpairs_type
-   use kschur_modes, only: orthonormalize_zeros, replace_modes, select_modes
+   use kschur_modes, only: orthonormalize_zeros, real_tolerance, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
    use kschur_options, only: modal_options_type, formulation_names, inner_names, scaling_names
@@ -398,7 +398,7 @@ contains
       if (allocated(error)) return
       result%operator_applications = result%operator_applications + statistics%operator_applications
       if (transform%recover_applies) result%operator_applications = result%operator_applications + size(mu)
-      if (.not. abs(aimag(transform%shift)) > 0) call drop_conjugates(mu, vectors)
+      if (.not. abs(aimag(transform%shift)) > 0) call drop_conjugates(transform, mu, vectors)
       call transform%recover(mu, vectors(:, :size(mu)), phi, xi, error)
       if (allocated(error)) return
 
@@ -430,21 +430,31 @@ contains
       result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
    end subroutine iterate
 
-   ! Keeps one of each conjugate pair that a real operator gave; of the vectors, the
-   ! first ones.
-   subroutine drop_conjugates(mu, vectors)
+   ! Keeps one of each conjugate pair that a real operator gave. A pair that lies on the real axis,
+   ! but for rounding, is a double real eigenvalue: the parts of its vector are the vectors of the two.
+   subroutine drop_conjugates(transform, mu, vectors)
+      class(transform_type), intent(in) :: transform
       complex(wp), allocatable, intent(inout) :: mu(:)
       complex(wp), intent(inout) :: vectors(:, :)
-      logical :: other_half
+      complex(wp) :: lambda(2), vector(size(vectors, 1))
+      logical :: paired(size(mu))
       integer :: kept, j
 
+      paired = [(abs(aimag(mu(j))) > 0 .and. any(.not. abs(mu - conjg(mu(j))) > 0), j=1, size(mu))]
       kept = 0
       do j = 1, size(mu)
-         other_half = aimag(mu(j)) > 0 .and. any(.not. abs(mu - conjg(mu(j))) > 0)
-         if (other_half) cycle
+         vector = vectors(:, j)
+         if (paired(j)) then
+            lambda = transform%map%lambdas(transform%theta(mu(j)))
+            if (abs(aimag(lambda(1))) <= real_tolerance*abs(lambda(1))) then
+               vector = merge(aimag(vector), real(vector, wp), aimag(mu(j)) > 0)
+            else if (aimag(mu(j)) > 0) then
+               cycle
+            end if
+         end if
          kept = kept + 1
          mu(kept) = mu(j)
-         vectors(:, kept) = vectors(:, j)
+         vectors(:, kept) = vector
       end do
       mu = mu(:kept)
    end subroutine drop_conjugates
