@@ -24,12 +24,14 @@ contains
          call print_overview()
       case ("solve")
          call print_solve_help()
+      case ("compare")
+         call print_compare_help()
       case ("scene")
          call print_scene_help()
       case ("info")
          call print_info_help()
       case default
-         call new_error(error, error_usage, "there is no help on '"//topic//"', only on solve, scene and info")
+         call new_error(error, error_usage, "there is no help on '"//topic//"', only on solve, compare, scene and info")
       end select
    end subroutine print_help
 
@@ -39,9 +41,10 @@ contains
          "(lambda^2 M + lambda R + K) phi + Cq^T xi = 0, Cq phi = 0.", &
          "", &
          "  kschur solve PROBLEM [options]               compute modes", &
+         "  kschur compare PROBLEM [options]             the same problem by each method", &
          "  kschur scene NAME [options] --output FILE    write a problem of a model structure", &
          "  kschur info PROBLEM | RESULT                 what a problem is; the modes of a result", &
-         "  kschur help solve | scene | info             more on one of them", &
+         "  kschur help solve | compare | scene | info   more on one of them", &
          "  kschur --version", &
          "", &
          "PROBLEM is an HDF5 file with the groups /mass, /stiffness and, where there is", &
@@ -62,7 +65,9 @@ contains
          "  --frequency HZ         the same as --target 0,(2 pi HZ)", &
          "  --band F1,F2           all modes whose natural frequency is in this band, in Hz", &
          "  --shift RE[,IM]        where to factor, in 1/s (chosen near the target)", &
-         "  --method NAME          auto, krylov-schur (auto)", &
+         "  --method NAME          auto, krylov-schur, arpack (auto)", &
+         "  --arpack NAME          fair: in the place of Krylov-Schur; plain: as the paper", &
+         "                         compares with it (fair)", &
          "  --formulation NAME     auto, undamped, undamped-negative, undamped-constrained,", &
          "                         undamped-constrained-zero, damped, damped-constrained,", &
          "                         damped-constrained-zero, quadratic, symmetric,", &
@@ -80,6 +85,23 @@ contains
          "  --quiet                no progress on the terminal", &
          "  --threads N            threads of the linear algebra"])
    end subroutine print_solve_help
+
+   subroutine print_compare_help()
+      call print_lines([character(len=90) :: &
+         "kschur compare PROBLEM [options]", &
+         "", &
+         "The same modes by each method, in one table: ours (auto), ours in the structured", &
+         "form (quadratic) and on the paper's pencil (pencil), ARPACK as the paper compares", &
+         "with it (arpack-plain) and in the place of Krylov-Schur (arpack-fair). Modes are", &
+         "missed or spurious against the set that is certified, or else has the smallest", &
+         "backward error. A method that fails is a line of the table.", &
+         "", &
+         "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
+         "  --presolve on|off, --subspace M, --tolerance T, --max-restarts K,", &
+         "  --constraint-scaling NAME, --mass FILE, --stiffness FILE, --damping FILE,", &
+         "  --constraints FILE, --quiet, --threads N     as for kschur solve", &
+         "  --format NAME                                table, json (table)"])
+   end subroutine print_compare_help
 
    subroutine print_scene_help()
       integer :: i

@@ -8,6 +8,7 @@ module cli_json
    implicit none
    private
    public :: print_csv, print_json
+   public :: certified, counts, number, pair, problem_facts, seconds, string
 
 contains
 
@@ -17,9 +18,7 @@ contains
       integer :: i
 
       call print_line('{"kschur": '//string(kschur_version)//',')
-      call print_line(' "problem": {"n": '//text(result%unknowns)//', "m": '//text(result%constraints)// &
-         ', "symmetric": '//boolean(result%symmetric)//', "damping": '// &
-         string(damping_names(result%damping_kind))//'},')
+      call print_line(' "problem": '//problem_facts(result)//',')
       call print_line(' "method": '//string(result%method)//', "formulation": '// &
          string(formulation_names(result%formulation))//',')
       call print_line(' "target": '//pair(result%target)//', "shift": '//pair(result%shift)//',')
@@ -31,8 +30,7 @@ contains
          call print_line("  "//mode(result, i)//trim(merge(",", " ", i < size(result%eigenvalues))))
       end do
       call print_line(' ],')
-      call print_line(' "counts": {"operator_applications": '//text(result%operator_applications)// &
-         ', "restarts": '//text(result%restarts)//', "factorizations": '//text(result%factorizations)//'},')
+      call print_line(' "counts": '//counts(result)//',')
       call print_line(' "seconds": '//seconds(result%seconds)//',')
       call print_line(' "peak_memory_bytes": '//memory(result%peak_memory_bytes)//'}')
    end subroutine print_json
@@ -76,6 +74,25 @@ contains
       if (allocated(result%condition)) condition = label//plain(result%condition(i), undefined)
    end function condition
 
+   !> The value of `problem`.
+   pure function problem_facts(result) result(object)
+      type(modal_result_type), intent(in) :: result
+      character(len=:), allocatable :: object
+
+      object = '{"n": '//text(result%unknowns)//', "m": '//text(result%constraints)//', "symmetric": '// &
+         boolean(result%symmetric)//', "damping": '//string(damping_names(result%damping_kind))//'}'
+   end function problem_facts
+
+   !> The value of `counts`.
+   pure function counts(result) result(object)
+      type(modal_result_type), intent(in) :: result
+      character(len=:), allocatable :: object
+
+      object = '{"operator_applications": '//text(result%operator_applications)//', "restarts": '// &
+         text(result%restarts)//', "factorizations": '//text(result%factorizations)//'}'
+   end function counts
+
+   !> The value of `seconds`.
    pure function seconds(timings) result(object)
       type(timings_type), intent(in) :: timings
       character(len=:), allocatable :: object
@@ -87,6 +104,7 @@ contains
          ', "orthogonalize": '//number(timings%orthogonalize)//', "other": '//number(max(other, 0.0_wp))//'}'
    end function seconds
 
+   !> A complex number as [re, im].
    pure function pair(z)
       complex(wp), intent(in) :: z
       character(len=:), allocatable :: pair
@@ -94,6 +112,7 @@ contains
       pair = "["//number(real(z, wp))//", "//number(aimag(z))//"]"
    end function pair
 
+   !> A number; null where it is not finite.
    pure function number(x)
       real(wp), intent(in) :: x
       character(len=:), allocatable :: number
@@ -111,6 +130,7 @@ contains
       if (bytes < 0) memory = "null"
    end function memory
 
+   !> true, false, or null where nothing is known.
    pure function certified(verdict)
       integer, intent(in) :: verdict
       character(len=:), allocatable :: certified
@@ -126,6 +146,7 @@ contains
       boolean = trim(merge("true ", "false", value))
    end function boolean
 
+   !> A string in its quotes.
    pure function string(value)
       character(len=*), intent(in) :: value
       character(len=:), allocatable :: string

@@ -2,13 +2,14 @@
 module cli_solve
    use cli_arguments, only: arguments_type
    use cli_input, only: input_type, is_part_of, read_problem, take_input
+   use cli_options, only: take_iteration, take_wanted
    use cli_output, only: print_result, take_format
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_output, check_writable_folder, complain, peak_memory_bytes, set_threads
-   use kschur, only: error_type, error_usage, formulation_names, modal_options_type, modal_problem_type, &
-      modal_result_type, inaccurate_above, inner_names, new_error, reason_cancelled, reason_converged, reason_fewer_modes, &
-      reason_inaccurate, reason_max_restarts, reason_names, scaling_names, solve_band, &
-      solve_modes, text, wp, write_hdf5_result
+   use kschur, only: arpack_names, error_type, error_usage, formulation_names, inaccurate_above, method_arpack, method_names, &
+      modal_options_type, modal_problem_type, modal_result_type, new_error, reason_cancelled, reason_converged, &
+      reason_fewer_modes, reason_inaccurate, reason_max_restarts, reason_names, solve_band, solve_modes, text, wp, &
+      write_hdf5_result
    implicit none
    private
    public :: solve_command
@@ -73,25 +74,14 @@ contains
       type(arguments_type), intent(inout) :: arguments
       type(request_type), intent(out) :: request
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: tolerance
-      integer :: presolve
 
       associate (options => request%options)
-         call take_wanted(arguments, options, request%band, error)
-         call arguments%take_choice("--formulation", formulation_names, options%formulation, error, &
-            planned=[character(len=25) :: "undamped-constrained-zero", "damped-constrained-zero"])
-         call arguments%take_choice("--constraint-scaling", scaling_names, options%constraint_scaling, error)
-         presolve = 1
-         call arguments%take_choice("--presolve", [character(len=3) :: "off", "on"], presolve, error)
-         options%presolve = presolve == 1
-         call arguments%take_choice("--inner", inner_names, options%inner, error, planned=["iterative"])
-         call arguments%take_integer("--subspace", 1, options%subspace, error)
-         call arguments%take_positive("--tolerance", tolerance, error)
-         if (allocated(tolerance)) options%tolerance = tolerance
-         call arguments%take_integer("--max-restarts", 1, options%max_restarts, error)
+         call take_wanted(arguments, options, error, request%band)
+         call take_iteration(arguments, options, error)
+         call take_method(arguments, options, error)
+         call arguments%take_choice("--formulation", formulation_names, options%formulation, error)
          call arguments%take_flag("--left", options%left, error)
       end associate
-      call refuse_planned(arguments, error)
 
       call arguments%take_text("--output", request%output, error)
       call take_format(arguments, request%format, error)
@@ -107,48 +97,22 @@ contains
          call new_error(error, error_usage, "--output "//request%output//" would replace the problem")
    end subroutine take_request
 
-   ! Which modes: so many nearest to a target, or all of a band.
-   subroutine take_wanted(arguments, options, band, error)
+   subroutine take_method(arguments, options, error)
       type(arguments_type), intent(inout) :: arguments
       type(modal_options_type), intent(inout) :: options
-      real(wp), allocatable, intent(out) :: band(:)
       type(error_type), allocatable, intent(inout) :: error
-      real(wp), parameter :: two_pi = 8*atan(1.0_wp)
-      complex(wp), allocatable :: target
-      real(wp), allocatable :: frequency
-      integer :: modes
+      integer :: method, setting
 
-      modes = 0
-      call arguments%take_integer("--modes", 1, modes, error)
-      call arguments%take_complex("--shift", options%shift, error)
-      call arguments%take_pair("--band", band, error)
-      call arguments%take_complex("--target", target, error)
-      call arguments%take_positive("--frequency", frequency, error)
+      method = 0
+      setting = -1
+      call arguments%take_choice("--method", [character(len=12) :: "auto", method_names], method, error)
+      call arguments%take_choice("--arpack", arpack_names, setting, error)
       if (allocated(error)) return
-      if (allocated(target) .and. allocated(frequency)) &
-         call new_error(error, error_usage, "--target and --frequency exclude each other")
-      if (allocated(band) .and. (modes > 0 .or. allocated(target) .or. allocated(frequency) .or. allocated(options%shift))) &
-         call new_error(error, error_usage, "--band excludes --modes, --target, --frequency and --shift")
-      if (modes > 0) options%modes = modes
-      if (allocated(target)) options%target = target
-      if (allocated(frequency)) options%target = cmplx(0.0_wp, two_pi*frequency, wp)
-   end subroutine take_wanted
-
-   ! Options that stand in the interface but whose features come later.
-   subroutine refuse_planned(arguments, error)
-      type(arguments_type), intent(inout) :: arguments
-      type(error_type), allocatable, intent(inout) :: error
-      integer :: ignored
-
-      ignored = 0
-      call arguments%take_choice("--method", [character(len=12) :: "auto", "krylov-schur"], ignored, error, &
-         planned=["arpack"])
-      ignored = 1
-      call arguments%take_integer("--block", 1, ignored, error)
-      if (allocated(error)) return
-      if (ignored /= 1) call new_error(error, error_usage, "--block "//text(ignored)// &
-         " is not in this version, which knows blocks of 1")
-   end subroutine refuse_planned
+      if (method > 0) options%method = method - 1
+      if (setting >= 0) options%arpack = setting
+      if (setting >= 0 .and. options%method /= method_arpack) &
+         call new_error(error, error_usage, "--arpack "//trim(arpack_names(setting))//" wants --method arpack")
+   end subroutine take_method
 
    function shortfall(result) result(sentence)
       type(modal_result_type), intent(in) :: result

@@ -1,6 +1,7 @@
 !> The program `kschur`: does one command and ends with its exit status.
 program kschur_program
    use cli_arguments, only: arguments_type, command_arguments
+   use cli_compare, only: compare_command
    use cli_help, only: print_help, print_version
    use cli_info, only: info_command
    use cli_scene, only: scene_command
@@ -58,6 +59,8 @@ contains
          select case (command)
          case ("solve")
             call solve_command(arguments, complete, error)
+         case ("compare")
+            call compare_command(arguments, complete, error)
          case ("scene")
             call scene_command(arguments, error)
          case ("info")
@@ -66,8 +69,6 @@ contains
             call arguments%take_word(topic)
             if (.not. allocated(topic)) allocate (character(len=0) :: topic)
             call print_help(topic, error)
-         case ("compare")
-            call new_error(error, error_usage, "compare is not in this version")
          case ("")
             call new_error(error, error_usage, "no command is given; see kschur help")
          case default

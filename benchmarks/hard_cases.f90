@@ -2,10 +2,11 @@
 !> closed form, quadruple precision, dense LAPACK. A line says case, method, modes found of
 !> those expected, worst backward error, worst relative error of an eigenvalue, seconds.
 !>
-!>     benchmark_hard_cases [--full] [--ours] [GROUP ...]
+!>     benchmark_hard_cases [--full] [--ours] [--arpack] [GROUP ...]
 !>
 !> Ends with status 1 where a method of ours fails; the paper's pencil, by name, is only
-!> reported, and with `--ours` left out. With `--full` the grid of 60x42 cells is solved as
+!> reported, and with `--ours` left out. With `--arpack` ARPACK is run as well, plain and fair, and
+!> reported. With `--full` the grid of 60x42 cells is solved as
 !> well. Groups are those below; all, if none is named.
 program hard_cases
    use, intrinsic :: iso_fortran_env, only: error_unit
@@ -30,11 +31,13 @@ program hard_cases
          full = .true.
       else if (word == "--ours") then
          judge%pencil = .false.
+      else if (word == "--arpack") then
+         judge%arpack = .true.
       else if (any(groups == word)) then
          where (groups == word) chosen = .true.
       else
-         write (error_unit, "(*(a, 1x))") "usage: benchmark_hard_cases [--full] [--ours] [GROUP ...], a GROUP one of", &
-            groups
+         write (error_unit, "(*(a, 1x))") &
+            "usage: benchmark_hard_cases [--full] [--ours] [--arpack] [GROUP ...], a GROUP one of", groups
          stop 1
       end if
    end do

@@ -1,8 +1,9 @@
 !> Solves a hard case by each method, compares with what is expected, prints a line.
 module hard_judge
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-   use kschur, only: error_type, formulation_auto, formulation_damped_constrained, formulation_names, &
-      formulation_quadratic, modal_options_type, modal_problem_type, modal_result_type, solve_modes, text, wp
+   use kschur, only: arpack_fair, arpack_names, arpack_plain, error_type, formulation_auto, formulation_damped_constrained, &
+      formulation_names, formulation_quadratic, method_arpack, method_krylov_schur, modal_options_type, modal_problem_type, &
+      modal_result_type, solve_modes, text, wp
    implicit none
    private
    public :: case_type, judge_type, said, stop_on
@@ -28,6 +29,8 @@ module hard_judge
       integer :: failures = 0
       !> Whether the paper's pencil is solved as well.
       logical :: pencil = .true.
+      !> Whether ARPACK, plain and fair, is run as well.
+      logical :: arpack = .false.
    contains
       !> Solves one case by each method.
       procedure :: examine
@@ -39,7 +42,11 @@ contains
       class(judge_type), intent(inout) :: self
       type(case_type), intent(in) :: case
       type(modal_problem_type), intent(in) :: problem
-      integer, parameter :: methods(3) = [formulation_auto, formulation_quadratic, formulation_damped_constrained]
+      integer, parameter :: formulations(5) = [formulation_auto, formulation_quadratic, formulation_damped_constrained, &
+         formulation_auto, formulation_auto]
+      integer, parameter :: methods(5) = [method_krylov_schur, method_krylov_schur, method_krylov_schur, method_arpack, &
+         method_arpack]
+      integer, parameter :: plain = 4
       type(modal_options_type) :: options
       type(modal_result_type) :: result
       type(error_type), allocatable :: error
@@ -49,21 +56,27 @@ contains
       logical :: ours
       real(wp) :: backward, off, accuracy
 
+      method = ""
+      counts = ""
       options = case%options
       allocate (expected, source=nearest_values(case%expected, options%target, options%modes))
       do i = 1, size(methods)
-         options%formulation = methods(i)
-         ours = methods(i) /= formulation_damped_constrained
-         if (.not. (ours .or. self%pencil)) cycle
+         options%formulation = formulations(i)
+         options%method = methods(i)
+         options%arpack = merge(arpack_plain, arpack_fair, i == plain)
+         ours = methods(i) == method_krylov_schur .and. formulations(i) /= formulation_damped_constrained
+         if (formulations(i) == formulation_damped_constrained .and. .not. self%pencil) cycle
+         if (methods(i) == method_arpack .and. .not. self%arpack) cycle
          ! Where it is chosen, it has run.
-         if (methods(i) == formulation_quadratic .and. allocated(result%eigenvalues) &
+         if (formulations(i) == formulation_quadratic .and. allocated(result%eigenvalues) &
             .and. result%formulation == formulation_quadratic) cycle
          accuracy = case%accuracy
-         if (methods(i) == formulation_quadratic .and. case%accuracy_quadratic > 0) accuracy = case%accuracy_quadratic
+         if (formulations(i) == formulation_quadratic .and. case%accuracy_quadratic > 0) accuracy = case%accuracy_quadratic
          call solve_modes(problem, options, result, error)
-         method = trim(formulation_names(methods(i)))
+         method = trim(formulation_names(formulations(i)))
+         if (methods(i) == method_arpack) method = "arpack "//trim(arpack_names(options%arpack))
          if (.not. allocated(error)) then
-            if (methods(i) == formulation_auto) method = "auto: "//trim(formulation_names(result%formulation))
+            if (method == "auto") method = "auto: "//trim(formulation_names(result%formulation))
             call compare(result, expected, case%ratios, found, backward, off)
             counts = text(found)//"/"//text(size(expected))
             verdict = "ok"

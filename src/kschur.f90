@@ -42,7 +42,8 @@ module kschur
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_operator, only: real_operator_type, complex_operator_type
-   use kschur_options, only: modal_options_type, index_of_name, formulation_names, formulation_auto, &
+   use kschur_options, only: modal_options_type, index_of_name, arpack_fair, arpack_names, arpack_plain, method_arpack, &
+      method_krylov_schur, method_names, formulation_names, formulation_auto, &
       formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, &
       formulation_undamped_constrained_zero, formulation_damped, formulation_damped_constrained, &
       formulation_damped_constrained_zero, formulation_quadratic, formulation_symmetric, formulation_proportional, &

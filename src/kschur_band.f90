@@ -12,7 +12,8 @@ module kschur_band
    use kschur_modes, only: orthonormalize_zeros, select_modes, sort_by_distance
    use kschur_left, only: set_left_modes
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type, formulation_proportional, formulation_symmetric
+   use kschur_options, only: modal_options_type, formulation_proportional, formulation_symmetric, &
+      method_krylov_schur
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type, damping_none
    use kschur_result, only: modal_result_type, certified_no, certified_unknown, certified_yes, kind_rigid, &
@@ -82,6 +83,10 @@ contains
       if (allocated(own%shift)) deallocate (own%shift)
       call check_options(own, error)
       if (allocated(error)) return
+      if (own%method /= method_krylov_schur) then
+         call new_error(error, error_usage, "the modes of a band are found by krylov-schur only")
+         return
+      end if
       band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
       call choose_formulation(problem, own%formulation, result%formulation, result%decision, error)
       if (allocated(error)) return

@@ -12,7 +12,7 @@ module kschur_decomposition
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_lapack, only: ddot, dgemv
    use kschur_operator, only: symmetric_operator_type
-   use kschur_random, only: random_vector
+   use kschur_random, only: random_vector, state_of_seed
    use kschur_text, only: text
    implicit none
    private
@@ -84,7 +84,7 @@ contains
       call move_alloc(basis, d%basis)
       call move_alloc(projected, d%projected)
       if (k > 0) return
-      d%random_state = 1 + mod(abs(int(options%seed, long))*69621_long, 2147483645_long)
+      d%random_state = state_of_seed(options%seed)
       call fresh_direction(operator, options, d, 0, statistics, error)
    end subroutine start
 

@@ -10,7 +10,7 @@ module kschur_hdf5_result
       close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
    use kschur_kinds, only: wp
-   use kschur_options, only: formulation_names, index_of_name, inner_names, scaling_names
+   use kschur_options, only: arpack_names, formulation_names, index_of_name, inner_names, method_names, scaling_names
    use kschur_problem, only: damping_names
    use kschur_result, only: modal_result_type, certified_names, history_type, kind_names, reason_names
    use kschur_release, only: kschur_version
@@ -138,6 +138,8 @@ contains
          call write_attribute(file, root, "constraint_scaling", trim(scaling_names(options%constraint_scaling)), error)
          call write_attribute(file, root, "inner_asked", trim(inner_names(options%inner)), error)
          call write_attribute(file, root, "presolve", merge(1, 0, options%presolve), error)
+         call write_attribute(file, root, "method_asked", trim(method_names(options%method)), error)
+         call write_attribute(file, root, "arpack", trim(arpack_names(options%arpack)), error)
          call write_attribute(file, root, "seed", options%seed, error)
       end associate
       if (allocated(result%inner)) call write_attribute(file, root, "inner", result%inner, error)
@@ -301,6 +303,8 @@ contains
             call read_attribute(presolve, file, root, "presolve", error)
             options%presolve = presolve /= 0
          end if
+         if (has("method_asked")) call read_name(options%method, file, "method_asked", method_names, error)
+         if (has("arpack")) call read_name(options%arpack, file, "arpack", arpack_names, error)
          if (has("seed")) call read_attribute(options%seed, file, root, "seed", error)
       end associate
       if (has("inner")) call read_attribute(result%inner, file, root, "inner", error)

@@ -9,6 +9,7 @@ module kschur_krylov_real
    use kschur_outcome, only: history_type, reason_cancelled, reason_fewer_modes, reason_max_restarts
    use kschur_projected, only: schur_form, schur_values, move_to_head, triangular_eigenvectors, independent_eigenvectors, &
       join_pairs
+   use kschur_random, only: state_of_seed
    use kschur_selection, only: selection_type, order_by_preference
    implicit none
    private

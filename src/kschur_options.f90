@@ -52,6 +52,22 @@ module kschur_options
    !> The names of the inner solvers, in this order from `inner_auto` on.
    character(len=*), parameter, public :: inner_names(0:2) = [character(len=5) :: "auto", "mumps", "ldl"]
 
+   !> Krylov-Schur, and Lanczos for the symmetric formulations.
+   integer, parameter, public :: method_krylov_schur = 0
+   !> ARPACK on the same operators, as a baseline; one thread of a process at a time.
+   integer, parameter, public :: method_arpack = 1
+   !> The names of the methods, in this order from `method_krylov_schur` on.
+   character(len=*), parameter, public :: method_names(0:1) = [character(len=12) :: "krylov-schur", "arpack"]
+
+   !> ARPACK as the paper compares with it: the pencil (33) with multipliers in the vectors, factored at the
+   !> target + 1e-3 1/s or the shift that is given, constraints as they are, nothing deflated,
+   !> eliminated, filtered or refined.
+   integer, parameter, public :: arpack_plain = 0
+   !> ARPACK in the place of Krylov-Schur, everything else being the same.
+   integer, parameter, public :: arpack_fair = 1
+   !> The names of ARPACK's settings, in this order from `arpack_plain` on.
+   character(len=*), parameter, public :: arpack_names(0:1) = [character(len=5) :: "plain", "fair"]
+
    !> What to compute and how.
    type :: modal_options_type
       !> How many modes; a complex-conjugate pair is one, multiplicities count.
@@ -60,6 +76,10 @@ module kschur_options
       complex(wp) :: target = (0.0_wp, 0.0_wp)
       !> Where to factor (1/s); chosen at the scale of the wanted modes where not allocated.
       complex(wp), allocatable :: shift
+      !> One of `method_*`.
+      integer :: method = method_krylov_schur
+      !> One of `arpack_*`, for `method_arpack`.
+      integer :: arpack = arpack_fair
       !> One of `formulation_*`.
       integer :: formulation = formulation_auto
       !> One of `scaling_*`.
@@ -78,9 +98,18 @@ module kschur_options
       logical :: left = .false.
       !> Seed of the start vector; the same seed gives the same digits.
       integer :: seed = 1
+   contains
+      !> Whether ARPACK's raw answer is wanted.
+      procedure :: is_plain
    end type modal_options_type
 
 contains
+
+   pure logical function is_plain(self)
+      class(modal_options_type), intent(in) :: self
+
+      is_plain = self%method == method_arpack .and. self%arpack == arpack_plain
+   end function is_plain
 
    !> Position of `name` in a list of names counted from 0; -1 if it is not there.
    pure integer function index_of_name(name, names)

@@ -1,6 +1,7 @@
-!> The pencils of Table 1 as a transform: complex Krylov-Schur on
+!> The pencils of Table 1 as a transform: complex Krylov-Schur, or ARPACK, on
 !> (A - sigma B)^{-1} B.
 module kschur_pencil_transform
+   use kschur_arpack, only: arpack
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -9,6 +10,7 @@ module kschur_pencil_transform
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
+   use kschur_options, only: method_arpack
    use kschur_pencil, only: pencil_type, new_pencil
    use kschur_problem, only: modal_problem_type
    use kschur_shift_invert, only: shift_invert_type, new_shift_invert
@@ -29,7 +31,7 @@ module kschur_pencil_transform
 contains
 
    !> Builds the pencil and factors it at a lambda.
-   subroutine new_pencil_transform(transform, problem, deflation, formulation, factors, unit, lambda, solver, error)
+   subroutine new_pencil_transform(transform, problem, deflation, formulation, factors, unit, lambda, solver, error, raw)
       type(pencil_transform_type), intent(out) :: transform
       type(modal_problem_type), intent(in) :: problem
       type(deflation_type), target, intent(in) :: deflation
@@ -38,6 +40,8 @@ contains
       complex(wp), intent(in) :: lambda
       class(complex_linear_solver_type), allocatable, intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
+      !> Whether vectors carry multipliers, and are taken as they come from the iteration.
+      logical, optional, intent(in) :: raw
       type(pencil_type) :: pencil
 
       call new_pencil(pencil, problem, formulation, factors, unit, error)
@@ -46,6 +50,8 @@ contains
       transform%shift = pencil%theta(lambda)
       allocate (transform%operator)
       call new_shift_invert(transform%operator, pencil, transform%shift, solver, error, deflation)
+      if (present(raw)) transform%operator%with_multipliers = raw
+      transform%recover_applies = .not. transform%operator%with_multipliers
    end subroutine new_pencil_transform
 
    subroutine iterate(self, selection, options, mu, vectors, statistics, error, monitor)
@@ -57,6 +63,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
 
+      if (options%method == method_arpack) then
+         call arpack(self%operator, selection, options, mu, vectors, statistics, error, monitor)
+         return
+      end if
       call krylov_schur(self%operator, selection, options, mu, vectors, statistics, error, monitor)
    end subroutine iterate
 
@@ -69,12 +79,16 @@ contains
       complex(wp), allocatable :: purified(:, :), lambda(:)
       integer :: j
 
-      allocate (purified(size(vectors, 1), size(mu)), lambda(size(mu)))
+      allocate (lambda(size(mu)), source=[(self%operator%pencil%lambda(self%theta(mu(j))), j=1, size(mu))])
+      if (.not. self%recover_applies) then
+         call self%operator%pencil%split(vectors, lambda, [(self%theta(mu(j)), j=1, size(mu))], phi, xi)
+         return
+      end if
+      allocate (purified(size(vectors, 1), size(mu)))
       call self%operator%apply_with_multipliers(vectors, purified, error)
       if (allocated(error)) return
       do j = 1, size(mu)
          purified(:, j) = purified(:, j)/norm2(abs(purified(:, j)))
-         lambda(j) = self%operator%pencil%lambda(self%theta(mu(j)))
       end do
       call self%operator%pencil%split(purified, lambda, spread(self%shift, 1, size(mu)), phi, xi)
    end subroutine recover

@@ -1,5 +1,6 @@
 !> The structured quadratic form as a transform at a complex shift.
 module kschur_quadratic_transform_complex
+   use kschur_arpack, only: arpack
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -8,6 +9,7 @@ module kschur_quadratic_transform_complex
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
+   use kschur_options, only: method_arpack
    use kschur_problem, only: modal_problem_type
    use kschur_quadratic_complex, only: quadratic_operator_type, new_quadratic_operator
    use kschur_transform, only: transform_type

@@ -3,7 +3,7 @@ module kschur_random
    use kschur_kinds, only: wp, long
    implicit none
    private
-   public :: random_vector
+   public :: random_vector, state_of_seed
 
    ! The minimal standard generator of Park and Miller.
    integer(long), parameter :: multiplier = 16807_long, modulus = 2147483647_long
@@ -21,4 +21,11 @@ contains
          x(i) = 2*real(state, wp)/real(modulus, wp) - 1
       end do
    end subroutine random_vector
+
+   !> The state that a seed stands for.
+   pure integer(long) function state_of_seed(seed) result(state)
+      integer, intent(in) :: seed
+
+      state = 1 + mod(abs(int(seed, long))*69621_long, 2147483645_long)
+   end function state_of_seed
 end module kschur_random

@@ -90,7 +90,7 @@ module kschur_result
       !> What was known of the problem: n, m, symmetry, damping (`damping_*`).
       integer :: unknowns = 0, constraints = 0, damping_kind = 0
       logical :: symmetric = .false.
-      !> The method that found the modes, as "krylov-schur".
+      !> The method that found the modes: "krylov-schur", "arpack-plain", "arpack-fair".
       character(len=:), allocatable :: method
       !> One of `formulation_*`: the one that was used.
       integer :: formulation = formulation_auto

@@ -243,6 +243,7 @@ contains
       end if
       factors = constraint_factors(problem, options%constraint_scaling, shift)
       unit = scale(1.0_wp, exponent(max(abs(shift), first_scale(problem))))
+      if (options%is_plain()) unit = 1
       allocate (mumps_complex_type :: solver)
       allocate (real_solver, source=direct_real_type(inner=options%inner))
       if (any(formulation == [formulation_symmetric, formulation_proportional])) then
@@ -262,7 +263,8 @@ contains
          call move_alloc(quadratic, transform)
       else
          allocate (pencil)
-         call new_pencil_transform(pencil, problem, deflation, formulation, factors, unit, shift, solver, error)
+         call new_pencil_transform(pencil, problem, deflation, formulation, factors, unit, shift, solver, error, &
+            options%is_plain())
          call move_alloc(pencil, transform)
       end if
       if (allocated(error)) return

@@ -26,6 +26,8 @@ module kschur_shift_invert
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
       class(complex_linear_solver_type), allocatable :: solver
       type(deflation_type), pointer :: deflation => null()
+      !> Whether the vectors carry multipliers all the same, as the paper's do.
+      logical :: with_multipliers = .false.
    contains
       procedure :: order => shift_invert_order
       procedure :: apply => shift_invert_apply
@@ -120,7 +122,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call self%apply_with_multipliers(x, y, error)
-      if (.not. allocated(error)) y(size(y, 1) - self%pencil%multipliers + 1:, :) = 0
+      if (.not. (allocated(error) .or. self%with_multipliers)) y(size(y, 1) - self%pencil%multipliers + 1:, :) = 0
    end subroutine shift_invert_apply
 
    subroutine apply_with_multipliers(self, x, y, error)

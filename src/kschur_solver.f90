@@ -1,5 +1,5 @@
 !> The modes of a problem: chooses formulation and shift, runs the
-!> Krylov-Schur method, turns Ritz pairs into modes.
+!> Krylov-Schur method or ARPACK, turns Ritz pairs into modes.
 module kschur_solver
    use kschur_balance, only: balance
    use kschur_certificate, only: certificate_type, same_distance
@@ -12,14 +12,14 @@ module kschur_solver
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_left, only: set_left_modes
    use kschur_linear_solver, only: linear_solver_type, real_linear_solver_type
+   use kschur_method, only: check_method, iteration_options, method_name, settings_of
    use kschur_modal_selection, only: modal_selection_type
    use kschur_backward_error, only: eigenpairs_type
    use kschur_modes, only: orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
-   use kschur_options, only: modal_options_type, formulation_names, formulation_proportional, formulation_symmetric, &
-      inner_names, scaling_names
+   use kschur_options, only: modal_options_type, formulation_names, inner_names, scaling_names
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_refine, only: refine
@@ -48,6 +48,7 @@ contains
       !> Watches the iteration and may end it.
       class(monitor_type), intent(inout), optional :: monitor
       class(transform_type), allocatable, target :: transform
+      type(modal_options_type) :: settings
       type(modal_problem_type), target :: work
       type(presolve_type) :: plan
       type(deflation_type), target :: deflation
@@ -59,8 +60,9 @@ contains
       started = clock()
       call check_options(options, error)
       if (allocated(error)) return
+      settings = settings_of(options)
       result%options = options
-      result%method = "krylov-schur"
+      result%method = method_name(options)
       result%inner = "none: nothing was factored"
       result%modes_asked = options%modes
       result%unknowns = problem%unknowns()
@@ -69,9 +71,10 @@ contains
       result%symmetric = problem%symmetric
       result%target = options%target
       allocate (result%notes(0))
-      call choose_formulation(problem, options%formulation, result%formulation, result%decision, error)
+      call choose_formulation(problem, settings%formulation, result%formulation, result%decision, error)
       if (allocated(error)) return
-      presolved = options%presolve .and. is_structured(result%formulation)
+      if (settings%formulation /= options%formulation) result%decision = "it is the one that plain ARPACK iterates"
+      presolved = settings%presolve .and. is_structured(result%formulation)
       if (presolved) then
          call presolve(problem, work, plan, error)
          if (plan%unknowns_after == 0) then
@@ -86,13 +89,15 @@ contains
       end if
 
       call note_problem(work, plan, result, error)
-      if (.not. allocated(error)) call find_rigid(work, .true., deflation, rigid, result, error)
-      if (.not. allocated(error)) call place_shift(work, size(rigid%lambda) > 0, deflation, options, transform, result, error)
+      if (.not. allocated(error)) call find_rigid(work, .not. settings%is_plain(), deflation, rigid, &
+         result, error)
+      if (.not. allocated(error)) call place_shift(work, size(rigid%lambda) > 0, deflation, settings, &
+         transform, result, error)
       if (allocated(error)) return
       if (presolved) call undo_presolve(problem, plan, rigid)
-      call find_modes(problem, presolved, plan, deflation, rigid, transform, options, result, error, monitor)
+      call find_modes(problem, presolved, plan, deflation, rigid, transform, settings, result, error, monitor)
       if (.not. allocated(error) .and. options%left) &
-         call find_left_modes(problem, work, presolved, plan, size(rigid%lambda) > 0, transform, options, result, error, monitor)
+         call find_left_modes(problem, work, presolved, plan, size(rigid%lambda) > 0, transform, settings, result, error, monitor)
       if (.not. allocated(error)) call note_modes(problem, result, error)
       if (allocated(error)) return
       result%factored_order = transform%order()
@@ -138,11 +143,12 @@ contains
          call select_modes(problem, options, pairs, rigid, abs(result%shift), reach, result, inaccurate, beyond)
          complete = inaccurate == 0 .and. (beyond .or. asked == most .or. statistics%reason == reason_fewer_modes)
          missing = options%modes - size(result%eigenvalues)
-         if (missing == 0 .or. missing >= before .or. asked == most .or. statistics%reason /= reason_converged) exit
+         if (missing == 0 .or. missing >= before .or. asked == most .or. statistics%reason /= reason_converged &
+            .or. options%is_plain()) exit
          before = missing
          asked = min(asked + max(missing, asked/4), most)
       end do
-      call polish(problem, options, result, error)
+      if (.not. options%is_plain()) call polish(problem, options, result, error)
       if (allocated(error)) return
       result%reason = statistics%reason
       if (missing == 0) then
@@ -253,6 +259,7 @@ contains
          if (.not. abs(options%shift) <= largest) &
             call new_error(error, error_usage, "the shift must be a number below 1e100")
       end if
+      if (.not. allocated(error)) call check_method(options, error)
    end subroutine check_options
 
    ! Where the constraints leave no motion.
@@ -363,21 +370,11 @@ contains
       complex(wp), allocatable :: mu(:), vectors(:, :), phi(:, :), xi(:, :)
       complex(wp) :: roots(2)
       integer, allocatable :: of(:)
-      integer :: values, j
+      integer :: j
 
       selection = modal_selection_type(asked, transform%map, transform%shift, options%target, known)
-      values = merge(1, 2, transform%map%oscillator)*asked
-      krylov%subspace = options%subspace
-      if (krylov%subspace == 0 .and. any(result%formulation == [formulation_symmetric, formulation_proportional])) then
-         ! So much that a restart is rare.
-         krylov%subspace = 3*values + 40
-      else if (krylov%subspace == 0) then
-         krylov%subspace = max(2*values, values + 20)
-      end if
-      krylov%subspace = max(krylov%subspace, values + 2)
-      krylov%tolerance = options%tolerance
-      krylov%max_restarts = options%max_restarts
-      krylov%seed = options%seed
+      krylov = iteration_options(options, result%formulation, asked, &
+         count(abs(known - options%target) <= abs(result%shift - options%target)), transform%map%oscillator)
       call transform%iterate(selection, krylov, mu, vectors, statistics, error, monitor)
       if (allocated(error)) return
       result%operator_applications = result%operator_applications + statistics%operator_applications

@@ -1,7 +1,8 @@
 !> Symmetric undamped and proportionally damped problems as a transform: real
-!> Lanczos on (K - s M)^{-1} M, restricted to the null space of Cq, in the
+!> Lanczos, or ARPACK, on (K - s M)^{-1} M, restricted to the null space of Cq, in the
 !> inner product of M, which may be singular.
 module kschur_symmetric_transform
+   use kschur_arpack, only: arpack_symmetric
    use kschur_certificate, only: inertia_census_type, new_inertia_census
    use kschur_decomposition, only: decomposition_type
    use kschur_deflation, only: deflation_type
@@ -14,6 +15,7 @@ module kschur_symmetric_transform
    use kschur_monitor, only: monitor_type
    use kschur_outcome, only: certified_unknown
    use kschur_operator, only: symmetric_operator_type
+   use kschur_options, only: method_arpack
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
    use kschur_saddle, only: symmetric_saddle
@@ -217,6 +219,8 @@ contains
       ! Infinite eigenvalues come in Jordan blocks of size 2 at most.
       integer, parameter :: filter = 2
       type(krylov_options_type) :: lanczos_options
+      logical :: complete
+      integer :: wanted
       real(wp), allocatable :: values(:), shapes(:, :)
 
       if (.not. allocated(self%decomposition)) allocate (self%decomposition)
@@ -226,8 +230,17 @@ contains
       end if
       lanczos_options = options
       lanczos_options%filter = filter
-      call lanczos(self%operator, selection, lanczos_options, values, shapes, statistics, error, monitor, &
-         options%verify, self%census, self%decomposition)
+      if (options%method == method_arpack) then
+         call arpack_symmetric(self%operator, selection, lanczos_options, values, shapes, statistics, error, monitor)
+         if (allocated(error)) return
+         wanted = min(selection%needed(cmplx(values, 0, wp)), size(values))
+         if (allocated(self%census)) call self%census%examine(values, 0*values, wanted, complete)
+         values = values(:wanted)
+         shapes = shapes(:, :wanted)
+      else
+         call lanczos(self%operator, selection, lanczos_options, values, shapes, statistics, error, monitor, &
+            options%verify, self%census, self%decomposition)
+      end if
       if (allocated(error)) return
       if (allocated(self%census)) self%certificate = self%census%certificate
       if (options%verify .and. .not. self%recover_applies) call purify(self, values, shapes, statistics, error)

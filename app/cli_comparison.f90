@@ -1,0 +1,148 @@
+!> One problem by several methods, and how their modes agree.
+module cli_comparison
+   use cli_progress, only: progress_type
+   use kschur, only: arpack_fair, arpack_plain, certified_yes, error_type, formulation_auto, formulation_damped_constrained, &
+      formulation_quadratic, method_arpack, method_krylov_schur, modal_options_type, modal_problem_type, &
+      modal_result_type, solve_modes, wp
+   implicit none
+   private
+   public :: comparison_type, compare_methods, entry_type, method_count
+
+   integer, parameter :: method_count = 5
+   !> What the methods are called.
+   character(len=*), parameter, public :: labels(method_count) = [character(len=12) :: &
+      "auto", "quadratic", "pencil", "arpack-plain", "arpack-fair"]
+
+   !> What one method made of the problem.
+   type :: entry_type
+      type(modal_result_type) :: result
+      !> Why there is no result; not allocated where there is one.
+      type(error_type), allocatable :: error
+      !> Modes of the reference that are not among its modes; its modes, no further from the target than
+      !> those of the reference, that are not among these.
+      integer :: missed = 0, spurious = 0
+      real(wp) :: worst = 0, median = 0
+   end type entry_type
+
+   type :: comparison_type
+      type(entry_type) :: entries(method_count)
+      !> The method whose modes the others are compared with; 0 where all failed.
+      integer :: reference = 0
+      !> Whether it is proved that these are the wanted ones.
+      logical :: certified = .false.
+   end type comparison_type
+
+contains
+
+   !> Solves by each method, at the same target and shift, as far as these are given.
+   subroutine compare_methods(problem, options, comparison, progress)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      type(comparison_type), intent(out) :: comparison
+      type(progress_type), intent(inout) :: progress
+      integer, parameter :: methods(method_count) = [method_krylov_schur, method_krylov_schur, method_krylov_schur, &
+         method_arpack, method_arpack]
+      integer, parameter :: formulations(method_count) = [formulation_auto, formulation_quadratic, &
+         formulation_damped_constrained, formulation_auto, formulation_auto]
+      type(modal_options_type) :: own
+      integer :: i
+
+      own = options
+      do i = 1, method_count
+         own%method = methods(i)
+         own%formulation = formulations(i)
+         own%arpack = merge(arpack_plain, arpack_fair, i == method_count - 1)
+         call progress%show(trim(labels(i)))
+         associate (entry => comparison%entries(i))
+            call solve_modes(problem, own, entry%result, entry%error, progress)
+         end associate
+      end do
+      call choose_reference(comparison)
+      do i = 1, method_count
+         if (.not. allocated(comparison%entries(i)%error)) &
+            call judge(comparison%entries(comparison%reference)%result, comparison%entries(i))
+      end do
+   end subroutine compare_methods
+
+   ! The first that is certified, or, of those with most modes, the one with the smallest backward error.
+   subroutine choose_reference(comparison)
+      type(comparison_type), intent(inout) :: comparison
+      integer :: i
+
+      do i = 1, method_count
+         associate (entry => comparison%entries(i))
+            if (allocated(entry%error)) cycle
+            entry%worst = maxval([0.0_wp, entry%result%backward_error])
+            entry%median = median(entry%result%backward_error)
+            if (comparison%certified) cycle
+            comparison%certified = entry%result%certified == certified_yes .and. &
+               entry%result%options%method == method_krylov_schur
+            if (comparison%certified .or. comparison%reference == 0) then
+               comparison%reference = i
+            else if (is_better(entry, comparison%entries(comparison%reference))) then
+               comparison%reference = i
+            end if
+         end associate
+      end do
+   end subroutine choose_reference
+
+   pure logical function is_better(entry, other)
+      type(entry_type), intent(in) :: entry, other
+
+      associate (found => size(entry%result%eigenvalues), before => size(other%result%eigenvalues))
+         is_better = found > before .or. (found == before .and. entry%worst < other%worst)
+      end associate
+   end function is_better
+
+   ! Each mode of one stands for one mode of the other: multiplicities count.
+   subroutine judge(reference, entry)
+      type(modal_result_type), intent(in) :: reference
+      type(entry_type), intent(inout) :: entry
+      ! Two eigenvalues are the same if they differ by less, relative to the larger one; one of
+      ! them being zero, relative to the largest of all.
+      real(wp), parameter :: same = 1.0e-6_wp
+      logical :: free(size(entry%result%eigenvalues))
+      real(wp) :: largest, reach
+      integer :: i, j
+
+      associate (expected => reference%eigenvalues, found => entry%result%eigenvalues)
+         free = .true.
+         largest = maxval([0.0_wp, abs(expected)])
+         do i = 1, size(expected)
+            j = minloc(abs(found - expected(i)), 1, free)
+            if (j > 0) then
+               if (abs(found(j) - expected(i)) > same*merge(max(abs(found(j)), abs(expected(i))), largest, &
+                  abs(expected(i)) > 0)) j = 0
+            end if
+            if (j > 0) then
+               free(j) = .false.
+            else
+               entry%missed = entry%missed + 1
+            end if
+         end do
+         reach = maxval([0.0_wp, distance(expected, reference%target)])
+         entry%spurious = count(free .and. distance(found, reference%target) < (1 - same)*reach)
+      end associate
+   end subroutine judge
+
+   ! Of the nearer one of a pair.
+   elemental real(wp) function distance(lambda, target)
+      complex(wp), intent(in) :: lambda, target
+
+      distance = min(abs(lambda - target), abs(conjg(lambda) - target))
+   end function distance
+
+   pure real(wp) function median(values)
+      real(wp), intent(in) :: values(:)
+      real(wp) :: rest(size(values))
+      integer :: i, at
+
+      median = 0
+      rest = values
+      do i = 1, (size(values) + 1)/2
+         at = minloc(rest, 1)
+         median = rest(at)
+         rest(at) = huge(1.0_wp)
+      end do
+   end function median
+end module cli_comparison

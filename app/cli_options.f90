@@ -1,0 +1,64 @@
+!> The options of the solver that several commands take.
+module cli_options
+   use cli_arguments, only: arguments_type
+   use kschur, only: error_type, error_usage, inner_names, modal_options_type, new_error, scaling_names, text, wp
+   implicit none
+   private
+   public :: take_iteration, take_wanted
+
+contains
+
+   !> Which modes: so many nearest to a target, or, where a command has `band`, all of one.
+   subroutine take_wanted(arguments, options, error, band)
+      type(arguments_type), intent(inout) :: arguments
+      type(modal_options_type), intent(inout) :: options
+      type(error_type), allocatable, intent(inout) :: error
+      !> Two frequencies (Hz); not allocated where none were given.
+      real(wp), allocatable, optional, intent(out) :: band(:)
+      real(wp), parameter :: two_pi = 8*atan(1.0_wp)
+      complex(wp), allocatable :: target
+      real(wp), allocatable :: frequency
+      integer :: modes
+
+      modes = 0
+      call arguments%take_integer("--modes", 1, modes, error)
+      call arguments%take_complex("--shift", options%shift, error)
+      call arguments%take_complex("--target", target, error)
+      call arguments%take_positive("--frequency", frequency, error)
+      if (present(band)) call arguments%take_pair("--band", band, error)
+      if (allocated(error)) return
+      if (allocated(target) .and. allocated(frequency)) &
+         call new_error(error, error_usage, "--target and --frequency exclude each other")
+      if (present(band)) then
+         if (allocated(band) .and. (modes > 0 .or. allocated(target) .or. allocated(frequency) .or. allocated(options%shift))) &
+            call new_error(error, error_usage, "--band excludes --modes, --target, --frequency and --shift")
+      end if
+      if (modes > 0) options%modes = modes
+      if (allocated(target)) options%target = target
+      if (allocated(frequency)) options%target = cmplx(0.0_wp, two_pi*frequency, wp)
+   end subroutine take_wanted
+
+   !> How to iterate, and with what.
+   subroutine take_iteration(arguments, options, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(modal_options_type), intent(inout) :: options
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), allocatable :: tolerance
+      integer :: presolve, block
+
+      call arguments%take_choice("--constraint-scaling", scaling_names, options%constraint_scaling, error)
+      presolve = merge(1, 0, options%presolve)
+      call arguments%take_choice("--presolve", [character(len=3) :: "off", "on"], presolve, error)
+      options%presolve = presolve == 1
+      call arguments%take_choice("--inner", inner_names, options%inner, error, planned=["iterative"])
+      call arguments%take_integer("--subspace", 1, options%subspace, error)
+      call arguments%take_positive("--tolerance", tolerance, error)
+      if (allocated(tolerance)) options%tolerance = tolerance
+      call arguments%take_integer("--max-restarts", 1, options%max_restarts, error)
+      block = 1
+      call arguments%take_integer("--block", 1, block, error)
+      if (allocated(error)) return
+      if (block /= 1) call new_error(error, error_usage, "--block "//text(block)// &
+         " is not in this version, which knows blocks of 1")
+   end subroutine take_iteration
+end module cli_options

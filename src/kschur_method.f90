@@ -1,0 +1,96 @@
+!> What a method asks of everything around it: Krylov-Schur, ARPACK in its place, or ARPACK as
+!> the paper compares with it.
+module kschur_method
+   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_formulation, only: is_structured
+   use kschur_kinds, only: wp
+   use kschur_krylov_options, only: krylov_options_type
+   use kschur_options, only: modal_options_type, arpack_names, formulation_auto, formulation_damped_constrained, &
+      formulation_damped_constrained_zero, formulation_names, formulation_proportional, formulation_symmetric, &
+      formulation_undamped_constrained_zero, method_arpack, method_names, scaling_none
+   implicit none
+   private
+   public :: check_method, iteration_options, method_name, settings_of
+
+contains
+
+   !> Fails on options that do not fit the method.
+   subroutine check_method(options, error)
+      type(modal_options_type), intent(in) :: options
+      type(error_type), allocatable, intent(out) :: error
+
+      if (options%method < 0 .or. options%method > ubound(method_names, 1)) then
+         call new_error(error, error_usage, "there is no such method")
+      else if (options%arpack < 0 .or. options%arpack > ubound(arpack_names, 1)) then
+         call new_error(error, error_usage, "there is no such setting of ARPACK")
+      else if (.not. options%is_plain() .or. options%formulation == formulation_auto) then
+         continue
+      else if (is_structured(options%formulation) .or. any(options%formulation == &
+         [formulation_undamped_constrained_zero, formulation_damped_constrained_zero])) then
+         call new_error(error, error_usage, "plain ARPACK knows the pencils whose spurious eigenvalues are infinite, not "// &
+            trim(formulation_names(options%formulation)))
+      end if
+      if (.not. allocated(error) .and. options%is_plain() .and. options%left) &
+         call new_error(error, error_usage, "plain ARPACK gives no left vectors")
+   end subroutine check_method
+
+   !> The options that a method solves with.
+   function settings_of(options) result(settings)
+      type(modal_options_type), intent(in) :: options
+      type(modal_options_type) :: settings
+      ! The paper's shift (1/s).
+      real(wp), parameter :: beside_target = 1.0e-3_wp
+
+      settings = options
+      if (.not. options%is_plain()) return
+      if (options%formulation == formulation_auto) settings%formulation = formulation_damped_constrained
+      settings%constraint_scaling = scaling_none
+      settings%presolve = .false.
+      if (.not. allocated(options%shift)) allocate (settings%shift, source=options%target + beside_target)
+   end function settings_of
+
+   !> "krylov-schur", "arpack-plain" or "arpack-fair".
+   pure function method_name(options) result(name)
+      type(modal_options_type), intent(in) :: options
+      character(len=:), allocatable :: name
+
+      name = trim(method_names(options%method))
+      if (options%method == method_arpack) name = name//"-"//trim(arpack_names(options%arpack))
+   end function method_name
+
+   !> What the iteration is told.
+   pure function iteration_options(options, formulation, asked, known, oscillator) result(krylov)
+      type(modal_options_type), intent(in) :: options
+      integer, intent(in) :: formulation
+      !> How many modes are wanted; how many of them are known beforehand.
+      integer, intent(in) :: asked, known
+      !> Whether a mode is one eigenvalue; otherwise it is two.
+      logical, intent(in) :: oscillator
+      type(krylov_options_type) :: krylov
+      integer :: values
+
+      values = merge(1, 2, oscillator)*asked
+      krylov%method = options%method
+      krylov%raw = options%is_plain()
+      krylov%subspace = options%subspace
+      if (options%method == method_arpack) then
+         if (.not. krylov%raw) then
+            values = max(values - merge(1, 2, oscillator)*known, 1)
+            ! The wanted eigenvalues are nearest to the target, those of ARPACK to the shift. A certificate
+            ! wants to see the next ones.
+            values = values + merge(2, max(values/4, 2), oscillator)
+         end if
+         krylov%values = values
+         if (krylov%subspace == 0) krylov%subspace = max(2*values, values + 20)
+      else if (krylov%subspace == 0 .and. any(formulation == [formulation_symmetric, formulation_proportional])) then
+         ! So much that a restart is rare.
+         krylov%subspace = 3*values + 40
+      else if (krylov%subspace == 0) then
+         krylov%subspace = max(2*values, values + 20)
+      end if
+      krylov%subspace = max(krylov%subspace, values + 2)
+      krylov%tolerance = options%tolerance
+      krylov%max_restarts = options%max_restarts
+      krylov%seed = options%seed
+   end function iteration_options
+end module kschur_method
