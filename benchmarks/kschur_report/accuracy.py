@@ -1,0 +1,103 @@
+"""How good modes are, judged by one piece of code for every method, in extended precision."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from .problem import infinity_norm
+
+BLOCKS = 240  # of rows of the state vector, in a picture
+
+
+@dataclass
+class Residuals:
+    """Of each mode; `rows` (two parts of BLOCKS) is the largest residual of any mode in a block of rows."""
+
+    backward_error: np.ndarray
+    motion: np.ndarray
+    constraint: np.ndarray
+    motion_rows: np.ndarray
+    constraint_rows: np.ndarray
+
+
+def extended(matrix):
+    """The matrix in extended precision, so that rounding of the residual does not count as an error."""
+    return matrix.astype(np.longdouble)
+
+
+def residuals(problem, result):
+    """The backward error of each mode of a result.
+
+    The larger of ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K||) ||phi||) and
+    ||Cq phi|| / (||Cq|| ||phi||): 2-norms of vectors, infinity norms of the matrices as given.
+    """
+    mass, damping, stiffness, constraints = (
+        extended(a) for a in (problem.mass, problem.damping, problem.stiffness, problem.constraints))
+    transposed = constraints.T.tocsr()
+    norms = [infinity_norm(a) for a in (problem.mass, problem.damping, problem.stiffness)]
+    constraint_norm = infinity_norm(problem.constraints)
+    motion, violation = [], []
+    motion_rows, constraint_rows = np.zeros(BLOCKS), np.zeros(BLOCKS)
+    for value, shape, multiplier in zip(result.eigenvalues, result.eigenvectors, result.multipliers):
+        value, x, xi = np.clongdouble(value), shape.astype(np.clongdouble), multiplier.astype(np.clongdouble)
+        length = np.linalg.norm(shape)
+        size = np.polyval(norms, abs(complex(value))) * length
+        rows = abs(value**2 * (mass @ x) + value * (damping @ x) + stiffness @ x + transposed @ xi) / size
+        motion.append(two_norm(rows))
+        motion_rows = np.maximum(motion_rows, largest_by_block(rows))
+        rows = abs(constraints @ x) / (constraint_norm * length) if len(xi) else np.zeros(0)
+        violation.append(two_norm(rows))
+        constraint_rows = np.maximum(constraint_rows, largest_by_block(rows))
+    motion, violation = np.array(motion, dtype=float), np.array(violation, dtype=float)
+    return Residuals(np.maximum(motion, violation), motion, violation, motion_rows, constraint_rows)
+
+
+def two_norm(x):
+    return float(np.sqrt(np.sum(x**2)))
+
+
+def largest_by_block(rows):
+    """The largest of the rows in each of BLOCKS equal parts; where there are fewer rows, some parts repeat one."""
+    if len(rows) == 0:
+        return np.zeros(BLOCKS)
+    edges = np.linspace(0, len(rows), BLOCKS + 1).astype(int)
+    first = np.minimum(edges[:-1], len(rows) - 1)
+    return np.array([rows[i:max(j, i + 1)].max() for i, j in zip(first, edges[1:])], dtype=float)
+
+
+def damping_ratio(eigenvalues):
+    """-Re lambda / |lambda|."""
+    return -eigenvalues.real / abs(eigenvalues)
+
+
+@dataclass
+class ForwardErrors:
+    """Relative errors of the modes that stand for those of a reference; how many it has, how many were found."""
+
+    frequency: np.ndarray
+    damping: np.ndarray
+    expected: int
+    found: int
+
+
+def forward_errors(eigenvalues, reference, tolerance=1e-4):
+    """Each reference eigenvalue gets the nearest that is left; found where it is off by less than `tolerance`.
+
+    Both hold a conjugate pair once. An error below what the reference is good for is given as that. The damping
+    ratio is compared where it is not zero.
+    """
+    left = list(range(len(eigenvalues)))
+    frequency, damping = [], []
+    for k, expected in enumerate(reference.eigenvalues):
+        if not left:
+            break
+        j = min(left, key=lambda i: abs(eigenvalues[i] - expected))
+        value = eigenvalues[j]
+        if abs(value - expected) > tolerance * abs(expected):
+            continue
+        left.remove(j)
+        frequency.append(max(abs(abs(value) - abs(expected)) / abs(expected), reference.frequency_uncertainty[k]))
+        if expected.real != 0:
+            ratio = damping_ratio(expected)
+            damping.append(max(abs(damping_ratio(value) - ratio) / abs(ratio), reference.damping_uncertainty[k]))
+    return ForwardErrors(np.array(frequency, dtype=float), np.array(damping, dtype=float),
+                         len(reference.eigenvalues), len(frequency))
