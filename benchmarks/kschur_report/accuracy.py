@@ -69,35 +69,50 @@ def damping_ratio(eigenvalues):
     return -eigenvalues.real / abs(eigenvalues)
 
 
-@dataclass
-class ForwardErrors:
-    """Relative errors of the modes that stand for those of a reference; how many it has, how many were found."""
-
-    frequency: np.ndarray
-    damping: np.ndarray
-    expected: int
-    found: int
-
-
 def forward_errors(eigenvalues, reference, tolerance=1e-4):
-    """Each reference eigenvalue gets the nearest that is left; found where it is off by less than `tolerance`.
+    """Relative errors of frequency and of damping ratio of the modes that stand for those of a reference.
 
-    Both hold a conjugate pair once. An error below what the reference is good for is given as that. The damping
-    ratio is compared where it is not zero.
+    Each reference eigenvalue gets the nearest that is left, if it is off by less than `tolerance`. Both hold a conjugate pair
+    once. An error below what the reference is good for is given as that. The damping ratio is compared where it is not zero.
     """
-    left = list(range(len(eigenvalues)))
     frequency, damping = [], []
-    for k, expected in enumerate(reference.eigenvalues):
-        if not left:
-            break
-        j = min(left, key=lambda i: abs(eigenvalues[i] - expected))
-        value = eigenvalues[j]
-        if abs(value - expected) > tolerance * abs(expected):
+    for k, value in enumerate(nearest_left(eigenvalues, reference.eigenvalues, tolerance)):
+        if value is None:
             continue
-        left.remove(j)
+        expected = reference.eigenvalues[k]
         frequency.append(max(abs(abs(value) - abs(expected)) / abs(expected), reference.frequency_uncertainty[k]))
         if expected.real != 0:
             ratio = damping_ratio(expected)
             damping.append(max(abs(damping_ratio(value) - ratio) / abs(ratio), reference.damping_uncertainty[k]))
-    return ForwardErrors(np.array(frequency, dtype=float), np.array(damping, dtype=float),
-                         len(reference.eigenvalues), len(frequency))
+    return np.array(frequency, dtype=float), np.array(damping, dtype=float)
+
+
+def nearest_left(eigenvalues, expected, tolerance):
+    """For each expected value the nearest that no other has taken; None where that is off by more than `tolerance`."""
+    left = list(eigenvalues)
+    chosen = []
+    for value in expected:
+        at = int(np.argmin(abs(np.array(left) - value))) if left else None
+        near = at is not None and abs(left[at] - value) <= tolerance * abs(value)
+        chosen.append(left.pop(at) if near else None)
+    return chosen
+
+
+def eigenvalue_counts(eigenvalues, damped):
+    """How many eigenvalues each mode is: two for a pair, and for an exact zero on which no damping acts."""
+    return 1 + ((eigenvalues.imag > 0) | ((abs(eigenvalues) == 0) & (not damped))).astype(int)
+
+
+def count_found(eigenvalues, expected, damped, tolerance=1e-4):
+    """How many of the eigenvalues of `expected` another method has.
+
+    One by one, but for those nearer to zero than half of the slowest oscillation, of which only the number counts: what should be
+    a multiple zero comes out of other methods as a ring around it.
+    """
+    weights, weights_expected = eigenvalue_counts(eigenvalues, damped), eigenvalue_counts(expected, damped)
+    oscillations = abs(expected[expected.imag > 1e-3 * abs(expected)])
+    slow = 0.5 * oscillations.min(initial=np.inf)
+    is_slow, is_slow_expected = abs(eigenvalues) < slow, abs(expected) < slow
+    matched = nearest_left(eigenvalues[~is_slow], expected[~is_slow_expected], tolerance)
+    found = sum(weight for weight, value in zip(weights_expected[~is_slow_expected], matched) if value is not None)
+    return int(found + min(weights[is_slow].sum(), weights_expected[is_slow_expected].sum()))

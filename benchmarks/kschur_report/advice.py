@@ -7,7 +7,7 @@ from .methods import METHODS
 from .plan import ACCURACY, SCALING
 
 ACCURATE, ROUGH = 1e-12, 1e-6  # backward errors
-NOTICEABLE = 1.05  # a smaller ratio of times is not worth a word
+ABOUT_EQUAL = 1.15  # ratio of times that differ no more than the next run might
 
 
 def label(name):
@@ -15,8 +15,8 @@ def label(name):
 
 
 def is_complete(run):
-    """Whether it has as many modes as were asked for, and all of the reference, where there is one."""
-    return len(run.eigenvalues) >= run.modes_asked and run.found == run.expected
+    """Whether it has every eigenvalue that was asked for."""
+    return run.found == run.expected
 
 
 def fastest(runs, backward_error):
@@ -33,12 +33,11 @@ def problems_of(runs):
     return list(dict.fromkeys(run.problem for run in runs))
 
 
-def sentences(campaign):
-    """The first paragraph of the page."""
+def paragraphs(campaign):
+    """What stands first on the page."""
     runs = campaign.study(ACCURACY)
-    words = [sentence for problem in problems_of(runs)
-             for sentence in about_problem(problem, [run for run in runs if run.problem == problem])]
-    return words + about_size(campaign) + about_hard_cases(campaign)
+    found = [about_problem(problem, [run for run in runs if run.problem == problem]) for problem in problems_of(runs)]
+    return [" ".join(sentences) for sentences in (*found, about_size(campaign), about_hard_cases(campaign)) if sentences]
 
 
 def about_problem(problem, runs):
@@ -48,28 +47,32 @@ def about_problem(problem, runs):
         return [f"No method gets all modes of {problem} to a backward error of {ACCURATE:.0e}; the best is {label(best.method)} "
                 f"with {best.worst_backward_error:.0e}."]
     first = accurate[0]
-    chosen = f", which takes the formulation {first.formulation} here" if first.method == "auto" else ""
-    words = [f"For all {first.modes_asked} modes of {problem} to a backward error of {ACCURATE:.0e}, use {label(first.method)}"
-             f"{chosen}: {first.median_seconds:.2g} s."]
-    others = accurate[1:]
-    if others:
+    equal = [run for run in accurate if run.median_seconds <= ABOUT_EQUAL * first.median_seconds]
+    words = [f"{problem}, {first.unknowns:,} unknowns, {first.constraints:,} constraints, {first.modes_asked} lowest modes: to have all of "
+             f"them to a backward error of {ACCURATE:.0e}, use " + " or ".join(with_formulation(run) for run in equal)
+             + f" ({first.median_seconds:.2g} s" + (", about the same)." if len(equal) > 1 else ").")]
+    slower = accurate[len(equal):]
+    if slower:
         words.append("As accurate but slower: " + listed(
-            f"{label(run.method)} ({run.median_seconds / first.median_seconds:.1f} times the time)" for run in others) + ".")
-    if rough[0].method != first.method and rough[0].median_seconds * NOTICEABLE < first.median_seconds:
-        words.append(f"If {ROUGH:.0e} is enough, {label(rough[0].method)} is faster: {rough[0].median_seconds:.2g} s.")
+            f"{label(run.method)} ({run.median_seconds / first.median_seconds:.1f} times)" for run in slower) + ".")
+    if rough[0].median_seconds * ABOUT_EQUAL < first.median_seconds:
+        words.append(f"If {ROUGH:.0e} is enough, {label(rough[0].method)} is faster ({rough[0].median_seconds:.2g} s).")
     inaccurate = {run.method for run in runs} - {run.method for run in accurate}
     if inaccurate:
-        words.append("Not that accurate or not complete at any tolerance: " + listed(
+        words.append("Less accurate or incomplete at every tolerance: " + listed(
             f"{label(name)} ({what_is_wrong([run for run in runs if run.method == name])})" for name in METHODS if name in inaccurate) + ".")
     return words
+
+
+def with_formulation(run):
+    """The default with what it chooses."""
+    return label(run.method) + (f" as it comes (formulation {run.formulation})" if run.method == "auto" else "")
 
 
 def what_is_wrong(runs):
     run = min(runs, key=lambda run: run.worst_backward_error)
     if run.found < run.expected:
-        return f"{run.found} of the {run.expected} oscillating modes"
-    if len(run.eigenvalues) < run.modes_asked:
-        return f"{len(run.eigenvalues)} of {run.modes_asked} modes"
+        return f"{run.found} of {run.expected} eigenvalues"
     return f"{run.worst_backward_error:.0e}"
 
 
@@ -94,9 +97,9 @@ def about_size(campaign):
         common = [n for n in sizes if n in unknowns]
         if method != "auto" and common:
             n = max(common)
-            ratios.append(f"{label(method)} takes {times[list(sizes).index(n)] / seconds[list(unknowns).index(n)]:.1f} times as "
-                          f"long at {n:,.0f} unknowns")
-    return words + ([listed(ratios) + "."] if ratios else [])
+            ratios.append(f"{label(method)} {times[list(sizes).index(n)] / seconds[list(unknowns).index(n)]:.1f} times as "
+                          f"long at {n:,.0f}")
+    return words + (["Compared with it, " + listed(ratios) + " unknowns."] if ratios else [])
 
 
 def about_hard_cases(campaign):
@@ -106,7 +109,7 @@ def about_hard_cases(campaign):
         totals[case.method] = good + case.good, count + 1
     if not totals:
         return []
-    return ["Of the hard cases it was given, " + listed(f"{method} solves {good} of {count}" for method, (good, count) in totals.items())
+    return ["Of the hard cases that each was given, " + listed(f"{label(method)} solves {good} of {count}" for method, (good, count) in totals.items())
             + "."]
 
 
@@ -132,6 +135,6 @@ def compare_measure(study, problem, measure, runs, attribute):
     if ours is None:
         return []
     best, method = min(values)
-    if best <= 0 or ours / best < NOTICEABLE:
+    if best <= 0 or ours / best < ABOUT_EQUAL:
         return []
     return [[study, problem, measure, label(method), best, ours, ours / best]]

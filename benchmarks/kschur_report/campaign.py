@@ -43,6 +43,28 @@ def execute(words, environment, output, patience):
     return result
 
 
+class Judge:
+    """Gives runs on one problem their errors, by the code that is the same for all methods."""
+
+    def __init__(self, problem, expected):
+        self.problem = problem
+        self.expected = expected
+        self.reference = None
+
+    def examine(self, run, result):
+        residuals = accuracy.residuals(self.problem, result)
+        for name in ("backward_error", "motion", "constraint", "motion_rows", "constraint_rows"):
+            setattr(run, name, getattr(residuals, name))
+        run.eigenvalues = result.eigenvalues
+        if result.backward_error is not None:
+            run.reported_backward_error = result.backward_error
+        damped = self.problem.is_damped
+        run.expected = int(accuracy.eigenvalue_counts(self.expected, damped).sum())
+        run.found = accuracy.count_found(result.eigenvalues, self.expected, damped)
+        if self.reference is not None:
+            run.frequency_error, run.damping_error = accuracy.forward_errors(result.eigenvalues, self.reference)
+
+
 class Runner:
     """Runs studies with one `kschur` program; collects runs and notes."""
 
@@ -76,7 +98,10 @@ class Runner:
     def run_scene(self, study, scene, folder):
         path = pathlib.Path(scene.file) if scene.file else folder / "problem.h5"
         if not scene.file:
-            subprocess.run([str(self.kschur), "scene", *scene.arguments, "--output", str(path)], check=True, stdout=subprocess.DEVNULL)
+            written = subprocess.run([str(self.kschur), "scene", *scene.arguments, "--output", str(path)], capture_output=True, text=True)
+            if written.returncode != 0:
+                self.note(f"{scene.label}: left out. {last_line(written.stderr)}")
+                return
         problem = read_problem(path)
         runs = [Run(study.name, scene.label, name, tolerance, scaling, unknowns=problem.unknowns,
                     constraints=problem.constraints.shape[0])
@@ -91,15 +116,19 @@ class Runner:
         except Failure as failure:
             self.note(f"{study.name}, {scene.label}: left out, kschur itself fails: {failure}")
             return
-        question = Question(study.modes, count_eigenvalues(first, problem), shift_for_peers(first))
-        reference = None
+        question = Question(study.modes, int(accuracy.eigenvalue_counts(first.eigenvalues, problem.is_damped).sum()),
+                            float(abs(first.facts["shift"])))
+        judge = Judge(problem, first.eigenvalues)
+        if first.facts["formulation"] == "quadratic" and any(run.method == "auto" for run in runs):
+            runs = [run for run in runs if run.method != "quadratic"]
+            self.note(f"{METHODS['quadratic'].label} on {scene.label}: it is what {METHODS['auto'].label} chooses, not run twice.")
         if sum(problem.constraints.shape) <= study.reference_order:
-            reference = refine_modes(problem, first)
+            judge.reference = refine_modes(problem, first)
         for repetition in range(study.repeats):
             for run in runs:
                 if run.failure or (repetition > 0 and run.seconds.sum() + run.median_seconds > study.seconds):
                     continue
-                self.repeat(run, study, question, path, output, problem, reference)
+                self.repeat(run, study, question, path, output, judge)
         self.campaign.runs += runs
         self.look_for_slow(study, runs)
 
@@ -124,7 +153,7 @@ class Runner:
                 self.note(f"{METHODS[run.method].label}: not run on grids larger than {run.problem} "
                           f"({run.failure or f'{run.seconds.max():.1f} s there'}).")
 
-    def repeat(self, run, study, question, path, output, problem, reference):
+    def repeat(self, run, study, question, path, output, judge):
         """One repetition; the first also keeps the modes and judges them."""
         method = METHODS[run.method]
         extra = ("--constraint-scaling", run.scaling) if run.scaling else ()
@@ -144,7 +173,7 @@ class Runner:
             if method.is_peer:
                 result = one_of_each_pair(result, question.eigenvalues)
             keep_facts(run, facts, question)
-            judge(run, problem, result, reference)
+            judge.examine(run, result)
         progress(f"   {method.label:28s} {run.tolerance:g} {run.scaling:7s} {run.seconds[-1]:9.3f} s  "
                  f"{run.worst_backward_error:.1e}")
 
@@ -157,29 +186,3 @@ def keep_facts(run, facts, question):
     run.certified = facts.get("certified", "")
     run.library = facts.get("library", "")
     run.shift = abs(facts.get("shift", question.shift))
-
-
-def judge(run, problem, result, reference):
-    """The errors of the modes, by the code that is the same for all."""
-    residuals = accuracy.residuals(problem, result)
-    for name in ("backward_error", "motion", "constraint", "motion_rows", "constraint_rows"):
-        setattr(run, name, getattr(residuals, name))
-    run.eigenvalues = result.eigenvalues
-    if result.backward_error is not None:
-        run.reported_backward_error = result.backward_error
-    if reference is not None:
-        errors = accuracy.forward_errors(result.eigenvalues, reference)
-        run.frequency_error, run.damping_error = errors.frequency, errors.damping
-        run.expected, run.found, run.tried = errors.expected, errors.found, reference.tried
-
-
-def count_eigenvalues(result, problem):
-    """Of the modes of a result: two for a pair, two for a zero on which no damping can act."""
-    zero = abs(result.eigenvalues) == 0
-    twice = (result.eigenvalues.imag > 0) | (zero & (not problem.is_damped))
-    return int(len(twice) + twice.sum())
-
-
-def shift_for_peers(result):
-    """Where ours was factored: the same place serves them best. Real, for real arithmetic."""
-    return float(abs(result.facts["shift"]))

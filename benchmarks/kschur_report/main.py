@@ -20,7 +20,7 @@ def parse(words):
     parser = argparse.ArgumentParser(prog="kschur-report", epilog=EPILOG, description="Speed against accuracy of kschur and other "
                                      "eigensolvers, in pictures: on model structures, or on your own problem.")
     parser.add_argument("--problem", metavar="FILE.h5", help="compare on this problem (HDF5, as kschur solve reads it)")
-    parser.add_argument("--modes", type=int, default=20, help="how many lowest modes of that problem (20)")
+    parser.add_argument("--modes", type=positive, default=20, help="how many lowest modes of that problem (20)")
     parser.add_argument("--preset", choices=sorted(plan.PRESETS), default="quick", help="how much to run (quick: minutes, full: hours)")
     parser.add_argument("--no-peers", action="store_true", help="our methods only, not SLEPc and SciPy")
     parser.add_argument("--output", metavar="FOLDER", default="kschur-report", help="where to write (kschur-report)")
@@ -31,9 +31,14 @@ def parse(words):
         options = parser.parse_args(words)
     except SystemExit as end:
         raise SystemExit(1 if end.code else 0) from None
-    if options.modes < 1:
-        raise InputError("--modes must be at least 1")
     return options
+
+
+def positive(word):
+    number = int(word)
+    if number < 1:
+        raise argparse.ArgumentTypeError("must be at least 1")
+    return number
 
 
 def find_program(name, given, beside):

@@ -12,15 +12,16 @@ from .tables import tables
 DRAWERS = (work_precision.draw, scaling.draw, phases.draw, residuals.draw, constraint_scaling.draw, stability.draw)
 STYLE = """
 body { font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: #222; background: #fff; margin: 2rem auto;
-       max-width: 68rem; padding: 0 1rem; }
+       max-width: 70rem; padding: 0 1rem; }
 h1 { font-size: 1.7rem; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
-p.advice { background: #eef5fa; border-left: 4px solid #0072B2; padding: 0.8rem 1rem; }
+.advice { background: #eef5fa; border-left: 4px solid #0072B2; padding: 0.2rem 1rem; }
 figure { margin: 0; } figure svg { width: 100%; height: auto; }
 figcaption { color: #444; font-size: 0.9rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 0.82rem; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; padding: 0.2rem 0.6rem; border-bottom: 1px solid #ddd; vertical-align: top; }
-th { border-bottom: 2px solid #888; }
+th { border-bottom: 2px solid #888; vertical-align: bottom; }
+td.short { white-space: nowrap; }
 nav a { margin-right: 1rem; }
 """
 
@@ -72,17 +73,22 @@ def html_page(campaign, sections):
     parts = ["<!DOCTYPE html>", '<html lang="en"><head><meta charset="utf-8">',
              '<meta name="viewport" content="width=device-width, initial-scale=1">',
              f"<title>{say(campaign.title)}</title><style>{STYLE}</style></head><body>", f"<h1>{say(campaign.title)}</h1>",
-             f'<p class="advice">{say(" ".join(advice.sentences(campaign)))}</p>',
+             '<div class="advice">', *(f"<p>{say(words)}</p>" for words in advice.paragraphs(campaign)), "</div>",
              f'<p>{say(how_measured(campaign))}</p>', f"<nav>{links}</nav>"]
     for picture, svg in sections:
         parts.append(f'<h2 id="{picture.name}">{say(picture.title)}</h2><figure>{svg}<figcaption>{say(picture.caption)} '
                      f'<a href="{picture.name}.csv">data</a>, <a href="{picture.name}.svg">figure</a></figcaption></figure>')
     for table in tables(campaign):
         head = "".join(f"<th>{say(cell)}</th>" for cell in table.header)
-        body = "".join("<tr>" + "".join(f"<td>{say(cell)}</td>" for cell in row) + "</tr>" for row in table.rows)
+        body = "".join("<tr>" + "".join(cell_of(cell) for cell in row) + "</tr>" for row in table.rows)
         parts.append(f'<h2>{say(table.title)}</h2><p>{say(table.note)}</p><div class="wide"><table><thead><tr>{head}</tr></thead>'
                      f"<tbody>{body}</tbody></table></div>")
     return "\n".join(parts + ["</body></html>\n"])
+
+
+def cell_of(words):
+    """Short cells stay on one line."""
+    return f"<td{' class=short' if len(words) < 40 else ''}>{html.escape(words)}</td>"
 
 
 def how_measured(campaign):
@@ -92,7 +98,7 @@ def how_measured(campaign):
     words = ("Every run is a process of its own with one thread; the methods take turns, so that a busy moment hits all of them; "
              "a time is the median of its repetitions. ")
     if fewer:
-        words += (f"Of {len(counts)} combinations {fewer} were repeated fewer than five times, because they are long: the tables say how "
+        words += (f"Of {len(counts)} combinations {fewer} were repeated fewer than five times to keep it short: the tables say how "
                   "often each ran. ")
     return words + (f"Measured on {campaign.machine['date']} on {campaign.machine['processor']}, preset {campaign.preset}. "
                     "All numbers are in data.h5 beside this page.")
@@ -100,7 +106,7 @@ def how_measured(campaign):
 
 def markdown(campaign):
     """The advice and the tables."""
-    lines = [f"# {campaign.title}", "", *(" ".join(advice.sentences(campaign)).split("\n")), "", how_measured(campaign), "",
+    lines = [f"# {campaign.title}", "", "\n\n".join(advice.paragraphs(campaign)), "", how_measured(campaign), "",
              "Made by", "", f"    {campaign.settings['command']}", ""]
     for table in tables(campaign):
         lines += [f"## {table.title}", "", *([table.note, ""] if table.note else []), "| " + " | ".join(table.header) + " |",

@@ -23,7 +23,6 @@ class Reference:
     eigenvalues: np.ndarray
     frequency_uncertainty: np.ndarray
     damping_uncertainty: np.ndarray
-    tried: int
 
 
 def refine_modes(problem, result):
@@ -34,7 +33,7 @@ def refine_modes(problem, result):
     settled = [steps for steps in refined if steps is not None and spread(abs(steps)) < WORST]
     return Reference(np.array([steps[-1] for steps in settled], dtype=np.clongdouble),
                      np.array([spread(abs(steps)) for steps in settled]),
-                     np.array([spread(damping_ratio(steps)) for steps in settled]), len(tried))
+                     np.array([spread(damping_ratio(steps)) for steps in settled]))
 
 
 def spread(values):

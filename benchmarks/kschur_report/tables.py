@@ -2,7 +2,7 @@
 import math
 from dataclasses import dataclass
 
-from .advice import where_not_first
+from .advice import problems_of, where_not_first
 from .methods import METHODS
 from .plan import ACCURACY, CONSTRAINT_SCALING, SCALING
 
@@ -31,46 +31,53 @@ def megabytes(value):
 
 def tables(campaign):
     """Those that have rows."""
-    every = [accuracy_table(campaign), scaling_table(campaign), constraint_table(campaign), hard_table(campaign),
+    every = [*accuracy_tables(campaign), scaling_table(campaign), constraint_table(campaign), hard_table(campaign),
              not_first_table(campaign), method_table(campaign), note_table(campaign), machine_table(campaign)]
     return [table for table in every if table.rows]
 
 
-def accuracy_table(campaign):
-    rows = [[run.problem, METHODS[run.method].label, run.formulation, f"{run.tolerance:g}", seconds(run.median_seconds), str(len(run.seconds)),
+def accuracy_tables(campaign):
+    """One a problem."""
+    runs = sorted(campaign.study(ACCURACY), key=lambda run: (list(METHODS).index(run.method), -run.tolerance))
+    return [accuracy_table(problem, [run for run in runs if run.problem == problem]) for problem in problems_of(campaign.study(ACCURACY))]
+
+
+def accuracy_table(problem, runs):
+    rows = [[METHODS[run.method].label, run.formulation, f"{run.tolerance:g}", seconds(run.median_seconds), str(len(run.seconds)),
              str(run.operator_applications), megabytes(run.median_memory), error(run.worst_backward_error),
-             error(run.worst_frequency_error), error(run.worst_damping_error), modes_found(run), run.certified]
-            for run in sorted(campaign.study(ACCURACY), key=lambda run: (run.problem, list(METHODS).index(run.method), -run.tolerance))]
-    return Table("Speed against accuracy", "Times are medians of the number of runs given, of one thread, from the matrices in memory to "
-                 "the modes in memory. Backward errors are the worst of all modes; frequency and damping ratio errors the worst of "
-                 "the oscillating modes of the reference.",
-                 ["problem", "method", "formulation", "tolerance", "time (s)", "runs", "operator applications", "memory (MB)",
-                  "backward error", "frequency error", "damping-ratio error", "modes", "certified"], rows)
+             error(run.worst_frequency_error), error(run.worst_damping_error), found(run), run.certified] for run in runs]
+    compared = max(len(run.frequency_error) for run in runs)
+    return Table(f"Speed against accuracy: {problem}",
+                 f"{runs[0].unknowns:,} unknowns, {runs[0].constraints:,} constraints, {runs[0].modes_asked} lowest modes. Times are medians, of one "
+                 "thread, from the matrices in memory to the modes in memory. Errors are the worst of all modes"
+                 + (f", of frequency and damping ratio the worst relative ones of {compared} oscillating modes." if compared else
+                    "; there is no reference for frequency and damping ratio."),
+                 ["method", "formulation", "tolerance", "time (s)", "runs", "applications", "memory (MB)", "backward error",
+                  "frequency", "damping ratio", "eigenvalues", "certified"], rows)
 
 
-def modes_found(run):
-    """All modes returned of those asked; of the reference's where there is one."""
-    words = f"{len(run.eigenvalues)} of {run.modes_asked}"
-    return words + (f", reference {run.found} of {run.expected}" if run.expected else "")
+def found(run):
+    """Eigenvalues found of those asked; both of a pair count."""
+    return f"{run.found}/{run.expected}"
 
 
 def scaling_table(campaign):
     rows = [[str(run.unknowns), METHODS[run.method].label, run.formulation, seconds(run.median_seconds), str(len(run.seconds)),
-             megabytes(run.median_memory), error(run.worst_backward_error), modes_found(run)]
+             megabytes(run.median_memory), error(run.worst_backward_error), found(run)]
             for run in sorted(campaign.study(SCALING), key=lambda run: (run.unknowns, list(METHODS).index(run.method)))]
     return Table("Growth with the number of unknowns", "The grid of beams of the paper's Figure 5 in growing sizes.",
-                 ["unknowns", "method", "formulation", "time (s)", "runs", "memory (MB)", "backward error", "modes"], rows)
+                 ["unknowns", "method", "formulation", "time (s)", "runs", "memory (MB)", "backward error", "eigenvalues"], rows)
 
 
 def constraint_table(campaign):
-    rows = [[run.problem, METHODS[run.method].label, run.scaling, error(run.worst_backward_error), modes_found(run)]
+    rows = [[run.problem, METHODS[run.method].label, run.scaling, error(run.worst_backward_error), found(run)]
             for run in campaign.study(CONSTRAINT_SCALING)]
     return Table("Constraint scaling", "Worst backward error with each scaling of the constraints.",
-                 ["problem", "method", "scaling", "backward error", "modes"], rows)
+                 ["problem", "method", "scaling", "backward error", "eigenvalues"], rows)
 
 
 def hard_table(campaign):
-    rows = [[case.name, case.method, f"{case.found} of {case.expected}", error(case.backward_error), error(case.eigenvalue_error),
+    rows = [[case.name, METHODS[case.method].label, f"{case.found}/{case.expected}", error(case.backward_error), error(case.eigenvalue_error),
              case.message] for case in campaign.hard_cases if not case.good]
     return Table("Hard cases that a method gets wrong", f"Of {len(campaign.hard_cases)} runs.",
                  ["case", "method", "modes", "backward error", "eigenvalue error", "message"], rows)
@@ -98,4 +105,4 @@ def note_table(campaign):
 
 def machine_table(campaign):
     return Table("Machine, versions and settings", "", ["what", "value"],
-                 [[name, str(value)] for name, value in {**campaign.machine, **campaign.settings}.items()])
+                 [[name, str(value)] for name, value in sorted({**campaign.machine, **campaign.settings}.items(), key=lambda item: item[0].lower())])

@@ -4,6 +4,7 @@ pencil      Krylov-Schur on the paper's pencil (33), in the arithmetic of the PE
 toar        two-level orthogonal Arnoldi on the quadratic problem of order n + m
 symmetric   symmetric Krylov-Schur on K phi = omega^2 M phi with tied unknowns eliminated by hand
 """
+import sys
 import time
 
 import numpy as np
@@ -12,7 +13,7 @@ from peer import arguments, peak_memory_bytes, pencil, read_problem, write
 from petsc4py import PETSc
 from scipy.sparse.linalg import splu
 from slepc4py import SLEPc
-from ties import damping_coefficients, tied_unknowns
+from ties import NotApplicable, damping_coefficients, tied_unknowns
 
 EVENTS = {"analyze": ("MatLUFactorSym", "MatCholFctrSym"), "factorize": ("MatLUFactorNum", "MatCholFctrNum"),
           "solve": ("MatSolve",), "orthogonalize": ("BVOrthogonalize", "BVOrthogonalizeV")}
@@ -104,10 +105,8 @@ def damped_modes(values, vectors, ties, problem, alpha, beta):
     squares = np.real(values)
     half = (alpha + beta * squares) / 2
     spread = np.sqrt((half**2 - squares).astype(complex))
-    is_real = spread.imag == 0
-    roots = np.concatenate([-half + spread, (-half - spread)[is_real]])
-    shapes = np.real(vectors @ ties.T)
-    shapes = np.concatenate([shapes, shapes[is_real]])
+    roots = np.concatenate([-half + spread, -half - spread])
+    shapes = np.tile(np.real(vectors @ ties.T), (2, 1))
     forces = np.array([root**2 * (problem.mass @ x) + root * (problem.damping @ x) + problem.stiffness @ x
                        for root, x in zip(roots, shapes)])
     normal = sp.csc_matrix(problem.constraints @ problem.constraints.T)
@@ -138,7 +137,10 @@ def main():
     elif options.method == "toar":
         solver = solve_toar(problem, options)
     else:
-        solver, finish = symmetric_modes(problem, options)
+        try:
+            solver, finish = symmetric_modes(problem, options)
+        except NotApplicable as reason:
+            sys.exit(f"does not apply: {reason}")
     solver.setFromOptions()
     solver.solve()
     values, states = finish(*pairs(solver))
@@ -146,11 +148,11 @@ def main():
     applications = PETSc.Log.Event("MatSolve").getPerfInfo()["count"]
     write(options, problem, values, states, dict(
         seconds_by_phase(), seconds_total=total, operator_applications=applications, baseline_memory_bytes=baseline,
-        restarts=solver.getIterationNumber(), reason=reason(solver),
+        restarts=solver.getIterationNumber(), reason=reason_of(solver),
         library=f"SLEPc {'.'.join(map(str, SLEPc.Sys.getVersion()))}, PETSc {'.'.join(map(str, PETSc.Sys.getVersion()))}"))
 
 
-def reason(solver):
+def reason_of(solver):
     return "converged" if solver.getConvergedReason() > 0 else f"SLEPc reason {solver.getConvergedReason()}"
 
 

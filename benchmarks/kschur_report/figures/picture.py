@@ -5,7 +5,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402
-from matplotlib.ticker import LogLocator, NullFormatter  # noqa: E402
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
 
 from ..methods import METHODS  # noqa: E402
 
@@ -69,11 +69,18 @@ def legend_below(figure, axes, columns=3):
     figure.legend(entries.values(), entries.keys(), loc="lower center", ncols=columns)
 
 
-def tidy_logarithm(axis, which):
-    """Decades as ticks, none of them crowded."""
-    target = axis.xaxis if which == "x" else axis.yaxis
-    target.set_major_locator(LogLocator(numticks=9))
-    target.set_minor_formatter(NullFormatter())
+def tidy_logarithms(axis):
+    """Ticks of the logarithmic axes: decades, and 2 and 5 as well where there are few of them."""
+    for target in (axis.xaxis, axis.yaxis):
+        if target.get_scale() != "log":
+            continue
+        low, high = target.get_view_interval()
+        if high < 100 * low:
+            target.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            target.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        else:
+            target.set_major_locator(LogLocator(numticks=9))
+        target.set_minor_formatter(NullFormatter())
 
 
 def drawn(value):

@@ -2,9 +2,9 @@
 import numpy as np
 
 from ..plan import ACCURACY
-from .picture import Picture, drawn, in_order, legend_below, panels, style_of, tidy_logarithm
+from .picture import SMALLEST, Picture, drawn, in_order, legend_below, panels, style_of, tidy_logarithms
 
-BLOCKS = (("motion_rows", "equations of motion, n rows"), ("constraint_rows", "constraints, m rows"))
+BLOCKS = (("motion_rows", "equations of motion"), ("constraint_rows", "constraints"))
 
 
 def tightest(campaign):
@@ -38,9 +38,10 @@ def draw_modes(runs, problems):
                 rows += [[problem, method, run.tolerance, k + 1, frequencies[k], errors[k], run.motion[order[k]], run.constraint[order[k]]]
                          for k in range(len(errors))]
         axis.set_xlabel("mode, lowest first (-)")
+        axis.xaxis.get_major_locator().set_params(integer=True)
         axis.set_ylabel("backward error (-)")
         axis.set_title(problem)
-        tidy_logarithm(axis, "y")
+        tidy_logarithms(axis)
     legend_below(figure, axes)
     return Picture("residual_by_mode", "Backward error of each mode",
                    "At the smallest tolerance. The first modes of a free structure are its rigid motions.", figure,
@@ -59,12 +60,12 @@ def draw_rows(runs, problems):
                     axis.semilogy(places, [drawn(v) for v in values], color=style_of(method)["color"],
                                   label=style_of(method)["label"], linewidth=0.9)
                     rows += [[problem, method, block.split("_")[0], place, value] for place, value in zip(places, values)]
-            axis.set_xlabel(f"place among the {label} (0 first, 1 last)")
+            axis.set_xlabel(f"place among the {label} (0 to 1)")
             axis.set_ylabel("largest residual of a mode (-)")
             axis.set_title(problem)
-            tidy_logarithm(axis, "y")
+            tidy_logarithms(axis)
     legend_below(figure, axes)
     return Picture("residual_by_row", "Where the residual sits",
-                   "The largest residual of any mode in each of 240 parts of the rows, relative as the backward error. Both axes "
-                   f"of a row of panels stop at 1e-17, where a value of zero is drawn.", figure,
+                   "The largest residual of any mode in each of 240 parts of the rows, relative as the backward error. "
+                   f"A residual below {SMALLEST:g} is drawn as that: where ties are eliminated, those of constraints are zero.", figure,
                    ["problem", "method", "block", "place", "residual"], rows)

@@ -3,7 +3,7 @@ import numpy as np
 
 from ..fit import fit_line, growth_exponent
 from ..plan import SCALING
-from .picture import Picture, in_order, legend_below, panels, style_of
+from .picture import Picture, in_order, legend_below, panels, style_of, tidy_logarithms
 
 MEASURES = (("median_seconds", "time", "time (s)", 1.0, "s"), ("median_memory", "memory", "memory (MB)", 1e-6, "MB"))
 
@@ -41,6 +41,7 @@ def draw_measure(campaign, attribute, name, label, factor, unit):
     logarithmic.set_xlabel("unknowns n (-)")
     logarithmic.set_ylabel(label)
     logarithmic.set_title("Logarithmic axes")
+    tidy_logarithms(logarithmic)
     linear.set_xlabel("unknowns n (thousands)")
     linear.set_ylabel(label)
     linear.set_title("Linear axes, with fitted lines")

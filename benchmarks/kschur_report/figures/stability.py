@@ -1,11 +1,10 @@
 """The hard cases: which method gets which right."""
 import math
 
-from .picture import BAD_COLOUR, GOOD_COLOUR, WIDTH, Picture, plt
+from ..methods import METHODS
+from .picture import BAD_COLOUR, GOOD_COLOUR, WIDTH, Picture, in_order, plt
 
-COLUMNS = (("auto", "kschur"), ("quadratic", "quadratic"), ("damped-constrained", "pencil (33)"), ("arpack fair", "ARPACK\nfair"),
-           ("arpack plain", "ARPACK\nplain"))
-ROW = 0.19  # inches
+ROW = 0.25  # inches
 
 
 def draw(campaign):
@@ -15,9 +14,9 @@ def draw(campaign):
         return []
     names = list(dict.fromkeys(case.name for case in cases))
     by_place = {(case.name, case.method): case for case in cases}
-    columns = [column for column in COLUMNS if any(case.method == column[0] for case in cases)]
+    columns = [(method, METHODS[method].label.replace(", ", ",\n")) for method in in_order(case.method for case in cases)]
     half = -(-len(names) // 2)
-    figure, axes = plt.subplots(1, 2, figsize=(1.45 * WIDTH, 1.2 + ROW * half))
+    figure, axes = plt.subplots(1, 2, figsize=(1.6 * WIDTH, 1.2 + ROW * half))
     for axis, part in zip(axes, (names[:half], names[half:])):
         draw_cells(axis, part, columns, by_place, half)
     rows = [[case.name, case.method, "good" if case.good else "bad", case.found, case.expected, case.backward_error,
@@ -25,7 +24,7 @@ def draw(campaign):
     return [Picture("stability_map", "Stability map: hard cases",
                     "Each case has an answer that this library did not compute: a closed form, quadruple precision or dense LAPACK. "
                     "Blue with a tick: all modes found, backward error and eigenvalues as good as the case demands. Vermilion with "
-                    "a cross: not. The number is the larger of worst backward error and worst relative error of an eigenvalue. "
+                    "a cross: not. The number is the larger of worst backward error and worst relative error of an eigenvalue, or the modes found of those expected. "
                     "An empty cell: the method is the default's choice and was run as that.",
                     figure, ["case", "method", "verdict", "found", "expected", "backward_error", "eigenvalue_error", "message"], rows)]
 
@@ -36,9 +35,9 @@ def draw_cells(axis, names, columns, by_place, height):
     axis.grid(False)
     for spine in axis.spines.values():
         spine.set_visible(False)
-    axis.set_xticks([i + 0.5 for i in range(len(columns))], [label for _, label in columns], fontsize=8)
+    axis.set_xticks([i + 0.5 for i in range(len(columns))], [label for _, label in columns], fontsize=9)
     axis.xaxis.tick_top()
-    axis.set_yticks([j + 0.5 for j in range(len(names))], names, fontsize=7)
+    axis.set_yticks([j + 0.5 for j in range(len(names))], names, fontsize=9)
     axis.tick_params(length=0)
     for j, name in enumerate(names):
         for i, (method, _) in enumerate(columns):
@@ -47,7 +46,7 @@ def draw_cells(axis, names, columns, by_place, height):
                 continue
             colour = GOOD_COLOUR if case.good else BAD_COLOUR
             axis.add_patch(plt.Rectangle((i + 0.03, j + 0.06), 0.94, 0.88, facecolor=colour, alpha=0.22 if case.good else 0.4))
-            axis.text(i + 0.5, j + 0.52, words(case), ha="center", va="center", fontsize=7)
+            axis.text(i + 0.5, j + 0.52, words(case), ha="center", va="center", fontsize=9)
 
 
 def words(case):
@@ -56,5 +55,6 @@ def words(case):
     error = max(case.backward_error, case.eigenvalue_error)
     if math.isnan(error):
         return f"{symbol} error"
-    missing = f" {case.found}/{case.expected}" if case.found != case.expected else ""
-    return f"{symbol} {error:.0e}{missing}"
+    if case.found != case.expected:
+        return f"{symbol} {case.found}/{case.expected}"
+    return f"{symbol} {error:.0e}"

@@ -2,7 +2,7 @@
 import math
 
 from ..plan import ACCURACY
-from .picture import Picture, drawn, in_order, legend_below, panels, style_of, tidy_logarithm
+from .picture import Picture, drawn, in_order, legend_below, panels, style_of, tidy_logarithms
 
 MEASURES = (("worst_backward_error", "backward", "worst backward error (-)", "Time against worst backward error"),
             ("worst_damping_error", "damping", "worst relative error of a damping ratio (-)",
@@ -34,7 +34,7 @@ def draw_measure(runs, attribute, name, label, title):
         axis.set_xlabel(label)
         axis.set_ylabel("time (s)")
         axis.set_title(problem)
-        tidy_logarithm(axis, "x")
+        tidy_logarithms(axis)
     legend_below(figure, axes)
     return [Picture(f"work_precision_{name}", title, CAPTIONS[name], figure,
                     ["problem", "method", "tolerance", "seconds", "repetitions", attribute], rows)]
