@@ -10,7 +10,7 @@ BLOCKS = 240  # of rows of the state vector, in a picture
 
 @dataclass
 class Residuals:
-    """Of each mode; `rows` (two parts of BLOCKS) is the largest residual of any mode in a block of rows."""
+    """Of each mode; in `motion_rows` and `constraint_rows` the largest of any mode in each of BLOCKS parts of the rows."""
 
     backward_error: np.ndarray
     motion: np.ndarray

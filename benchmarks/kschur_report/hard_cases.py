@@ -1,7 +1,9 @@
 """The cases that methods fail on: runs benchmark_hard_cases and reads its lines."""
+import os
 import re
 import subprocess
 
+from .methods import ONE_THREAD
 from .runs import HardCase
 
 NAME, METHOD = 44, 24  # widths of its first two columns
@@ -29,6 +31,7 @@ def column(method):
 
 def run_hard_cases(program, groups=()):
     """All its cases; the program's status says whether ours fail, which the lines say as well."""
-    run = subprocess.run([str(program), "--arpack", *groups], capture_output=True, text=True)
+    run = subprocess.run([str(program), "--arpack", *groups], capture_output=True, text=True,
+                         env=dict(os.environ, **ONE_THREAD))
     cases = [read_line(line) for line in run.stdout.splitlines()]
     return [case for case in cases if case is not None]

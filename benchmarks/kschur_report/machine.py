@@ -17,7 +17,7 @@ PACKAGES = ("gfortran", "libmumps-seq-dev", "libmetis-dev", "libsuitesparse-dev"
 def describe(kschur):
     """Names and values, for the foot of the page."""
     facts = {"date": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"), "processor": processor(),
-             "cores": str(os.cpu_count()), "memory": memory(), "system": f"{distribution()}, Linux {platform.release()}",
+             "cores": str(os.cpu_count()), "memory": memory(), "system": distribution(),
              "load": f"{os.getloadavg()[0]:.1f} processes at the start", "kschur": output_of([str(kschur), "--version"]),
              "Python": platform.python_version(), "NumPy": numpy.__version__, "SciPy": scipy.__version__,
              "h5py": h5py.__version__, "Matplotlib": matplotlib.__version__}

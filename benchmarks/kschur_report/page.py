@@ -107,7 +107,8 @@ def how_measured(campaign):
 def markdown(campaign):
     """The advice and the tables."""
     lines = [f"# {campaign.title}", "", "\n\n".join(advice.paragraphs(campaign)), "", how_measured(campaign), "",
-             "Made by", "", f"    {campaign.settings['command']}", ""]
+             "Made by", "", f"    {campaign.settings['command']}", "",
+             "which writes these tables to results.md in its folder, beside a page with the same numbers in pictures.", ""]
     for table in tables(campaign):
         lines += [f"## {table.title}", "", *([table.note, ""] if table.note else []), "| " + " | ".join(table.header) + " |",
                   "|" + "---|" * len(table.header)]

@@ -98,7 +98,7 @@ PRESETS = {"quick": quick, "full": full, "tiny": tiny}
 
 def of_problem(file, label, modes, constrained, preset):
     """The studies that apply to a user's own problem."""
-    seconds, patience = (20, 120) if preset == "quick" else (1e9, 3600)
+    seconds, patience = {"tiny": (0, 60), "quick": (20, 120), "full": (1e9, 3600)}[preset]
     scene = (Scene(label, file=file),)
     studies = (Study(ACCURACY, scene, ALL, modes, TOLERANCES, seconds=seconds, patience=patience, reference_order=20000),)
     if constrained:
@@ -114,4 +114,4 @@ def without_peers(studies):
 
 
 # The groups of hard cases of a preset; all where none is named.
-HARD_GROUPS = {"tiny": ("free", "multiple")}
+HARD_GROUPS = {"tiny": ("brakes",)}

@@ -31,8 +31,8 @@ def megabytes(value):
 
 def tables(campaign):
     """Those that have rows."""
-    every = [*accuracy_tables(campaign), scaling_table(campaign), constraint_table(campaign), hard_table(campaign),
-             not_first_table(campaign), method_table(campaign), note_table(campaign), machine_table(campaign)]
+    every = [not_first_table(campaign), *accuracy_tables(campaign), scaling_table(campaign), constraint_table(campaign),
+             hard_table(campaign), method_table(campaign), note_table(campaign), machine_table(campaign)]
     return [table for table in every if table.rows]
 
 

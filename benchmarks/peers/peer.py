@@ -48,6 +48,3 @@ def write(options, problem, values, states, facts):
     result = Result(np.asarray(values, dtype=complex), states[:, :problem.unknowns], states[:, states.shape[1] - m:],
                     dict(facts, peak_memory_bytes=peak_memory_bytes()))
     write_result(options.output, result)
-
-
-__all__ = ["arguments", "peak_memory_bytes", "pencil", "read_problem", "write"]

@@ -212,7 +212,7 @@ def write_chain(path):
 
 def test_own_problem(folder):
     write_chain(folder / "chain.h5")
-    run = report("--problem", folder / "chain.h5", "--modes", 5, "--no-peers", "--output", folder / "own")
+    run = report("--problem", folder / "chain.h5", "--modes", 5, "--no-peers", "--preset", "tiny", "--output", folder / "own")
     check("own problem: exit status 0", run.returncode == 0, run.stderr)
     names = {path.stem for path in (folder / "own").glob("*.svg")}
     check("own problem: the figures that apply", names == FIGURES - {
