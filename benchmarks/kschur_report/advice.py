@@ -7,6 +7,8 @@ from .methods import METHODS
 from .plan import ACCURACY, SCALING
 
 ACCURATE, ROUGH = 1e-12, 1e-6  # backward errors
+MEASURES = (("time (s)", "median_seconds", 0.0), ("memory (bytes)", "median_memory", 0.0),
+            ("worst backward error", "worst_backward_error", 1e-14), ("worst damping-ratio error", "worst_damping_error", 1e-12))
 ABOUT_EQUAL = 1.15  # ratio of times that differ no more than the next run might
 
 
@@ -36,8 +38,25 @@ def problems_of(runs):
 def paragraphs(campaign):
     """What stands first on the page."""
     runs = campaign.study(ACCURACY)
-    found = [about_problem(problem, [run for run in runs if run.problem == problem]) for problem in problems_of(runs)]
-    return [" ".join(sentences) for sentences in (*found, about_size(campaign), about_hard_cases(campaign)) if sentences]
+    by_problem = {problem: [run for run in runs if run.problem == problem] for problem in problems_of(runs)}
+    found = [in_short(by_problem), *(about_problem(*item) for item in by_problem.items()), about_size(campaign),
+             about_hard_cases(campaign)]
+    return [" ".join(sentences) for sentences in found if sentences]
+
+
+def in_short(by_problem):
+    """How often the default is the method to use."""
+    if len(by_problem) < 2:
+        return []
+    first = [problem for problem, runs in by_problem.items() if "auto" in (run.method for run in as_fast(fastest(runs, ACCURATE)))]
+    right = [problem for problem, runs in by_problem.items() if "auto" in (run.method for run in fastest(runs, ACCURATE))]
+    return [f"In short: of {len(by_problem)} problems {label('auto')} as it comes has all modes to a backward error of {ACCURATE:.0e} on "
+            f"{len(right)}, and is the fastest to have them, or as fast, on {len(first)}."]
+
+
+def as_fast(runs):
+    """Those that take about the time of the first, of runs that are sorted by time."""
+    return [run for run in runs if run.median_seconds <= ABOUT_EQUAL * runs[0].median_seconds]
 
 
 def about_problem(problem, runs):
@@ -47,20 +66,20 @@ def about_problem(problem, runs):
         return [f"No method gets all modes of {problem} to a backward error of {ACCURATE:.0e}; the best is {label(best.method)} "
                 f"with {best.worst_backward_error:.0e}."]
     first = accurate[0]
-    equal = [run for run in accurate if run.median_seconds <= ABOUT_EQUAL * first.median_seconds]
-    words = [f"{problem}, {first.unknowns:,} unknowns, {first.constraints:,} constraints, {first.modes_asked} lowest modes: to have all of "
-             f"them to a backward error of {ACCURATE:.0e}, use " + " or ".join(with_formulation(run) for run in equal)
-             + f" ({first.median_seconds:.2g} s" + (", about the same)." if len(equal) > 1 else ").")]
+    equal = as_fast(accurate)
+    words = [f"On {problem} ({first.unknowns:,} unknowns, {first.constraints:,} constraints, {first.modes_asked} lowest modes), to have all "
+             f"modes to a backward error of {ACCURATE:.0e}, use " + " or ".join(with_formulation(run) for run in equal)
+             + f": {first.median_seconds:.2g} s" + (", about the same." if len(equal) > 1 else ".")]
     slower = accurate[len(equal):]
     if slower:
-        words.append("As accurate but slower: " + listed(
-            f"{label(run.method)} ({run.median_seconds / first.median_seconds:.1f} times)" for run in slower) + ".")
+        words.append("As accurate but slower: " + "; ".join(
+            f"{label(run.method)}, {run.median_seconds / first.median_seconds:.1f} times" for run in slower) + ".")
     if rough[0].median_seconds * ABOUT_EQUAL < first.median_seconds:
         words.append(f"If {ROUGH:.0e} is enough, {label(rough[0].method)} is faster ({rough[0].median_seconds:.2g} s).")
     inaccurate = {run.method for run in runs} - {run.method for run in accurate}
     if inaccurate:
-        words.append("Less accurate or incomplete at every tolerance: " + listed(
-            f"{label(name)} ({what_is_wrong([run for run in runs if run.method == name])})" for name in METHODS if name in inaccurate) + ".")
+        words.append("Less accurate or incomplete at every tolerance: " + "; ".join(
+            f"{label(name)}, {what_is_wrong([run for run in runs if run.method == name])}" for name in METHODS if name in inaccurate) + ".")
     return words
 
 
@@ -74,11 +93,6 @@ def what_is_wrong(runs):
     if run.found < run.expected:
         return f"{run.found} of {run.expected} eigenvalues"
     return f"{run.worst_backward_error:.0e}"
-
-
-def listed(items):
-    items = list(items)
-    return items[0] if len(items) == 1 else ", ".join(items[:-1]) + " and " + items[-1]
 
 
 def about_size(campaign):
@@ -97,9 +111,8 @@ def about_size(campaign):
         common = [n for n in sizes if n in unknowns]
         if method != "auto" and common:
             n = max(common)
-            ratios.append(f"{label(method)} {times[list(sizes).index(n)] / seconds[list(unknowns).index(n)]:.1f} times as "
-                          f"long at {n:,.0f}")
-    return words + (["Compared with it, " + listed(ratios) + " unknowns."] if ratios else [])
+            ratios.append(f"{label(method)}, {times[list(sizes).index(n)] / seconds[list(unknowns).index(n)]:.1f} times at {n:,.0f}")
+    return words + ([f"In units of its time, on the largest problem that both solved: {'; '.join(ratios)}."] if ratios else [])
 
 
 def about_hard_cases(campaign):
@@ -109,32 +122,28 @@ def about_hard_cases(campaign):
         totals[case.method] = good + case.good, count + 1
     if not totals:
         return []
-    return ["Of the hard cases that each was given, " + listed(f"{label(method)} solves {good} of {count}" for method, (good, count) in totals.items())
-            + "."]
+    return ["Right of the hard cases that each was given: " + "; ".join(
+        f"{label(method)}, {good} of {count}" for method, (good, count) in totals.items()) + "."]
 
 
 def where_not_first(campaign):
-    """What the default is not the best at, with the numbers: rows of study, problem, measure, best, its value, ours, ratio."""
+    """What the default is not the best at: rows of study, problem, measure, best run, its value, ours."""
     rows = []
     for study in (ACCURACY, SCALING):
         runs = campaign.study(study)
         for problem in problems_of(runs):
             here = [run for run in runs if run.problem == problem and is_complete(run)]
-            for measure, attribute in (("time (s)", "median_seconds"), ("memory (bytes)", "median_memory"),
-                                       ("worst backward error", "worst_backward_error"),
-                                       ("worst damping-ratio error", "worst_damping_error")):
-                rows += compare_measure(study, problem, measure, here, attribute)
+            for measure, attribute, negligible in MEASURES:
+                rows += [[study, problem, measure, *row] for row in compare_measure(here, attribute, negligible)]
     return rows
 
 
-def compare_measure(study, problem, measure, runs, attribute):
-    """One row where another method has a better value than the default's best."""
-    values = [(getattr(run, attribute), run.method) for run in runs]
-    values = [(value, method) for value, method in values if not math.isnan(value)]
-    ours = min((value for value, method in values if method == "auto"), default=None)
-    if ours is None:
+def compare_measure(runs, attribute, negligible):
+    """The best run, its value and the default's best, where they differ by more than is negligible."""
+    known = [run for run in runs if not math.isnan(getattr(run, attribute))]
+    ours = min((getattr(run, attribute) for run in known if run.method == "auto"), default=0.0)
+    if ours <= negligible:
         return []
-    best, method = min(values)
-    if best <= 0 or ours / best < ABOUT_EQUAL:
-        return []
-    return [[study, problem, measure, label(method), best, ours, ours / best]]
+    best = min(known, key=lambda run: getattr(run, attribute))
+    value = getattr(best, attribute)
+    return [[best, value, ours]] if ours > ABOUT_EQUAL * value else []

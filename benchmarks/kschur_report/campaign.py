@@ -63,6 +63,7 @@ class Judge:
         run.found = accuracy.count_found(result.eigenvalues, self.expected, damped)
         if self.reference is not None:
             run.frequency_error, run.damping_error = accuracy.forward_errors(result.eigenvalues, self.reference)
+            run.reference_uncertainty = self.reference.worst_uncertainty
 
 
 class Runner:

@@ -12,7 +12,7 @@ ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 @dataclass(frozen=True)
 class Method:
-    """`options` follow `kschur solve PROBLEM`; a peer is a script of the folder peers and its first argument."""
+    """`options` follow the problem; a peer is a script of the folder peers and its first argument."""
 
     name: str
     label: str
@@ -32,27 +32,29 @@ class Method:
 # Colours of Okabe and Ito, which colour-blind readers can tell apart; markers say the same.
 METHODS = {method.name: method for method in (
     Method("auto", "kschur", "as it comes: the smallest exact formulation", "#0072B2", "o"),
-    Method("quadratic", "kschur, quadratic", "the structured form for any damping, order n + m", "#56B4E9", "s",
+    Method("quadratic", "kschur (quadratic)", "the structured form for any damping, order n + m", "#56B4E9", "s",
            ("--formulation", "quadratic")),
-    Method("pencil", "kschur, pencil (33)", "the paper's pencil of order 2n + m, complex MUMPS LU, our scaling and shift",
+    Method("pencil", "kschur (pencil 33)", "the paper's pencil of order 2n + m, complex MUMPS LU, our scaling and shift",
            "#009E73", "^", ("--formulation", "damped-constrained")),
-    Method("pencil-zero", "kschur, pencil (34)", "the paper's pencil with spurious zeros, order 2n + m", "#117733", "v",
+    Method("pencil-zero", "kschur (pencil 34)", "the paper's pencil with spurious zeros, order 2n + m", "#117733", "v",
            ("--formulation", "damped-constrained-zero")),
-    Method("arpack-fair", "ARPACK, fair", "ARPACK in the place of our Krylov-Schur, everything else the same", "#E69F00", "D",
+    Method("arpack-fair", "ARPACK (fair)", "ARPACK in the place of our Krylov-Schur, everything else the same", "#E69F00", "D",
            ("--method", "arpack", "--arpack", "fair")),
-    Method("arpack-plain", "ARPACK, plain", "ARPACK as the paper compares with it: pencil (33), shift 1e-3 1/s, no scaling",
+    Method("arpack-plain", "ARPACK (plain)", "ARPACK as the paper compares with it: pencil (33), shift 1e-3 1/s, no scaling",
            "#D55E00", "X", ("--method", "arpack", "--arpack", "plain")),
-    Method("slepc-toar", "SLEPc TOAR", "PEP TOAR on the quadratic problem of order n + m, real, our shift, MUMPS LU "
-           "(ICNTL(14) = 300, its own ordering)", "#CC79A7", "P", (), "slepc_peer.py", "toar", "real"),
-    Method("slepc-real", "SLEPc Krylov-Schur, real", "EPS Krylov-Schur on the pencil (33), real, our shift, MUMPS LU",
-           "#882255", "<", (), "slepc_peer.py", "pencil", "real"),
-    Method("slepc-complex", "SLEPc Krylov-Schur, complex", "EPS Krylov-Schur on the pencil (33), complex, our shift, MUMPS LU",
-           "#661100", ">", (), "slepc_peer.py", "pencil", "complex"),
+    Method("slepc-toar", "SLEPc TOAR", "PEP TOAR on the quadratic problem of order n + m, real, our shift, constraints scaled by "
+           "one factor as in the paper, MUMPS LU (ICNTL(14) = 300, its own ordering)", "#CC79A7", "P", (), "slepc_peer.py", "toar", "real"),
+    Method("slepc-toar-unscaled", "SLEPc TOAR (unscaled)", "the same, constraints as given", "#999933", "p",
+           ("--constraint-scaling", "none"), "slepc_peer.py", "toar", "real"),
+    Method("slepc-real", "SLEPc Krylov-Schur (real)", "EPS Krylov-Schur on the pencil (33), real, our shift, constraints "
+           "scaled by one factor, MUMPS LU", "#882255", "<", (), "slepc_peer.py", "pencil", "real"),
+    Method("slepc-complex", "SLEPc Krylov-Schur (complex)", "EPS Krylov-Schur on the pencil (33), complex, our shift, constraints "
+           "scaled by one factor, MUMPS LU", "#661100", ">", (), "slepc_peer.py", "pencil", "complex"),
     Method("slepc-symmetric", "SLEPc symmetric", "EPS Krylov-Schur on K phi = omega^2 M phi with tied unknowns eliminated by "
            "hand and proportional damping put back by formula, our shift, MUMPS Cholesky", "#AA4499", "h", (),
            "slepc_peer.py", "symmetric", "real"),
-    Method("scipy", "SciPy eigs", "ARPACK in scipy.sparse.linalg.eigs on the pencil (33), real, our shift, SuperLU", "#000000",
-           "*", (), "scipy_peer.py", "eigs"),
+    Method("scipy", "SciPy eigs", "ARPACK in scipy.sparse.linalg.eigs on the pencil (33), real, our shift, constraints scaled "
+           "by one factor, SuperLU", "#000000", "*", (), "scipy_peer.py", "eigs"),
 )}
 OURS = tuple(name for name, method in METHODS.items() if not method.is_peer)
 PEER_NAMES = tuple(name for name, method in METHODS.items() if method.is_peer)
@@ -84,4 +86,4 @@ def command(method, kschur, problem, question, tolerance, output, extra=()):
         environment.update(slepc.environment(method.arithmetic))
     return [sys.executable, str(PEERS / method.script), method.argument, str(problem), "--eigenvalues",
             str(question.eigenvalues), "--shift", repr(question.shift), "--tolerance", repr(tolerance),
-            "--output", str(output)], environment
+            "--output", str(output), *method.options], environment

@@ -24,6 +24,10 @@ class Reference:
     frequency_uncertainty: np.ndarray
     damping_uncertainty: np.ndarray
 
+    @property
+    def worst_uncertainty(self):
+        return float(max(self.frequency_uncertainty.max(initial=0.0), self.damping_uncertainty.max(initial=0.0)))
+
 
 def refine_modes(problem, result):
     """The oscillating modes of a result on which Newton's method settles; at a multiple eigenvalue it does not."""

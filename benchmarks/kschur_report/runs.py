@@ -36,6 +36,7 @@ class Run:
     operator_applications: int = 0
     expected: int = 0
     found: int = 0
+    reference_uncertainty: float = float("nan")
     seconds: np.ndarray = nothing()
     phases: np.ndarray = field(default_factory=lambda: np.zeros((0, len(PHASES))))
     memory_bytes: np.ndarray = nothing()

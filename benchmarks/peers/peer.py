@@ -19,7 +19,7 @@ def peak_memory_bytes():
 
 
 def arguments(methods):
-    """METHOD PROBLEM --eigenvalues N --shift S --tolerance T --output FILE."""
+    """METHOD PROBLEM --eigenvalues N --shift S --tolerance T --output FILE [--constraint-scaling scalar|none]."""
     parser = argparse.ArgumentParser()
     parser.add_argument("method", choices=methods)
     parser.add_argument("problem")
@@ -27,7 +27,16 @@ def arguments(methods):
     parser.add_argument("--shift", type=float, required=True, help="where to factor, 1/s")
     parser.add_argument("--tolerance", type=float, required=True)
     parser.add_argument("--output", required=True)
+    parser.add_argument("--constraint-scaling", choices=["scalar", "none"], default="scalar")
     return parser.parse_args()
+
+
+def constraint_factor(problem, options):
+    """What the paper multiplies the constraints by: the mean size of a stiffness over that of a constraint entry."""
+    sizes = [abs(matrix.data[matrix.data != 0]) for matrix in (problem.stiffness, problem.constraints)]
+    if options.constraint_scaling == "none" or min(map(len, sizes)) == 0:
+        return 1.0
+    return sizes[0].mean() / sizes[1].mean()
 
 
 def pencil(problem):
@@ -41,10 +50,10 @@ def pencil(problem):
     return a, b
 
 
-def write(options, problem, values, states, facts):
-    """Writes the result; `states` (modes x unknowns) begin with phi and end with xi."""
+def write(options, problem, factor, values, states, facts):
+    """Writes the result; `states` (modes x unknowns) begin with phi and end with xi of constraints that have the factor."""
     m = problem.constraints.shape[0]
     states = np.asarray(states, dtype=complex)
-    result = Result(np.asarray(values, dtype=complex), states[:, :problem.unknowns], states[:, states.shape[1] - m:],
+    result = Result(np.asarray(values, dtype=complex), states[:, :problem.unknowns], factor * states[:, states.shape[1] - m:],
                     dict(facts, peak_memory_bytes=peak_memory_bytes()))
     write_result(options.output, result)

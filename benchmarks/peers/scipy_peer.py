@@ -4,13 +4,15 @@ import time
 import numpy as np
 import scipy
 import scipy.sparse.linalg as spl
-from peer import arguments, peak_memory_bytes, pencil, read_problem, write
+from peer import arguments, constraint_factor, peak_memory_bytes, pencil, read_problem, write
 
 
 def main():
     options = arguments(["eigs"])
     baseline = peak_memory_bytes()
     problem = read_problem(options.problem)
+    factor = constraint_factor(problem, options)
+    problem.constraints = factor * problem.constraints
     begin = time.perf_counter()
     a, b = pencil(problem)
     factors = spl.splu((a - options.shift * b).tocsc())
@@ -28,7 +30,7 @@ def main():
     values, vectors = spl.eigs(a, options.eigenvalues, M=b, sigma=options.shift, OPinv=inverse, v0=start,
                                tol=options.tolerance, maxiter=1000)
     total = time.perf_counter() - begin
-    write(options, problem, values, vectors.T, dict(
+    write(options, problem, factor, values, vectors.T, dict(
         seconds_total=total, seconds_factorize=factorized, seconds_solve=sum(solves), operator_applications=len(solves),
         baseline_memory_bytes=baseline, reason="converged", library=f"SciPy {scipy.__version__}"))
 

@@ -14,7 +14,7 @@ def draw(campaign):
         return []
     names = list(dict.fromkeys(case.name for case in cases))
     by_place = {(case.name, case.method): case for case in cases}
-    columns = [(method, METHODS[method].label.replace(", ", ",\n")) for method in in_order(case.method for case in cases)]
+    columns = [(method, METHODS[method].label.replace(" (", "\n(")) for method in in_order(case.method for case in cases)]
     half = -(-len(names) // 2)
     figure, axes = plt.subplots(1, 2, figsize=(1.6 * WIDTH, 1.2 + ROW * half))
     for axis, part in zip(axes, (names[:half], names[half:])):
