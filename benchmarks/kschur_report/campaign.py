@@ -7,13 +7,11 @@ import tempfile
 import numpy as np
 
 from . import accuracy
-from .methods import METHODS, Question, command, missing
+from .methods import METHODS, REFERENCE_TOLERANCE, Question, command, missing
 from .problem import read_problem
 from .reference import refine_modes
 from .result import one_of_each_pair, read_result
 from .runs import PHASES, Run
-
-REFERENCE_TOLERANCE = 1e-12
 
 
 def progress(line):

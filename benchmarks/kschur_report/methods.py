@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from . import slepc
 
 PEERS = pathlib.Path(__file__).resolve().parent.parent / "peers"
+REFERENCE_TOLERANCE = 1e-12  # of the run of kschur that says which eigenvalues there are
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 

@@ -12,16 +12,16 @@ from .tables import tables
 DRAWERS = (work_precision.draw, scaling.draw, phases.draw, residuals.draw, constraint_scaling.draw, stability.draw)
 STYLE = """
 body { font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: #222; background: #fff; margin: 2rem auto;
-       max-width: 70rem; padding: 0 1rem; }
+       max-width: 72rem; padding: 0 1rem; }
 h1 { font-size: 1.7rem; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
 .advice { background: #eef5fa; border-left: 4px solid #0072B2; padding: 0.2rem 1rem; }
 figure { margin: 0; } figure svg { width: 100%; height: auto; }
 figcaption { color: #444; font-size: 0.9rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 0.82rem; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; padding: 0.2rem 0.6rem; border-bottom: 1px solid #ddd; vertical-align: top; }
+th, td { text-align: left; padding: 0.2rem 0.45rem; border-bottom: 1px solid #ddd; vertical-align: top; }
 th { border-bottom: 2px solid #888; vertical-align: bottom; }
-td.short { white-space: nowrap; }
+.short { white-space: nowrap; }
 nav a { margin-right: 1rem; }
 """
 
@@ -73,7 +73,7 @@ def html_page(campaign, sections):
     parts = ["<!DOCTYPE html>", '<html lang="en"><head><meta charset="utf-8">',
              '<meta name="viewport" content="width=device-width, initial-scale=1">',
              f"<title>{say(campaign.title)}</title><style>{STYLE}</style></head><body>", f"<h1>{say(campaign.title)}</h1>",
-             '<div class="advice">', *(f"<p>{say(words)}</p>" for words in advice.paragraphs(campaign)), "</div>",
+             '<div class="advice">', *(f"<p>{unbroken(say(words))}</p>" for words in advice.paragraphs(campaign)), "</div>",
              f'<p>{say(how_measured(campaign))}</p>', f"<nav>{links}</nav>"]
     for picture, svg in sections:
         parts.append(f'<h2 id="{picture.name}">{say(picture.title)}</h2><figure>{svg}<figcaption>{say(picture.caption)} '
@@ -86,9 +86,15 @@ def html_page(campaign, sections):
     return "\n".join(parts + ["</body></html>\n"])
 
 
+def unbroken(words):
+    """No line break inside a number like 1e-12."""
+    return re.sub(r"\d\S*e-\d+", r'<span class="short">\g<0></span>', words)
+
+
 def cell_of(words):
     """Short cells stay on one line."""
-    return f"<td{' class=short' if len(words) < 40 else ''}>{html.escape(words)}</td>"
+    start = '<td class="short">' if len(words) < 40 else "<td>"
+    return f"{start}{html.escape(words)}</td>"
 
 
 def how_measured(campaign):

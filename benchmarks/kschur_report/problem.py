@@ -27,11 +27,6 @@ class Problem:
     def is_damped(self):
         return self.damping.count_nonzero() > 0
 
-    @property
-    def is_symmetric(self):
-        """To rounding, as the assembly of a finite-element code leaves it."""
-        return all(abs(a - a.T).max() <= 1e-14 * abs(a).max() for a in (self.mass, self.damping, self.stiffness) if a.nnz)
-
 
 def read_matrix(file, name, shape=None):
     """One CSR matrix of an open HDF5 file; zero, of `shape`, where it is absent and a shape is given."""

@@ -3,7 +3,7 @@ import math
 from dataclasses import dataclass
 
 from .advice import problems_of, where_not_first
-from .methods import METHODS
+from .methods import METHODS, REFERENCE_TOLERANCE
 from .plan import ACCURACY, CONSTRAINT_SCALING, SCALING
 from .runs import median
 
@@ -52,7 +52,8 @@ def accuracy_table(problem, runs):
     compared = max(len(run.frequency_error) for run in runs)
     return Table(f"Speed against accuracy: {problem}",
                  f"{runs[0].unknowns:,} unknowns, {runs[0].constraints:,} constraints, {runs[0].modes_asked} lowest modes. Times are medians, of one "
-                 "thread, from the matrices in memory to the modes in memory. Errors are the worst of all modes"
+                 "thread, from the matrices in memory to the modes in memory. Eigenvalues are counted, both of a pair, among those that "
+                 f"kschur has at a tolerance of {REFERENCE_TOLERANCE:g}. Errors are the worst of all modes"
                  + (f", of frequency and damping ratio the worst relative ones of {compared} oscillating modes, whose "
                     f"reference is good to {runs[0].reference_uncertainty:.0e}." if compared else
                     "; there is no reference for frequency and damping ratio."),

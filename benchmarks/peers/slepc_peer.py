@@ -17,7 +17,7 @@ from ties import NotApplicable, damping_coefficients, tied_unknowns
 
 EVENTS = {"analyze": ("MatLUFactorSym", "MatCholFctrSym"), "factorize": ("MatLUFactorNum", "MatCholFctrNum"),
           "solve": ("MatSolve",), "orthogonalize": ("BVOrthogonalize", "BVOrthogonalizeV")}
-# Orderings of MUMPS made no difference on the beam grids; room for pivots it needs.
+# Orderings of MUMPS made little difference on the beam grids; room for pivots it needs.
 MUMPS = {"st_mat_mumps_icntl_14": "300"}
 
 

@@ -18,13 +18,13 @@ import scipy.sparse as sp
 REPORT, KSCHUR = sys.argv[1], sys.argv[2]
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from kschur_report.accuracy import BLOCKS, count_found, forward_errors, residuals  # noqa: E402
+from kschur_report.accuracy import BLOCKS, count_found, eigenvalue_counts, forward_errors, residuals  # noqa: E402
 from kschur_report.fit import fit_line, growth_exponent  # noqa: E402
 from kschur_report.hard_cases import read_line  # noqa: E402
-from kschur_report.methods import METHODS  # noqa: E402
-from kschur_report.problem import Problem  # noqa: E402
+from kschur_report.methods import METHODS, PEER_NAMES, Question, command, missing  # noqa: E402
+from kschur_report.problem import Problem, read_problem  # noqa: E402
 from kschur_report.reference import refine_modes  # noqa: E402
-from kschur_report.result import Result, one_of_each_pair  # noqa: E402
+from kschur_report.result import Result, one_of_each_pair, read_result  # noqa: E402
 from kschur_report.runs import read_campaign  # noqa: E402
 
 # The first set of Anscombe's quartet (1973); slope, intercept and R^2 are in every textbook.
@@ -224,6 +224,40 @@ def test_own_problem(folder):
           and {"auto", "pencil"} <= {run.method for run in good}, ({run.method for run in good}, campaign.notes))
 
 
+def test_peers(folder):
+    """Those that are installed, on a problem with constraints; SciPy always is."""
+    installed = [name for name in PEER_NAMES if not missing(METHODS[name])]
+    check("peers: SciPy at least", "scipy" in installed)
+    tied = [name for name in installed if METHODS[name].argument == "symmetric"]
+    check_peers(folder, ["cantilever"], [name for name in installed if name not in tied], 8)
+    check_peers(folder, ["grid", "--cells", "3x2"], tied, 20)
+
+
+def check_peers(folder, scene, names, modes):
+    path, output = folder / f"{scene[0]}.h5", folder / "peer.h5"
+    subprocess.run([KSCHUR, "scene", *scene, "--output", path], check=True, stdout=subprocess.DEVNULL)
+    problem = read_problem(path)
+    subprocess.run([KSCHUR, "solve", path, "--modes", str(modes), "--quiet", "--output", output], check=True,
+                   stdout=subprocess.DEVNULL)
+    ours = read_result(output)
+    question = Question(len(ours.eigenvalues), int(eigenvalue_counts(ours.eigenvalues, True).sum()), abs(ours.facts["shift"]))
+    for method in (METHODS[name] for name in names):
+        output.unlink(missing_ok=True)
+        words, environment = command(method, KSCHUR, path, question, 1e-10, output)
+        run = subprocess.run(words, env=environment, capture_output=True, text=True)
+        check(f"{method.label}: writes a result", output.exists(), run.stderr[-300:])
+        if not output.exists():
+            continue
+        peer = read_result(output)
+        found_modes = one_of_each_pair(peer, question.eigenvalues)
+        found = count_found(found_modes.eigenvalues, ours.eigenvalues, True)
+        check(f"{method.label}: the same eigenvalues", found == question.eigenvalues > modes, (found, question))
+        worst = residuals(problem, found_modes).backward_error.max()
+        check(f"{method.label}: shapes and multipliers with them", worst < 1e-6, worst)
+        check(f"{method.label}: what it cost", peer.facts["seconds_total"] > 0 and peer.facts["operator_applications"] > 10
+              and peer.facts["peak_memory_bytes"] > peer.facts["baseline_memory_bytes"] > 0, peer.facts)
+
+
 def test_refusals(folder):
     (folder / "empty.h5").write_bytes(b"")
     with h5py.File(folder / "other.h5", "w") as file:
@@ -248,6 +282,7 @@ if __name__ == "__main__":
         test_counts()
         test_hard_case_lines()
         test_own_problem(pathlib.Path(name))
+        test_peers(pathlib.Path(name))
         test_refusals(pathlib.Path(name))
         test_page(pathlib.Path(name) / "page")
     print(f"{passed} passed, {failed} failed")
