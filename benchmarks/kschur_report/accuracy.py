@@ -1,4 +1,5 @@
 """How good modes are, judged by one piece of code for every method, in extended precision."""
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +32,8 @@ def residuals(problem, result):
     ||Cq phi|| / (||Cq|| ||phi||): 2-norms of vectors, infinity norms of the matrices as given.
     """
     mass, damping, stiffness, constraints = (
-        extended(a) for a in (problem.mass, problem.damping, problem.stiffness, problem.constraints))
+        extended(a) for a in (problem.mass, problem.damping, problem.stiffness, problem.constraints)
+    )
     transposed = constraints.T.tocsr()
     norms = [infinity_norm(a) for a in (problem.mass, problem.damping, problem.stiffness)]
     constraint_norm = infinity_norm(problem.constraints)
@@ -61,7 +63,7 @@ def largest_by_block(rows):
         return np.zeros(BLOCKS)
     edges = np.linspace(0, len(rows), BLOCKS + 1).astype(int)
     first = np.minimum(edges[:-1], len(rows) - 1)
-    return np.array([rows[i:max(j, i + 1)].max() for i, j in zip(first, edges[1:])], dtype=float)
+    return np.array([rows[i : max(j, i + 1)].max() for i, j in zip(first, edges[1:])], dtype=float)
 
 
 def damping_ratio(eigenvalues):
@@ -106,8 +108,8 @@ def eigenvalue_counts(eigenvalues, damped):
 def count_found(eigenvalues, expected, damped, tolerance=1e-4):
     """How many of the eigenvalues of `expected` another method has.
 
-    One by one, but for those nearer to zero than half of the slowest oscillation, of which only the number counts: what should be
-    a multiple zero comes out of other methods as a ring around it.
+    One by one, but for those nearer to zero than half of the slowest oscillation, of which only the number counts:
+    what should be a multiple zero comes out of other methods as a ring around it.
     """
     weights, weights_expected = eigenvalue_counts(eigenvalues, damped), eigenvalue_counts(expected, damped)
     oscillations = abs(expected[expected.imag > 1e-3 * abs(expected)])

@@ -1,4 +1,5 @@
 """Which method to use when, in sentences that are computed from the runs."""
+
 import math
 
 from .figures.scaling import curves
@@ -7,8 +8,12 @@ from .methods import METHODS
 from .plan import ACCURACY, SCALING
 
 ACCURATE, ROUGH = 1e-12, 1e-6  # backward errors
-MEASURES = (("time (s)", "median_seconds", 0.0), ("memory (bytes)", "median_memory", 0.0),
-            ("worst backward error", "worst_backward_error", 1e-14), ("worst damping-ratio error", "worst_damping_error", 1e-12))
+MEASURES = (
+    ("time (s)", "median_seconds", 0.0),
+    ("memory (bytes)", "median_memory", 0.0),
+    ("worst backward error", "worst_backward_error", 1e-14),
+    ("worst damping-ratio error", "worst_damping_error", 1e-12),
+)
 ABOUT_EQUAL = 1.15  # ratio of times that differ no more than the next run might
 
 
@@ -39,8 +44,12 @@ def paragraphs(campaign):
     """What stands first on the page."""
     runs = campaign.study(ACCURACY)
     by_problem = {problem: [run for run in runs if run.problem == problem] for problem in problems_of(runs)}
-    found = [in_short(by_problem), *(about_problem(*item) for item in by_problem.items()), about_size(campaign),
-             about_hard_cases(campaign)]
+    found = [
+        in_short(by_problem),
+        *(about_problem(*item) for item in by_problem.items()),
+        about_size(campaign),
+        about_hard_cases(campaign),
+    ]
     return [" ".join(sentences) for sentences in found if sentences]
 
 
@@ -48,10 +57,14 @@ def in_short(by_problem):
     """How often the default is the method to use."""
     if len(by_problem) < 2:
         return []
-    first = [problem for problem, runs in by_problem.items() if "auto" in (run.method for run in as_fast(fastest(runs, ACCURATE)))]
+    first = [
+        problem for problem, runs in by_problem.items() if "auto" in (run.method for run in as_fast(fastest(runs, ACCURATE)))
+    ]
     right = [problem for problem, runs in by_problem.items() if "auto" in (run.method for run in fastest(runs, ACCURATE))]
-    return [f"In short: of {len(by_problem)} problems {label('auto')} as it comes has all modes to a backward error of {ACCURATE:.0e} on "
-            f"{len(right)}, and is the fastest to have them, or as fast, on {len(first)}."]
+    return [
+        f"In short: of {len(by_problem)} problems {label('auto')} as it comes has all modes to a backward error of "
+        f"{ACCURATE:.0e} on {len(right)}, and is the fastest to have them, or as fast, on {len(first)}."
+    ]
 
 
 def as_fast(runs):
@@ -63,23 +76,39 @@ def about_problem(problem, runs):
     accurate, rough = fastest(runs, ACCURATE), fastest(runs, ROUGH)
     if not accurate:
         best = min(runs, key=lambda run: run.worst_backward_error)
-        return [f"No method gets all modes of {problem} to a backward error of {ACCURATE:.0e}; the best is {label(best.method)} "
-                f"with {best.worst_backward_error:.0e}."]
+        return [
+            f"No method gets all modes of {problem} to a backward error of {ACCURATE:.0e}; the best is {label(best.method)} "
+            f"with {best.worst_backward_error:.0e}."
+        ]
     first = accurate[0]
     equal = as_fast(accurate)
-    words = [f"On {problem} ({first.unknowns:,} unknowns, {first.constraints:,} constraints, {first.modes_asked} lowest modes), to have all "
-             f"modes to a backward error of {ACCURATE:.0e}, use " + " or ".join(with_formulation(run) for run in equal)
-             + f": {first.median_seconds:.2g} s" + (", about the same." if len(equal) > 1 else ".")]
-    slower = accurate[len(equal):]
+    words = [
+        f"On {problem} ({first.unknowns:,} unknowns, {first.constraints:,} constraints, {first.modes_asked} lowest modes), "
+        f"to have all modes to a backward error of {ACCURATE:.0e}, use "
+        + " or ".join(with_formulation(run) for run in equal)
+        + f": {first.median_seconds:.2g} s"
+        + (", about the same." if len(equal) > 1 else ".")
+    ]
+    slower = accurate[len(equal) :]
     if slower:
-        words.append("As accurate but slower: " + "; ".join(
-            f"{label(run.method)}, {run.median_seconds / first.median_seconds:.1f} times" for run in slower) + ".")
+        words.append(
+            "As accurate but slower: "
+            + "; ".join(f"{label(run.method)}, {run.median_seconds / first.median_seconds:.1f} times" for run in slower)
+            + "."
+        )
     if rough[0].median_seconds * ABOUT_EQUAL < first.median_seconds:
         words.append(f"If {ROUGH:.0e} is enough, {label(rough[0].method)} is faster ({rough[0].median_seconds:.2g} s).")
     inaccurate = {run.method for run in runs} - {run.method for run in accurate}
     if inaccurate:
-        words.append("Less accurate or incomplete at every tolerance: " + "; ".join(
-            f"{label(name)}, {what_is_wrong([run for run in runs if run.method == name])}" for name in METHODS if name in inaccurate) + ".")
+        words.append(
+            "Less accurate or incomplete at every tolerance: "
+            + "; ".join(
+                f"{label(name)}, {what_is_wrong([run for run in runs if run.method == name])}"
+                for name in METHODS
+                if name in inaccurate
+            )
+            + "."
+        )
     return words
 
 
@@ -104,15 +133,21 @@ def about_size(campaign):
     line = fit_line(unknowns, seconds)
     words = []
     if line:
-        words.append(f"Up to {unknowns[-1]:,.0f} unknowns the time of {label('auto')} grows as n to the power "
-                     f"{growth_exponent(unknowns, seconds):.2f} (straight line: R² = {line.r_squared:.4f}).")
+        words.append(
+            f"Up to {unknowns[-1]:,.0f} unknowns the time of {label('auto')} grows as n to the power "
+            f"{growth_exponent(unknowns, seconds):.2f} (straight line: R² = {line.r_squared:.4f})."
+        )
     ratios = []
     for method, (sizes, times) in by_method.items():
         common = [n for n in sizes if n in unknowns]
         if method != "auto" and common:
             n = max(common)
-            ratios.append(f"{label(method)}, {times[list(sizes).index(n)] / seconds[list(unknowns).index(n)]:.1f} times at {n:,.0f}")
-    return words + ([f"In units of its time, on the largest problem that both solved: {'; '.join(ratios)}."] if ratios else [])
+            ratios.append(
+                f"{label(method)}, {times[list(sizes).index(n)] / seconds[list(unknowns).index(n)]:.1f} times at {n:,.0f}"
+            )
+    return words + (
+        [f"In units of its time, on the largest problem that both solved: {'; '.join(ratios)}."] if ratios else []
+    )
 
 
 def about_hard_cases(campaign):
@@ -122,8 +157,11 @@ def about_hard_cases(campaign):
         totals[case.method] = good + case.good, count + 1
     if not totals:
         return []
-    return ["Right of the hard cases that each was given: " + "; ".join(
-        f"{label(method)}, {good} of {count}" for method, (good, count) in totals.items()) + "."]
+    return [
+        "Right of the hard cases that each was given: "
+        + "; ".join(f"{label(method)}, {good} of {count}" for method, (good, count) in totals.items())
+        + "."
+    ]
 
 
 def where_not_first(campaign):

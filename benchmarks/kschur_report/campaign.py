@@ -1,4 +1,5 @@
 """Runs a plan: every run a process of its own, the methods in turn so that a busy moment hits all of them."""
+
 import pathlib
 import subprocess
 import sys
@@ -79,7 +80,8 @@ class Runner:
             folder = pathlib.Path(folder)
             for name, stiffness in (("M", 1.0), ("K", 2.0)):
                 (folder / f"{name}.mtx").write_text(
-                    f"%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 {stiffness}\n2 2 {2 * stiffness}\n")
+                    f"%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 {stiffness}\n2 2 {2 * stiffness}\n"
+                )
             output = folder / "result.h5"
             words, environment = command(METHODS["auto"], self.kschur, folder, Question(1), REFERENCE_TOLERANCE, output)
             return execute(words, environment, output, 60).facts["peak_memory_bytes"]
@@ -97,30 +99,50 @@ class Runner:
     def run_scene(self, study, scene, folder):
         path = pathlib.Path(scene.file) if scene.file else folder / "problem.h5"
         if not scene.file:
-            written = subprocess.run([str(self.kschur), "scene", *scene.arguments, "--output", str(path)], capture_output=True, text=True)
+            written = subprocess.run(
+                [str(self.kschur), "scene", *scene.arguments, "--output", str(path)], capture_output=True, text=True
+            )
             if written.returncode != 0:
                 self.note(f"{scene.label}: left out. {last_line(written.stderr)}")
                 return
         problem = read_problem(path)
-        runs = [Run(study.name, scene.label, name, tolerance, scaling, unknowns=problem.unknowns,
-                    constraints=problem.constraints.shape[0])
-                for tolerance in study.tolerances for scaling in study.scalings for name in self.available(study, scene)]
+        runs = [
+            Run(
+                study.name,
+                scene.label,
+                name,
+                tolerance,
+                scaling,
+                unknowns=problem.unknowns,
+                constraints=problem.constraints.shape[0],
+            )
+            for tolerance in study.tolerances
+            for scaling in study.scalings
+            for name in self.available(study, scene)
+        ]
         if not runs:
             return
         progress(f"{study.name}: {scene.label}, {problem.unknowns} unknowns, {len(runs)} combinations")
         output = folder / "result.h5"
         try:
-            words, environment = command(METHODS["auto"], self.kschur, path, Question(study.modes), REFERENCE_TOLERANCE, output)
+            words, environment = command(
+                METHODS["auto"], self.kschur, path, Question(study.modes), REFERENCE_TOLERANCE, output
+            )
             first = execute(words, environment, output, study.patience)
         except Failure as failure:
             self.note(f"{study.name}, {scene.label}: left out, kschur itself fails: {failure}")
             return
-        question = Question(study.modes, int(accuracy.eigenvalue_counts(first.eigenvalues, problem.is_damped).sum()),
-                            float(abs(first.facts["shift"])))
+        question = Question(
+            study.modes,
+            int(accuracy.eigenvalue_counts(first.eigenvalues, problem.is_damped).sum()),
+            float(abs(first.facts["shift"])),
+        )
         judge = Judge(problem, first.eigenvalues)
         if first.facts["formulation"] == "quadratic" and any(run.method == "auto" for run in runs):
             runs = [run for run in runs if run.method != "quadratic"]
-            self.note(f"{METHODS['quadratic'].label} on {scene.label}: it is what {METHODS['auto'].label} chooses, not run twice.")
+            self.note(
+                f"{METHODS['quadratic'].label} on {scene.label}: it is what {METHODS['auto'].label} chooses, not run twice."
+            )
         if sum(problem.constraints.shape) <= study.reference_order:
             judge.reference = refine_modes(problem, first)
         for repetition in range(study.repeats):
@@ -149,8 +171,10 @@ class Runner:
         for run in runs:
             if run.failure or run.seconds.max() > study.patience / 4:
                 self.slow.add(run.method)
-                self.note(f"{METHODS[run.method].label}: not run on grids larger than {run.problem} "
-                          f"({run.failure or f'{run.seconds.max():.1f} s there'}).")
+                self.note(
+                    f"{METHODS[run.method].label}: not run on grids larger than {run.problem} "
+                    f"({run.failure or f'{run.seconds.max():.1f} s there'})."
+                )
 
     def repeat(self, run, study, question, path, output, judge):
         """One repetition; the first also keeps the modes and judges them."""
@@ -173,8 +197,10 @@ class Runner:
                 result = one_of_each_pair(result, question.eigenvalues)
             keep_facts(run, facts, question)
             judge.examine(run, result)
-        progress(f"   {method.label:28s} {run.tolerance:g} {run.scaling:7s} {run.seconds[-1]:9.3f} s  "
-                 f"{run.worst_backward_error:.1e}")
+        progress(
+            f"   {method.label:28s} {run.tolerance:g} {run.scaling:7s} {run.seconds[-1]:9.3f} s  "
+            f"{run.worst_backward_error:.1e}"
+        )
 
 
 def keep_facts(run, facts, question):

@@ -1,4 +1,5 @@
 """A straight line through points, and how straight they are."""
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +20,8 @@ def fit_line(x, y):
     if len(x) < 3:
         return None
     slope, intercept = np.polyfit(x, y, 1)
-    scatter = np.sum((y - y.mean())**2)
-    return Line(float(slope), float(intercept), float(1 - np.sum((y - slope * x - intercept)**2) / scatter))
+    scatter = np.sum((y - y.mean()) ** 2)
+    return Line(float(slope), float(intercept), float(1 - np.sum((y - slope * x - intercept) ** 2) / scatter))
 
 
 def growth_exponent(x, y):

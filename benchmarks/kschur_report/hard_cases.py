@@ -1,4 +1,5 @@
 """The cases that methods fail on: runs benchmark_hard_cases and reads its lines."""
+
 import os
 import re
 import subprocess
@@ -13,7 +14,7 @@ GOOD = "ok"
 
 def read_line(line):
     """A HardCase, or None for a line that is not one."""
-    name, method, rest = line[:NAME].strip(), line[NAME:NAME + METHOD].strip(), line[NAME + METHOD:]
+    name, method, rest = line[:NAME].strip(), line[NAME : NAME + METHOD].strip(), line[NAME + METHOD :]
     measured = MEASURED.fullmatch(rest)
     if measured:
         found, expected, backward, off, verdict = measured.groups()
@@ -31,7 +32,8 @@ def column(method):
 
 def run_hard_cases(program, groups=()):
     """All its cases; the program's status says whether ours fail, which the lines say as well."""
-    run = subprocess.run([str(program), "--arpack", *groups], capture_output=True, text=True,
-                         env=dict(os.environ, **ONE_THREAD))
+    run = subprocess.run(
+        [str(program), "--arpack", *groups], capture_output=True, text=True, env=dict(os.environ, **ONE_THREAD)
+    )
     cases = [read_line(line) for line in run.stdout.splitlines()]
     return [case for case in cases if case is not None]

@@ -1,4 +1,5 @@
 """Where the numbers come from: machine and versions."""
+
 import os
 import platform
 import shutil
@@ -10,17 +11,35 @@ import matplotlib
 import numpy
 import scipy
 
-PACKAGES = ("gfortran", "libmumps-seq-dev", "libmetis-dev", "libsuitesparse-dev", "libopenblas-dev", "libarpack2-dev",
-            "libhdf5-dev", "python3-slepc4py-real", "python3-slepc4py-complex")
+PACKAGES = (
+    "gfortran",
+    "libmumps-seq-dev",
+    "libmetis-dev",
+    "libsuitesparse-dev",
+    "libopenblas-dev",
+    "libarpack2-dev",
+    "libhdf5-dev",
+    "python3-slepc4py-real",
+    "python3-slepc4py-complex",
+)
 
 
 def describe(kschur):
     """Names and values, for the foot of the page."""
-    facts = {"date": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"), "processor": processor(),
-             "cores": str(os.cpu_count()), "memory": memory(), "system": distribution(),
-             "load": f"{os.getloadavg()[0]:.1f} processes at the start", "kschur": output_of([str(kschur), "--version"]),
-             "Python": platform.python_version(), "NumPy": numpy.__version__, "SciPy": scipy.__version__,
-             "h5py": h5py.__version__, "Matplotlib": matplotlib.__version__}
+    facts = {
+        "date": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
+        "processor": processor(),
+        "cores": str(os.cpu_count()),
+        "memory": memory(),
+        "system": distribution(),
+        "load": f"{os.getloadavg()[0]:.1f} processes at the start",
+        "kschur": output_of([str(kschur), "--version"]),
+        "Python": platform.python_version(),
+        "NumPy": numpy.__version__,
+        "SciPy": scipy.__version__,
+        "h5py": h5py.__version__,
+        "Matplotlib": matplotlib.__version__,
+    }
     if shutil.which("dpkg-query"):
         for package in PACKAGES:
             version = output_of(["dpkg-query", "-W", "-f=${Version}", package])

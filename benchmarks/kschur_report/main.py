@@ -1,4 +1,5 @@
 """The program kschur-report."""
+
 import argparse
 import pathlib
 import shutil
@@ -17,15 +18,23 @@ SVG and a CSV for every figure. Exit status: 0 all is well, 1 wrong usage, 2 bad
 
 
 def parse(words):
-    parser = argparse.ArgumentParser(prog="kschur-report", epilog=EPILOG, description="Speed against accuracy of kschur and other "
-                                     "eigensolvers, in pictures: on model structures, or on your own problem.")
+    parser = argparse.ArgumentParser(
+        prog="kschur-report",
+        epilog=EPILOG,
+        description="Speed against accuracy of kschur and other "
+        "eigensolvers, in pictures: on model structures, or on your own problem.",
+    )
     parser.add_argument("--problem", metavar="FILE.h5", help="compare on this problem (HDF5, as kschur solve reads it)")
     parser.add_argument("--modes", type=positive, default=20, help="how many lowest modes of that problem (20)")
-    parser.add_argument("--preset", choices=sorted(plan.PRESETS), default="quick", help="how much to run (quick: minutes, full: hours)")
+    parser.add_argument(
+        "--preset", choices=sorted(plan.PRESETS), default="quick", help="how much to run (quick: minutes, full: hours)"
+    )
     parser.add_argument("--no-peers", action="store_true", help="our methods only, not SLEPc and SciPy")
     parser.add_argument("--output", metavar="FOLDER", default="kschur-report", help="where to write (kschur-report)")
     parser.add_argument("--redraw", action="store_true", help="draw again from data.h5 in that folder; runs nothing")
-    parser.add_argument("--kschur", metavar="PROGRAM", help="the program kschur (the one beside this program, or on the PATH)")
+    parser.add_argument(
+        "--kschur", metavar="PROGRAM", help="the program kschur (the one beside this program, or on the PATH)"
+    )
     parser.add_argument("--hard-cases", metavar="PROGRAM", help="benchmark_hard_cases (the one beside kschur)")
     try:
         options = parser.parse_args(words)
@@ -52,8 +61,13 @@ def find_program(name, given, beside):
 def studies_of(options):
     if options.problem:
         problem = read_problem(options.problem)
-        studies = plan.of_problem(str(pathlib.Path(options.problem).resolve()), pathlib.Path(options.problem).name,
-                                  options.modes, problem.constraints.shape[0] > 0, options.preset)
+        studies = plan.of_problem(
+            str(pathlib.Path(options.problem).resolve()),
+            pathlib.Path(options.problem).name,
+            options.modes,
+            problem.constraints.shape[0] > 0,
+            options.preset,
+        )
     else:
         studies = plan.PRESETS[options.preset]()
     return plan.without_peers(studies) if options.no_peers else studies
@@ -65,7 +79,11 @@ def measure(options, folder, launcher):
     if kschur is None:
         raise InputError("the program kschur was not found; name it with --kschur")
     studies = studies_of(options)
-    title = f"kschur compared on {pathlib.Path(options.problem).name}" if options.problem else "kschur compared: speed against accuracy"
+    title = (
+        f"kschur compared on {pathlib.Path(options.problem).name}"
+        if options.problem
+        else "kschur compared: speed against accuracy"
+    )
     campaign = Campaign(title, options.preset, describe(kschur), {"command": " ".join(["kschur-report", *sys.argv[1:]])})
     Runner(kschur, campaign).run_plan(studies)
     if not options.problem:
@@ -78,7 +96,9 @@ def measure(options, folder, launcher):
 def add_hard_cases(options, campaign, kschur):
     program = find_program("benchmark_hard_cases", options.hard_cases, kschur)
     if program is None:
-        campaign.notes.append("Stability map: left out. benchmark_hard_cases is not beside kschur; it is built with the tests.")
+        campaign.notes.append(
+            "Stability map: left out. benchmark_hard_cases is not beside kschur; it is built with the tests."
+        )
         return
     progress("hard cases")
     campaign.hard_cases = run_hard_cases(program, plan.HARD_GROUPS.get(options.preset, ()))

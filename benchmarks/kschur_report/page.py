@@ -1,4 +1,5 @@
 """Writes the page, its figures, their data, and the same tables as Markdown."""
+
 import csv
 import html
 import io
@@ -42,8 +43,8 @@ def svg_of(picture):
 
 def inline(svg, picture):
     """The SVG without its XML head and fixed size, with a name for screen readers, its ids made unique on the page."""
-    body = svg[svg.index("<svg"):]
-    body = re.sub(r'<metadata>.*?</metadata>', "", body, flags=re.DOTALL)
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     body = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", body, count=1)
     body = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", body, count=1)
     body = re.sub(r'\bid="', f'id="{picture.name}-', body)
@@ -70,19 +71,30 @@ def write_report(folder, campaign):
 def html_page(campaign, sections):
     say = html.escape
     links = "".join(f'<a href="#{picture.name}">{say(picture.title)}</a>' for picture, _ in sections)
-    parts = ["<!DOCTYPE html>", '<html lang="en"><head><meta charset="utf-8">',
-             '<meta name="viewport" content="width=device-width, initial-scale=1">',
-             f"<title>{say(campaign.title)}</title><style>{STYLE}</style></head><body>", f"<h1>{say(campaign.title)}</h1>",
-             '<div class="advice">', *(f"<p>{unbroken(say(words))}</p>" for words in advice.paragraphs(campaign)), "</div>",
-             f'<p>{say(how_measured(campaign))}</p>', f"<nav>{links}</nav>"]
+    parts = [
+        "<!DOCTYPE html>",
+        '<html lang="en"><head><meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>{say(campaign.title)}</title><style>{STYLE}</style></head><body>",
+        f"<h1>{say(campaign.title)}</h1>",
+        '<div class="advice">',
+        *(f"<p>{unbroken(say(words))}</p>" for words in advice.paragraphs(campaign)),
+        "</div>",
+        f"<p>{say(how_measured(campaign))}</p>",
+        f"<nav>{links}</nav>",
+    ]
     for picture, svg in sections:
-        parts.append(f'<h2 id="{picture.name}">{say(picture.title)}</h2><figure>{svg}<figcaption>{say(picture.caption)} '
-                     f'<a href="{picture.name}.csv">data</a>, <a href="{picture.name}.svg">figure</a></figcaption></figure>')
+        parts.append(
+            f'<h2 id="{picture.name}">{say(picture.title)}</h2><figure>{svg}<figcaption>{say(picture.caption)} '
+            f'<a href="{picture.name}.csv">data</a>, <a href="{picture.name}.svg">figure</a></figcaption></figure>'
+        )
     for table in tables(campaign):
         head = "".join(f"<th>{say(cell)}</th>" for cell in table.header)
         body = "".join("<tr>" + "".join(cell_of(cell) for cell in row) + "</tr>" for row in table.rows)
-        parts.append(f'<h2>{say(table.title)}</h2><p>{say(table.note)}</p><div class="wide"><table><thead><tr>{head}</tr></thead>'
-                     f"<tbody>{body}</tbody></table></div>")
+        parts.append(
+            f'<h2>{say(table.title)}</h2><p>{say(table.note)}</p><div class="wide"><table><thead><tr>{head}</tr></thead>'
+            f"<tbody>{body}</tbody></table></div>"
+        )
     return "\n".join(parts + ["</body></html>\n"])
 
 
@@ -101,22 +113,44 @@ def how_measured(campaign):
     """The conditions of all runs, with what falls short of them."""
     counts = [len(run.seconds) for run in campaign.runs if run.is_good and run.study != "constraint-scaling"]
     fewer = sum(count < 5 for count in counts)
-    words = ("Every run is a process of its own with one thread; the methods take turns, so that a busy moment hits all of them; "
-             "a time is the median of its repetitions. ")
+    words = (
+        "Every run is a process of its own with one thread; the methods take turns, so that a busy moment hits all of them; "
+        "a time is the median of its repetitions. "
+    )
     if fewer:
-        words += (f"Of {len(counts)} combinations {fewer} were repeated fewer than five times to keep it short: the tables say how "
-                  "often each ran. ")
-    return words + (f"Measured on {campaign.machine['date']} on {campaign.machine['processor']}, preset {campaign.preset}. "
-                    "All numbers are in data.h5 beside this page.")
+        words += (
+            f"Of {len(counts)} combinations {fewer} were repeated fewer than five times to keep it short: the tables say how "
+            "often each ran. "
+        )
+    return words + (
+        f"Measured on {campaign.machine['date']} on {campaign.machine['processor']}, preset {campaign.preset}. "
+        "All numbers are in data.h5 beside this page."
+    )
 
 
 def markdown(campaign):
     """The advice and the tables."""
-    lines = [f"# {campaign.title}", "", "\n\n".join(advice.paragraphs(campaign)), "", how_measured(campaign), "",
-             "Made by", "", f"    {campaign.settings['command']}", "",
-             "which writes these tables to results.md in its folder, beside a page with the same numbers in pictures.", ""]
+    lines = [
+        f"# {campaign.title}",
+        "",
+        "\n\n".join(advice.paragraphs(campaign)),
+        "",
+        how_measured(campaign),
+        "",
+        "Made by",
+        "",
+        f"    {campaign.settings['command']}",
+        "",
+        "which writes these tables to results.md in its folder, beside a page with the same numbers in pictures.",
+        "",
+    ]
     for table in tables(campaign):
-        lines += [f"## {table.title}", "", *([table.note, ""] if table.note else []), "| " + " | ".join(table.header) + " |",
-                  "|" + "---|" * len(table.header)]
+        lines += [
+            f"## {table.title}",
+            "",
+            *([table.note, ""] if table.note else []),
+            "| " + " | ".join(table.header) + " |",
+            "|" + "---|" * len(table.header),
+        ]
         lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in table.rows] + [""]
     return "\n".join(lines)

@@ -1,4 +1,5 @@
 """What is run: studies of scenes, methods, tolerances and constraint scalings."""
+
 from dataclasses import dataclass, replace
 
 from .methods import METHODS, OURS, PEER_NAMES
@@ -52,7 +53,9 @@ def turbine(speed):
 CRANK = Scene("crank", ("crank",))
 
 # The ratio of the paper's grids, 10 to 7.
-GRIDS = tuple(grid(cells) for cells in ("6x4", "10x7", "20x14", "30x21", "40x28", "60x42", "90x63", "130x90", "180x125", "220x150"))
+GRIDS = tuple(
+    grid(cells) for cells in ("6x4", "10x7", "20x14", "30x21", "40x28", "60x42", "90x63", "130x90", "180x125", "220x150")
+)
 ALL = OURS + PEER_NAMES
 STRUCTURED = ("auto", "quadratic")
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
@@ -64,21 +67,49 @@ def quick():
     return (
         Study(ACCURACY, (grid("20x14"),), methods, 56, TOLERANCES[::2] + TOLERANCES[-1:], seconds=6, reference_order=20000),
         Study(ACCURACY, (cantilever(100, 4000), turbine(12.1)), methods, 20, TOLERANCES, seconds=1, reference_order=20000),
-        Study(CONSTRAINT_SCALING, (cantilever(100, 1e9), turbine(12.1)), ("pencil",), 20, repeats=1,
-              scalings=("row", "scalar", "none")),
-        Study(SCALING, GRIDS[:6], ("auto", "quadratic", "pencil", "arpack-fair", "slepc-toar-unscaled", "slepc-symmetric"), 56,
-              repeats=5, seconds=4, patience=40, grows=True),
+        Study(
+            CONSTRAINT_SCALING,
+            (cantilever(100, 1e9), turbine(12.1)),
+            ("pencil",),
+            20,
+            repeats=1,
+            scalings=("row", "scalar", "none"),
+        ),
+        Study(
+            SCALING,
+            GRIDS[:6],
+            ("auto", "quadratic", "pencil", "arpack-fair", "slepc-toar-unscaled", "slepc-symmetric"),
+            56,
+            repeats=5,
+            seconds=4,
+            patience=40,
+            grows=True,
+        ),
     )
 
 
 def full():
     """Hours: five repetitions of all, up to a million unknowns."""
     return (
-        Study(ACCURACY, (grid("20x14"), cantilever(100, 4000), turbine(12.1), CRANK), ALL, 56, TOLERANCES, seconds=1e9,
-              patience=600, reference_order=20000),
+        Study(
+            ACCURACY,
+            (grid("20x14"), cantilever(100, 4000), turbine(12.1), CRANK),
+            ALL,
+            56,
+            TOLERANCES,
+            seconds=1e9,
+            patience=600,
+            reference_order=20000,
+        ),
         Study(ACCURACY, (grid("60x42"),), ALL, 56, TOLERANCES[1:], seconds=1e9, patience=1200),
-        Study(CONSTRAINT_SCALING, (grid("20x14"), cantilever(100, 1e9), turbine(12.1)), ("pencil", "pencil-zero"), 56, repeats=1,
-              scalings=("row", "scalar", "none")),
+        Study(
+            CONSTRAINT_SCALING,
+            (grid("20x14"), cantilever(100, 1e9), turbine(12.1)),
+            ("pencil", "pencil-zero"),
+            56,
+            repeats=1,
+            scalings=("row", "scalar", "none"),
+        ),
         Study(SCALING, GRIDS[1:], ALL, 56, seconds=1e9, patience=3600, grows=True),
     )
 
@@ -102,8 +133,17 @@ def of_problem(file, label, modes, constrained, preset):
     scene = (Scene(label, file=file),)
     studies = (Study(ACCURACY, scene, ALL, modes, TOLERANCES, seconds=seconds, patience=patience, reference_order=20000),)
     if constrained:
-        studies += (Study(CONSTRAINT_SCALING, scene, ("pencil",), modes, repeats=1, patience=patience,
-                          scalings=("row", "scalar", "none")),)
+        studies += (
+            Study(
+                CONSTRAINT_SCALING,
+                scene,
+                ("pencil",),
+                modes,
+                repeats=1,
+                patience=patience,
+                scalings=("row", "scalar", "none"),
+            ),
+        )
     return studies
 
 

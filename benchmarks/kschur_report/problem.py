@@ -1,4 +1,5 @@
 """Problems as `kschur scene` and users write them: CSR groups in an HDF5 file."""
+
 from dataclasses import dataclass
 
 import h5py
@@ -51,8 +52,12 @@ def read_problem(path):
         with h5py.File(path, "r") as file:
             mass = read_matrix(file, "mass")
             n = mass.shape[1]
-            return Problem(mass, read_matrix(file, "damping", (n, n)), read_matrix(file, "stiffness", (n, n)),
-                           read_matrix(file, "constraints", (0, n)))
+            return Problem(
+                mass,
+                read_matrix(file, "damping", (n, n)),
+                read_matrix(file, "stiffness", (n, n)),
+                read_matrix(file, "constraints", (0, n)),
+            )
     except OSError as wrong:
         raise InputError(f"{path}: {wrong}") from wrong
     except InputError as wrong:

@@ -3,6 +3,7 @@
 Newton's method on (P(lambda) phi + Cq^T xi, Cq phi, c^H phi - 1) = 0: residuals in extended precision, corrections
 by SuperLU in double precision, so that the fixed point is that of the residual (iterative refinement).
 """
+
 import warnings
 from dataclasses import dataclass
 
@@ -35,9 +36,11 @@ def refine_modes(problem, result):
     tried = [i for i, value in enumerate(result.eigenvalues) if value.imag > 1e-3 * abs(value)]
     refined = [newton.refine(result.eigenvalues[i], result.eigenvectors[i], result.multipliers[i]) for i in tried]
     settled = [steps for steps in refined if steps is not None and spread(abs(steps)) < WORST]
-    return Reference(np.array([steps[-1] for steps in settled], dtype=np.clongdouble),
-                     np.array([spread(abs(steps)) for steps in settled]),
-                     np.array([spread(damping_ratio(steps)) for steps in settled]))
+    return Reference(
+        np.array([steps[-1] for steps in settled], dtype=np.clongdouble),
+        np.array([spread(abs(steps)) for steps in settled]),
+        np.array([spread(damping_ratio(steps)) for steps in settled]),
+    )
 
 
 def spread(values):
@@ -68,10 +71,15 @@ class Newton:
         value, x, xi = np.clongdouble(value), x.astype(np.clongdouble), xi.astype(np.clongdouble)
         values = []
         for _ in range(STEPS):
-            residual = np.concatenate([value**2 * (mass @ x) + value * (damping @ x) + stiffness @ x + self.transposed @ xi,
-                                       self.scale * (constraints @ x), [c @ x - 1]])
+            residual = np.concatenate(
+                [
+                    value**2 * (mass @ x) + value * (damping @ x) + stiffness @ x + self.transposed @ xi,
+                    self.scale * (constraints @ x),
+                    [c @ x - 1],
+                ]
+            )
             step = factors.solve(-residual.astype(complex)).astype(np.clongdouble)
-            x, xi, value = x + step[:n], xi + self.scale * step[n:n + m], value + step[-1]
+            x, xi, value = x + step[:n], xi + self.scale * step[n : n + m], value + step[-1]
             values.append(value)
         return np.array(values[-LAST:]) if np.isfinite(complex(value)) else None
 

@@ -1,4 +1,5 @@
 """Results in the small form that `kschur solve --output` and the peers write."""
+
 from dataclasses import dataclass, field
 
 import h5py
@@ -54,8 +55,13 @@ def one_of_each_pair(result, count):
         else:
             keep.append(i)
     chosen = nearest[keep]
-    eigenvalues, eigenvectors, multipliers = (a[chosen] for a in (result.eigenvalues, result.eigenvectors, result.multipliers))
+    eigenvalues, eigenvectors, multipliers = (
+        a[chosen] for a in (result.eigenvalues, result.eigenvectors, result.multipliers)
+    )
     flipped = eigenvalues.imag < 0
-    return Result(np.where(flipped, eigenvalues.conj(), eigenvalues),
-                  np.where(flipped[:, None], eigenvectors.conj(), eigenvectors),
-                  np.where(flipped[:, None], multipliers.conj(), multipliers), result.facts)
+    return Result(
+        np.where(flipped, eigenvalues.conj(), eigenvalues),
+        np.where(flipped[:, None], eigenvectors.conj(), eigenvectors),
+        np.where(flipped[:, None], multipliers.conj(), multipliers),
+        result.facts,
+    )

@@ -1,4 +1,5 @@
 """What a campaign measured, and its HDF5 file."""
+
 from dataclasses import asdict, dataclass, field, fields
 
 import h5py
@@ -134,8 +135,13 @@ def write_campaign(path, campaign):
 def read_campaign(path):
     """What `write_campaign` wrote."""
     with h5py.File(path, "r") as file:
-        campaign = Campaign(file.attrs["title"], file.attrs["preset"], plain(file["machine"].attrs),
-                            plain(file["settings"].attrs), [note.decode() for note in file["notes"][:]])
+        campaign = Campaign(
+            file.attrs["title"],
+            file.attrs["preset"],
+            plain(file["machine"].attrs),
+            plain(file["settings"].attrs),
+            [note.decode() for note in file["notes"][:]],
+        )
         for folder, kind, items in (("runs", Run, campaign.runs), ("hard_cases", HardCase, campaign.hard_cases)):
             for group in file.get(folder, {}).values():
                 known = {f.name for f in fields(kind)}

@@ -1,4 +1,5 @@
 """What every peer does: its command line, the paper's pencil, its memory, its result."""
+
 import argparse
 import pathlib
 import sys
@@ -43,9 +44,14 @@ def pencil(problem):
     """A and B of the paper's (33): the state is (phi, lambda phi, xi)."""
     n, m = problem.unknowns, problem.constraints.shape[0]
     identity = sp.identity(n, format="csr")
-    a = sp.bmat([[None, identity, None],
-                 [-problem.stiffness, -problem.damping, -problem.constraints.T],
-                 [-problem.constraints, None, None if m == 0 else sp.csr_matrix((m, m))]], format="csr")
+    a = sp.bmat(
+        [
+            [None, identity, None],
+            [-problem.stiffness, -problem.damping, -problem.constraints.T],
+            [-problem.constraints, None, None if m == 0 else sp.csr_matrix((m, m))],
+        ],
+        format="csr",
+    )
     b = sp.block_diag([identity, problem.mass, sp.csr_matrix((m, m))], format="csr")
     return a, b
 
@@ -54,6 +60,10 @@ def write(options, problem, factor, values, states, facts):
     """Writes the result; `states` (modes x unknowns) begin with phi and end with xi of constraints that have the factor."""
     m = problem.constraints.shape[0]
     states = np.asarray(states, dtype=complex)
-    result = Result(np.asarray(values, dtype=complex), states[:, :problem.unknowns], factor * states[:, states.shape[1] - m:],
-                    dict(facts, peak_memory_bytes=peak_memory_bytes()))
+    result = Result(
+        np.asarray(values, dtype=complex),
+        states[:, : problem.unknowns],
+        factor * states[:, states.shape[1] - m :],
+        dict(facts, peak_memory_bytes=peak_memory_bytes()),
+    )
     write_result(options.output, result)

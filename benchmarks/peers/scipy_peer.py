@@ -1,4 +1,5 @@
 """SciPy's eigs (ARPACK, SuperLU) on the paper's pencil (33): scipy_peer.py eigs PROBLEM ... (see peer.py)."""
+
 import time
 
 import numpy as np
@@ -27,12 +28,26 @@ def main():
 
     inverse = spl.LinearOperator(a.shape, solve, dtype=float)
     start = np.random.default_rng(1).standard_normal(a.shape[0])
-    values, vectors = spl.eigs(a, options.eigenvalues, M=b, sigma=options.shift, OPinv=inverse, v0=start,
-                               tol=options.tolerance, maxiter=1000)
+    values, vectors = spl.eigs(
+        a, options.eigenvalues, M=b, sigma=options.shift, OPinv=inverse, v0=start, tol=options.tolerance, maxiter=1000
+    )
     total = time.perf_counter() - begin
-    write(options, problem, factor, values, vectors.T, dict(
-        seconds_total=total, seconds_factorize=factorized, seconds_solve=sum(solves), operator_applications=len(solves),
-        baseline_memory_bytes=baseline, reason="converged", library=f"SciPy {scipy.__version__}"))
+    write(
+        options,
+        problem,
+        factor,
+        values,
+        vectors.T,
+        dict(
+            seconds_total=total,
+            seconds_factorize=factorized,
+            seconds_solve=sum(solves),
+            operator_applications=len(solves),
+            baseline_memory_bytes=baseline,
+            reason="converged",
+            library=f"SciPy {scipy.__version__}",
+        ),
+    )
 
 
 if __name__ == "__main__":

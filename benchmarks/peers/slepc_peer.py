@@ -4,6 +4,7 @@ pencil      Krylov-Schur on the paper's pencil (33), in the arithmetic of the PE
 toar        two-level orthogonal Arnoldi on the quadratic problem of order n + m
 symmetric   symmetric Krylov-Schur on K phi = omega^2 M phi with tied unknowns eliminated by hand
 """
+
 import sys
 import time
 
@@ -15,8 +16,12 @@ from scipy.sparse.linalg import splu
 from slepc4py import SLEPc
 from ties import NotApplicable, damping_coefficients, tied_unknowns
 
-EVENTS = {"analyze": ("MatLUFactorSym", "MatCholFctrSym"), "factorize": ("MatLUFactorNum", "MatCholFctrNum"),
-          "solve": ("MatSolve",), "orthogonalize": ("BVOrthogonalize", "BVOrthogonalizeV")}
+EVENTS = {
+    "analyze": ("MatLUFactorSym", "MatCholFctrSym"),
+    "factorize": ("MatLUFactorNum", "MatCholFctrNum"),
+    "solve": ("MatSolve",),
+    "orthogonalize": ("BVOrthogonalize", "BVOrthogonalizeV"),
+}
 # Orderings of MUMPS made little difference on the beam grids; room for pivots it needs.
 MUMPS = {"st_mat_mumps_icntl_14": "300"}
 
@@ -59,8 +64,13 @@ def solve_toar(problem, options):
     nothing = sp.csr_matrix((m, m))
     stiffness = sp.bmat([[problem.stiffness, problem.constraints.T], [problem.constraints, nothing]])
     solver = SLEPc.PEP().create()
-    solver.setOperators([petsc_matrix(stiffness), petsc_matrix(sp.block_diag([problem.damping, nothing])),
-                         petsc_matrix(sp.block_diag([problem.mass, nothing]))])
+    solver.setOperators(
+        [
+            petsc_matrix(stiffness),
+            petsc_matrix(sp.block_diag([problem.damping, nothing])),
+            petsc_matrix(sp.block_diag([problem.mass, nothing])),
+        ]
+    )
     solver.setProblemType(SLEPc.PEP.ProblemType.GENERAL)
     solver.setType("toar")
     solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
@@ -107,20 +117,26 @@ def damped_modes(values, vectors, ties, problem, alpha, beta):
     spread = np.sqrt((half**2 - squares).astype(complex))
     roots = np.concatenate([-half + spread, -half - spread])
     shapes = np.tile(np.real(vectors @ ties.T), (2, 1))
-    forces = np.array([root**2 * (problem.mass @ x) + root * (problem.damping @ x) + problem.stiffness @ x
-                       for root, x in zip(roots, shapes)])
+    forces = np.array(
+        [
+            root**2 * (problem.mass @ x) + root * (problem.damping @ x) + problem.stiffness @ x
+            for root, x in zip(roots, shapes)
+        ]
+    )
     normal = sp.csc_matrix(problem.constraints @ problem.constraints.T)
     if normal.shape[0] == 0:
         return roots, shapes
-    projected = (problem.constraints @ forces.T)
+    projected = problem.constraints @ forces.T
     factors = splu(normal)
     multipliers = -(factors.solve(projected.real) + 1j * factors.solve(projected.imag))
     return roots, np.hstack([shapes, multipliers.T])
 
 
 def seconds_by_phase():
-    return {"seconds_" + phase: sum(PETSc.Log.Event(name).getPerfInfo()["time"] for name in names)
-            for phase, names in EVENTS.items()}
+    return {
+        "seconds_" + phase: sum(PETSc.Log.Event(name).getPerfInfo()["time"] for name in names)
+        for phase, names in EVENTS.items()
+    }
 
 
 def main():
@@ -148,10 +164,22 @@ def main():
     values, states = finish(*pairs(solver))
     total = time.perf_counter() - begin
     applications = PETSc.Log.Event("MatSolve").getPerfInfo()["count"]
-    write(options, problem, factor, values, states, dict(
-        seconds_by_phase(), seconds_total=total, operator_applications=applications, baseline_memory_bytes=baseline,
-        restarts=solver.getIterationNumber(), reason=reason_of(solver),
-        library=f"SLEPc {'.'.join(map(str, SLEPc.Sys.getVersion()))}, PETSc {'.'.join(map(str, PETSc.Sys.getVersion()))}"))
+    write(
+        options,
+        problem,
+        factor,
+        values,
+        states,
+        dict(
+            seconds_by_phase(),
+            seconds_total=total,
+            operator_applications=applications,
+            baseline_memory_bytes=baseline,
+            restarts=solver.getIterationNumber(),
+            reason=reason_of(solver),
+            library=f"SLEPc {'.'.join(map(str, SLEPc.Sys.getVersion()))}, PETSc {'.'.join(map(str, PETSc.Sys.getVersion()))}",
+        ),
+    )
 
 
 def reason_of(solver):

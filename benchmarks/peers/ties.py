@@ -1,4 +1,5 @@
 """What a careful user does by hand before a symmetric solver: tied unknowns out, damping fitted."""
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components

@@ -1,4 +1,5 @@
 """Where the time goes."""
+
 import numpy as np
 
 from ..methods import METHODS
@@ -25,18 +26,32 @@ def draw(campaign):
         shares = np.array([seconds_by_phase(here[name]) for name in names])
         left = np.zeros(len(names))
         for part, colour, label in zip(shares.T, COLOURS, NAMES):
-            axis.barh([METHODS[name].label for name in names], part, left=left, color=colour, label=label, edgecolor="white",
-                      linewidth=0.5)
+            axis.barh(
+                [METHODS[name].label for name in names],
+                part,
+                left=left,
+                color=colour,
+                label=label,
+                edgecolor="white",
+                linewidth=0.5,
+            )
             left = left + part
         axis.set_xlabel("time (s)")
         axis.set_title(problem)
         axis.grid(axis="y", visible=False)
         rows += [[problem, name, *share] for name, share in zip(names, shares)]
     legend_below(figure, axes, columns=5)
-    return [Picture("where_the_time_goes", "Where the time goes",
-                    "At the smallest tolerance, of the repetition with the median time. \"Other\" is checks, scaling, the search for "
-                    "a shift, projected problems, refinement and back-substitution; phases that a method does not report are in it.",
-                    figure, ["problem", "method", *(f"seconds_{phase}" for phase in PHASES), "seconds_other"], rows)]
+    return [
+        Picture(
+            "where_the_time_goes",
+            "Where the time goes",
+            'At the smallest tolerance, of the repetition with the median time. "Other" is checks, scaling, the search for '
+            "a shift, projected problems, refinement and back-substitution; phases that a method does not report are in it.",
+            figure,
+            ["problem", "method", *(f"seconds_{phase}" for phase in PHASES), "seconds_other"],
+            rows,
+        )
+    ]
 
 
 def seconds_by_phase(run):

@@ -1,4 +1,5 @@
 """What a figure is, and what all of them look like."""
+
 from dataclasses import dataclass, field
 
 import matplotlib
@@ -14,11 +15,27 @@ GOOD_COLOUR, BAD_COLOUR = "#0072B2", "#D55E00"  # blue and vermilion, told apart
 LEGEND_LINE = 0.22  # inches
 SMALLEST = 1e-17  # a logarithmic axis has no zero: errors below are drawn here
 
-plt.rcParams.update({
-    "font.size": 10, "font.family": "DejaVu Sans", "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
-    "grid.color": "#dddddd", "grid.linewidth": 0.6, "axes.axisbelow": True, "axes.titlesize": 11, "axes.titlelocation": "left",
-    "legend.frameon": False, "legend.fontsize": 9, "lines.linewidth": 1.6, "lines.markersize": 7, "svg.fonttype": "path",
-    "figure.constrained_layout.use": True, "figure.facecolor": "white"})
+plt.rcParams.update(
+    {
+        "font.size": 10,
+        "font.family": "DejaVu Sans",
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.grid": True,
+        "grid.color": "#dddddd",
+        "grid.linewidth": 0.6,
+        "axes.axisbelow": True,
+        "axes.titlesize": 11,
+        "axes.titlelocation": "left",
+        "legend.frameon": False,
+        "legend.fontsize": 9,
+        "lines.linewidth": 1.6,
+        "lines.markersize": 7,
+        "svg.fonttype": "path",
+        "figure.constrained_layout.use": True,
+        "figure.facecolor": "white",
+    }
+)
 
 
 @dataclass
@@ -47,7 +64,13 @@ def panels(count, height=4.2, columns=2):
 def style_of(method):
     """Colour, marker and label of a method, for `plot`."""
     known = METHODS[method]
-    return {"color": known.colour, "marker": known.marker, "label": known.label, "markeredgecolor": "white", "markeredgewidth": 0.6}
+    return {
+        "color": known.colour,
+        "marker": known.marker,
+        "label": known.label,
+        "markeredgecolor": "white",
+        "markeredgewidth": 0.6,
+    }
 
 
 def in_order(methods):

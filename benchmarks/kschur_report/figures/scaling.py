@@ -1,4 +1,5 @@
 """Time and memory against unknowns, with the fitted line."""
+
 import numpy as np
 
 from ..fit import fit_line, growth_exponent
@@ -34,10 +35,14 @@ def draw_measure(campaign, attribute, name, label, factor, unit):
         if line:
             ends = np.array([0, unknowns.max()])
             linear.plot(ends / 1e3, line.intercept + line.slope * ends, color=style["color"], linewidth=1.0)
-            words.append(f"{style['label']}: {1e3 * line.slope:.3g} {unit} a thousand unknowns, R² = {line.r_squared:.4f}, "
-                         f"grows as n^{growth_exponent(unknowns, values):.2f}")
-        rows += [[method, int(n), value, *([line.slope, line.intercept, line.r_squared] if line else ["", "", ""])]
-                 for n, value in zip(unknowns, values)]
+            words.append(
+                f"{style['label']}: {1e3 * line.slope:.3g} {unit} a thousand unknowns, R² = {line.r_squared:.4f}, "
+                f"grows as n^{growth_exponent(unknowns, values):.2f}"
+            )
+        rows += [
+            [method, int(n), value, *([line.slope, line.intercept, line.r_squared] if line else ["", "", ""])]
+            for n, value in zip(unknowns, values)
+        ]
     logarithmic.set_xlabel("unknowns n (-)")
     logarithmic.set_ylabel(label)
     logarithmic.set_title("Logarithmic axes")
@@ -47,8 +52,21 @@ def draw_measure(campaign, attribute, name, label, factor, unit):
     linear.set_title("Linear axes, with fitted lines")
     linear.set_ylim(bottom=0)
     legend_below(figure, (logarithmic, linear))
-    caption = ("Grids of beams of growing size, the same number of modes. " + ("The paper's Figure 5 reports R² = 0.9996. "
-               if name == "time" else "Peak of the process, without what it holds before it reads the problem. ")
-               + "; ".join(words) + ".")
-    return Picture(f"{name}_against_unknowns", f"{name.capitalize()} against unknowns", caption, figure,
-                   ["method", "unknowns", f"{name}_{unit}", "slope", "intercept", "r_squared"], rows)
+    caption = (
+        "Grids of beams of growing size, the same number of modes. "
+        + (
+            "The paper's Figure 5 reports R² = 0.9996. "
+            if name == "time"
+            else "Peak of the process, without what it holds before it reads the problem. "
+        )
+        + "; ".join(words)
+        + "."
+    )
+    return Picture(
+        f"{name}_against_unknowns",
+        f"{name.capitalize()} against unknowns",
+        caption,
+        figure,
+        ["method", "unknowns", f"{name}_{unit}", "slope", "intercept", "r_squared"],
+        rows,
+    )

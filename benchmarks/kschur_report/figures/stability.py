@@ -1,4 +1,5 @@
 """The hard cases: which method gets which right."""
+
 import math
 
 from ..methods import METHODS
@@ -19,14 +20,33 @@ def draw(campaign):
     figure, axes = plt.subplots(1, 2, figsize=(1.6 * WIDTH, 1.2 + ROW * half))
     for axis, part in zip(axes, (names[:half], names[half:])):
         draw_cells(axis, part, columns, by_place, half)
-    rows = [[case.name, case.method, "good" if case.good else "bad", case.found, case.expected, case.backward_error,
-             case.eigenvalue_error, case.message] for case in cases]
-    return [Picture("stability_map", "Stability map: hard cases",
-                    "Each case has an answer that this library did not compute: a closed form, quadruple precision or dense LAPACK. "
-                    "Blue with a tick: all modes found, backward error and eigenvalues as good as the case demands. Vermilion with "
-                    "a cross: not. The number is the larger of worst backward error and worst relative error of an eigenvalue, or the modes found of those expected. "
-                    "An empty cell: the method is the default's choice and was run as that.",
-                    figure, ["case", "method", "verdict", "found", "expected", "backward_error", "eigenvalue_error", "message"], rows)]
+    rows = [
+        [
+            case.name,
+            case.method,
+            "good" if case.good else "bad",
+            case.found,
+            case.expected,
+            case.backward_error,
+            case.eigenvalue_error,
+            case.message,
+        ]
+        for case in cases
+    ]
+    return [
+        Picture(
+            "stability_map",
+            "Stability map: hard cases",
+            "Each case has an answer that this library did not compute: a closed form, quadruple precision or dense LAPACK. "
+            "Blue with a tick: all modes found, backward error and eigenvalues as good as the case demands. Vermilion with "
+            "a cross: not. The number is the larger of worst backward error and worst relative error of an eigenvalue, "
+            "or the modes found of those expected. "
+            "An empty cell: the method is the default's choice and was run as that.",
+            figure,
+            ["case", "method", "verdict", "found", "expected", "backward_error", "eigenvalue_error", "message"],
+            rows,
+        )
+    ]
 
 
 def draw_cells(axis, names, columns, by_place, height):
@@ -45,7 +65,9 @@ def draw_cells(axis, names, columns, by_place, height):
             if case is None:
                 continue
             colour = GOOD_COLOUR if case.good else BAD_COLOUR
-            axis.add_patch(plt.Rectangle((i + 0.03, j + 0.06), 0.94, 0.88, facecolor=colour, alpha=0.22 if case.good else 0.4))
+            axis.add_patch(
+                plt.Rectangle((i + 0.03, j + 0.06), 0.94, 0.88, facecolor=colour, alpha=0.22 if case.good else 0.4)
+            )
             axis.text(i + 0.5, j + 0.52, words(case), ha="center", va="center", fontsize=9)
 
 
