@@ -3,16 +3,16 @@
 !> and dsdrv4 use them.
 !>
 !> ARPACK keeps the state of an iteration in variables of its own. A lock (kschur_arpack_lock.c)
-!> lets one thread of the process iterate at a time; others wait. An operator or monitor must
-!> not call ARPACK itself.
+!> lets one thread of the process iterate at a time; others wait. An operator or monitor that
+!> calls ARPACK itself gets an error.
 module kschur_arpack
    use kschur_arpack_complex, only: complex_process_type
    use kschur_arpack_interfaces, only: arpack_lock, arpack_unlock
-   use kschur_arpack_messages, only: arpack_error, info_exhausted, info_no_shifts, info_restarts
+   use kschur_arpack_messages, only: arpack_error, info_exhausted, info_no_shifts, info_restarts, info_zero_start
    use kschur_arpack_process, only: arpack_process_type, ido_done
    use kschur_arpack_real, only: real_process_type
    use kschur_arpack_symmetric, only: symmetric_process_type
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_monitor, only: monitor_type
@@ -42,6 +42,8 @@ module kschur_arpack
       integer :: info = 0
       ! No eigenvalue that is missing is larger than this.
       real(wp) :: edge = 0
+      ! Whether the operator has no more eigenvalues but zeros.
+      logical :: complete = .false.
       logical :: proceed = .true.
       ! The Ritz values at the last look.
       real(wp), allocatable :: magnitudes(:), bounds(:)
@@ -49,7 +51,8 @@ module kschur_arpack
 
 contains
 
-   subroutine arpack_of_real(operator, selection, options, values, vectors, statistics, error, monitor)
+   ! Recursive as far as the lock, which ends a recursion with an error.
+   recursive subroutine arpack_of_real(operator, selection, options, values, vectors, statistics, error, monitor)
       class(real_operator_type), target, intent(inout) :: operator
       class(selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
@@ -66,7 +69,7 @@ contains
       if (.not. (allocated(error) .or. options%raw)) call trim_to_wanted(selection, values, vectors)
    end subroutine arpack_of_real
 
-   subroutine arpack_of_complex(operator, selection, options, values, vectors, statistics, error, monitor)
+   recursive subroutine arpack_of_complex(operator, selection, options, values, vectors, statistics, error, monitor)
       class(complex_operator_type), target, intent(inout) :: operator
       class(selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
@@ -95,7 +98,7 @@ contains
 
    !> The same for a self-adjoint operator; all that was found, which may be more than is wanted. dsaupd
    !> finds fewer eigenvalues than the rank of the operator: where that is not enough, dnaupd takes its place.
-   subroutine arpack_symmetric(operator, selection, options, values, vectors, statistics, error, monitor)
+   recursive subroutine arpack_symmetric(operator, selection, options, values, vectors, statistics, error, monitor)
       class(symmetric_operator_type), target, intent(inout) :: operator
       class(selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
@@ -127,7 +130,7 @@ contains
    end subroutine arpack_symmetric
 
    ! Runs ARPACK until the wanted eigenvalues are among those it finds.
-   subroutine iterate(process, selection, options, values, vectors, statistics, error, monitor)
+   recursive subroutine iterate(process, selection, options, values, vectors, statistics, error, monitor)
       class(arpack_process_type), intent(inout) :: process
       class(selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
@@ -162,7 +165,7 @@ contains
          if (options%raw) covered = size(order)
          needed = selection%needed(run%mu(order(:covered)))
          if (needed <= covered .or. options%raw .or. .not. run%proceed .or. run%info /= 0 .or. &
-            wanted == n .or. i == runs) exit
+            run%complete .or. i == runs) exit
          wanted = min(wanted + max(needed - covered, 2), n)
          deallocate (order)
       end do
@@ -172,7 +175,7 @@ contains
          statistics%reason = reason_converged
       else if (run%info /= 0) then
          statistics%reason = reason_max_restarts
-      else if (wanted == n) then
+      else if (run%complete) then
          statistics%reason = reason_fewer_modes
       end if
       allocate (values(covered), source=run%mu(order(:covered)))
@@ -195,7 +198,7 @@ contains
 
    ! From the start vector to eigenvectors. Fails where ARPACK does; that restarts ran out is
    ! process%info only.
-   subroutine run_once(process, options, run, statistics, error, monitor)
+   recursive subroutine run_once(process, options, run, statistics, error, monitor)
       class(arpack_process_type), intent(inout) :: process
       type(krylov_options_type), intent(in) :: options
       type(run_type), intent(out) :: run
@@ -210,16 +213,17 @@ contains
       state = state_of_seed(options%seed)
       call random_vector(state, start)
       before = statistics%operator_applications
+      if (arpack_lock() /= 0) then
+         call new_error(error, error_usage, "ARPACK is iterating in this thread already: an operator or a monitor "// &
+            "must not call it")
+         return
+      end if
       call process%begin(start, merge(0, options%filter, options%raw), options%max_restarts, error)
-      if (allocated(error)) return
       allocate (run%magnitudes(process%columns), run%bounds(process%columns), source=0.0_wp)
-      call arpack_lock()
-      do
+      do while (.not. allocated(error) .and. run%proceed .and. process%ido /= ido_done)
          call process%step(error)
          statistics%operator_applications = before + process%applications
-         if (allocated(error) .or. process%ido == ido_done) exit
-         call look(process, run, statistics, monitor)
-         if (.not. run%proceed) exit
+         if (.not. allocated(error) .and. process%ido /= ido_done) call look(process, run, statistics, monitor)
       end do
       if (.not. allocated(error) .and. run%proceed) call finish(process, run, statistics, error)
       call arpack_unlock()
@@ -255,6 +259,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: converged, first
 
+      ! Where all motions are deflated there is nothing to start with.
+      run%complete = process%info == info_zero_start
+      if (run%complete) return
       run%info = process%info
       if (all(process%info /= [0, info_restarts, info_no_shifts])) then
          call arpack_error(process%routine, process%info, error)
@@ -266,7 +273,8 @@ contains
       call record(statistics, min(converged, process%wanted), &
          maxval([0.0_wp, relative(run%bounds(:first), run%magnitudes(:first))]))
       if (run%info == 0) then
-         if (process%wanted < process%order()) run%edge = minval(run%magnitudes(:converged))
+         run%complete = process%wanted == process%order()
+         if (.not. run%complete) run%edge = minval(run%magnitudes(:converged))
       else
          run%edge = maxval([0.0_wp, run%magnitudes(converged + 1:)])
       end if

@@ -1,6 +1,7 @@
 !> Explicit interfaces to the ARPACK routines the library calls, and to the lock that
 !> lets one thread at a time call them.
 module kschur_arpack_interfaces
+   use, intrinsic :: iso_c_binding, only: c_int
    use kschur_kinds, only: wp
    implicit none
    private
@@ -81,9 +82,10 @@ module kschur_arpack_interfaces
          complex(wp), intent(inout) :: d(*), z(ldz, *), workev(*), resid(*), v(ldv, *), workd(*), workl(*)
       end subroutine zneupd
 
-      !> Waits until no other thread holds ARPACK, and takes it. A thread must not take it twice.
-      subroutine arpack_lock() bind(c, name="kschur_arpack_lock")
-      end subroutine arpack_lock
+      !> Waits until no other thread holds ARPACK, and takes it; not 0 where this thread holds it already.
+      integer(c_int) function arpack_lock() bind(c, name="kschur_arpack_lock")
+         import :: c_int
+      end function arpack_lock
 
       !> Gives ARPACK back.
       subroutine arpack_unlock() bind(c, name="kschur_arpack_unlock")

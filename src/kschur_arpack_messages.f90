@@ -6,9 +6,9 @@ module kschur_arpack_messages
    private
    public :: arpack_error
 
-   !> The restarts ran out; no shift could be applied in one of them; no basis of the
-   !> size that was asked for exists.
-   integer, parameter, public :: info_restarts = 1, info_no_shifts = 3, info_exhausted = -9999
+   !> The restarts ran out; no shift could be applied in one of them; the operator makes nothing of the
+   !> start vector; no basis of the size that was asked for exists.
+   integer, parameter, public :: info_restarts = 1, info_no_shifts = 3, info_zero_start = -9, info_exhausted = -9999
    !> The info of dneupd, dseupd and zneupd where nothing converged.
    integer, parameter, public :: info_nothing = -14
 
@@ -43,7 +43,7 @@ contains
          reason = "no shift could be applied in a restart; a larger subspace may help"
       case (-8)
          reason = "LAPACK could not compute the eigenvalues of the projected problem"
-      case (-9)
+      case (info_zero_start)
          reason = "the start vector is zero"
       case (info_exhausted)
          reason = "the operator has no Krylov space of the dimension that was asked for"

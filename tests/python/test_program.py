@@ -101,11 +101,11 @@ def read_dense(group):
 
 
 def test_help(_):
-    for words in (["--help"], ["help"], ["solve", "--help"], ["help", "solve"], ["help", "scene"], ["help", "info"]):
+    for words in (["--help"], ["help"], ["solve", "--help"], ["help", "solve"], ["help", "compare"], ["help", "scene"], ["help", "info"]):
         run = kschur(*words)
         check(f"{' '.join(words)}: explains", run.returncode == 0 and "kschur" in run.stdout and not run.stderr, run)
     check("help solve: every option", all(option in kschur("help", "solve").stdout for option in (
-        "--modes --target --frequency --band --shift --method --formulation --inner --subspace --tolerance --max-restarts "
+        "--modes --target --frequency --band --shift --method --arpack --formulation --inner --subspace --tolerance --max-restarts "
         "--constraint-scaling --left --mass --stiffness --damping --constraints --output --format --quiet --verbose "
         "--threads").split()))
     possible = re.search("wants one of (.*), not 'best'", kschur("solve", DATA, "--formulation", "best").stderr)
@@ -433,7 +433,9 @@ def test_more_modes_than_exist(folder):
 def test_wrong_usage(folder):
     problem = folder / "undamped.h5"
     for words, *named in (
-            ([], "command"), (["dance"], "dance"), (["compare", problem], "not in this version"), (["solve"], "problem"),
+            ([], "command"), (["dance"], "dance"), (["compare"], "problem"), (["solve"], "problem"),
+            *[(["compare", problem, *words], words[0]) for words in (["--method", "arpack"], ["--left"], ["--band", "1,2"],
+                                                                     ["--format", "csv"], ["--modes", "0"])],
             (["solve", problem, "--modes", "0"], "--modes", "at least 1"), (["solve", problem, "--modes", "x"], "--modes", "'x'"),
             (["solve", problem, "--modes", "2.5"], "--modes"), (["solve", problem, "--modes", "99999999999"], "--modes"),
             (["solve", problem, "--modes"], "--modes"), (["solve", problem, "--modes", "3", "--modes", "4"], "--modes", "twice"),
@@ -452,7 +454,12 @@ def test_wrong_usage(folder):
             (["solve", "--mass", problem], "--stiffness"), (["solve", problem, "--format", "xml"], "--format", "json"),
             (["solve", problem, "--formulation", "best"], "--formulation", "undamped-constrained", "best"),
             (["solve", problem, "--formulation", "undamped"], "undamped"),
-            (["solve", problem, "--method", "arpack"], "arpack", "not in this version"),
+            (["solve", problem, "--method", "lanczos"], "--method", "arpack", "lanczos"),
+            (["solve", problem, "--arpack", "plain"], "--arpack", "--method arpack"),
+            (["solve", problem, "--method", "arpack", "--arpack", "raw"], "--arpack", "plain", "raw"),
+            (["solve", problem, "--method", "arpack", "--arpack", "plain", "--formulation", "quadratic"], "quadratic"),
+            (["solve", problem, "--method", "arpack", "--arpack", "plain", "--left"], "left"),
+            (["solve", problem, "--method", "arpack", "--band", "1,2"], "band", "krylov-schur"),
             (["solve", problem, "--inner", "iterative"], "iterative", "not in this version"),
             (["solve", problem, "--inner", "best"], "--inner", "mumps", "ldl"),
             (["solve", problem, "--inner", "ldl"], "ldl", "2 multipliers"),
@@ -462,6 +469,65 @@ def test_wrong_usage(folder):
             (["scene", "castle", "--output", folder / "c.h5"], "castle", "beam-body"), (["scene", "grid"], "--output"),
             (["scene", "grid", "--cells", "0x0", "--output", folder / "c.h5"], "--cells")):
         check_refused(" ".join(os.path.basename(str(word)) for word in words) or "no words", 1, kschur(*words), *named)
+
+
+def test_arpack(folder):
+    problem = folder / "undamped.h5"
+    output = folder / "arpack.h5"
+    for words, method, formulation, relative in (
+            ([], "arpack-fair", "symmetric", 1e-9), (["--arpack", "fair"], "arpack-fair", "symmetric", 1e-9),
+            (["--formulation", "quadratic", "--shift", "1,2"], "arpack-fair", "quadratic", 1e-9),
+            (["--arpack", "plain"], "arpack-plain", "damped-constrained", 1e-6)):
+        result, _ = solve(problem, "--modes", 8, "--method", "arpack", "--output", output, *words)
+        name = " ".join(["arpack", *words])
+        check(f"{name}: method and formulation", (result["method"], result["formulation"]) == (method, formulation), result)
+        check_values(f"{name}: omega^2", np.abs(eigenvalues(result)) ** 2, BEAM_BODY[:8], relative)
+        with h5py.File(output) as file:
+            check(f"{name}: named in the result file", file.attrs["method"] == method, file.attrs["method"])
+    check("arpack: plain is factored at the shift of the paper", result["shift"] == [1e-3, 0], result["shift"])
+    check("arpack: auto is krylov-schur", solve(problem, "--method", "auto")[0]["method"] == "krylov-schur")
+    result, run = solve(problem, "--modes", 8, "--method", "arpack", "--formulation", "quadratic", "--subspace", 22,
+                        "--max-restarts", 1, status=3)
+    check("arpack: restarts that run out", result["reason"] == "max_restarts" and "restarts ran out" in run.stderr, run.stderr)
+
+
+def test_compare(folder):
+    problem = folder / "undamped.h5"
+    names = ["auto", "quadratic", "pencil", "arpack-plain", "arpack-fair"]
+    run = kschur("compare", problem, "--modes", 8)
+    check("compare: exit status 0", run.returncode == 0 and run.stderr == "", (run.returncode, run.stderr))
+    rows = [line.split()[0] for line in run.stdout.splitlines()[-len(names):]]
+    check("compare: a line for each method", rows == names, run.stdout)
+    check("compare: says what it compares with", "those of auto, which are certified" in run.stdout, run.stdout)
+
+    run = kschur("compare", problem, "--modes", 8, "--format", "json")
+    result = json.loads(run.stdout, parse_constant=lambda word: 1 / 0)
+    check("compare: the reference", result["reference"] == {"name": "auto", "certified": True}, result["reference"])
+    check("compare: the problem", result["problem"] == {"n": 30, "m": 6, "symmetric": True, "damping": "none"}, result)
+    check("compare: the methods", [entry["name"] for entry in result["methods"]] == names, result["methods"])
+    for entry in result["methods"]:
+        name = f"compare: {entry['name']}"
+        check(f"{name}: modes", entry["modes"] == {"found": 8, "missed": 0, "spurious": 0}, entry["modes"])
+        check(f"{name}: errors", 0 < entry["backward_error"]["median"] <= entry["backward_error"]["worst"] < 1e-6, entry)
+        check(f"{name}: counts", entry["counts"]["operator_applications"] > 8 and entry["counts"]["factorizations"] > 0, entry)
+        check(f"{name}: seconds", 0 < entry["seconds"]["factorize"] < entry["seconds"]["total"], entry["seconds"])
+    orders = {entry["name"]: entry["factored"]["order"] for entry in result["methods"]}
+    check("compare: order of the factored matrix", orders["pencil"] == orders["arpack-plain"] == 2 * 30 + 6, orders)
+    check("compare: the certified ones", [entry["certified"] for entry in result["methods"]] == [True, None, None, None, True])
+
+    # Nothing is certified where damping is general: the smallest backward error is the reference.
+    run = kschur("compare", DATA / "random_constrained", "--modes", 3, "--shift", "0.1", "--format", "json")
+    result = json.loads(run.stdout)
+    check("compare: not certified", result["reference"]["certified"] is False, result["reference"])
+    fair = result["methods"][-1]
+    check("compare: arpack-fair misses nothing there", fair["modes"] == {"found": 3, "missed": 0, "spurious": 0}, fair)
+
+    run = kschur("compare", problem, "--modes", 99, "--format", "json")
+    check("compare: fewer modes than asked", run.returncode == 3 and "24 of 99" in run.stderr, (run.returncode, run.stderr))
+    check("compare: all there are", json.loads(run.stdout)["methods"][0]["modes"]["found"] == 24, run.stdout)
+    check_refused("compare: no such file", 2, kschur("compare", folder / "nothing.h5"), "nothing.h5")
+    status, written = on_terminal("compare", problem, "--modes", "3")
+    check("compare: progress on a terminal", status == 0 and "\n" not in written and "arpack-fair" in written, written)
 
 
 def test_output_never_replaces_the_problem(folder):
@@ -611,7 +677,7 @@ def main():
         folder = pathlib.Path(name)
         for test in (test_help, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate, test_band,
                      test_rigid_modes, test_notes, test_inaccurate, test_csv, test_result_file, test_left, test_info, test_presolve_option,
-                     test_restarts_run_out, test_more_modes_than_exist, test_wrong_usage,
+                     test_restarts_run_out, test_more_modes_than_exist, test_arpack, test_compare, test_wrong_usage,
                      test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
                      test_bad_input, test_progress):
             try:
