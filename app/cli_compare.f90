@@ -97,7 +97,7 @@ contains
       logical, intent(in) :: certified
       character(len=:), allocatable :: grounds
 
-      grounds = "are not certified, but have the smallest backward error"
+      grounds = "are not certified, but the most, with the smallest backward error"
       if (certified) grounds = "are certified: none is missing"
    end function grounds
 

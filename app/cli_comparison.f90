@@ -91,6 +91,9 @@ contains
 
       associate (found => size(entry%result%eigenvalues), before => size(other%result%eigenvalues))
          is_better = found > before .or. (found == before .and. entry%worst < other%worst)
+         ! Plain ARPACK's ghosts are no modes.
+         if (entry%result%options%is_plain() .neqv. other%result%options%is_plain()) &
+            is_better = other%result%options%is_plain()
       end associate
    end function is_better
 

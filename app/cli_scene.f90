@@ -27,6 +27,7 @@ contains
       else if (.not. allocated(output)) then
          call new_error(error, error_usage, "kschur scene wants --output PROBLEM.h5, or the name of a folder")
       else
+         if (len(output) > 1 .and. ends_with(output, "/")) output = output(:len(output) - 1)
          call check_writable_folder(output, error)
       end if
       if (allocated(error)) return

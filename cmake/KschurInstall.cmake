@@ -1,4 +1,4 @@
-# Libraries, modules, header, program, CMake package and pkg-config files.
+# Libraries, modules, header, programs, CMake package and pkg-config files.
 
 include(CMakePackageConfigHelpers)
 
@@ -8,6 +8,11 @@ install(TARGETS kschur_program)
 install(DIRECTORY "${CMAKE_Fortran_MODULE_DIRECTORY}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kschur"
         FILES_MATCHING PATTERN "kschur.mod" PATTERN "kschur_*.mod" PATTERN "kschur_scenes.mod" EXCLUDE
         PATTERN "app" EXCLUDE PATTERN "capi" EXCLUDE PATTERN "kschur_funit" EXCLUDE)
+set(KSCHUR_REPORT_FOLDER "../${CMAKE_INSTALL_DATADIR}/kschur")
+configure_file("${PROJECT_SOURCE_DIR}/benchmarks/kschur-report.in" "${PROJECT_BINARY_DIR}/kschur-report" @ONLY)
+install(PROGRAMS "${PROJECT_BINARY_DIR}/kschur-report" DESTINATION "${CMAKE_INSTALL_BINDIR}")
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/benchmarks/kschur_report" "${PROJECT_SOURCE_DIR}/benchmarks/peers"
+        DESTINATION "${CMAKE_INSTALL_DATADIR}/kschur" FILES_MATCHING PATTERN "*.py")
 install(EXPORT kschur-targets NAMESPACE kschur:: DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/kschur")
 configure_package_config_file(cmake/kschur-config.cmake.in "${PROJECT_BINARY_DIR}/kschur-config.cmake"
   INSTALL_DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/kschur")

@@ -2,7 +2,7 @@
 !>
 !>     example_crank [FINEST MESH] [FILE.vtu]
 program crank
-   use example_support, only: argument, solve_scene, stop_on
+   use example_support, only: argument, argument_count, solve_scene, stop_on
    use kschur, only: error_type, kind_rigid, modal_options_type, modal_result_type, text
    use scene_geometry, only: geometry_type
    use scene_vtu, only: write_vtu
@@ -10,11 +10,10 @@ program crank
    type(modal_result_type) :: result
    type(geometry_type) :: geometry
    type(error_type), allocatable :: error
-   character(len=1024) :: word, path
+   character(len=1024) :: path
    integer :: finest, k
 
-   word = argument(1, "3")
-   read (word, *) finest
+   finest = argument_count(1, 3)
    path = argument(2, "")
    print "(a)", "# cells across  unknowns  rigid modes  the next four frequencies (Hz)"
    do k = 1, finest

@@ -1,12 +1,12 @@
 !> What the examples share: a scene built and solved from one line, as on the command line.
 module example_support
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use kschur, only: error_type, modal_options_type, modal_problem_type, modal_result_type, solve_modes
+   use kschur, only: error_type, modal_options_type, modal_problem_type, modal_result_type, solve_modes, text
    use kschur_scenes, only: build_scene
    use scene_geometry, only: geometry_type
    implicit none
    private
-   public :: argument, solve_scene, stop_on
+   public :: argument, argument_count, solve_scene, stop_on
 
 contains
 
@@ -41,12 +41,27 @@ contains
       if (status /= 0) word = default
    end function argument
 
+   !> The i-th word of the command line as a count of at least one, or a default.
+   integer function argument_count(i, default)
+      integer, intent(in) :: i, default
+      character(len=1024) :: word
+      integer :: status
+
+      argument_count = default
+      word = argument(i, "")
+      if (word == "") return
+      read (word, *, iostat=status) argument_count
+      if (status == 0 .and. argument_count > 0) return
+      write (error_unit, "(a)") "argument "//text(i)//" must be a count, not '"//trim(word)//"'"
+      stop 1
+   end function argument_count
+
    !> Ends the program with the message of a raised error.
    subroutine stop_on(error)
       type(error_type), allocatable, intent(in) :: error
 
       if (.not. allocated(error)) return
       write (error_unit, "(a)") error%message
-      error stop
+      stop 1
    end subroutine stop_on
 end module example_support

@@ -3,7 +3,7 @@
 !>
 !>     example_turbine [NUMBER OF SPEEDS] [FILE.vtu]
 program turbine
-   use example_support, only: argument, solve_scene, stop_on
+   use example_support, only: argument, argument_count, solve_scene, stop_on
    use kschur, only: error_type, kind_unstable, modal_options_type, modal_result_type, wp
    use scene_geometry, only: geometry_type
    use scene_vtu, only: write_vtu
@@ -16,12 +16,11 @@ program turbine
    type(modal_result_type) :: result
    type(geometry_type) :: geometry
    type(error_type), allocatable :: error
-   character(len=1024) :: word, path
+   character(len=1024) :: path
    character(len=7) :: speed
    integer :: speeds, k
 
-   word = argument(1, "3")
-   read (word, *) speeds
+   speeds = argument_count(1, 3)
    path = argument(2, "")
    call solve_scene("turbine", modal_options_type(modes=modes), result, geometry)
    print "(a)", "# standstill, Hz: computed, FAST, ADAMS"

@@ -4,7 +4,7 @@
 !>
 !>     example_turbine_scaling [NUMBER OF SPEEDS]
 program turbine_scaling
-   use example_support, only: argument, stop_on
+   use example_support, only: argument_count, stop_on
    use kschur, only: complex_linear_solver_type, error_type, formulation_damped_constrained, krylov_options_type, &
       krylov_schur, krylov_statistics_type, largest_magnitude, modal_options_type, modal_problem_type, modal_result_type, &
       mumps_complex_type, named_selection_type, new_pencil, new_shift_invert, pencil_type, shift_invert_type, solve_modes, wp
@@ -15,12 +15,10 @@ program turbine_scaling
    type(modal_problem_type) :: problem
    type(modal_result_type) :: result
    type(error_type), allocatable :: error
-   character(len=1024) :: word
    character(len=8) :: speed
    integer :: speeds, k
 
-   word = argument(1, "2")
-   read (word, *) speeds
+   speeds = argument_count(1, 2)
    print "(a)", "# speed (rpm)  constraints as they are: worst residual and violation of 40; scaled; backward error of solve_modes"
    do k = 0, speeds - 1
       write (speed, "(f8.4)") k*rated/max(1, speeds - 1)

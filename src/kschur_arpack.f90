@@ -153,7 +153,7 @@ contains
       do i = 1, runs
          call set_limits(process, wanted, most_columns, options)
          call run_once(process, options, run, statistics, error, monitor)
-         if (process%info == info_exhausted .and. process%converged() > wanted + 1 .and. most_columns > n) then
+         if (process%info == info_exhausted .and. process%converged() > wanted + 1 .and. most_columns > n .and. i < runs) then
             ! The Krylov space ends here, with all eigenvalues in it.
             most_columns = process%converged()
             deallocate (error)

@@ -4,7 +4,7 @@ module kschur_inner_solvers
    use kschur_direct_solver, only: direct_real_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_iterative_complex, only: iterative_complex_type
-   use kschur_iterative_real, only: iterative_real_type
+   use kschur_iterative_real, only: acceptable, iterative_real_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
    use kschur_mumps_complex, only: mumps_complex_type
@@ -72,7 +72,7 @@ contains
       real(wp) :: own
 
       own = part_of_tolerance*tolerance
-      allocate (inner%real, source=iterative_real_type(tolerance=own))
-      allocate (inner%complex, source=iterative_complex_type(tolerance=own))
+      allocate (inner%real, source=iterative_real_type(tolerance=own, accuracy=acceptable))
+      allocate (inner%complex, source=iterative_complex_type(tolerance=own, accuracy=acceptable))
    end subroutine choose_iterative
 end module kschur_inner_solvers

@@ -9,7 +9,7 @@ module kschur_iterative_real
    use kschur_text, only: magnitude
    implicit none
    private
-   public :: iterative_real_type
+   public :: iterative_real_type, acceptable
 
 #define SCALAR real(wp)
 #define MATRIX_TYPE csr_matrix_type

@@ -199,15 +199,16 @@ contains
       do attempt = 1, shift_attempts
          call factor_at_first(problem, deflation, options, inner, formulation, cmplx(moved*scale, 0, wp), transform, result, error)
          scale = real(result%shift, wp)
+         proposed = 0
+         if (.not. allocated(error) .and. attempt < shift_attempts) &
+            call propose_scale(transform, deflation, options, typical_rate(problem), result, proposed, error)
          if (allocated(error)) then
             if (all(error%code /= [error_singular, error_convergence]) .or. attempt == 1) return
             scale = previous
             call factor_at(problem, deflation, options, inner, formulation, cmplx(scale, 0, wp), transform, result, error)
             return
          end if
-         if (attempt == shift_attempts) return
-         call propose_scale(transform, deflation, options, typical_rate(problem), result, proposed, error)
-         if (allocated(error) .or. .not. proposed > 0) return
+         if (.not. proposed > 0) return
          proposed = max(proposed, deflation%blur)
          if (proposed >= scale/close_enough .and. proposed <= scale*close_enough) return
          call account(transform%linear_solver(), result)

@@ -6,7 +6,7 @@ module kschur_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type, new_deflation
    use kschur_direct_solver, only: direct_real_type
-   use kschur_error, only: error_type, new_error, error_convergence, error_usage
+   use kschur_error, only: error_type, new_error, error_convergence, error_singular, error_usage
    use kschur_formulation, only: choose_formulation, is_structured
    use kschur_inner_solvers, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp, long
@@ -343,7 +343,7 @@ contains
          call find_rigid_motions(problem, solver, motions, multipliers, error)
          if (allocated(error)) then
             ! The stiffness may be nearer to singular than the problem is at any shift.
-            if (error%code /= error_convergence) return
+            if (all(error%code /= [error_convergence, error_singular])) return
             deallocate (error)
             if (allocated(solver)) deallocate (solver)
             allocate (direct_real_type :: solver)

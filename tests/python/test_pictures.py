@@ -56,7 +56,7 @@ with tempfile.TemporaryDirectory() as folder:
     check("grid: length of the beams", (types == 3).all() and np.isclose(length, 3 * 3 + 4 * 2), length)
 
     path = pathlib.Path(folder) / "turbine.vtu"
-    subprocess.run([sys.argv[3], "0", str(path)], check=True, capture_output=True)
+    subprocess.run([sys.argv[3], "1", str(path)], check=True, capture_output=True)
     points, cells, types, data = read(path)
     check("turbine: blades and tower", np.isclose(np.linalg.norm(points[-1] - points[-49]), 61.5), points[-1])
     hub = points[21]

@@ -220,6 +220,10 @@ def test_inner_solvers(folder):
     check("--inner iterative: backward errors of a direct solver",
           max(mode["backward_error"] for mode in result["modes"]) < 1e-13)
     kschur("scene", "cantilever", "--elements", "500", "--output", folder / "slender.h5")
+    for scene, options, rigid in (("grid", ["--cells", "2x2"], 6), ("spring-chain", [], 1)):
+        kschur("scene", scene, *options, "--output", folder / "free.h5")
+        result, _ = solve(folder / "free.h5", "--modes", 8, "--inner", "iterative")
+        check(f"--inner iterative: rigid motions of {scene}", [mode["kind"] for mode in result["modes"]].count("rigid") == rigid)
     run = kschur("solve", folder / "slender.h5", "--modes", 2, "--inner", "iterative", "--shift", "0.03")
     check_refused("--inner iterative on a slender beam", 4, run, "iterative does not converge", "auto")
     check("--inner auto: MUMPS where constraints are left",

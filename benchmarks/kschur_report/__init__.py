@@ -1,0 +1,1 @@
+"""Comparison reports: the same problems by each method, speed against accuracy, on one page."""

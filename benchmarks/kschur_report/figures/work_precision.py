@@ -1,0 +1,65 @@
+"""Time against accuracy: a curve per method, a point per tolerance."""
+
+import math
+
+from ..plan import ACCURACY
+from .picture import Picture, drawn, in_order, legend_below, panels, style_of, tidy_logarithms
+
+MEASURES = (
+    ("worst_backward_error", "backward", "worst backward error (-)", "Time against worst backward error"),
+    (
+        "worst_damping_error",
+        "damping",
+        "worst relative error of a damping ratio (-)",
+        "Time against worst error of a damping ratio",
+    ),
+)
+CAPTIONS = {
+    "backward": "Left and down is better. A curve joins the tolerances of one method, loosest first. The backward error is computed by "
+    "this report from the modes and the matrices as given, for every method by the same code.",
+    "damping": "Against eigenvalues in extended precision by Newton's method, in code that shares nothing with the solvers. "
+    "Of oscillating modes; an error below what the reference is good for is drawn as that.",
+}
+
+
+def draw(campaign):
+    """Two pictures, the second where a reference exists."""
+    return [picture for measure in MEASURES for picture in draw_measure(campaign.study(ACCURACY), *measure)]
+
+
+def draw_measure(runs, attribute, name, label, title):
+    runs = [run for run in runs if not math.isnan(getattr(run, attribute))]
+    problems = list(dict.fromkeys(run.problem for run in runs))
+    if not problems:
+        return []
+    figure, axes = panels(len(problems), height=5.0)
+    rows = []
+    for axis, problem in zip(axes, problems):
+        for method in in_order(run.method for run in runs):
+            points = sorted(
+                (run for run in runs if run.problem == problem and run.method == method), key=lambda run: -run.tolerance
+            )
+            axis.loglog(
+                [drawn(getattr(run, attribute)) for run in points],
+                [run.median_seconds for run in points],
+                **style_of(method),
+            )
+            rows += [
+                [problem, method, run.tolerance, run.median_seconds, len(run.seconds), getattr(run, attribute)]
+                for run in points
+            ]
+        axis.set_xlabel(label)
+        axis.set_ylabel("time (s)")
+        axis.set_title(problem)
+        tidy_logarithms(axis)
+    legend_below(figure, axes)
+    return [
+        Picture(
+            f"work_precision_{name}",
+            title,
+            CAPTIONS[name],
+            figure,
+            ["problem", "method", "tolerance", "seconds", "repetitions", attribute],
+            rows,
+        )
+    ]

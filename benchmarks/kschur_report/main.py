@@ -1,0 +1,117 @@
+"""The program kschur-report."""
+
+import argparse
+import pathlib
+import shutil
+import sys
+
+from . import plan
+from .campaign import Runner, progress
+from .hard_cases import run_hard_cases
+from .machine import describe
+from .page import write_report
+from .problem import InputError, read_problem
+from .runs import Campaign, read_campaign, write_campaign
+
+EPILOG = """Writes index.html, a self-contained page, and beside it results.md (the same tables), data.h5 (all numbers), and an
+SVG and a CSV for every figure. Exit status: 0 all is well, 1 wrong usage, 2 bad input."""
+
+
+def parse(words):
+    parser = argparse.ArgumentParser(
+        prog="kschur-report",
+        epilog=EPILOG,
+        description="Speed against accuracy of kschur and other "
+        "eigensolvers, in pictures: on model structures, or on your own problem.",
+    )
+    parser.add_argument("--problem", metavar="FILE.h5", help="compare on this problem (HDF5, as kschur solve reads it)")
+    parser.add_argument("--modes", type=positive, default=20, help="how many lowest modes of that problem (20)")
+    parser.add_argument(
+        "--preset", choices=sorted(plan.PRESETS), default="quick", help="how much to run (quick: minutes, full: hours)"
+    )
+    parser.add_argument("--no-peers", action="store_true", help="our methods only, not SLEPc and SciPy")
+    parser.add_argument("--output", metavar="FOLDER", default="kschur-report", help="where to write (kschur-report)")
+    parser.add_argument("--redraw", action="store_true", help="draw again from data.h5 in that folder; runs nothing")
+    parser.add_argument(
+        "--kschur", metavar="PROGRAM", help="the program kschur (the one beside this program, or on the PATH)"
+    )
+    parser.add_argument("--hard-cases", metavar="PROGRAM", help="benchmark_hard_cases (the one beside kschur)")
+    try:
+        options = parser.parse_args(words)
+    except SystemExit as end:
+        raise SystemExit(1 if end.code else 0) from None
+    return options
+
+
+def positive(word):
+    number = int(word)
+    if number < 1:
+        raise argparse.ArgumentTypeError("must be at least 1")
+    return number
+
+
+def find_program(name, given, beside):
+    """The path given, or the program beside another, or on the PATH; None where there is none."""
+    for candidate in (given, beside and beside.parent / name, shutil.which(name)):
+        if candidate and pathlib.Path(candidate).is_file():
+            return pathlib.Path(candidate).resolve()
+    return None
+
+
+def studies_of(options):
+    if options.problem:
+        problem = read_problem(options.problem)
+        studies = plan.of_problem(
+            str(pathlib.Path(options.problem).resolve()),
+            pathlib.Path(options.problem).name,
+            options.modes,
+            problem.constraints.shape[0] > 0,
+            options.preset,
+        )
+    else:
+        studies = plan.PRESETS[options.preset]()
+    return plan.without_peers(studies) if options.no_peers else studies
+
+
+def measure(options, folder, launcher):
+    """Runs what the options ask for and stores it."""
+    kschur = find_program("kschur", options.kschur, launcher)
+    if kschur is None:
+        raise InputError("the program kschur was not found; name it with --kschur")
+    studies = studies_of(options)
+    title = (
+        f"kschur compared on {pathlib.Path(options.problem).name}"
+        if options.problem
+        else "kschur compared: speed against accuracy"
+    )
+    campaign = Campaign(title, options.preset, describe(kschur), {"command": " ".join(["kschur-report", *sys.argv[1:]])})
+    Runner(kschur, campaign).run_plan(studies)
+    if not options.problem:
+        add_hard_cases(options, campaign, kschur)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_campaign(folder / "data.h5", campaign)
+    return campaign
+
+
+def add_hard_cases(options, campaign, kschur):
+    program = find_program("benchmark_hard_cases", options.hard_cases, kschur)
+    if program is None:
+        campaign.notes.append(
+            "Stability map: left out. benchmark_hard_cases is not beside kschur; it is built with the tests."
+        )
+        return
+    progress("hard cases")
+    campaign.hard_cases = run_hard_cases(program, plan.HARD_GROUPS.get(options.preset, ()))
+
+
+def main(launcher=None):
+    """`launcher` is the path of the program that calls this."""
+    try:
+        options = parse(sys.argv[1:])
+        folder = pathlib.Path(options.output)
+        campaign = read_campaign(folder / "data.h5") if options.redraw else measure(options, folder, launcher)
+        page = write_report(folder, campaign)
+    except (InputError, OSError) as wrong:
+        print(f"kschur-report: {wrong}", file=sys.stderr)
+        sys.exit(2)
+    print(page)

@@ -1,0 +1,205 @@
+"""The methods that are compared: how each is called, what it is called on the page, how it is drawn."""
+
+import os
+import pathlib
+import sys
+from dataclasses import dataclass
+
+from . import slepc
+
+PEERS = pathlib.Path(__file__).resolve().parent.parent / "peers"
+REFERENCE_TOLERANCE = 1e-12  # of the run of kschur that says which eigenvalues there are
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+
+
+@dataclass(frozen=True)
+class Method:
+    """`options` follow the problem; a peer is a script of the folder peers and its first argument."""
+
+    name: str
+    label: str
+    settings: str
+    colour: str
+    marker: str
+    options: tuple = ()
+    script: str = ""
+    argument: str = ""
+    arithmetic: str = ""
+
+    @property
+    def is_peer(self):
+        return bool(self.script)
+
+
+# Colours of Okabe and Ito and of Tol, made for colour-blind readers; markers say the same.
+METHODS = {
+    method.name: method
+    for method in (
+        Method("auto", "kschur", "as it comes: the smallest exact formulation", "#0072B2", "o"),
+        Method(
+            "quadratic",
+            "kschur (quadratic)",
+            "the structured form for any damping, order n + m",
+            "#56B4E9",
+            "s",
+            ("--formulation", "quadratic"),
+        ),
+        Method(
+            "pencil",
+            "kschur (pencil 33)",
+            "the paper's pencil of order 2n + m, complex MUMPS LU, our scaling and shift",
+            "#009E73",
+            "^",
+            ("--formulation", "damped-constrained"),
+        ),
+        Method(
+            "pencil-zero",
+            "kschur (pencil 34)",
+            "the paper's pencil with spurious zeros, order 2n + m",
+            "#117733",
+            "v",
+            ("--formulation", "damped-constrained-zero"),
+        ),
+        Method(
+            "arpack-fair",
+            "ARPACK (fair)",
+            "ARPACK in the place of our Krylov-Schur, everything else the same",
+            "#E69F00",
+            "D",
+            ("--method", "arpack", "--arpack", "fair"),
+        ),
+        Method(
+            "arpack-plain",
+            "ARPACK (plain)",
+            "ARPACK as the paper compares with it: pencil (33), shift 1e-3 1/s, no scaling",
+            "#D55E00",
+            "X",
+            ("--method", "arpack", "--arpack", "plain"),
+        ),
+        Method(
+            "slepc-toar",
+            "SLEPc TOAR",
+            "PEP TOAR on the quadratic problem of order n + m, real, our shift, constraints scaled by "
+            "one factor as in the paper, MUMPS LU (ICNTL(14) = 300, its own ordering)",
+            "#CC79A7",
+            "P",
+            (),
+            "slepc_peer.py",
+            "toar",
+            "real",
+        ),
+        Method(
+            "slepc-toar-unscaled",
+            "SLEPc TOAR (unscaled)",
+            "the same, constraints as given",
+            "#999933",
+            "p",
+            ("--constraint-scaling", "none"),
+            "slepc_peer.py",
+            "toar",
+            "real",
+        ),
+        Method(
+            "slepc-real",
+            "SLEPc Krylov-Schur (real)",
+            "EPS Krylov-Schur on the pencil (33), real, our shift, constraints " "scaled by one factor, MUMPS LU",
+            "#882255",
+            "<",
+            (),
+            "slepc_peer.py",
+            "pencil",
+            "real",
+        ),
+        Method(
+            "slepc-complex",
+            "SLEPc Krylov-Schur (complex)",
+            "EPS Krylov-Schur on the pencil (33), complex, our shift, constraints " "scaled by one factor, MUMPS LU",
+            "#661100",
+            ">",
+            (),
+            "slepc_peer.py",
+            "pencil",
+            "complex",
+        ),
+        Method(
+            "slepc-symmetric",
+            "SLEPc symmetric",
+            "EPS Krylov-Schur on K phi = omega^2 M phi with tied unknowns eliminated by "
+            "hand and proportional damping put back by formula, our shift, MUMPS Cholesky",
+            "#AA4499",
+            "h",
+            (),
+            "slepc_peer.py",
+            "symmetric",
+            "real",
+        ),
+        Method(
+            "scipy",
+            "SciPy eigs",
+            "ARPACK in scipy.sparse.linalg.eigs on the pencil (33), real, our shift, constraints scaled "
+            "by one factor, SuperLU",
+            "#000000",
+            "*",
+            (),
+            "scipy_peer.py",
+            "eigs",
+        ),
+    )
+}
+OURS = tuple(name for name, method in METHODS.items() if not method.is_peer)
+PEER_NAMES = tuple(name for name, method in METHODS.items() if method.is_peer)
+
+
+def missing(method):
+    """Why a method cannot run here; empty where it can."""
+    if method.arithmetic and slepc.environment(method.arithmetic) is None:
+        return f"SLEPc ({method.arithmetic}) is not installed: apt-get install python3-slepc4py-{method.arithmetic}"
+    return ""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What every method is asked: the lowest modes. Peers count both of a pair, and are given our shift (1/s)."""
+
+    modes: int
+    eigenvalues: int = 0
+    shift: float = 0.0
+
+
+def command(method, kschur, problem, question, tolerance, output, extra=()):
+    """The command line and the environment of one run."""
+    environment = dict(os.environ, **ONE_THREAD)
+    if not method.is_peer:
+        return [
+            str(kschur),
+            "solve",
+            str(problem),
+            "--modes",
+            str(question.modes),
+            "--tolerance",
+            repr(tolerance),
+            "--threads",
+            "1",
+            "--quiet",
+            "--output",
+            str(output),
+            *method.options,
+            *extra,
+        ], environment
+    if method.arithmetic:
+        environment.update(slepc.environment(method.arithmetic))
+    return [
+        sys.executable,
+        str(PEERS / method.script),
+        method.argument,
+        str(problem),
+        "--eigenvalues",
+        str(question.eigenvalues),
+        "--shift",
+        repr(question.shift),
+        "--tolerance",
+        repr(tolerance),
+        "--output",
+        str(output),
+        *method.options,
+    ], environment

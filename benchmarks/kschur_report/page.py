@@ -1,0 +1,156 @@
+"""Writes the page, its figures, their data, and the same tables as Markdown."""
+
+import csv
+import html
+import io
+import re
+
+from . import advice
+from .figures import constraint_scaling, phases, residuals, scaling, stability, work_precision
+from .figures.picture import plt
+from .tables import tables
+
+DRAWERS = (work_precision.draw, scaling.draw, phases.draw, residuals.draw, constraint_scaling.draw, stability.draw)
+STYLE = """
+body { font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: #222; background: #fff; margin: 2rem auto;
+       max-width: 72rem; padding: 0 1rem; }
+h1 { font-size: 1.7rem; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
+.advice { background: #eef5fa; border-left: 4px solid #0072B2; padding: 0.2rem 1rem; }
+figure { margin: 0; } figure svg { width: 100%; height: auto; }
+figcaption { color: #444; font-size: 0.9rem; }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; font-size: 0.82rem; font-variant-numeric: tabular-nums; }
+th, td { text-align: left; padding: 0.2rem 0.45rem; border-bottom: 1px solid #ddd; vertical-align: top; }
+th { border-bottom: 2px solid #888; vertical-align: bottom; }
+.short { white-space: nowrap; }
+nav a { margin-right: 1rem; }
+"""
+
+
+def draw_all(campaign):
+    """Every picture that the campaign has data for."""
+    return [picture for draw in DRAWERS for picture in draw(campaign)]
+
+
+def svg_of(picture):
+    """The figure as SVG text; names inside are made from the picture's, so that figures can share a page."""
+    with plt.rc_context({"svg.hashsalt": picture.name}):
+        buffer = io.StringIO()
+        picture.figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None, "Title": picture.title})
+    plt.close(picture.figure)
+    return buffer.getvalue()
+
+
+def inline(svg, picture):
+    """The SVG without its XML head and fixed size, with a name for screen readers, its ids made unique on the page."""
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
+    body = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", body, count=1)
+    body = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", body, count=1)
+    body = re.sub(r'\bid="', f'id="{picture.name}-', body)
+    body = re.sub(r'(xlink:href="|url\()#', rf"\1#{picture.name}-", body)
+    return body.replace("<svg", f'<svg role="img" aria-label="{html.escape(picture.title)}"', 1)
+
+
+def write_report(folder, campaign):
+    """index.html, results.md, and beside them an SVG and a CSV a figure; returns the path of the page."""
+    folder.mkdir(parents=True, exist_ok=True)
+    sections = []
+    for picture in draw_all(campaign):
+        svg = svg_of(picture)
+        (folder / f"{picture.name}.svg").write_text(svg)
+        with open(folder / f"{picture.name}.csv", "w", newline="") as file:
+            csv.writer(file).writerows([picture.header, *picture.rows])
+        sections.append((picture, inline(svg, picture)))
+    (folder / "results.md").write_text(markdown(campaign))
+    page = folder / "index.html"
+    page.write_text(html_page(campaign, sections))
+    return page
+
+
+def html_page(campaign, sections):
+    say = html.escape
+    links = "".join(f'<a href="#{picture.name}">{say(picture.title)}</a>' for picture, _ in sections)
+    parts = [
+        "<!DOCTYPE html>",
+        '<html lang="en"><head><meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>{say(campaign.title)}</title><style>{STYLE}</style></head><body>",
+        f"<h1>{say(campaign.title)}</h1>",
+        '<div class="advice">',
+        *(f"<p>{unbroken(say(words))}</p>" for words in advice.paragraphs(campaign)),
+        "</div>",
+        f"<p>{say(how_measured(campaign))}</p>",
+        f"<nav>{links}</nav>",
+    ]
+    for picture, svg in sections:
+        parts.append(
+            f'<h2 id="{picture.name}">{say(picture.title)}</h2><figure>{svg}<figcaption>{say(picture.caption)} '
+            f'<a href="{picture.name}.csv">data</a>, <a href="{picture.name}.svg">figure</a></figcaption></figure>'
+        )
+    for table in tables(campaign):
+        head = "".join(f"<th>{say(cell)}</th>" for cell in table.header)
+        body = "".join("<tr>" + "".join(cell_of(cell) for cell in row) + "</tr>" for row in table.rows)
+        parts.append(
+            f'<h2>{say(table.title)}</h2><p>{say(table.note)}</p><div class="wide"><table><thead><tr>{head}</tr></thead>'
+            f"<tbody>{body}</tbody></table></div>"
+        )
+    return "\n".join(parts + ["</body></html>\n"])
+
+
+def unbroken(words):
+    """No line break inside a number like 1e-12."""
+    return re.sub(r"\d\S*e-\d+", r'<span class="short">\g<0></span>', words)
+
+
+def cell_of(words):
+    """Short cells stay on one line."""
+    start = '<td class="short">' if len(words) < 40 else "<td>"
+    return f"{start}{html.escape(words)}</td>"
+
+
+def how_measured(campaign):
+    """The conditions of all runs, with what falls short of them."""
+    counts = [len(run.seconds) for run in campaign.runs if run.is_good and run.study != "constraint-scaling"]
+    fewer = sum(count < 5 for count in counts)
+    words = (
+        "Every run is a process of its own with one thread; the methods take turns, so that a busy moment hits all of them; "
+        "a time is the median of its repetitions. "
+    )
+    if fewer:
+        words += (
+            f"Of {len(counts)} combinations {fewer} were repeated fewer than five times to keep it short: the tables say how "
+            "often each ran. "
+        )
+    return words + (
+        f"Measured on {campaign.machine['date']} on {campaign.machine['processor']}, preset {campaign.preset}. "
+        "All numbers are in data.h5 beside this page."
+    )
+
+
+def markdown(campaign):
+    """The advice and the tables."""
+    lines = [
+        f"# {campaign.title}",
+        "",
+        "\n\n".join(advice.paragraphs(campaign)),
+        "",
+        how_measured(campaign),
+        "",
+        "Made by",
+        "",
+        f"    {campaign.settings['command']}",
+        "",
+        "which writes these tables to results.md in its folder, beside a page with the same numbers in pictures.",
+        "",
+    ]
+    for table in tables(campaign):
+        lines += [
+            f"## {table.title}",
+            "",
+            *([table.note, ""] if table.note else []),
+            "| " + " | ".join(table.header) + " |",
+            "|" + "---|" * len(table.header),
+        ]
+        lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in table.rows] + [""]
+    return "\n".join(lines)

@@ -1,0 +1,157 @@
+"""What is run: studies of scenes, methods, tolerances and constraint scalings."""
+
+from dataclasses import dataclass, replace
+
+from .methods import METHODS, OURS, PEER_NAMES
+
+ACCURACY, SCALING, CONSTRAINT_SCALING = "accuracy", "scaling", "constraint-scaling"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A problem: arguments of `kschur scene`, or the file of a user."""
+
+    label: str
+    arguments: tuple = ()
+    file: str = ""
+
+
+@dataclass(frozen=True)
+class Study:
+    """Every method on every problem, at every tolerance and constraint scaling.
+
+    `repeats` are the most that are made of one run; it is not repeated beyond `seconds` in all. A run longer than
+    `patience` (seconds) is stopped, and in a study of growing problems the method is not asked further once it
+    needed a quarter of that.
+    """
+
+    name: str
+    scenes: tuple
+    methods: tuple
+    modes: int
+    tolerances: tuple = (1e-10,)
+    scalings: tuple = ("",)
+    repeats: int = 5
+    seconds: float = 10.0
+    patience: float = 60.0
+    grows: bool = False
+    reference_order: int = 0  # largest n + m for which a reference is computed
+
+
+def grid(cells):
+    return Scene(f"grid {cells}", ("grid", "--cells", cells))
+
+
+def cantilever(elements, tip_mass):
+    return Scene(f"cantilever, {tip_mass:g} kg", ("cantilever", "--elements", str(elements), "--tip-mass", f"{tip_mass:g}"))
+
+
+def turbine(speed):
+    return Scene(f"turbine, {speed:g} rpm", ("turbine", "--speed", f"{speed:g}"))
+
+
+CRANK = Scene("crank", ("crank",))
+
+# The ratio of the paper's grids, 10 to 7.
+GRIDS = tuple(
+    grid(cells) for cells in ("6x4", "10x7", "20x14", "30x21", "40x28", "60x42", "90x63", "130x90", "180x125", "220x150")
+)
+ALL = OURS + PEER_NAMES
+STRUCTURED = ("auto", "quadratic")
+TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
+
+
+def quick():
+    """Minutes on two cores."""
+    methods = tuple(name for name in ALL if name != "pencil-zero")
+    return (
+        Study(ACCURACY, (grid("20x14"),), methods, 56, TOLERANCES[::2] + TOLERANCES[-1:], seconds=6, reference_order=20000),
+        Study(ACCURACY, (cantilever(100, 4000), turbine(12.1)), methods, 20, TOLERANCES, seconds=1, reference_order=20000),
+        Study(
+            CONSTRAINT_SCALING,
+            (cantilever(100, 1e9), turbine(12.1)),
+            ("pencil",),
+            20,
+            repeats=1,
+            scalings=("row", "scalar", "none"),
+        ),
+        Study(
+            SCALING,
+            GRIDS[:6],
+            ("auto", "quadratic", "pencil", "arpack-fair", "slepc-toar-unscaled", "slepc-symmetric"),
+            56,
+            repeats=5,
+            seconds=4,
+            patience=40,
+            grows=True,
+        ),
+    )
+
+
+def full():
+    """Hours: five repetitions of all, up to a million unknowns."""
+    return (
+        Study(
+            ACCURACY,
+            (grid("20x14"), cantilever(100, 4000), turbine(12.1), CRANK),
+            ALL,
+            56,
+            TOLERANCES,
+            seconds=1e9,
+            patience=600,
+            reference_order=20000,
+        ),
+        Study(ACCURACY, (grid("60x42"),), ALL, 56, TOLERANCES[1:], seconds=1e9, patience=1200),
+        Study(
+            CONSTRAINT_SCALING,
+            (grid("20x14"), cantilever(100, 1e9), turbine(12.1)),
+            ("pencil", "pencil-zero"),
+            56,
+            repeats=1,
+            scalings=("row", "scalar", "none"),
+        ),
+        Study(SCALING, GRIDS[1:], ALL, 56, seconds=1e9, patience=3600, grows=True),
+    )
+
+
+def tiny():
+    """Seconds: for the test of this program."""
+    methods = ("auto", "quadratic", "pencil", "arpack-fair")
+    return (
+        Study(ACCURACY, (grid("6x4"),), methods, 20, (1e-8, 1e-12), repeats=2, reference_order=20000),
+        Study(CONSTRAINT_SCALING, (cantilever(10, 4000),), ("pencil",), 8, repeats=1, scalings=("row", "scalar", "none")),
+        Study(SCALING, tuple(grid(cells) for cells in ("3x2", "6x4", "9x6")), STRUCTURED, 20, repeats=2, grows=True),
+    )
+
+
+PRESETS = {"quick": quick, "full": full, "tiny": tiny}
+
+
+def of_problem(file, label, modes, constrained, preset):
+    """The studies that apply to a user's own problem."""
+    seconds, patience = {"tiny": (0, 60), "quick": (20, 120), "full": (1e9, 3600)}[preset]
+    scene = (Scene(label, file=file),)
+    studies = (Study(ACCURACY, scene, ALL, modes, TOLERANCES, seconds=seconds, patience=patience, reference_order=20000),)
+    if constrained:
+        studies += (
+            Study(
+                CONSTRAINT_SCALING,
+                scene,
+                ("pencil",),
+                modes,
+                repeats=1,
+                patience=patience,
+                scalings=("row", "scalar", "none"),
+            ),
+        )
+    return studies
+
+
+def without_peers(studies):
+    """The same with our methods only."""
+    kept = (replace(study, methods=tuple(name for name in study.methods if not METHODS[name].is_peer)) for study in studies)
+    return tuple(study for study in kept if study.methods)
+
+
+# The groups of hard cases of a preset; all where none is named.
+HARD_GROUPS = {"tiny": ("brakes",)}

@@ -1,0 +1,250 @@
+"""The numbers of the page as tables, which page and Markdown both write."""
+
+import math
+from dataclasses import dataclass
+
+from .advice import problems_of, where_not_first
+from .methods import METHODS, REFERENCE_TOLERANCE
+from .plan import ACCURACY, CONSTRAINT_SCALING, SCALING
+from .runs import median
+
+PLAIN = "arpack-plain"  # gets most of the hard cases wrong
+
+
+@dataclass
+class Table:
+    """Cells are words already; `note` stands above."""
+
+    title: str
+    note: str
+    header: list
+    rows: list
+
+
+def error(value):
+    return "" if math.isnan(value) else f"{value:.1e}"
+
+
+def seconds(value):
+    return f"{value:.3g}"
+
+
+def megabytes(value):
+    return "" if math.isnan(value) else f"{value / 1e6:.0f}"
+
+
+def tables(campaign):
+    """Those that have rows."""
+    every = [
+        not_first_table(campaign),
+        *accuracy_tables(campaign),
+        scaling_table(campaign),
+        constraint_table(campaign),
+        *hard_tables(campaign),
+        method_table(campaign),
+        note_table(campaign),
+        machine_table(campaign),
+    ]
+    return [table for table in every if table.rows]
+
+
+def accuracy_tables(campaign):
+    """One a problem."""
+    runs = sorted(campaign.study(ACCURACY), key=lambda run: (list(METHODS).index(run.method), -run.tolerance))
+    return [
+        accuracy_table(problem, [run for run in runs if run.problem == problem])
+        for problem in problems_of(campaign.study(ACCURACY))
+    ]
+
+
+def accuracy_table(problem, runs):
+    rows = [
+        [
+            METHODS[run.method].label,
+            run.formulation,
+            f"{run.tolerance:g}",
+            seconds(run.median_seconds),
+            str(len(run.seconds)),
+            str(run.operator_applications),
+            megabytes(run.median_memory),
+            error(run.worst_backward_error),
+            error(run.worst_frequency_error),
+            error(run.worst_damping_error),
+            found(run),
+            run.certified,
+        ]
+        for run in runs
+    ]
+    compared = max(len(run.frequency_error) for run in runs)
+    return Table(
+        f"Speed against accuracy: {problem}",
+        f"{runs[0].unknowns:,} unknowns, {runs[0].constraints:,} constraints, {runs[0].modes_asked} lowest modes. "
+        "Times are medians, of one thread, from the matrices in memory to the modes in memory. Eigenvalues are counted, both of a pair, among those that "
+        f"kschur has at a tolerance of {REFERENCE_TOLERANCE:g}. Errors are the worst of all modes"
+        + (
+            f", of frequency and damping ratio the worst relative ones of {compared} oscillating modes, whose "
+            f"reference is good to {runs[0].reference_uncertainty:.0e}."
+            if compared
+            else "; there is no reference for frequency and damping ratio."
+        ),
+        [
+            "method",
+            "formulation",
+            "tolerance",
+            "time (s)",
+            "runs",
+            "applications",
+            "memory (MB)",
+            "backward error",
+            "frequency",
+            "damping ratio",
+            "eigenvalues",
+            "certified",
+        ],
+        rows,
+    )
+
+
+def found(run):
+    """Eigenvalues found of those asked; both of a pair count."""
+    return f"{run.found}/{run.expected}"
+
+
+def scaling_table(campaign):
+    rows = [
+        [
+            str(run.unknowns),
+            METHODS[run.method].label,
+            run.formulation,
+            seconds(run.median_seconds),
+            str(len(run.seconds)),
+            megabytes(run.median_memory),
+            error(run.worst_backward_error),
+            found(run),
+        ]
+        for run in sorted(campaign.study(SCALING), key=lambda run: (run.unknowns, list(METHODS).index(run.method)))
+    ]
+    return Table(
+        "Growth with the number of unknowns",
+        "The grid of beams of the paper's Figure 5 in growing sizes.",
+        ["unknowns", "method", "formulation", "time (s)", "runs", "memory (MB)", "backward error", "eigenvalues"],
+        rows,
+    )
+
+
+def constraint_table(campaign):
+    rows = [
+        [run.problem, METHODS[run.method].label, run.scaling, error(run.worst_backward_error), found(run)]
+        for run in campaign.study(CONSTRAINT_SCALING)
+    ]
+    return Table(
+        "Constraint scaling",
+        "Worst backward error with each scaling of the constraints.",
+        ["problem", "method", "scaling", "backward error", "eigenvalues"],
+        rows,
+    )
+
+
+def hard_tables(campaign):
+    """How many each method gets right, and which those of ours and ARPACK's fair use get wrong."""
+    cases = campaign.hard_cases
+    methods = [name for name in METHODS if name in {case.method for case in cases}]
+    counts = []
+    for name in methods:
+        mine = [case for case in cases if case.method == name]
+        counts.append(
+            [
+                METHODS[name].label,
+                str(sum(case.good for case in mine)),
+                str(sum(not case.good for case in mine)),
+                error(
+                    median(
+                        [
+                            max(case.backward_error, case.eigenvalue_error)
+                            for case in mine
+                            if not math.isnan(case.backward_error)
+                        ]
+                    )
+                ),
+            ]
+        )
+    rows = [
+        [
+            case.name,
+            METHODS[case.method].label,
+            f"{case.found}/{case.expected}",
+            error(case.backward_error),
+            error(case.eigenvalue_error),
+            case.message,
+        ]
+        for case in cases
+        if not case.good and case.method != PLAIN
+    ]
+    return [
+        Table(
+            "Hard cases",
+            "The error is the larger of worst backward error and worst relative error of an eigenvalue.",
+            ["method", "right", "wrong", "median error"],
+            counts,
+        ),
+        Table(
+            "Hard cases that a method gets wrong",
+            f"Without {METHODS[PLAIN].label}, whose are in the figure and its data.",
+            ["case", "method", "modes", "backward error", "eigenvalue error", "message"],
+            rows,
+        ),
+    ]
+
+
+def not_first_table(campaign):
+    rows = [
+        [
+            study,
+            problem,
+            measure,
+            METHODS[best.method].label,
+            f"{value:.3g}",
+            f"{ours:.3g}",
+            f"{ours / value:.2f}",
+            error(best.worst_backward_error),
+        ]
+        for study, problem, measure, best, value, ours in where_not_first(campaign)
+    ]
+    return Table(
+        "Where kschur is not the best",
+        "The best value of the default at any tolerance against the best of any method "
+        "that found all eigenvalues, however accurate: that is in the last column. Errors that are next to rounding are "
+        "not compared.",
+        ["study", "problem", "measure", "best method", "its value", "kschur", "ratio", "its backward error"],
+        rows,
+    )
+
+
+def method_table(campaign):
+    used = {run.method for run in campaign.runs}
+    libraries = {run.method: run.library for run in campaign.runs if run.library}
+    rows = [[method.label, method.settings, libraries.get(name, "")] for name, method in METHODS.items() if name in used]
+    return Table(
+        "Methods and their settings",
+        "Peers get the matrices from the same file, the number of eigenvalues that our modes "
+        "stand for, the shift that kschur chose, and constraints scaled to the stiffness. Both make most of them more accurate "
+        "by orders of magnitude than a shift next to zero and constraints as given.",
+        ["method", "settings", "library"],
+        rows,
+    )
+
+
+def note_table(campaign):
+    return Table("Left out", "What did not run, and why.", ["note"], [[note] for note in campaign.notes])
+
+
+def machine_table(campaign):
+    return Table(
+        "Machine, versions and settings",
+        "",
+        ["what", "value"],
+        [
+            [name, str(value)]
+            for name, value in sorted({**campaign.machine, **campaign.settings}.items(), key=lambda item: item[0].lower())
+        ],
+    )
