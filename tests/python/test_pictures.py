@@ -63,7 +63,7 @@ with tempfile.TemporaryDirectory() as folder:
     check("turbine: hub height", np.isclose(hub[2], 90, atol=1e-3) and np.isclose(hub[0], -5.0, atol=1e-3), hub)
     reach = [np.linalg.norm(points[k] - hub) for k in (-1, -50, -99)]
     check("turbine: three blades", np.allclose(reach, 63), reach)
-    run = subprocess.run([sys.argv[3], "0", f"{folder}/nowhere/turbine.vtu"], capture_output=True, text=True)
+    run = subprocess.run([sys.argv[3], "1", f"{folder}/nowhere/turbine.vtu"], capture_output=True, text=True)
     check("a file that cannot be written is an error", run.returncode != 0 and "nowhere" in run.stderr, run.stderr)
 
 print(f"{failed} failed")
