@@ -9,7 +9,7 @@ module kschur_band
    use kschur_inner_solvers, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_balance, only: balance
-   use kschur_backward_error, only: eigenpairs_type
+   use kschur_backward_error, only: append_pairs, eigenpairs_type
    use kschur_modes, only: orthonormalize_zeros, select_modes, sort_by_distance
    use kschur_left, only: set_left_modes
    use kschur_monitor, only: monitor_type
@@ -146,8 +146,8 @@ contains
       call damp(oscillators, spectral_map_type(.true., 1.0_wp, problem%alpha, problem%beta), pairs)
       call keep_pairs(rigid, pack([(i, i=1, size(rigid%lambda))], &
          abs(rigid%lambda) >= band(1) .and. abs(rigid%lambda) <= band(2)))
-      call select_all(problem, options, pairs, rigid, result)
       total = total - oscillators%found + size(pairs%lambda) + size(rigid%lambda)
+      call select_all(problem, options, pairs, rigid, result)
       if (size(result%eigenvalues) /= total .and. result%certified == certified_yes) result%certified = certified_no
       result%modes_asked = total
       if (options%left) call set_left_modes(problem, problem, modes_of(result), .false., inner, result, error)
@@ -353,7 +353,8 @@ contains
 
       own = options
       own%modes = huge(1)
-      call select_modes(problem, own, pairs, rigid, 0.0_wp, huge(1.0_wp), result)
+      call append_pairs(pairs, rigid)
+      call select_modes(problem, own, pairs, size(rigid%lambda), 0.0_wp, huge(1.0_wp), result)
    end subroutine select_all
 
    subroutine keep_pairs(pairs, kept)

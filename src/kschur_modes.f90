@@ -46,11 +46,11 @@ contains
    subroutine select_modes(problem, options, pairs, rigid, reference, reach, result, inaccurate, beyond)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
-      !> Pairs of an iteration; normalised, and in the upper half-plane on return.
+      !> Pairs of an iteration, and behind them rigid motions. Used up.
       type(eigenpairs_type), intent(inout) :: pairs
-      !> Rigid motions, known exactly: all of the eigenvalue zero with orthonormal shapes,
-      !> and others.
-      type(eigenpairs_type), intent(in) :: rigid
+      !> The number of rigid motions. They are known exactly: all of the eigenvalue zero, with
+      !> orthonormal shapes, and others.
+      integer, intent(in) :: rigid
       !> A size of lambda (1/s), as the shift, against which zeros are seen.
       real(wp), intent(in) :: reference
       !> Eigenvalues are known as far as this from the target (1/s).
@@ -60,7 +60,6 @@ contains
       integer, optional, intent(out) :: inaccurate
       !> Whether some pair lies where infinite eigenvalues are, so that no finite one is left.
       logical, optional, intent(out) :: beyond
-      type(eigenpairs_type) :: modes
       logical, allocatable :: accepted(:), lower(:), others(:)
       complex(wp), allocatable :: lambda(:)
       real(wp), allocatable :: errors(:)
@@ -68,13 +67,13 @@ contains
       integer, allocatable :: order(:)
       integer :: k, j
 
-      call normalize(pairs)
-      k = size(pairs%lambda)
+      k = size(pairs%lambda) - rigid
+      call normalize(pairs, k)
       do j = 1, k
          pairs%lambda(j) = cleaned(pairs%lambda(j), problem%damping_kind == damping_none)
       end do
-      allocate (accepted(k), source=.not. repeats_zero(problem, pairs, rigid, reference))
-      allocate (lower(k), source=aimag(pairs%lambda) < 0)
+      allocate (accepted(k), source=.not. repeats_zero(problem, pairs, k, reference))
+      allocate (lower(k), source=aimag(pairs%lambda(:k)) < 0)
       do j = 1, k
          if (.not. lower(j)) cycle
          pairs%lambda(j) = conjg(pairs%lambda(j))
@@ -88,14 +87,13 @@ contains
          accepted(j) = .not. depends(pairs, others, j)
       end do
 
-      allocate (lambda(k + size(rigid%lambda)), source=[pairs%lambda, rigid%lambda])
-      allocate (errors(size(lambda)))
-      errors(:k) = backward_errors(problem, pairs, lambda(:k))
-      errors(k + 1:) = backward_errors(problem, rigid)
+      allocate (lambda(k + rigid), source=pairs%lambda)
+      allocate (errors(k + rigid), source=backward_errors(problem, pairs, lambda))
       do j = 1, k
          lambda(j) = cleaned(lambda(j), problem%damping_kind == damping_none)
       end do
-      accepted = [accepted, spread(.true., 1, size(rigid%lambda))]
+      lambda(k + 1:) = pairs%lambda(k + 1:)
+      accepted = [accepted, spread(.true., 1, rigid)]
       limit = max(highest(problem), far*max(reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
       if (present(inaccurate)) inaccurate = count(accepted .and. errors > spurious .and. abs(lambda) <= limit)
       if (present(beyond)) beyond = any(errors > spurious .and. .not. abs(lambda) <= limit)
@@ -104,22 +102,35 @@ contains
       call sort_by_distance(lambda, options%target, order)
       order = order(:min(count(distances(lambda(order), options%target) <= (1 + blurred)*reach), options%modes))
 
-      allocate (modes%phi(problem%unknowns(), size(order)), modes%xi(problem%multipliers(), size(order)))
-      do j = 1, size(order)
-         if (order(j) <= k) then
-            modes%phi(:, j) = pairs%phi(:, order(j))
-            modes%xi(:, j) = pairs%xi(:, order(j))
-         else
-            modes%phi(:, j) = rigid%phi(:, order(j) - k)
-            modes%xi(:, j) = rigid%xi(:, order(j) - k)
-         end if
-      end do
+      call take_columns(pairs%phi, order)
+      call take_columns(pairs%xi, order)
       result%eigenvalues = lambda(order)
-      call move_alloc(modes%phi, result%eigenvectors)
-      call move_alloc(modes%xi, result%multipliers)
+      call move_alloc(pairs%phi, result%eigenvectors)
+      call move_alloc(pairs%xi, result%multipliers)
       result%backward_error = errors(order)
       call describe(problem, result)
    end subroutine select_modes
+
+   ! Columns `order` of a block, in its own place: there may be no room for two.
+   pure subroutine take_columns(block, order)
+      complex(wp), allocatable, intent(inout) :: block(:, :)
+      integer, intent(in) :: order(:)
+      complex(wp) :: column(size(block, 1))
+      integer :: i, j
+
+      do j = 1, size(order)
+         ! What stood at i < j went where column i came from.
+         i = order(j)
+         do while (i < j)
+            i = order(i)
+         end do
+         if (i == j) cycle
+         column = block(:, j)
+         block(:, j) = block(:, i)
+         block(:, i) = column
+      end do
+      if (size(order) < size(block, 2)) block = block(:, :size(order))
+   end subroutine take_columns
 
    !> Puts pairs and their backward errors in the place of the modes of `result`: the same
    !> ones, but better.
@@ -150,13 +161,14 @@ contains
       end associate
    end function highest
 
-   ! Unit norm, the largest entry real and positive.
-   subroutine normalize(pairs)
+   ! The first k: unit norm, the largest entry real and positive.
+   subroutine normalize(pairs, k)
       type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: k
       complex(wp) :: factor
       integer :: j, largest
 
-      do j = 1, size(pairs%lambda)
+      do j = 1, k
          associate (phi => pairs%phi(:, j))
             largest = maxloc(real(phi, wp)**2 + aimag(phi)**2, 1)
             if (.not. abs(phi(largest)) > 0) cycle
@@ -207,41 +219,42 @@ contains
             pairs%xi(:, j) = factor*pairs%xi(:, j)
          end do
       end do
-      call normalize(pairs)
+      call normalize(pairs, size(pairs%lambda))
    end subroutine orthonormalize_zeros
 
-   ! Which pairs are a zero that the rigid motions stand for already. Such a motion has the
+   ! Which of the first k pairs are a zero that the rigid motions, the others, stand for already. Such a motion has the
    ! roots 0 and -r/m of lambda^2 m + lambda r = 0: it is the nearer one that an iteration blurred.
-   function repeats_zero(problem, pairs, rigid, reference) result(repeats)
+   function repeats_zero(problem, pairs, k, reference) result(repeats)
       type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type), intent(in) :: pairs, rigid
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: k
       real(wp), intent(in) :: reference
-      logical :: repeats(size(pairs%lambda))
+      logical :: repeats(k)
       complex(wp), allocatable :: rest(:)
       ! A root whose inertia is less than this part of the terms of stiffness is made of their rounding.
       real(wp), parameter :: blurring = 100*epsilon(1.0_wp)
-      complex(wp) :: m, r, k
+      complex(wp) :: m, r, s
       real(wp) :: m_terms, r_terms, k_terms, largest
       integer :: i, j
 
       repeats = .false.
-      if (size(rigid%lambda) == 0) return
+      if (size(pairs%lambda) == k) return
       do j = 1, size(repeats)
          rest = pairs%phi(:, j)
-         do i = 1, size(rigid%lambda)
-            if (abs(rigid%lambda(i)) > 0) cycle
-            rest = rest - dot_product(rigid%phi(:, i), rest)*rigid%phi(:, i)
+         do i = k + 1, size(pairs%lambda)
+            if (abs(pairs%lambda(i)) > 0) cycle
+            rest = rest - dot_product(pairs%phi(:, i), rest)*pairs%phi(:, i)
          end do
          repeats(j) = length(rest) <= dependent
       end do
-      largest = minval(abs(pairs%lambda), .not. repeats)
+      largest = minval(abs(pairs%lambda(:k)), .not. repeats)
       if (all(repeats)) largest = 0
       largest = max(reference, largest)
       do j = 1, size(repeats)
          if (.not. repeats(j)) cycle
          call form(problem%mass, pairs%phi(:, j), m, m_terms)
          call form(problem%damping, pairs%phi(:, j), r, r_terms)
-         call form(problem%stiffness, pairs%phi(:, j), k, k_terms)
+         call form(problem%stiffness, pairs%phi(:, j), s, k_terms)
          repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= no_energy*r_terms .or. &
             abs(pairs%lambda(j)**2)*m_terms <= blurring*k_terms .or. &
             abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r))

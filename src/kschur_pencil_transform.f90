@@ -73,7 +73,7 @@ contains
    subroutine recover(self, mu, vectors, phi, xi, error)
       class(pencil_transform_type), intent(inout) :: self
       complex(wp), intent(in) :: mu(:)
-      complex(wp), contiguous, intent(in) :: vectors(:, :)
+      complex(wp), allocatable, intent(inout) :: vectors(:, :)
       complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
       type(error_type), allocatable, intent(out) :: error
       complex(wp), allocatable :: purified(:, :), lambda(:)
@@ -87,6 +87,7 @@ contains
       allocate (purified(size(vectors, 1), size(mu)))
       call self%operator%apply_with_multipliers(vectors, purified, error)
       if (allocated(error)) return
+      deallocate (vectors)
       do j = 1, size(mu)
          purified(:, j) = purified(:, j)/norm2(abs(purified(:, j)))
       end do

@@ -83,10 +83,8 @@ contains
       else
          call reduce(plan, problem%damping, problem%symmetric, damping, error)
       end if
-      if (.not. allocated(error)) call new_modal_problem(reduced, mass, stiffness, error, damping, constraints)
-      reduced%damping_kind = problem%damping_kind
-      reduced%alpha = problem%alpha
-      reduced%beta = problem%beta
+      if (.not. allocated(error)) call new_modal_problem(reduced, mass, stiffness, error, damping, constraints, &
+         kind_of=problem)
       call add_context(error, "without the clamped and tied unknowns")
    end subroutine presolve
 
@@ -320,20 +318,20 @@ contains
       end do
    end subroutine change_units
 
-   !> T y, n x k, for y, n' x k.
-   pure function expand_shapes(self, y) result(phi)
+   !> phi = T y, n x k, for y, n' x k.
+   pure subroutine expand_shapes(self, y, phi)
       class(presolve_type), intent(in) :: self
       complex(wp), intent(in) :: y(:, :)
-      complex(wp) :: phi(self%unknowns_before, size(y, 2))
+      complex(wp), contiguous, intent(out) :: phi(:, :)
       integer :: i, j
 
-      phi = 0
       do j = 1, size(y, 2)
          do i = 1, self%unknowns_before
+            phi(i, j) = 0
             if (self%master(i) > 0) phi(i, j) = self%factor(i)*y(self%master(i), j)
          end do
       end do
-   end function expand_shapes
+   end subroutine expand_shapes
 
    !> T^T f, n' x k, for f, n x k.
    pure function restrict(self, f) result(restricted)

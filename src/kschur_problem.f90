@@ -47,11 +47,13 @@ contains
    !> Makes a problem of its matrices after checking them: shapes, finite
    !> values, a mass matrix that is not zero, no more constraints than
    !> unknowns, no empty constraint.
-   subroutine new_modal_problem(problem, mass, stiffness, error, damping, constraints)
+   subroutine new_modal_problem(problem, mass, stiffness, error, damping, constraints, kind_of)
       type(modal_problem_type), intent(out) :: problem
       type(csr_matrix_type), intent(in) :: mass, stiffness
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type), intent(in), optional :: damping, constraints
+      !> A problem that is known to have the same symmetry and the same damping. Found out where absent.
+      type(modal_problem_type), intent(in), optional :: kind_of
       integer :: n
 
       n = mass%rows
@@ -76,9 +78,16 @@ contains
       if (.not. allocated(error)) call check_mass_and_constraints(problem, error)
       if (allocated(error)) return
 
-      problem%symmetric = problem%mass%is_symmetric() .and. problem%stiffness%is_symmetric() &
-         .and. problem%damping%is_symmetric()
-      call classify_damping(problem)
+      if (present(kind_of)) then
+         problem%symmetric = kind_of%symmetric
+         problem%damping_kind = kind_of%damping_kind
+         problem%alpha = kind_of%alpha
+         problem%beta = kind_of%beta
+      else
+         problem%symmetric = problem%mass%is_symmetric() .and. problem%stiffness%is_symmetric() &
+            .and. problem%damping%is_symmetric()
+         call classify_damping(problem)
+      end if
    end subroutine new_modal_problem
 
    subroutine check_matrix(matrix, rows, columns, name, error)

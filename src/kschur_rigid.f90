@@ -4,7 +4,7 @@
 module kschur_rigid
    use kschur_error, only: error_type, error_library, error_singular, new_error
    use kschur_kinds, only: wp, long
-   use kschur_lapack, only: dgesvd
+   use kschur_lapack, only: dgemv, dgesvd
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
@@ -149,7 +149,8 @@ contains
             [self%scaling(row)*k%value*self%scaling(k%column), spread(self%regularization, 1, n), borders, borders], error)
       end associate
       if (allocated(error)) return
-      structure%symmetric = problem%stiffness%is_symmetric()
+      structure%symmetric = problem%symmetric
+      if (.not. problem%symmetric) structure%symmetric = problem%stiffness%is_symmetric()
       structure%multipliers = m
       allocate (structure%node(n), source=[(i, i=1, n)])
       call self%solver%factorize(self%matrix, structure, error)
@@ -207,22 +208,39 @@ contains
 
    ! Gram-Schmidt, twice; only the first n rows count, the others follow. A column that
    ! depends on others to rounding becomes zero.
-   pure subroutine orthonormalize(found, n, x)
-      real(wp), intent(in) :: found(:, :)
+   subroutine orthonormalize(found, n, x)
+      real(wp), contiguous, intent(in) :: found(:, :)
       integer, intent(in) :: n
-      real(wp), intent(inout) :: x(:, :)
+      real(wp), contiguous, intent(inout) :: x(:, :)
       integer :: i, pass
 
       do i = 1, size(x, 2)
          do pass = 1, 2
             x(:, i) = x(:, i)/max(norm2(x(:n, i)), tiny(1.0_wp))
-            x(:, i) = x(:, i) - matmul(found, matmul(x(:n, i), found(:n, :)))
-            x(:, i) = x(:, i) - matmul(x(:, :i - 1), matmul(x(:n, i), x(:n, :i - 1)))
+            call subtract(found, n, x(:, i))
+            call subtract(x(:, :i - 1), n, x(:, i))
             if (norm2(x(:n, i)) < dependent) x(:, i) = 0
          end do
          x(:, i) = x(:, i)/max(norm2(x(:n, i)), tiny(1.0_wp))
       end do
    end subroutine orthonormalize
+
+   ! What x has along the columns of others, of which the first n rows count.
+   subroutine subtract(others, n, x)
+      real(wp), contiguous, intent(in) :: others(:, :)
+      integer, intent(in) :: n
+      real(wp), contiguous, intent(inout) :: x(:)
+      ! OpenBLAS reads a few entries beyond the end.
+      real(wp) :: coefficients(size(others, 2) + 4)
+      integer :: rows, k
+
+      rows = size(others, 1)
+      k = size(others, 2)
+      if (k == 0) return
+      coefficients = 0
+      call dgemv("T", n, k, 1.0_wp, others, rows, x, 1, 0.0_wp, coefficients, 1)
+      call dgemv("N", rows, k, -1.0_wp, others, rows, coefficients, 1, 1.0_wp, x, 1)
+   end subroutine subtract
 
    ! The combinations of columns that are smaller than others, the smallest first.
    subroutine least_forces(forces, force, rotation, error)

@@ -21,12 +21,13 @@ contains
       type(csr_matrix_type), intent(out) :: matrix
       type(matrix_structure_type), intent(out) :: structure
       type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: blocks(3)
+      type(csr_matrix_type) :: parts(2)
       integer :: i
 
-      call saddle_blocks(problem, factors, blocks, error)
+      parts(1) = problem%stiffness
+      parts(2) = problem%mass
+      call border(linear_combination([1.0_wp, -s], parts), problem%constraints, factors, matrix, error)
       if (allocated(error)) return
-      matrix = linear_combination([-s, 0.0_wp, 1.0_wp], blocks)
       structure%symmetric = .true.
       structure%multipliers = size(factors)
       allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
@@ -40,29 +41,46 @@ contains
       real(wp), intent(in) :: factors(:)
       type(csr_matrix_type), intent(out) :: blocks(3)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: scaled(:)
+      integer :: order
+
+      order = problem%unknowns() + problem%multipliers()
+      blocks(1) = enlarge(problem%mass, order)
+      blocks(2) = enlarge(problem%damping, order)
+      call border(problem%stiffness, problem%constraints, factors, blocks(3), error)
+   end subroutine saddle_blocks
+
+   ! [A Cq^T D; D Cq 0].
+   subroutine border(matrix, constraints, factors, bordered, error)
+      type(csr_matrix_type), intent(in) :: matrix, constraints
+      real(wp), intent(in) :: factors(:)
+      type(csr_matrix_type), intent(out) :: bordered
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: parts(2)
       integer, allocatable :: constraint(:)
+      real(wp), allocatable :: scaled(:)
       integer :: n, order
 
-      n = problem%unknowns()
-      order = n + problem%multipliers()
-      call bordered(problem%mass, blocks(1))
-      if (.not. allocated(error)) call bordered(problem%damping, blocks(2))
-      if (allocated(error)) return
-      associate (k => problem%stiffness, cq => problem%constraints)
-         allocate (constraint(cq%nonzeros()), source=cq%row_indices())
-         allocate (scaled(cq%nonzeros()), source=factors(constraint)*cq%value)
-         call new_csr_from_triplets(blocks(3), order, order, [k%row_indices(), n + constraint, cq%column], &
-            [k%column, cq%column, n + constraint], [k%value, scaled, scaled], error)
-      end associate
+      n = matrix%rows
+      order = n + constraints%rows
+      bordered = enlarge(matrix, order)
+      if (constraints%rows == 0) return
+      allocate (constraint(constraints%nonzeros()), source=constraints%row_indices())
+      allocate (scaled(constraints%nonzeros()), source=factors(constraint)*constraints%value)
+      parts(1) = bordered
+      call new_csr_from_triplets(parts(2), order, order, [n + constraint, constraints%column], &
+         [constraints%column, n + constraint], [scaled, scaled], error)
+      if (.not. allocated(error)) bordered = linear_combination([1.0_wp, 1.0_wp], parts)
+   end subroutine border
 
-   contains
+   ! [A 0; 0 0].
+   pure function enlarge(matrix, order) result(block)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: order
+      type(csr_matrix_type) :: block
 
-      subroutine bordered(matrix, block)
-         type(csr_matrix_type), intent(in) :: matrix
-         type(csr_matrix_type), intent(out) :: block
-
-         call new_csr_from_triplets(block, order, order, matrix%row_indices(), matrix%column, matrix%value, error)
-      end subroutine bordered
-   end subroutine saddle_blocks
+      block = matrix
+      block%rows = order
+      block%columns = order
+      block%row_start = [matrix%row_start, spread(matrix%nonzeros() + 1, 1, order - matrix%rows)]
+   end function enlarge
 end module kschur_saddle

@@ -15,7 +15,7 @@ module kschur_solver
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
    use kschur_method, only: check_method, iteration_options, method_name, settings_of
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_backward_error, only: eigenpairs_type
+   use kschur_backward_error, only: append_pairs, eigenpairs_type
    use kschur_modes, only: orthonormalize_zeros, real_tolerance, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
@@ -144,8 +144,12 @@ contains
       do round = 1, rounds
          call iterate(transform, options, deflation%eigenvalues(), asked, pairs, reach, statistics, result, error, monitor)
          if (allocated(error)) return
-         if (presolved) call undo_presolve(problem, plan, pairs)
-         call select_modes(problem, options, pairs, rigid, abs(result%shift), reach, result, inaccurate, beyond)
+         if (presolved) then
+            call undo_presolve(problem, plan, pairs, rigid)
+         else
+            call append_pairs(pairs, rigid)
+         end if
+         call select_modes(problem, options, pairs, size(rigid%lambda), abs(result%shift), reach, result, inaccurate, beyond)
          complete = inaccurate == 0 .and. (beyond .or. asked == most .or. statistics%reason == reason_fewer_modes)
          missing = options%modes - size(result%eigenvalues)
          if (missing == 0 .or. missing >= before .or. asked == most .or. statistics%reason /= reason_converged &
@@ -277,10 +281,10 @@ contains
       type(eigenpairs_type) :: none
 
       allocate (none%lambda(0), none%phi(problem%unknowns(), 0), none%xi(problem%multipliers(), 0))
-      call select_modes(problem, result%options, none, none, 0.0_wp, 0.0_wp, result)
+      call select_modes(problem, result%options, none, 0, 0.0_wp, 0.0_wp, result)
       allocate (result%history%converged(0), result%history%operator_applications(0), result%history%residual(0))
       result%reason = reason_fewer_modes
-      if (result%options%left) call set_left_modes(problem, problem, none, .false., inner, result, error)
+      if (result%options%left) call set_left_modes(problem, problem, modes_of(result), .false., inner, result, error)
    end subroutine no_modes
 
    ! Modes far from the shift are known less well than those near to it.
@@ -310,17 +314,28 @@ contains
    end subroutine polish
 
    !> Shapes and multipliers of the problem as given.
-   subroutine undo_presolve(problem, plan, pairs)
+   subroutine undo_presolve(problem, plan, pairs, more)
       type(modal_problem_type), intent(in) :: problem
       type(presolve_type), intent(in) :: plan
       type(eigenpairs_type), intent(inout) :: pairs
+      !> Pairs of the problem as given, to stand behind.
+      type(eigenpairs_type), optional, intent(in) :: more
       complex(wp), allocatable :: phi(:, :), xi(:, :)
+      integer :: k, l
 
-      allocate (phi, source=plan%expand_shapes(pairs%phi))
-      allocate (xi(problem%multipliers(), size(pairs%lambda)))
-      call plan%expand_multipliers(problem, pairs%lambda, phi, pairs%xi, xi)
+      k = size(pairs%lambda)
+      l = 0
+      if (present(more)) l = size(more%lambda)
+      allocate (phi(problem%unknowns(), k + l), xi(problem%multipliers(), k + l))
+      call plan%expand_shapes(pairs%phi, phi(:, :k))
+      deallocate (pairs%phi)
+      call plan%expand_multipliers(problem, pairs%lambda, phi(:, :k), pairs%xi, xi(:, :k))
       call move_alloc(phi, pairs%phi)
       call move_alloc(xi, pairs%xi)
+      if (l == 0) return
+      pairs%lambda = [pairs%lambda, more%lambda]
+      pairs%phi(:, k + 1:) = more%phi
+      pairs%xi(:, k + 1:) = more%xi
    end subroutine undo_presolve
 
    !> The eigenvalue zero, and what can be deflated with it.
@@ -399,7 +414,7 @@ contains
       result%operator_applications = result%operator_applications + statistics%operator_applications
       if (transform%recover_applies) result%operator_applications = result%operator_applications + size(mu)
       if (.not. abs(aimag(transform%shift)) > 0) call drop_conjugates(transform, mu, vectors)
-      call transform%recover(mu, vectors(:, :size(mu)), phi, xi, error)
+      call transform%recover(mu, vectors, phi, xi, error)
       if (allocated(error)) return
 
       allocate (pairs%lambda(0), of(0))
@@ -435,7 +450,7 @@ contains
    subroutine drop_conjugates(transform, mu, vectors)
       class(transform_type), intent(in) :: transform
       complex(wp), allocatable, intent(inout) :: mu(:)
-      complex(wp), intent(inout) :: vectors(:, :)
+      complex(wp), allocatable, intent(inout) :: vectors(:, :)
       complex(wp) :: lambda(2), vector(size(vectors, 1))
       logical :: paired(size(mu))
       integer :: kept, j
@@ -456,6 +471,8 @@ contains
          mu(kept) = mu(j)
          vectors(:, kept) = vector
       end do
+      if (kept == size(mu)) return
       mu = mu(:kept)
+      vectors = vectors(:, :kept)
    end subroutine drop_conjugates
 end module kschur_solver

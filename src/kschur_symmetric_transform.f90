@@ -10,6 +10,7 @@ module kschur_symmetric_transform
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_lanczos, only: lanczos
+   use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
@@ -208,7 +209,7 @@ contains
       integer, parameter :: filter = 2
       type(krylov_options_type) :: lanczos_options
       logical :: complete
-      integer :: wanted
+      integer :: wanted, j
       real(wp), allocatable :: values(:), shapes(:, :)
 
       if (.not. allocated(self%decomposition)) allocate (self%decomposition)
@@ -234,7 +235,11 @@ contains
       if (options%verify .and. .not. self%recover_applies) call purify(self, values, shapes, statistics, error)
       if (allocated(error)) return
       allocate (mu(size(values)), source=cmplx(values, 0, wp))
-      allocate (vectors(size(shapes, 1), size(shapes, 2)), source=cmplx(shapes, 0, wp))
+      allocate (vectors(size(shapes, 1), size(shapes, 2)))
+      ! A column at a time, without a copy of all.
+      do j = 1, size(shapes, 2)
+         vectors(:, j) = cmplx(shapes(:, j), 0, wp)
+      end do
    end subroutine iterate
 
    ! C x / mu in place of those x that are not accurate to rounding, and of those
@@ -282,27 +287,29 @@ contains
    subroutine recover(self, mu, vectors, phi, xi, error)
       class(symmetric_transform_type), intent(inout) :: self
       complex(wp), intent(in) :: mu(:)
-      complex(wp), contiguous, intent(in) :: vectors(:, :)
+      complex(wp), allocatable, intent(inout) :: vectors(:, :)
       complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: x(:, :), y(:, :), multipliers(:, :)
       real(wp) :: length
-      integer :: j
+      integer :: k, j
 
-      allocate (y(size(vectors, 1), size(mu)), multipliers(size(self%operator%factors), size(mu)))
+      k = size(mu)
+      call move_alloc(vectors, phi)
+      allocate (xi(size(self%operator%factors), k))
+      ! Otherwise the iteration has purified them, and there are no multipliers.
       if (self%recover_applies) then
-         allocate (x(size(vectors, 1), size(mu)), source=real(vectors, wp))
+         allocate (x(size(phi, 1), k), source=real(phi, wp))
+         allocate (y(size(phi, 1), k), multipliers(size(xi, 1), k))
          call self%operator%apply_with_multipliers(x, y, multipliers, error)
          if (allocated(error)) return
-      else
-         ! The iteration has purified them, and there are no multipliers.
-         y = real(vectors, wp)
+         phi = cmplx(y, 0, wp)
+         xi = cmplx(multipliers, 0, wp)
       end if
-      allocate (phi(size(y, 1), size(mu)), xi(size(multipliers, 1), size(mu)))
-      do j = 1, size(mu)
-         length = max(norm2(y(:, j)), tiny(1.0_wp))
-         phi(:, j) = y(:, j)/length
-         xi(:, j) = multipliers(:, j)/length
+      do j = 1, k
+         length = max(dznrm2(size(phi, 1), phi(:, j), 1), tiny(1.0_wp))
+         phi(:, j) = phi(:, j)/length
+         xi(:, j) = xi(:, j)/length
       end do
    end subroutine recover
 

@@ -52,7 +52,8 @@ module kschur_transform
          import :: transform_type, wp, error_type
          class(transform_type), intent(inout) :: self
          complex(wp), intent(in) :: mu(:)
-         complex(wp), contiguous, intent(in) :: vectors(:, :)
+         !> Used up.
+         complex(wp), allocatable, intent(inout) :: vectors(:, :)
          complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
          type(error_type), allocatable, intent(out) :: error
       end subroutine recover_interface

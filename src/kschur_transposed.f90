@@ -45,7 +45,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call new_modal_problem(transposed, transpose_csr(problem%mass), transpose_csr(problem%stiffness), error, &
-         transpose_csr(problem%damping), problem%constraints)
+         transpose_csr(problem%damping), problem%constraints, kind_of=problem)
    end subroutine transpose_problem
 
    !> The operator of a transposed problem at the shift of the problem's own,
