@@ -90,11 +90,13 @@ class Runner:
         if line not in self.campaign.notes:
             self.campaign.notes.append(line)
 
-    def run_plan(self, studies):
+    def run_plan(self, studies, after_each):
+        """Calls `after_each` after each problem, so that what was measured can be kept."""
         for study in studies:
             for scene in study.scenes:
                 with tempfile.TemporaryDirectory() as folder:
                     self.run_scene(study, scene, pathlib.Path(folder))
+                after_each()
 
     def run_scene(self, study, scene, folder):
         path = pathlib.Path(scene.file) if scene.file else folder / "problem.h5"

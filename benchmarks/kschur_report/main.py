@@ -14,7 +14,8 @@ from .problem import InputError, read_problem
 from .runs import Campaign, read_campaign, write_campaign
 
 EPILOG = """Writes index.html, a self-contained page, and beside it results.md (the same tables), data.h5 (all numbers), and an
-SVG and a CSV for every figure. Exit status: 0 all is well, 1 wrong usage, 2 bad input."""
+SVG and a CSV for every figure. data.h5 is written after each problem: of a run that was ended early, --redraw makes the page
+of what it holds. Exit status: 0 all is well, 1 wrong usage, 2 bad input."""
 
 
 def parse(words):
@@ -27,7 +28,7 @@ def parse(words):
     parser.add_argument("--problem", metavar="FILE.h5", help="compare on this problem (HDF5, as kschur solve reads it)")
     parser.add_argument("--modes", type=positive, default=20, help="how many lowest modes of that problem (20)")
     parser.add_argument(
-        "--preset", choices=sorted(plan.PRESETS), default="quick", help="how much to run (quick: minutes, full: hours)"
+        "--preset", choices=sorted(plan.PRESETS), default="quick", help="how much to run (quick: minutes, full: an hour or two)"
     )
     parser.add_argument("--no-peers", action="store_true", help="our methods only, not SLEPc and SciPy")
     parser.add_argument("--output", metavar="FOLDER", default="kschur-report", help="where to write (kschur-report)")
@@ -85,11 +86,15 @@ def measure(options, folder, launcher):
         else "kschur compared: speed against accuracy"
     )
     campaign = Campaign(title, options.preset, describe(kschur), {"command": " ".join(["kschur-report", *sys.argv[1:]])})
-    Runner(kschur, campaign).run_plan(studies)
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def keep():
+        write_campaign(folder / "data.h5", campaign)
+
+    Runner(kschur, campaign).run_plan(studies, after_each=keep)
     if not options.problem:
         add_hard_cases(options, campaign, kschur)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_campaign(folder / "data.h5", campaign)
+        keep()
     return campaign
 
 

@@ -116,8 +116,9 @@ class Campaign:
 
 
 def write_campaign(path, campaign):
-    """One group a run: scalars as attributes, arrays as datasets."""
-    with h5py.File(path, "w") as file:
+    """One group a run: scalars as attributes, arrays as datasets. Takes the place of an older file when it is complete."""
+    growing = path.with_suffix(".part")
+    with h5py.File(growing, "w") as file:
         file.attrs.update(title=campaign.title, preset=campaign.preset)
         file.create_group("machine").attrs.update(campaign.machine)
         file.create_group("settings").attrs.update(campaign.settings)
@@ -130,6 +131,7 @@ def write_campaign(path, campaign):
                         group[name] = value
                     else:
                         group.attrs[name] = value
+    growing.replace(path)
 
 
 def read_campaign(path):

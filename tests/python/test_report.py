@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 import xml.etree.ElementTree
 
 import h5py
@@ -240,6 +241,19 @@ def test_page(folder):
     )
 
 
+def test_ended_early(folder):
+    """What was measured before a run is ended is kept, and can be drawn."""
+    words = [REPORT, "--kschur", KSCHUR, "--preset", "tiny", "--no-peers", "--output", str(folder)]
+    with subprocess.Popen(words, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as run:
+        while run.poll() is None and not (folder / "data.h5").exists():
+            time.sleep(0.05)
+        run.kill()
+    kept = {run.study for run in read_campaign(folder / "data.h5").runs}
+    check("ended early: the first study is kept", "accuracy" in kept and "scaling" not in kept, kept)
+    run = report("--redraw", "--output", folder)
+    check("ended early: its page can be drawn", run.returncode == 0 and (folder / "index.html").exists(), run.stderr)
+
+
 def fastest(folder):
     """The name of the fastest method below a backward error of 1e-12."""
     rows = csv.DictReader(open(folder / "work_precision_backward.csv"))
@@ -407,5 +421,6 @@ if __name__ == "__main__":
         test_peers(pathlib.Path(name))
         test_refusals(pathlib.Path(name))
         test_page(pathlib.Path(name) / "page")
+        test_ended_early(pathlib.Path(name) / "early")
     print(f"{passed} passed, {failed} failed")
     sys.exit(failed > 0)
