@@ -67,6 +67,7 @@ contains
       type(change_type) :: change
 
       call begin(change, address)
+      if (frequency < 0) call new_error(change%error, status_usage, "the frequency must not be negative")
       change%options%target = cmplx(0, 2*pi*frequency, wp)
       status = accept(change)
    end function kschur_options_set_target_hz
