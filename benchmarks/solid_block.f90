@@ -1,5 +1,6 @@
 !> A block of an elastic solid, free or clamped at one end: the fill of three
-!> dimensions, which the scenes, made of beams, do not have.
+!> dimensions. Each of its eight-node elements ties all of its unknowns, more
+!> than the tetrahedra of the scenes do.
 module solid_block
    use kschur, only: csr_matrix_type, error_type, modal_problem_type, new_csr_from_triplets, new_modal_problem, wp
    use kschur_sparse, only: linear_combination

@@ -45,15 +45,9 @@ contains
    pure subroutine ritz(self, magnitudes, bounds)
       class(symmetric_process_type), intent(in) :: self
       real(wp), intent(out) :: magnitudes(:), bounds(:)
-      integer :: i
 
-      magnitudes = 0
-      bounds = 0
-      if (self%ipntr(6) == 0) return
-      do i = 1, self%columns
-         magnitudes(i) = abs(self%workl(self%ipntr(6) + i - 1))
-         bounds(i) = self%workl(self%ipntr(7) + i - 1)
-      end do
+      magnitudes = abs(self%values_at(6))
+      bounds = self%values_at(7)
    end subroutine ritz
 
    subroutine extract(self, mu, vectors, error)

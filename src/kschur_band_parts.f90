@@ -6,8 +6,7 @@ module kschur_band_parts
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: real_linear_solver_type
    use kschur_problem, only: modal_problem_type
-   use kschur_result, only: modal_result_type
-   use kschur_shift, only: account
+   use kschur_result, only: modal_result_type, account
    use kschur_text, only: text
    implicit none
    private

@@ -6,7 +6,7 @@ module kschur_krylov_options
    use kschur_outcome, only: history_type, reason_converged
    implicit none
    private
-   public :: krylov_options_type, krylov_statistics_type
+   public :: krylov_options_type, krylov_statistics_type, subspace_dimension
 
    type :: krylov_options_type
       !> Largest dimension of the Krylov space. Convergence is looked at before it
@@ -44,4 +44,17 @@ module kschur_krylov_options
       real(wp) :: orthogonalize_seconds = 0
       type(history_type) :: history
    end type krylov_statistics_type
+
+contains
+
+   !> Dimension of a Krylov space in which a number of eigenvalues can be found.
+   pure integer function subspace_dimension(asked, values)
+      !> What was asked for; 0: chosen from `values`.
+      integer, intent(in) :: asked
+      integer, intent(in) :: values
+
+      subspace_dimension = asked
+      if (asked == 0) subspace_dimension = max(2*values, values + 20)
+      subspace_dimension = max(subspace_dimension, values + 2)
+   end function subspace_dimension
 end module kschur_krylov_options

@@ -11,14 +11,13 @@ module kschur_left
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: zgesvd
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
-   use kschur_modes, only: same_value
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
-   use kschur_result, only: modal_result_type, kind_rigid
+   use kschur_result, only: modal_result_type, account, kind_rigid
    use kschur_saddle, only: saddle_blocks
    use kschur_scaling, only: constraint_factors
-   use kschur_shift, only: account
    use kschur_sparse, only: complex_combination, csr_matrix_type, new_csr_from_triplets
+   use kschur_tolerances, only: same_value
    implicit none
    private
    public :: condition_number, merges, set_left_modes

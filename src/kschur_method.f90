@@ -4,7 +4,7 @@ module kschur_method
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_formulation, only: is_structured
    use kschur_kinds, only: wp
-   use kschur_krylov_options, only: krylov_options_type
+   use kschur_krylov_options, only: krylov_options_type, subspace_dimension
    use kschur_options, only: modal_options_type, arpack_names, formulation_auto, formulation_damped_constrained, &
       formulation_damped_constrained_zero, formulation_names, formulation_proportional, formulation_symmetric, &
       formulation_undamped_constrained_zero, method_arpack, method_names, scaling_none
@@ -82,14 +82,11 @@ contains
             values = values + merge(2, max(values/4, 2), oscillator)
          end if
          krylov%values = values
-         if (krylov%subspace == 0) krylov%subspace = max(2*values, values + 20)
       else if (krylov%subspace == 0 .and. any(formulation == [formulation_symmetric, formulation_proportional])) then
          ! So much that a restart is rare.
          krylov%subspace = 3*values + 40
-      else if (krylov%subspace == 0) then
-         krylov%subspace = max(2*values, values + 20)
       end if
-      krylov%subspace = max(krylov%subspace, values + 2)
+      krylov%subspace = subspace_dimension(krylov%subspace, values)
       krylov%tolerance = options%tolerance
       krylov%max_restarts = options%max_restarts
       krylov%seed = options%seed

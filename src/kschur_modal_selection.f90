@@ -2,9 +2,9 @@
 !> shift-invert operator.
 module kschur_modal_selection
    use kschur_kinds, only: wp
-   use kschur_modes, only: real_tolerance, same_value
    use kschur_selection, only: selection_type
    use kschur_spectral_map, only: spectral_map_type
+   use kschur_tolerances, only: real_tolerance, same_value
    implicit none
    private
    public :: modal_selection_type

@@ -10,15 +10,11 @@ module kschur_modes
    use kschur_result, only: modal_result_type, kind_overdamped, kind_real, kind_rigid, kind_undamped, &
       kind_underdamped, kind_unstable
    use kschur_sparse, only: csr_matrix_type
+   use kschur_tolerances, only: real_tolerance, same_value
    implicit none
    private
    public :: orthonormalize_zeros, replace_modes, select_modes, sort_by_distance
-   public :: real_tolerance, same_value
 
-   !> An imaginary part below this, relative to the eigenvalue, is rounding.
-   real(wp), parameter :: real_tolerance = 1.0e-8_wp
-   !> Two eigenvalues closer than this, relative to their size, may be one found twice.
-   real(wp), parameter :: same_value = 1.0e-5_wp
    ! A real part below this, relative to the eigenvalue, is rounding.
    real(wp), parameter :: undamped_tolerance = 1.0e-11_wp
    ! What is left of a unit vector that depends on others.

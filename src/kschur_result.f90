@@ -1,12 +1,13 @@
 !> What the solver returns: modes, how good they are, how they were found.
 module kschur_result
    use kschur_kinds, only: wp, long
+   use kschur_linear_solver, only: linear_solver_type
    use kschur_outcome, only: history_type, certified_names, certified_no, certified_unknown, certified_yes, inaccurate_above, &
       reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, reason_inaccurate
    use kschur_options, only: modal_options_type, formulation_auto
    implicit none
    private
-   public :: modal_result_type, history_type, timings_type
+   public :: modal_result_type, history_type, timings_type, account
    public :: certified_names, certified_no, certified_unknown, certified_yes
    public :: reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, &
       reason_inaccurate, inaccurate_above
@@ -133,4 +134,14 @@ contains
       notes(before + 1) = sentence
       call move_alloc(notes, self%notes)
    end subroutine add_note
+
+   !> Adds the seconds of a linear solver to a result.
+   subroutine account(solver, result)
+      class(linear_solver_type), intent(in) :: solver
+      type(modal_result_type), intent(inout) :: result
+
+      result%seconds%analyze = result%seconds%analyze + solver%analyze_seconds
+      result%seconds%factorize = result%seconds%factorize + solver%factorize_seconds
+      result%seconds%solve = result%seconds%solve + solver%solve_seconds
+   end subroutine account
 end module kschur_result

@@ -7,7 +7,7 @@ module kschur_shift
    use kschur_inner_solvers, only: inner_solvers_type
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
-   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
+   use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_options, only: modal_options_type, formulation_names, formulation_proportional, formulation_quadratic, &
       formulation_symmetric, inner_ldl
@@ -17,14 +17,14 @@ module kschur_shift
       new_complex_quadratic => new_quadratic_transform
    use kschur_quadratic_transform_real, only: real_quadratic_type => quadratic_transform_type, &
       new_real_quadratic => new_quadratic_transform
-   use kschur_result, only: modal_result_type
+   use kschur_result, only: modal_result_type, account
    use kschur_scaling, only: constraint_factors, typical_rate
    use kschur_symmetric_transform, only: symmetric_transform_type, new_symmetric_transform
    use kschur_text, only: magnitude
    use kschur_transform, only: transform_type
    implicit none
    private
-   public :: place_shift, account
+   public :: place_shift
 
    ! A shift within this factor of that place is left where it is.
    real(wp), parameter :: close_enough = 4
@@ -335,14 +335,4 @@ contains
       end do
       if (largest > 0) proposed = max(min(sqrt(smallest*largest), above_the_smallest*smallest), below_the_largest*largest)
    end subroutine propose_scale
-
-   !> Adds the counts and seconds of a linear solver to a result.
-   subroutine account(solver, result)
-      class(linear_solver_type), intent(in) :: solver
-      type(modal_result_type), intent(inout) :: result
-
-      result%seconds%analyze = result%seconds%analyze + solver%analyze_seconds
-      result%seconds%factorize = result%seconds%factorize + solver%factorize_seconds
-      result%seconds%solve = result%seconds%solve + solver%solve_seconds
-   end subroutine account
 end module kschur_shift

@@ -16,18 +16,19 @@ module kschur_solver
    use kschur_method, only: check_method, iteration_options, method_name, settings_of
    use kschur_modal_selection, only: modal_selection_type
    use kschur_backward_error, only: append_pairs, eigenpairs_type
-   use kschur_modes, only: orthonormalize_zeros, real_tolerance, replace_modes, select_modes
+   use kschur_modes, only: orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
    use kschur_options, only: modal_options_type, formulation_names, inner_names, scaling_names
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_refine, only: refine
-   use kschur_result, only: modal_result_type, certified_unknown, certified_yes, reason_cancelled, reason_converged, &
+   use kschur_result, only: modal_result_type, account, certified_unknown, certified_yes, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, inaccurate_above
    use kschur_rigid, only: check_inertia, find_rigid_motions
    use kschur_scaling, only: constraint_factors
-   use kschur_shift, only: account, place_shift
+   use kschur_shift, only: place_shift
+   use kschur_tolerances, only: real_tolerance
    use kschur_transform, only: transform_type
    use kschur_transposed, only: new_transposed_transform, transpose_problem
    implicit none

@@ -159,7 +159,7 @@ int kschur_options_set_modes(kschur_options *options, int64_t modes);
 /* The modes nearest to this lambda are wanted (1/s). Default 0. */
 int kschur_options_set_target(kschur_options *options, double re, double im);
 
-/* The modes nearest to this frequency (Hz) are wanted: the target i 2 pi frequency. */
+/* The modes nearest to this frequency (Hz), at least 0, are wanted: the target i 2 pi frequency. */
 int kschur_options_set_target_hz(kschur_options *options, double frequency);
 
 /* Where to factor (1/s). By default it is chosen at the scale of the wanted modes. */
@@ -215,11 +215,12 @@ typedef int (*kschur_progress_callback)(void *context, int64_t restart, int64_t 
 int kschur_options_set_progress(kschur_options *options, kschur_progress_callback progress, void *context);
 
 /* The linear solver of a caller, in place of the library's. One computation factors several matrices, and several
- * factorizations live at the same time; threads that share the options call it at the same time.  * Factors a square
- * matrix of order n in compressed sparse rows, 0-based, columns in ascending order, both triangles of a symmetric
- * one; complex values are pairs of doubles. A matrix with constraints has zeros on its diagonal. The arrays belong
- * to the library and must not be kept. *factors is NULL and may be set to anything; it is handed to the other two.
- * Returns 0; KSCHUR_ERROR_SINGULAR, upon which the library may try another shift; or anything else to fail. */
+ * factorizations live at the same time; threads that share the options call it at the same time. */
+
+/* Factors a square matrix of order n in compressed sparse rows, 0-based, columns in ascending order, both triangles of
+ * a symmetric one; complex values are pairs of doubles. A matrix with constraints has zeros on its diagonal. The arrays
+ * belong to the library and must not be kept. *factors is NULL and may be set to anything; it is handed to the other
+ * two. Returns 0; KSCHUR_ERROR_SINGULAR, upon which the library may try another shift; or anything else to fail. */
 typedef int (*kschur_factorize_callback)(void *context, int64_t n, int64_t entries, const int32_t *row_start,
                                          const int32_t *column, const double *value, int symmetric, void **factors);
 
@@ -259,8 +260,8 @@ int kschur_result_get_message(const kschur_result *result, char *text, int64_t l
 /* Computes the modes nearest to the target; they replace what the result held. Fewer modes than asked for are a
  * success with a reason: see kschur_result_get_reason. Fails as kschur_problem_get_size; KSCHUR_ERROR_USAGE for
  * options that do not fit the problem, KSCHUR_ERROR_INPUT and KSCHUR_ERROR_SINGULAR for a problem that is singular
- * for every lambda, KSCHUR_ERROR_MEMORY, KSCHUR_ERROR_LIBRARY, KSCHUR_ERROR_CALLBACK. The result is empty after a
- * failure. */
+ * for every lambda, KSCHUR_ERROR_CONVERGENCE where an iterative inner solver comes to no solution,
+ * KSCHUR_ERROR_MEMORY, KSCHUR_ERROR_LIBRARY, KSCHUR_ERROR_CALLBACK. The result is empty after a failure. */
 int kschur_solve(kschur_problem *problem, const kschur_options *options, kschur_result *result);
 
 /* Computes all modes whose natural frequency (Hz) lies in a band, 0 <= first < last; number of modes, target and

@@ -9,6 +9,7 @@ module kschur_capi_solve
    use kschur_capi_result, only: result_handle_type, clear, eigenvalues_of_operator, keep, modes_of_problem, result_of
    use kschur_capi_status, only: outcome, require, status_null, status_ok, status_usage
    use kschur_capi_text, only: take_text
+   use kschur_krylov_options, only: subspace_dimension
    implicit none
    private
 
@@ -153,9 +154,7 @@ contains
       type(progress_type) :: progress
 
       progress = options%progress
-      krylov%subspace = options%options%subspace
-      if (krylov%subspace == 0) krylov%subspace = max(2*selection%wanted, selection%wanted + 20)
-      krylov%subspace = max(krylov%subspace, selection%wanted + 2)
+      krylov%subspace = subspace_dimension(options%options%subspace, selection%wanted)
       krylov%tolerance = options%options%tolerance
       krylov%max_restarts = options%options%max_restarts
       krylov%seed = options%options%seed

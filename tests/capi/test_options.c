@@ -15,6 +15,8 @@ static void refused(void)
    CHECK_STATUS(kschur_options_set_target(options, NAN, 0), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_options_set_target(options, 0, INFINITY), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_options_set_target_hz(options, 1e200), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_options_set_target_hz(options, -1), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(options, options, "the frequency must not be negative");
    CHECK_STATUS(kschur_options_set_shift(options, NAN, NAN), KSCHUR_ERROR_USAGE);
    CHECK_MESSAGE(options, options, "the shift must be a number");
    CHECK_STATUS(kschur_options_set_formulation(options, "cubic"), KSCHUR_ERROR_USAGE);

@@ -29,14 +29,12 @@ module kschur_capi_problem
 
 contains
 
-   !> The problem behind a handle; null where that is.
-   function problem_of(address) result(handle)
-      type(c_ptr), intent(in) :: address
-      type(problem_handle_type), pointer :: handle
-
-      nullify (handle)
-      if (c_associated(address)) call c_f_pointer(address, handle)
-   end function problem_of
+#define HANDLE_TYPE problem_handle_type
+#define HANDLE_OF problem_of
+#define CREATE kschur_problem_create
+#define DESTROY kschur_problem_destroy
+#define MESSAGE kschur_problem_get_message
+#include "kschur_capi_handle.inc"
 
    !> Makes `handle%problem` whole. Threads that share a problem come here at the same time.
    subroutine check_problem(handle, error)
@@ -67,47 +65,6 @@ contains
       handle%problem = problem
       handle%checked = .true.
    end subroutine complete
-
-   integer(c_int) function kschur_problem_create(address) bind(c) result(status)
-      type(c_ptr), value :: address
-      type(c_ptr), pointer :: place
-      type(problem_handle_type), pointer :: handle
-      integer :: failed
-
-      status = status_null
-      if (.not. c_associated(address)) return
-      call c_f_pointer(address, place)
-      place = c_null_ptr
-      status = status_memory
-      allocate (handle, stat=failed)
-      if (failed /= 0) return
-      place = c_loc(handle)
-      status = status_ok
-   end function kschur_problem_create
-
-   integer(c_int) function kschur_problem_destroy(address) bind(c) result(status)
-      type(c_ptr), value :: address
-      type(c_ptr), pointer :: place
-      type(problem_handle_type), pointer :: handle
-
-      status = status_null
-      if (.not. c_associated(address)) return
-      call c_f_pointer(address, place)
-      handle => problem_of(place)
-      if (associated(handle)) deallocate (handle)
-      place = c_null_ptr
-      status = status_ok
-   end function kschur_problem_destroy
-
-   integer(c_int) function kschur_problem_get_message(address, buffer, length) bind(c) result(status)
-      type(c_ptr), value :: address, buffer
-      integer(c_int64_t), value :: length
-      type(problem_handle_type), pointer :: handle
-
-      status = status_null
-      handle => problem_of(address)
-      if (associated(handle)) status = get_message(handle, buffer, length)
-   end function kschur_problem_get_message
 
    integer(c_int) function kschur_problem_set_csr(problem, matrix, rows, columns, entries, base, row_start, column, &
       value) bind(c) result(status)

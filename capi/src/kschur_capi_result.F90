@@ -21,14 +21,12 @@ module kschur_capi_result
 
 contains
 
-   !> The result behind a handle; null where that is.
-   function result_of(address) result(handle)
-      type(c_ptr), intent(in) :: address
-      type(result_handle_type), pointer :: handle
-
-      nullify (handle)
-      if (c_associated(address)) call c_f_pointer(address, handle)
-   end function result_of
+#define HANDLE_TYPE result_handle_type
+#define HANDLE_OF result_of
+#define CREATE kschur_result_create
+#define DESTROY kschur_result_destroy
+#define MESSAGE kschur_result_get_message
+#include "kschur_capi_handle.inc"
 
    !> Empties a result.
    subroutine clear(handle)
@@ -79,47 +77,6 @@ contains
       if (.not. has_modes) &
          status = fail(handle, status_order, "the result holds eigenvalues of an operator, which have no such property")
    end function has_modes
-
-   integer(c_int) function kschur_result_create(address) bind(c) result(status)
-      type(c_ptr), value :: address
-      type(c_ptr), pointer :: place
-      type(result_handle_type), pointer :: handle
-      integer :: failed
-
-      status = status_null
-      if (.not. c_associated(address)) return
-      call c_f_pointer(address, place)
-      place = c_null_ptr
-      status = status_memory
-      allocate (handle, stat=failed)
-      if (failed /= 0) return
-      place = c_loc(handle)
-      status = status_ok
-   end function kschur_result_create
-
-   integer(c_int) function kschur_result_destroy(address) bind(c) result(status)
-      type(c_ptr), value :: address
-      type(c_ptr), pointer :: place
-      type(result_handle_type), pointer :: handle
-
-      status = status_null
-      if (.not. c_associated(address)) return
-      call c_f_pointer(address, place)
-      handle => result_of(place)
-      if (associated(handle)) deallocate (handle)
-      place = c_null_ptr
-      status = status_ok
-   end function kschur_result_destroy
-
-   integer(c_int) function kschur_result_get_message(address, buffer, length) bind(c) result(status)
-      type(c_ptr), value :: address, buffer
-      integer(c_int64_t), value :: length
-      type(result_handle_type), pointer :: handle
-
-      status = status_null
-      handle => result_of(address)
-      if (associated(handle)) status = get_message(handle, buffer, length)
-   end function kschur_result_get_message
 
    integer(c_int) function kschur_result_write_hdf5(address, path) bind(c) result(status)
       type(c_ptr), value :: address, path

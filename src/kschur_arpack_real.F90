@@ -10,62 +10,10 @@ module kschur_arpack_real
    private
    public :: real_process_type
 
-   type, extends(arpack_process_type) :: real_process_type
-      class(real_operator_type), pointer :: operator => null()
-      real(wp), allocatable :: residual(:), basis(:, :), workd(:, :), workl(:)
-   contains
-      procedure :: order
-      procedure :: reserve
-      procedure :: filter
-      procedure :: step
-      procedure :: ritz
-      procedure :: extract
-      procedure :: apply
-   end type real_process_type
-
-contains
-
-   integer function order(self)
-      class(real_process_type), intent(in) :: self
-
-      order = self%operator%order()
-   end function order
-
-   subroutine reserve(self, start, status)
-      class(real_process_type), intent(inout) :: self
-      real(wp), intent(in) :: start(:)
-      integer, intent(out) :: status
-
-      if (allocated(self%basis)) deallocate (self%residual, self%basis, self%workd, self%workl)
-      allocate (self%residual(self%length), self%basis(self%length, self%columns), self%workd(self%length, 3), &
-         self%workl(3*self%columns**2 + 8*self%columns), stat=status)
-      if (status /= 0) return
-      self%residual = 0
-      self%residual(:size(start)) = start
-      self%workd = 0
-      self%workl = 0
-   end subroutine reserve
-
-   subroutine filter(self, error)
-      class(real_process_type), intent(inout) :: self
-      type(error_type), allocatable, intent(out) :: error
-
-      self%workd(:, 1) = self%residual
-      call self%apply(1, 2, error)
-      if (allocated(error)) return
-      if (norm2(self%workd(:, 2)) > 0) self%residual = self%workd(:, 2)/norm2(self%workd(:, 2))
-   end subroutine filter
-
-   subroutine apply(self, from, to, error)
-      class(real_process_type), intent(inout) :: self
-      integer, intent(in) :: from, to
-      type(error_type), allocatable, intent(out) :: error
-      integer :: n
-
-      n = self%order()
-      call self%operator%apply(self%workd(:n, from:from), self%workd(:n, to:to), error)
-      self%workd(n + 1:, to) = 0
-   end subroutine apply
+#define SCALAR real(wp)
+#define OPERATOR_TYPE real_operator_type
+#define PROCESS_TYPE real_process_type
+#include "kschur_arpack_process.inc"
 
    subroutine step(self, error)
       class(real_process_type), intent(inout) :: self
@@ -82,17 +30,9 @@ contains
    pure subroutine ritz(self, magnitudes, bounds)
       class(real_process_type), intent(in) :: self
       real(wp), intent(out) :: magnitudes(:), bounds(:)
-      integer :: i
 
-      if (self%ipntr(6) == 0) then
-         magnitudes = 0
-         bounds = 0
-         return
-      end if
-      do i = 1, self%columns
-         magnitudes(i) = hypot(self%workl(self%ipntr(6) + i - 1), self%workl(self%ipntr(7) + i - 1))
-         bounds(i) = self%workl(self%ipntr(8) + i - 1)
-      end do
+      magnitudes = hypot(self%values_at(6), self%values_at(7))
+      bounds = self%values_at(8)
    end subroutine ritz
 
    ! A pair stands in two columns, real and imaginary part, and may be split at the end: half a

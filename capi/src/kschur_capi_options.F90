@@ -1,0 +1,310 @@
+!> Options, for C: a setter for each.
+module kschur_capi_options
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
+      c_null_ptr, c_ptr
+   use kschur, only: arpack_names, error_type, formulation_names, index_of_name, inner_names, inner_solvers_type, &
+      method_names, modal_options_type, new_error, &
+      scaling_names, text, wp
+   use kschur_capi_callbacks, only: progress_type
+   use kschur_capi_linear_solver, only: called_complex_solver_type, called_real_solver_type, solver_callbacks_type
+   use kschur_capi_status, only: handle_type, fail, get_message, outcome, require, status_memory, status_null, status_ok, &
+      status_usage
+   use kschur_capi_text, only: take_text
+   use kschur_solver, only: check_options
+   implicit none
+   private
+   public :: options_handle_type, options_of
+
+   !> What a `kschur_options` is.
+   type, extends(handle_type) :: options_handle_type
+      type(modal_options_type) :: options
+      type(progress_type) :: progress
+      !> Linear solvers of the caller; what is not allocated is not given.
+      type(inner_solvers_type) :: solvers
+   end type options_handle_type
+
+   ! What a setter changes: a copy of the options, until it is accepted.
+   type :: change_type
+      type(options_handle_type), pointer :: handle => null()
+      type(modal_options_type) :: options
+      type(error_type), allocatable :: error
+   end type change_type
+
+   real(wp), parameter :: pi = acos(-1.0_wp)
+
+contains
+
+#define HANDLE_TYPE options_handle_type
+#define HANDLE_OF options_of
+#define CREATE kschur_options_create
+#define DESTROY kschur_options_destroy
+#define MESSAGE kschur_options_get_message
+#include "kschur_capi_handle.inc"
+
+   integer(c_int) function kschur_options_set_modes(address, modes) bind(c) result(status)
+      type(c_ptr), value :: address
+      integer(c_int64_t), value :: modes
+      type(change_type) :: change
+
+      call begin(change, address)
+      call take_integer(modes, "number of modes", change%options%modes, change%error)
+      status = accept(change)
+   end function kschur_options_set_modes
+
+   integer(c_int) function kschur_options_set_target(address, re, im) bind(c) result(status)
+      type(c_ptr), value :: address
+      real(c_double), value :: re, im
+      type(change_type) :: change
+
+      call begin(change, address)
+      change%options%target = cmplx(re, im, wp)
+      status = accept(change)
+   end function kschur_options_set_target
+
+   integer(c_int) function kschur_options_set_target_hz(address, frequency) bind(c) result(status)
+      type(c_ptr), value :: address
+      real(c_double), value :: frequency
+      type(change_type) :: change
+
+      call begin(change, address)
+      if (frequency < 0) call new_error(change%error, status_usage, "the frequency must not be negative")
+      change%options%target = cmplx(0, 2*pi*frequency, wp)
+      status = accept(change)
+   end function kschur_options_set_target_hz
+
+   integer(c_int) function kschur_options_set_shift(address, re, im) bind(c) result(status)
+      type(c_ptr), value :: address
+      real(c_double), value :: re, im
+      type(change_type) :: change
+
+      call begin(change, address)
+      change%options%shift = cmplx(re, im, wp)
+      status = accept(change)
+   end function kschur_options_set_shift
+
+   integer(c_int) function kschur_options_clear_shift(address) bind(c) result(status)
+      type(c_ptr), value :: address
+      type(change_type) :: change
+
+      call begin(change, address)
+      if (allocated(change%options%shift)) deallocate (change%options%shift)
+      status = accept(change)
+   end function kschur_options_clear_shift
+
+   integer(c_int) function kschur_options_set_method(address, name) bind(c) result(status)
+      type(c_ptr), value :: address, name
+      type(change_type) :: change
+
+      call begin(change, address)
+      call take_name(name, "method", method_names, change%options%method, change%error)
+      status = accept(change)
+   end function kschur_options_set_method
+
+   integer(c_int) function kschur_options_set_arpack(address, name) bind(c) result(status)
+      type(c_ptr), value :: address, name
+      type(change_type) :: change
+
+      call begin(change, address)
+      call take_name(name, "setting of ARPACK", arpack_names, change%options%arpack, change%error)
+      status = accept(change)
+   end function kschur_options_set_arpack
+
+   integer(c_int) function kschur_options_set_formulation(address, name) bind(c) result(status)
+      type(c_ptr), value :: address, name
+      type(change_type) :: change
+
+      call begin(change, address)
+      call take_name(name, "formulation", formulation_names, change%options%formulation, change%error)
+      status = accept(change)
+   end function kschur_options_set_formulation
+
+   integer(c_int) function kschur_options_set_constraint_scaling(address, name) bind(c) result(status)
+      type(c_ptr), value :: address, name
+      type(change_type) :: change
+
+      call begin(change, address)
+      call take_name(name, "constraint scaling", scaling_names, change%options%constraint_scaling, change%error)
+      status = accept(change)
+   end function kschur_options_set_constraint_scaling
+
+   integer(c_int) function kschur_options_set_inner(address, name) bind(c) result(status)
+      type(c_ptr), value :: address, name
+      type(change_type) :: change
+
+      call begin(change, address)
+      call take_name(name, "inner solver", inner_names, change%options%inner, change%error)
+      status = accept(change)
+   end function kschur_options_set_inner
+
+   integer(c_int) function kschur_options_set_subspace(address, dimension) bind(c) result(status)
+      type(c_ptr), value :: address
+      integer(c_int64_t), value :: dimension
+      type(change_type) :: change
+
+      call begin(change, address)
+      call take_integer(dimension, "subspace dimension", change%options%subspace, change%error)
+      status = accept(change)
+   end function kschur_options_set_subspace
+
+   integer(c_int) function kschur_options_set_tolerance(address, tolerance) bind(c) result(status)
+      type(c_ptr), value :: address
+      real(c_double), value :: tolerance
+      type(change_type) :: change
+
+      call begin(change, address)
+      change%options%tolerance = tolerance
+      status = accept(change)
+   end function kschur_options_set_tolerance
+
+   integer(c_int) function kschur_options_set_max_restarts(address, restarts) bind(c) result(status)
+      type(c_ptr), value :: address
+      integer(c_int64_t), value :: restarts
+      type(change_type) :: change
+
+      call begin(change, address)
+      call take_integer(restarts, "number of restarts", change%options%max_restarts, change%error)
+      status = accept(change)
+   end function kschur_options_set_max_restarts
+
+   integer(c_int) function kschur_options_set_presolve(address, flag) bind(c) result(status)
+      type(c_ptr), value :: address
+      integer(c_int), value :: flag
+      type(change_type) :: change
+
+      call begin(change, address)
+      change%options%presolve = flag /= 0
+      status = accept(change)
+   end function kschur_options_set_presolve
+
+   integer(c_int) function kschur_options_set_left(address, flag) bind(c) result(status)
+      type(c_ptr), value :: address
+      integer(c_int), value :: flag
+      type(change_type) :: change
+
+      call begin(change, address)
+      change%options%left = flag /= 0
+      status = accept(change)
+   end function kschur_options_set_left
+
+   integer(c_int) function kschur_options_set_seed(address, seed) bind(c) result(status)
+      type(c_ptr), value :: address
+      integer(c_int64_t), value :: seed
+      type(change_type) :: change
+
+      call begin(change, address)
+      call take_integer(seed, "seed", change%options%seed, change%error)
+      status = accept(change)
+   end function kschur_options_set_seed
+
+   integer(c_int) function kschur_options_set_progress(address, callback, context) bind(c) result(status)
+      type(c_ptr), value :: address, context
+      type(c_funptr), value :: callback
+      type(options_handle_type), pointer :: handle
+
+      status = status_null
+      handle => options_of(address)
+      if (.not. associated(handle)) return
+      handle%progress%callback = callback
+      handle%progress%context = context
+      status = status_ok
+   end function kschur_options_set_progress
+
+   integer(c_int) function kschur_options_set_real_solver(address, factorize, solve, release, context) bind(c) &
+      result(status)
+      type(c_ptr), value :: address, context
+      type(c_funptr), value :: factorize, solve, release
+      type(options_handle_type), pointer :: handle
+      type(called_real_solver_type) :: solver
+
+      status = status_null
+      handle => options_of(address)
+      if (.not. associated(handle)) return
+      status = status_ok
+      if (c_associated(factorize) .neqv. c_associated(solve)) then
+         status = fail(handle, status_null, "a linear solver needs both 'factorize' and 'solve'")
+         return
+      end if
+      if (allocated(handle%solvers%real)) deallocate (handle%solvers%real)
+      if (.not. c_associated(factorize)) return
+      solver%callbacks = solver_callbacks_type(factorize, solve, release, context)
+      allocate (handle%solvers%real, source=solver)
+   end function kschur_options_set_real_solver
+
+   integer(c_int) function kschur_options_set_complex_solver(address, factorize, solve, release, context) bind(c) &
+      result(status)
+      type(c_ptr), value :: address, context
+      type(c_funptr), value :: factorize, solve, release
+      type(options_handle_type), pointer :: handle
+      type(called_complex_solver_type) :: solver
+
+      status = status_null
+      handle => options_of(address)
+      if (.not. associated(handle)) return
+      status = status_ok
+      if (c_associated(factorize) .neqv. c_associated(solve)) then
+         status = fail(handle, status_null, "a linear solver needs both 'factorize' and 'solve'")
+         return
+      end if
+      if (allocated(handle%solvers%complex)) deallocate (handle%solvers%complex)
+      if (.not. c_associated(factorize)) return
+      solver%callbacks = solver_callbacks_type(factorize, solve, release, context)
+      allocate (handle%solvers%complex, source=solver)
+   end function kschur_options_set_complex_solver
+
+   ! Starts from the options as they are; there may be none.
+   subroutine begin(change, address)
+      type(change_type), intent(out) :: change
+      type(c_ptr), intent(in) :: address
+
+      change%handle => options_of(address)
+      if (associated(change%handle)) change%options = change%handle%options
+   end subroutine begin
+
+   ! Takes the changed options over where no error is raised and the solver would not raise one.
+   integer(c_int) function accept(change) result(status)
+      type(change_type), intent(inout) :: change
+
+      status = status_null
+      if (.not. associated(change%handle)) return
+      if (.not. allocated(change%error)) call check_options(change%options, change%error)
+      if (.not. allocated(change%error)) change%handle%options = change%options
+      status = outcome(change%handle, change%error)
+   end function accept
+
+   subroutine take_integer(given, name, number, error)
+      integer(c_int64_t), intent(in) :: given
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: number
+      type(error_type), allocatable, intent(out) :: error
+
+      if (given > huge(number) .or. given < -huge(number)) then
+         call new_error(error, status_usage, "the "//name//" is "//text(given)//", beyond "//text(huge(number)))
+      else
+         number = int(given)
+      end if
+   end subroutine take_integer
+
+   ! The position of a name in a list counted from 0.
+   subroutine take_name(address, what, names, number, error)
+      type(c_ptr), intent(in) :: address
+      character(len=*), intent(in) :: what, names(0:)
+      integer, intent(inout) :: number
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: name, list
+      integer :: position, i
+
+      call require(address, "name", error)
+      if (allocated(error)) return
+      call take_text(address, name)
+      position = index_of_name(name, names)
+      if (position >= 0) then
+         number = position
+         return
+      end if
+      list = trim(names(0))
+      do i = 1, ubound(names, 1)
+         list = list//", "//trim(names(i))
+      end do
+      call new_error(error, status_usage, "there is no "//what//" '"//name//"', only "//list)
+   end subroutine take_name
+end module kschur_capi_options
