@@ -14,6 +14,8 @@ module scene_options
       character(len=64) :: value = ""
       !> What it means, a few words, units included.
       character(len=64) :: help = ""
+      !> Whether the command line gave it.
+      logical :: given = .false.
    end type option_type
 
    !> All options of a scene. Each `read_*` fails with a sentence that names
@@ -58,6 +60,8 @@ contains
          if (k == 0) then
             call new_error(error, error_usage, "this scene has no option '"//trim(arguments(i))// &
                "', only "//listed(names, "and"))
+         else if (self%list(k)%given) then
+            call new_error(error, error_usage, "option "//trim(arguments(i))//" is given twice")
          else if (i == size(arguments)) then
             call new_error(error, error_usage, "option "//trim(arguments(i))//" wants a value")
          else if (len_trim(arguments(i + 1)) > len(self%list%value)) then
@@ -65,6 +69,7 @@ contains
          end if
          if (allocated(error)) return
          self%list(k)%value = arguments(i + 1)
+         self%list(k)%given = .true.
       end do
    end subroutine parse
 
