@@ -39,6 +39,8 @@ module scene_options
       procedure :: read_not_negative
       !> The value as any number.
       procedure :: read_number
+      !> Fails where options were given that only one value of another one has a use for.
+      procedure :: require
       !> The description and the options, a line each.
       procedure :: help
       procedure, private :: value_of
@@ -150,6 +152,21 @@ contains
 
       call read_above(self, name, -huge(number), "a number", number, error)
    end subroutine read_number
+
+   subroutine require(self, name, value, others, error)
+      class(options_type), intent(in) :: self
+      !> The option and the value that it must have where one of the `others` was given.
+      character(len=*), intent(in) :: name, value, others(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: i
+
+      if (self%value_of(name) == value) return
+      do i = 1, size(others)
+         if (allocated(error)) return
+         if (self%list(place(self%list, others(i)))%given) call new_error(error, error_usage, &
+            "option "//trim(others(i))//" wants "//name//" "//value//", not '"//self%value_of(name)//"'")
+      end do
+   end subroutine require
 
    subroutine read_above(self, name, lowest, wanted, number, error)
       type(options_type), intent(in) :: self

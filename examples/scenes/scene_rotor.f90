@@ -61,6 +61,7 @@ contains
       call options%read_not_negative("--rotating", rotating, error)
       call options%read_not_negative("--resting", resting, error)
       call options%read_choice("--damping", [character(len=4) :: "on", "none"], damping, error)
+      call options%require("--damping", "on", [character(len=10) :: "--rotating", "--resting"], error)
       call options%read_not_negative("--density", density, error)
       call options%read_integer("--elements", 2, most_elements, elements, error)
       if (.not. allocated(error) .and. mod(elements, 2) /= 0) call new_error(error, error_usage, &

@@ -512,6 +512,7 @@ def test_wrong_usage(folder):
             (["scene", "castle", "--output", folder / "c.h5"], "castle", "beam-body"), (["scene", "grid"], "--output"),
             (["scene", "rotor", "--speed", "1", "--speed", "2", "--output", folder / "c.h5"], "--speed", "twice"),
             (["scene", "rotor", "--elements", "3", "--output", folder / "c.h5"], "--elements", "even", "'3'"),
+            (["scene", "spring-chain", "--damping", "none", "--beta", "0.1", "--output", folder / "c.h5"], "--beta", "--damping rayleigh"),
             (["scene", "brake", "--friction", "-1", "--output", folder / "c.h5"], "--friction", "not negative", "'-1'"),
             (["scene", "crank", "--density", "99", "--output", folder / "c.h5"], "--density", "from 1 to 20"),
             (["scene", "pendulum", "--reactions", "yes", "--output", folder / "c.h5"], "--reactions", "on or off"),
