@@ -94,7 +94,8 @@ contains
          "form (quadratic) and on the paper's pencil (pencil), ARPACK as the paper compares", &
          "with it (arpack-plain) and in the place of Krylov-Schur (arpack-fair). Modes are", &
          "missed or spurious against the set that is certified, or else has the smallest", &
-         "backward error. A method that fails is a line of the table.", &
+         "backward error. A method that fails is a line of the table; where auto fails, its", &
+         "error is that of the command.", &
          "", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --subspace M, --tolerance T, --max-restarts K,", &

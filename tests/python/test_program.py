@@ -577,6 +577,13 @@ def test_compare(folder):
     run = kschur("compare", problem, "--modes", 99, "--format", "json")
     check("compare: fewer modes than asked", run.returncode == 3 and "24 of 99" in run.stderr, (run.returncode, run.stderr))
     check("compare: all there are", json.loads(run.stdout)["methods"][0]["modes"]["found"] == 24, run.stdout)
+
+    # The matrices of auto are too much for factors in single precision; those of others may be or not.
+    for words in ([], ["--shift", "0.03"]):
+        run = kschur("compare", folder / "slender.h5", "--modes", 2, "--inner", "iterative", *words)
+        check(f"compare: auto fails {words}: exit status 4", run.returncode == 4, (run.returncode, run.stderr))
+        check(f"compare: auto fails {words}: one line", run.stderr.count("\n") == 1 and "iterative does not converge" in run.stderr,
+              run.stderr)
     check_refused("compare: no such file", 2, kschur("compare", folder / "nothing.h5"), "nothing.h5")
     status, written = on_terminal("compare", problem, "--modes", "3")
     check("compare: progress on a terminal", status == 0 and "\n" not in written and "arpack-fair" in written, written)
