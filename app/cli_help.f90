@@ -52,7 +52,8 @@ contains
          "and, where there is any, R.mtx and Cq.mtx.", &
          "", &
          "Exit status: 0 all is well, 1 wrong usage, 2 bad input, 3 fewer modes than asked", &
-         "(what was found is printed and written), 4 internal failure."])
+         "(what was found is printed and written), 4 internal failure, or an output that", &
+         "cannot be written. Whether --output can be written is looked at before the work."])
    end subroutine print_overview
 
    subroutine print_solve_help()

@@ -392,8 +392,35 @@ def test_result_file(folder):
     again, table = kschur("info", output, "--format", "json"), kschur("info", output).stdout
     check("info RESULT of before the options: is read, its memory unknown", again.returncode == 0
           and json.loads(again.stdout)["peak_memory_bytes"] is None and " s, - MB\n" in table, (again, table))
-    check_refused("output in a folder that does not exist", 4, kschur(
-        "solve", folder / "undamped.h5", "--output", folder / "nowhere" / "r.h5"), "nowhere")
+
+
+def test_output_that_cannot_be_written(folder):
+    """Refused before anything is read: where the problem is missing, the output is what is complained of."""
+    (folder / "taken").mkdir()
+    (folder / "taken.h5").mkdir()
+    (folder / "file").write_text("stays")
+    for name, path, *words in (("a folder that does not exist", folder / "nowhere" / "r.h5", "nowhere"),
+                               ("a folder that does not exist, relative", "nowhere/r.h5", "nowhere"),
+                               ("a folder", folder / "taken", "taken: a folder"), ("a folder with a slash", f"{folder}/taken/", "a folder"),
+                               ("a file as its folder", folder / "file" / "r.h5", "file/r.h5"),
+                               ("a device", "/dev/null", "a device")):
+        for problem in (folder / "undamped.h5", folder / "missing.h5"):
+            check_refused(f"solve, output in {name}, {problem.name}", 4, kschur(
+                "solve", problem, "--output", path, cwd=folder), *words)
+    for name, path, *words in (("a folder that does not exist", folder / "nowhere" / "g.h5", "nowhere"),
+                               ("a folder", folder / "taken.h5", "taken.h5: a folder"), ("a file", folder / "file", "file: a file"),
+                               ("a folder of files in none", folder / "nowhere" / "g", "nowhere")):
+        check_refused(f"scene, output in {name}", 4, kschur("scene", "castle", "--output", path), *words)
+    check("output that cannot be written: nothing was touched", (folder / "file").read_text() == "stays"
+          and not any((folder / name).exists() for name in ("nowhere", "file.h5"))
+          and os.listdir(folder / "taken") == os.listdir(folder / "taken.h5") == [])
+    if os.getuid() == 0:
+        return  # who may write everywhere
+    (folder / "taken").chmod(0o500)
+    check_refused("output in a folder that is read only", 4, kschur(
+        "solve", folder / "missing.h5", "--output", folder / "taken" / "r.h5"), "may not be written to")
+    check_refused("scene in a folder that is read only", 4, kschur(
+        "scene", "castle", "--output", folder / "taken"), "may not be written to")
 
 
 def test_left(folder):
@@ -735,7 +762,8 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for test in (test_help, test_scenes, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate, test_band,
-                     test_rigid_modes, test_notes, test_inaccurate, test_csv, test_result_file, test_left, test_info, test_presolve_option,
+                     test_rigid_modes, test_notes, test_inaccurate, test_csv, test_result_file,
+                     test_output_that_cannot_be_written, test_left, test_info, test_presolve_option,
                      test_restarts_run_out, test_more_modes_than_exist, test_arpack, test_compare, test_wrong_usage,
                      test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
                      test_bad_input, test_progress):
