@@ -75,6 +75,8 @@ contains
          "                         proportional (auto)", &
          "  --inner NAME           auto, mumps, ldl, iterative: half of the memory (auto)", &
          "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &
+         "  --block B              vectors that the Krylov space grows by: 1, as this version has", &
+         "                         no blocks (1)", &
          "  --subspace M           largest dimension of the Krylov space (chosen)", &
          "  --tolerance T          relative residual of a converged mode (1e-12)", &
          "  --max-restarts K       (200)", &
@@ -99,7 +101,7 @@ contains
          "error is that of the command.", &
          "", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
-         "  --presolve on|off, --subspace M, --tolerance T, --max-restarts K,", &
+         "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
          "  --constraint-scaling NAME, --mass FILE, --stiffness FILE, --damping FILE,", &
          "  --constraints FILE, --quiet, --threads N     as for kschur solve", &
          "  --format NAME                                table, json (table)"])

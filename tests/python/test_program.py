@@ -121,7 +121,7 @@ def test_help(_):
         run = kschur(*words)
         check(f"{' '.join(words)}: explains", run.returncode == 0 and "kschur" in run.stdout and not run.stderr, run)
     check("help solve: every option", all(option in kschur("help", "solve").stdout for option in (
-        "--modes --target --frequency --band --shift --method --arpack --formulation --inner --subspace --tolerance --max-restarts "
+        "--modes --target --frequency --band --shift --method --arpack --formulation --inner --presolve --block --subspace --tolerance --max-restarts "
         "--constraint-scaling --left --mass --stiffness --damping --constraints --output --format --quiet --verbose "
         "--threads").split()))
     possible = re.search("wants one of (.*), not 'best'", kschur("solve", DATA, "--formulation", "best").stderr)
@@ -266,6 +266,7 @@ def test_band(folder):
           and "no mode between 0.2 and 0.25 Hz\n" in run.stdout and "certified" in run.stdout, run)
     run = kschur("info", output)
     check("--band without modes: in the result file", "no mode between 0.2 and 0.25 Hz\n" in run.stdout, run)
+    check("--block 1: what there is", eigenvalues(solve(problem, "--block", 1)[0]).tolist() == eigenvalues(solve(problem)[0]).tolist())
     check("no band in JSON where none was asked for", "band" not in solve(problem)[0])
 
 
@@ -535,7 +536,7 @@ def test_wrong_usage(folder):
             (["solve", problem, "--inner", "ldl"], "ldl", "2 multipliers"),
             (["solve", problem, "--inner", "ldl", "--formulation", "damped-constrained"], "ldl", "complex"),
             (["solve", DATA / "random_unsymmetric", "--inner", "ldl", "--shift", "0.1"], "ldl", "unsymmetric"),
-            (["solve", problem, "--block", "4"], "--block", "not in this version"),
+            (["solve", problem, "--block", "4"], "--block 4", "not in this version", "--block 1"),
             (["scene", "castle", "--output", folder / "c.h5"], "castle", "beam-body"), (["scene", "grid"], "--output"),
             (["scene", "rotor", "--speed", "1", "--speed", "2", "--output", folder / "c.h5"], "--speed", "twice"),
             (["scene", "rotor", "--elements", "3", "--output", folder / "c.h5"], "--elements", "even", "'3'"),
