@@ -565,6 +565,12 @@ def test_arpack(folder):
         with h5py.File(output) as file:
             check(f"{name}: named in the result file", file.attrs["method"] == method, file.attrs["method"])
     check("arpack: plain is factored at the shift of the paper", result["shift"] == [1e-3, 0], result["shift"])
+    kschur("scene", "rotor", "--speed", 0, "--bearings", "rigid", "--output", folder / "planes.h5")
+    words = ["solve", folder / "planes.h5", "--modes", 13, "--method", "arpack"]
+    notes = notes_of(kschur(*words))
+    check("arpack: a note where nothing is counted", len(notes) == 1 and "a mode may be missing" in notes[0], notes)
+    check("arpack: null where nothing is counted", solve(*words[1:])[0]["certified"] is None)
+    check("arpack: no such note with a certificate", notes_of(kschur("solve", problem, "--method", "arpack")) == [])
     check("arpack: auto is krylov-schur", solve(problem, "--method", "auto")[0]["method"] == "krylov-schur")
     result, run = solve(problem, "--modes", 8, "--method", "arpack", "--formulation", "quadratic", "--subspace", 22,
                         "--max-restarts", 1, status=3)
