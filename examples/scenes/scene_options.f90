@@ -50,27 +50,39 @@ contains
 
    subroutine parse(self, arguments, error)
       class(options_type), intent(inout) :: self
-      !> Names and values in turn: `--elements`, `10`, ...
+      !> Names and values: `--elements`, `10`, or `--elements=10`, ...
       character(len=*), intent(in) :: arguments(:)
       type(error_type), allocatable, intent(out) :: error
       character(len=len(self%list%name)) :: names(size(self%list))
-      integer :: i, k
+      character(len=len(arguments)) :: value
+      character(len=:), allocatable :: name
+      integer :: i, k, last
 
       names = self%list%name
-      do i = 1, size(arguments), 2
-         k = place(self%list, arguments(i))
+      i = 0
+      do while (i < size(arguments))
+         i = i + 1
+         last = index(arguments(i)//"=", "=") - 1
+         name = trim(arguments(i)(:last))
+         value = ""
+         if (last < len(arguments)) then
+            value = arguments(i)(last + 2:)
+         else if (i < size(arguments)) then
+            i = i + 1
+            value = arguments(i)
+         end if
+         k = place(self%list, name)
          if (k == 0) then
-            call new_error(error, error_usage, "this scene has no option '"//trim(arguments(i))// &
-               "', only "//listed(names, "and"))
+            call new_error(error, error_usage, "this scene has no option '"//name//"', only "//listed(names, "and"))
          else if (self%list(k)%given) then
-            call new_error(error, error_usage, "option "//trim(arguments(i))//" is given twice")
-         else if (i == size(arguments)) then
-            call new_error(error, error_usage, "option "//trim(arguments(i))//" wants a value")
-         else if (len_trim(arguments(i + 1)) > len(self%list%value)) then
-            call new_error(error, error_usage, "the value of option "//trim(arguments(i))//" is too long")
+            call new_error(error, error_usage, "option "//name//" is given twice")
+         else if (value == "") then
+            call new_error(error, error_usage, "option "//name//" wants a value")
+         else if (len_trim(value) > len(self%list%value)) then
+            call new_error(error, error_usage, "the value of option "//name//" is too long")
          end if
          if (allocated(error)) return
-         self%list(k)%value = arguments(i + 1)
+         self%list(k)%value = value
          self%list(k)%given = .true.
       end do
    end subroutine parse
