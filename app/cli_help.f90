@@ -20,7 +20,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       select case (topic)
-      case ("")
+      case ("", "help")
          call print_overview()
       case ("solve")
          call print_solve_help()

@@ -1,7 +1,7 @@
 !> kschur scene: builds one of the models of examples/scenes and writes it as a problem.
 module cli_scene
    use cli_arguments, only: arguments_type
-   use cli_system, only: check_new_file, check_new_folder, print_line
+   use cli_system, only: check_new_file, check_new_folder, ends_with, print_line
    use kschur, only: error_type, error_usage, modal_problem_type, new_error, text, write_hdf5_problem, &
       write_matrix_market_problem
    use kschur_scenes, only: build_scene
@@ -50,11 +50,4 @@ contains
       call print_line(output//": "//text(problem%unknowns())//" unknowns, "// &
          text(problem%multipliers())//" constraints")
    end subroutine scene_command
-
-   pure logical function ends_with(word, suffix)
-      character(len=*), intent(in) :: word, suffix
-
-      ends_with = .false.
-      if (len(word) > len(suffix)) ends_with = word(len(word) - len(suffix) + 1:) == suffix
-   end function ends_with
 end module cli_scene

@@ -5,8 +5,8 @@ module cli_system
    use kschur, only: error_file, error_library, error_type, long, new_error
    implicit none
    private
-   public :: check_new_file, check_new_folder, check_output, complain, end_program, is_folder, peak_memory_bytes, &
-      print_line, same_file, set_threads, standard_error_is_terminal
+   public :: check_new_file, check_new_folder, check_output, complain, end_program, ends_with, is_folder, &
+      peak_memory_bytes, print_line, same_file, set_threads, standard_error_is_terminal
 
    ! Whether a line for standard output was lost.
    logical :: output_lost = .false.
@@ -100,6 +100,14 @@ contains
 
       is_folder = c_access(path//"/"//c_null_char, 0_c_int) == 0
    end function is_folder
+
+   !> Whether a path has this ending, after a name.
+   pure logical function ends_with(path, ending)
+      character(len=*), intent(in) :: path, ending
+
+      ends_with = .false.
+      if (len(path) > len(ending)) ends_with = path(len(path) - len(ending) + 1:) == ending
+   end function ends_with
 
    !> Whether two paths name one existing file.
    logical function same_file(first, second)

@@ -117,7 +117,8 @@ def read_dense(group):
 
 
 def test_help(_):
-    for words in (["--help"], ["help"], ["solve", "--help"], ["help", "solve"], ["help", "compare"], ["help", "scene"], ["help", "info"]):
+    for words in (["--help"], ["help"], ["solve", "--help"], ["help", "help"], ["help", "solve"], ["help", "compare"],
+                  ["help", "scene"], ["help", "info"]):
         run = kschur(*words)
         check(f"{' '.join(words)}: explains", run.returncode == 0 and "kschur" in run.stdout and not run.stderr, run)
     check("help solve: every option", all(option in kschur("help", "solve").stdout for option in (
@@ -505,7 +506,8 @@ def test_more_modes_than_exist(folder):
 def test_wrong_usage(folder):
     problem = folder / "undamped.h5"
     for words, *named in (
-            ([], "command"), (["dance"], "dance"), (["compare"], "problem"), (["solve"], "problem"),
+            ([], "command"), (["-v"], "unknown option -v"), (["dance"], "dance"), (["compare"], "problem"), (["solve"], "problem"),
+            (["solve", ""], "empty"), (["info", ""], "empty"),
             *[(["compare", problem, *words], words[0]) for words in (["--method", "arpack"], ["--left"], ["--band", "1,2"],
                                                                      ["--format", "csv"], ["--modes", "0"])],
             (["solve", problem, "--modes", "0"], "--modes", "at least 1"), (["solve", problem, "--modes", "x"], "--modes", "'x'"),
@@ -723,6 +725,8 @@ def test_bad_input(folder):
     check_refused("HDF5 file without matrices", 2, kschur("solve", folder / "empty.h5"), "empty.h5", "mass")
     check_refused("HDF5 file without matrices, info", 2, kschur("info", folder / "empty.h5"), "empty.h5", "mass")
     (folder / "nothing").mkdir()
+    (folder / "alone.mtx").touch()
+    check_refused("one Matrix Market file", 2, kschur("solve", folder / "alone.mtx"), "alone.mtx", "its folder", "--mass")
     check_refused("folder without matrices", 2, kschur("solve", folder / "nothing"), "M.mtx")
     unit = np.eye(3)
     bad = write_problem(folder / "range", M=unit, K=unit)
