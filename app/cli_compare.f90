@@ -8,7 +8,7 @@ module cli_compare
    use cli_options, only: take_iteration, take_wanted
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_output, complain, print_line, set_threads
-   use kschur, only: damping_names, error_type, formulation_names, kschur_version, modal_options_type, &
+   use kschur, only: add_context, damping_names, error_type, formulation_names, kschur_version, modal_options_type, &
       modal_problem_type, modal_result_type, reason_converged, reason_names, text, wp
    implicit none
    private
@@ -19,7 +19,8 @@ module cli_compare
 
 contains
 
-   !> Does the command; `complete` is false where not even `auto` finds the modes that were asked for.
+   !> Does the command; `complete` is false where not even `auto` finds the modes that were asked for. Fails where `auto`
+   !> does, after the table of the others.
    subroutine compare_command(arguments, complete, error)
       type(arguments_type), intent(inout) :: arguments
       logical, intent(out) :: complete
@@ -62,7 +63,8 @@ contains
       if (allocated(error)) return
       associate (ours => comparison%entries(1))
          if (allocated(ours%error)) then
-            call complain("auto fails: "//ours%error%message)
+            error = ours%error
+            call add_context(error, "auto fails")
          else
             complete = ours%result%reason == reason_converged
             if (.not. complete) call complain("auto ended with "//trim(reason_names(ours%result%reason))//": "// &

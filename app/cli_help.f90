@@ -20,7 +20,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       select case (topic)
-      case ("")
+      case ("", "help")
          call print_overview()
       case ("solve")
          call print_solve_help()
@@ -52,7 +52,8 @@ contains
          "and, where there is any, R.mtx and Cq.mtx.", &
          "", &
          "Exit status: 0 all is well, 1 wrong usage, 2 bad input, 3 fewer modes than asked", &
-         "(what was found is printed and written), 4 internal failure."])
+         "(what was found is printed and written), 4 internal failure, or an output that", &
+         "cannot be written. Whether --output can be written is looked at before the work."])
    end subroutine print_overview
 
    subroutine print_solve_help()
@@ -74,6 +75,8 @@ contains
          "                         proportional (auto)", &
          "  --inner NAME           auto, mumps, ldl, iterative: half of the memory (auto)", &
          "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &
+         "  --block B              vectors that the Krylov space grows by: 1, as this version has", &
+         "                         no blocks (1)", &
          "  --subspace M           largest dimension of the Krylov space (chosen)", &
          "  --tolerance T          relative residual of a converged mode (1e-12)", &
          "  --max-restarts K       (200)", &
@@ -94,10 +97,11 @@ contains
          "form (quadratic) and on the paper's pencil (pencil), ARPACK as the paper compares", &
          "with it (arpack-plain) and in the place of Krylov-Schur (arpack-fair). Modes are", &
          "missed or spurious against the set that is certified, or else has the smallest", &
-         "backward error. A method that fails is a line of the table.", &
+         "backward error. A method that fails is a line of the table; where auto fails, its", &
+         "error is that of the command.", &
          "", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
-         "  --presolve on|off, --subspace M, --tolerance T, --max-restarts K,", &
+         "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
          "  --constraint-scaling NAME, --mass FILE, --stiffness FILE, --damping FILE,", &
          "  --constraints FILE, --quiet, --threads N     as for kschur solve", &
          "  --format NAME                                table, json (table)"])

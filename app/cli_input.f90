@@ -2,7 +2,7 @@
 !> file, or Matrix Market files named one by one.
 module cli_input
    use cli_arguments, only: arguments_type
-   use cli_system, only: is_folder, same_file
+   use cli_system, only: ends_with, is_folder, same_file
    use kschur, only: add_context, error_file, error_input, error_type, error_usage, modal_problem_type, new_error, &
       read_hdf5_problem, read_matrix_market_files, read_matrix_market_problem
    implicit none
@@ -43,6 +43,8 @@ contains
          call new_error(error, error_usage, "files named one by one need --mass and --stiffness")
       else if (.not. (allocated(input%path) .or. any_file)) then
          call new_error(error, error_usage, "no problem is given; see kschur help")
+      else if (.not. any_file) then
+         if (input%path == "") call new_error(error, error_usage, "the name of the problem is empty")
       end if
    end subroutine take_input
 
@@ -83,6 +85,9 @@ contains
          inquire (file=path, exist=exists)
          if (is_folder(path)) then
             call read_matrix_market_problem(problem, path, error)
+         else if (exists .and. ends_with(path, ".mtx")) then
+            call new_error(error, error_input, path//": one matrix is no problem; name its folder, or the files "// &
+               "by --mass, --stiffness, --damping and --constraints")
          else if (exists) then
             call read_hdf5_problem(problem, path, error)
          else

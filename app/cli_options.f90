@@ -59,6 +59,6 @@ contains
       call arguments%take_integer("--block", 1, block, error)
       if (allocated(error)) return
       if (block /= 1) call new_error(error, error_usage, "--block "//text(block)// &
-         " is not in this version, which knows blocks of 1")
+         " is not in this version, which has only --block 1")
    end subroutine take_iteration
 end module cli_options

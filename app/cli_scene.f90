@@ -1,7 +1,7 @@
 !> kschur scene: builds one of the models of examples/scenes and writes it as a problem.
 module cli_scene
    use cli_arguments, only: arguments_type
-   use cli_system, only: check_writable_folder, print_line
+   use cli_system, only: check_new_file, check_new_folder, ends_with, print_line
    use kschur, only: error_type, error_usage, modal_problem_type, new_error, text, write_hdf5_problem, &
       write_matrix_market_problem
    use kschur_scenes, only: build_scene
@@ -18,6 +18,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(modal_problem_type) :: problem
       character(len=:), allocatable :: name, output
+      logical :: one_file
 
       call arguments%take_text("--output", output, error)
       if (allocated(error)) return
@@ -26,15 +27,21 @@ contains
          call new_error(error, error_usage, "no scene is named; see kschur help scene")
       else if (.not. allocated(output)) then
          call new_error(error, error_usage, "kschur scene wants --output PROBLEM.h5, or the name of a folder")
+      end if
+      if (allocated(error)) return
+
+      if (len(output) > 1 .and. ends_with(output, "/")) output = output(:len(output) - 1)
+      one_file = ends_with(output, ".h5") .or. ends_with(output, ".hdf5")
+      if (one_file) then
+         call check_new_file(output, error)
       else
-         if (len(output) > 1 .and. ends_with(output, "/")) output = output(:len(output) - 1)
-         call check_writable_folder(output, error)
+         call check_new_folder(output, error)
       end if
       if (allocated(error)) return
 
       call build_scene(name, arguments%rest(), problem, error)
       if (allocated(error)) return
-      if (ends_with(output, ".h5") .or. ends_with(output, ".hdf5")) then
+      if (one_file) then
          call write_hdf5_problem(problem, output, error)
       else
          call write_matrix_market_problem(problem, output, error)
@@ -43,11 +50,4 @@ contains
       call print_line(output//": "//text(problem%unknowns())//" unknowns, "// &
          text(problem%multipliers())//" constraints")
    end subroutine scene_command
-
-   pure logical function ends_with(word, suffix)
-      character(len=*), intent(in) :: word, suffix
-
-      ends_with = .false.
-      if (len(word) > len(suffix)) ends_with = word(len(word) - len(suffix) + 1:) == suffix
-   end function ends_with
 end module cli_scene

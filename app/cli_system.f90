@@ -5,8 +5,8 @@ module cli_system
    use kschur, only: error_file, error_library, error_type, long, new_error
    implicit none
    private
-   public :: check_output, check_writable_folder, complain, end_program, is_folder, peak_memory_bytes, print_line, &
-      same_file, set_threads, standard_error_is_terminal
+   public :: check_new_file, check_new_folder, check_output, complain, end_program, ends_with, is_folder, &
+      peak_memory_bytes, print_line, same_file, set_threads, standard_error_is_terminal
 
    ! Whether a line for standard output was lost.
    logical :: output_lost = .false.
@@ -101,6 +101,14 @@ contains
       is_folder = c_access(path//"/"//c_null_char, 0_c_int) == 0
    end function is_folder
 
+   !> Whether a path has this ending, after a name.
+   pure logical function ends_with(path, ending)
+      character(len=*), intent(in) :: path, ending
+
+      ends_with = .false.
+      if (len(path) > len(ending)) ends_with = path(len(path) - len(ending) + 1:) == ending
+   end function ends_with
+
    !> Whether two paths name one existing file.
    logical function same_file(first, second)
       character(len=*), intent(in) :: first, second
@@ -123,21 +131,53 @@ contains
       resolved = buffer(:index(buffer, c_null_char) - 1)
    end function real_path
 
-   !> Fails where no file `path` could be made because of its folder.
-   subroutine check_writable_folder(path, error)
+   !> Fails where no file `path` could be made, or replaced by one, as far as can be told without touching anything.
+   subroutine check_new_file(path, error)
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+
+      if (is_folder(path)) then
+         call new_error(error, error_file, path//": a folder, not a place for a file")
+      else if (index(path, "/dev/") == 1) then
+         call new_error(error, error_file, path//": a device, not a place for a file")
+      else
+         call check_writable(path(:index(path, "/", back=.true.)), path, error)
+      end if
+   end subroutine check_new_file
+
+   !> Fails where `path` is no folder that files can be made in, and none could be made.
+   subroutine check_new_folder(path, error)
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      logical :: exists
+
+      inquire (file=path, exist=exists)
+      if (is_folder(path)) then
+         call check_writable(path, path, error)
+      else if (exists) then
+         call new_error(error, error_file, path//": a file, not a place for a folder")
+      else
+         call check_writable(path(:index(path, "/", back=.true.)), path, error)
+      end if
+   end subroutine check_new_folder
+
+   ! Fails where nothing can be made in a folder; the one we are in has an empty name.
+   subroutine check_writable(folder, path, error)
+      character(len=*), intent(in) :: folder
+      !> What is to be made.
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
       integer(c_int), parameter :: write_and_search = 3
-      character(len=:), allocatable :: folder
+      character(len=:), allocatable :: place
 
-      folder = path(:index(path, "/", back=.true.))
-      if (folder == "") folder = "./"
-      if (.not. is_folder(folder)) then
-         call new_error(error, error_file, path//": there is no folder "//folder//" to write it to")
-      else if (c_access(folder//c_null_char, write_and_search) /= 0) then
-         call new_error(error, error_file, path//": the folder "//folder//" may not be written to")
+      place = folder
+      if (place == "") place = "."
+      if (.not. is_folder(place)) then
+         call new_error(error, error_file, path//": there is no folder "//place//" to write it to")
+      else if (c_access(place//c_null_char, write_and_search) /= 0) then
+         call new_error(error, error_file, path//": the folder "//place//" may not be written to")
       end if
-   end subroutine check_writable_folder
+   end subroutine check_writable
 
    !> Number of threads of the dense linear algebra.
    subroutine set_threads(threads)

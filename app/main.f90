@@ -70,7 +70,8 @@ contains
             if (.not. allocated(topic)) allocate (character(len=0) :: topic)
             call print_help(topic, error)
          case ("")
-            call new_error(error, error_usage, "no command is given; see kschur help")
+            call arguments%check_all_taken(error)
+            if (.not. allocated(error)) call new_error(error, error_usage, "no command is given; see kschur help")
          case default
             call new_error(error, error_usage, "unknown command '"//command//"'; see kschur help")
          end select

@@ -4,10 +4,11 @@ module kschur_notes
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesvd
    use kschur_left, only: condition_number, merges
+   use kschur_options, only: method_arpack
    use kschur_presolve, only: presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_redundancy, only: count_redundant
-   use kschur_result, only: modal_result_type, kind_rigid, inaccurate_above, note_length
+   use kschur_result, only: modal_result_type, certified_unknown, kind_rigid, inaccurate_above, note_length
    use kschur_text, only: magnitude, text
    implicit none
    private
@@ -47,7 +48,7 @@ contains
          " constraints "//either(redundant == 1, "follows", "follow")//" from the others")
    end subroutine note_redundant
 
-   !> Double zeros and eigenvalues that nearly have no eigenvectors of their own.
+   !> Double zeros, eigenvalues that nearly have no eigenvectors of their own, and copies that may be missing.
    subroutine note_modes(problem, result, error)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result
@@ -60,6 +61,8 @@ contains
          " rigid motion is a double zero (Jordan block): nothing damps it", &
          " rigid motions are double zeros (Jordan blocks): nothing damps them"))
       call note_defective(problem, result)
+      if (result%options%method == method_arpack .and. result%certified == certified_unknown) call result%add_note( &
+         "ARPACK looks for no further copies of multiple eigenvalues, and nothing was counted: a mode may be missing")
    end subroutine note_modes
 
    ! How many of the rigid motions that are listed meet no damping: n - rank R N.

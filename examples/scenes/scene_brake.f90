@@ -43,6 +43,7 @@ contains
       call options%read_positive("--stiffness-2", k2, error)
       call options%read_choice("--damping", [character(len=8) :: "rayleigh", "none"], damping, error)
       call options%read_not_negative("--alpha", alpha, error)
+      call options%require("--damping", "rayleigh", ["--alpha"], error)
       if (allocated(error)) return
 
       if (damping == "none") alpha = 0

@@ -14,6 +14,8 @@ module scene_options
       character(len=64) :: value = ""
       !> What it means, a few words, units included.
       character(len=64) :: help = ""
+      !> Whether the command line gave it.
+      logical :: given = .false.
    end type option_type
 
    !> All options of a scene. Each `read_*` fails with a sentence that names
@@ -37,6 +39,8 @@ module scene_options
       procedure :: read_not_negative
       !> The value as any number.
       procedure :: read_number
+      !> Fails where options were given that only one value of another one has a use for.
+      procedure :: require
       !> The description and the options, a line each.
       procedure :: help
       procedure, private :: value_of
@@ -46,25 +50,40 @@ contains
 
    subroutine parse(self, arguments, error)
       class(options_type), intent(inout) :: self
-      !> Names and values in turn: `--elements`, `10`, ...
+      !> Names and values: `--elements`, `10`, or `--elements=10`, ...
       character(len=*), intent(in) :: arguments(:)
       type(error_type), allocatable, intent(out) :: error
       character(len=len(self%list%name)) :: names(size(self%list))
-      integer :: i, k
+      character(len=len(arguments)) :: value
+      character(len=:), allocatable :: name
+      integer :: i, k, last
 
       names = self%list%name
-      do i = 1, size(arguments), 2
-         k = place(self%list, arguments(i))
+      i = 0
+      do while (i < size(arguments))
+         i = i + 1
+         last = index(arguments(i)//"=", "=") - 1
+         name = trim(arguments(i)(:last))
+         value = ""
+         if (last < len(arguments)) then
+            value = arguments(i)(last + 2:)
+         else if (i < size(arguments)) then
+            i = i + 1
+            value = arguments(i)
+         end if
+         k = place(self%list, name)
          if (k == 0) then
-            call new_error(error, error_usage, "this scene has no option '"//trim(arguments(i))// &
-               "', only "//listed(names, "and"))
-         else if (i == size(arguments)) then
-            call new_error(error, error_usage, "option "//trim(arguments(i))//" wants a value")
-         else if (len_trim(arguments(i + 1)) > len(self%list%value)) then
-            call new_error(error, error_usage, "the value of option "//trim(arguments(i))//" is too long")
+            call new_error(error, error_usage, "this scene has no option '"//name//"', only "//listed(names, "and"))
+         else if (self%list(k)%given) then
+            call new_error(error, error_usage, "option "//name//" is given twice")
+         else if (value == "") then
+            call new_error(error, error_usage, "option "//name//" wants a value")
+         else if (len_trim(value) > len(self%list%value)) then
+            call new_error(error, error_usage, "the value of option "//name//" is too long")
          end if
          if (allocated(error)) return
-         self%list(k)%value = arguments(i + 1)
+         self%list(k)%value = value
+         self%list(k)%given = .true.
       end do
    end subroutine parse
 
@@ -145,6 +164,21 @@ contains
 
       call read_above(self, name, -huge(number), "a number", number, error)
    end subroutine read_number
+
+   subroutine require(self, name, value, others, error)
+      class(options_type), intent(in) :: self
+      !> The option and the value that it must have where one of the `others` was given.
+      character(len=*), intent(in) :: name, value, others(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: i
+
+      if (self%value_of(name) == value) return
+      do i = 1, size(others)
+         if (allocated(error)) return
+         if (self%list(place(self%list, others(i)))%given) call new_error(error, error_usage, &
+            "option "//trim(others(i))//" wants "//name//" "//value//", not '"//self%value_of(name)//"'")
+      end do
+   end subroutine require
 
    subroutine read_above(self, name, lowest, wanted, number, error)
       type(options_type), intent(in) :: self

@@ -6,7 +6,7 @@
 !>     m z'' + (c + beta k) z' + (1 - i beta Omega) k z = 0,   k = 48 E I/L^3, unstable above Omega = w (1 + c/(beta k)),
 !>     J_d theta'' + (beta k' - i J_p Omega) theta' + (1 - i beta Omega) k' theta = 0,   k' = 12 E I/L.
 module scene_rotor
-   use kschur, only: error_type, wp
+   use kschur, only: error_type, error_usage, new_error, text, wp
    use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
    use scene_beam, only: add_beam, beam_type, tube
    use scene_joint, only: add_fix
@@ -39,7 +39,7 @@ contains
       options%list(3) = option_type("--rotating", "1e-4", "damping of the shaft by its stiffness, s")
       options%list(4) = option_type("--resting", "100", "damping of the disc against the ground, N s/m")
       options%list(5) = option_type("--density", "7850", "density of the shaft, kg/m^3")
-      options%list(6) = option_type("--elements", "8", "elements of the shaft, an even number")
+      options%list(6) = option_type("--elements", "8", "elements of the shaft, an even number: the disc is at the middle")
       options%list(7) = option_type("--damping", "on", "rotating and resting damping: on or none")
    end function rotor_options
 
@@ -61,8 +61,11 @@ contains
       call options%read_not_negative("--rotating", rotating, error)
       call options%read_not_negative("--resting", resting, error)
       call options%read_choice("--damping", [character(len=4) :: "on", "none"], damping, error)
+      call options%require("--damping", "on", [character(len=10) :: "--rotating", "--resting"], error)
       call options%read_not_negative("--density", density, error)
       call options%read_integer("--elements", 2, most_elements, elements, error)
+      if (.not. allocated(error) .and. mod(elements, 2) /= 0) call new_error(error, error_usage, &
+         "option --elements wants an even number, as the disc is at the middle of the shaft, not '"//text(elements)//"'")
       if (allocated(error)) return
 
       if (damping == "none") then
@@ -71,7 +74,6 @@ contains
       end if
       speed = rpm*speed
       inertia = mass*radius**2/4*(identity + dyad(axis, axis))
-      elements = elements + mod(elements, 2)
       assembly = new_assembly(6*(elements + 2))
       shaft = tube(diameter, diameter/2, youngs_modulus, shear_modulus, density)
       stiffness = shaft%stiffness(length/elements)

@@ -47,6 +47,7 @@ contains
       call options%read_choice("--damping", [character(len=8) :: "rayleigh", "none"], damping, error)
       call options%read_not_negative("--alpha", rayleigh(1), error)
       call options%read_not_negative("--beta", rayleigh(2), error)
+      call options%require("--damping", "rayleigh", [character(len=7) :: "--alpha", "--beta"], error)
       if (allocated(error)) return
 
       if (damping == "none") rayleigh = 0

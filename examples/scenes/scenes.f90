@@ -30,7 +30,7 @@ contains
    subroutine build_scene(name, arguments, problem, error, geometry)
       !> One of `scene_names`.
       character(len=*), intent(in) :: name
-      !> The scene's options as words, names and values in turn: `--elements`, `10`, ...
+      !> The scene's options as words, names and values: `--elements`, `10`, or `--elements=10`, ...
       character(len=*), intent(in) :: arguments(:)
       type(modal_problem_type), intent(out) :: problem
       type(error_type), allocatable, intent(out) :: error
