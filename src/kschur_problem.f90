@@ -70,7 +70,9 @@ contains
          problem%constraints = empty_csr_matrix(0, n)
       end if
 
-      call check_matrix(problem%mass, n, n, "mass matrix M", error)
+      if (mass%columns /= n) call new_error(error, error_input, "the mass matrix M is "//text(n)//" x "// &
+         text(mass%columns)//" but must be square")
+      if (.not. allocated(error)) call check_matrix(problem%mass, n, n, "mass matrix M", error)
       if (.not. allocated(error)) call check_matrix(problem%stiffness, n, n, "stiffness matrix K", error)
       if (.not. allocated(error)) call check_matrix(problem%damping, n, n, "damping matrix R", error)
       if (.not. allocated(error)) &
