@@ -1,5 +1,5 @@
 !> The direct solver for real matrices: looks at the matrix and takes LDL where
-!> it is symmetric, definite and of low fill, else MUMPS.
+!> it is symmetric, definite but for multipliers, and of low fill, else MUMPS.
 module kschur_direct_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, add_context, error_library, error_memory, error_usage
@@ -8,6 +8,7 @@ module kschur_direct_solver
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_mumps_real, only: mumps_real_type
    use kschur_options, only: inner_auto, inner_ldl, inner_mumps
+   use kschur_quasi_definite, only: quasi_definite_type
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type
    implicit none
@@ -18,6 +19,8 @@ module kschur_direct_solver
    type, extends(real_linear_solver_type) :: direct_real_type
       !> One of `inner_*`. `inner_ldl` fails, with the reason, on a matrix that LDL is not made for.
       integer :: inner = inner_auto
+      !> Whether LDL may take matrices with multipliers. It magnifies rounding where one is nearly singular.
+      logical :: quasi_definite = .true.
       class(real_linear_solver_type), allocatable, private :: solver
    contains
       procedure :: factorize
@@ -72,10 +75,15 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
-      type(ldl_real_type), allocatable :: ldl
+      class(real_linear_solver_type), allocatable :: ldl
+      integer :: most_entries
 
-      allocate (ldl)
-      if (self%inner == inner_auto) ldl%most_entries = low_fill
+      most_entries = merge(low_fill, huge(1), self%inner == inner_auto)
+      if (structure%multipliers > 0 .and. self%quasi_definite) then
+         allocate (ldl, source=quasi_definite_type(most_entries=most_entries))
+      else
+         allocate (ldl, source=ldl_real_type(most_entries=most_entries))
+      end if
       call ldl%factorize(matrix, structure, error)
       if (.not. allocated(error)) call check_residual(ldl, matrix, error)
       if (.not. allocated(error)) call move_alloc(ldl, self%solver)
@@ -83,7 +91,7 @@ contains
 
    ! Solves one random system: without pivoting, nothing else bounds the backward error.
    subroutine check_residual(ldl, matrix, error)
-      type(ldl_real_type), intent(inout) :: ldl
+      class(real_linear_solver_type), intent(inout) :: ldl
       type(csr_matrix_type), intent(in) :: matrix
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: acceptable = 1.0e-12_wp

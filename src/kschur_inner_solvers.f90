@@ -58,7 +58,7 @@ contains
       if (options%inner == inner_iterative) call choose_iterative(options%tolerance, inner)
       if (.not. (allocated(inner%real) .or. allocated(inner%counting))) allocate (mumps_real_type :: inner%counting)
       if (allocated(inner%real) .and. .not. allocated(inner%unshifted)) allocate (inner%unshifted, source=inner%real)
-      if (.not. allocated(inner%unshifted)) allocate (direct_real_type :: inner%unshifted)
+      if (.not. allocated(inner%unshifted)) allocate (inner%unshifted, source=direct_real_type(quasi_definite=.false.))
       if (.not. allocated(inner%real)) allocate (inner%real, source=direct_real_type(inner=options%inner))
       if (.not. allocated(inner%complex)) allocate (mumps_complex_type :: inner%complex)
    end subroutine choose_inner_solvers

@@ -8,6 +8,7 @@ module kschur_ldl
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_ordering, only: elimination_order
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: text
    implicit none
@@ -21,6 +22,8 @@ module kschur_ldl
    type, extends(real_linear_solver_type) :: ldl_real_type
       !> A matrix whose factor has more entries a column is refused (error_library).
       integer :: most_entries = huge(1)
+      !> Takes multipliers with negative diagonal entries: their pivots have to come out negative, all others positive.
+      logical :: quasi_definite = .false.
       ! The matrix has been factored.
       logical, private :: factored = .false.
       ! Unknown order(k) is the k-th to be eliminated.
@@ -89,17 +92,17 @@ contains
          call new_error(error, error_usage, "only a square matrix can be factored")
       else if (.not. structure%symmetric) then
          call new_error(error, error_usage, "the matrix is unsymmetric")
-      else if (structure%multipliers > 0) then
+      else if (structure%multipliers > 0 .and. .not. self%quasi_definite) then
          call new_error(error, error_usage, "the matrix has "//text(structure%multipliers)//" multipliers")
       end if
       if (allocated(error)) return
 
       started = clock()
-      call analyze(self, matrix, start, row, parent, entries, position, error)
+      call analyze(self, matrix, structure, start, row, parent, entries, position, error)
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
          started = clock()
-         call eliminate(self, matrix, start, row, parent, entries, position, error)
+         call eliminate(self, matrix, structure%multipliers, start, row, parent, entries, position, error)
          self%factorize_seconds = seconds_since(started)
       end if
       if (allocated(error)) call release(self)
@@ -107,12 +110,12 @@ contains
    end subroutine factorize
 
    ! Order, elimination tree and the size of each column of L; all 0-based, for C.
-   subroutine analyze(self, matrix, start, row, parent, entries, position, error)
+   subroutine analyze(self, matrix, structure, start, row, parent, entries, position, error)
       class(ldl_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
       integer(c_int), allocatable, intent(out) :: start(:), row(:), parent(:), entries(:), position(:)
       type(error_type), allocatable, intent(out) :: error
-      real(c_double) :: control(amd_control_size), info(amd_info_size)
       integer(c_int), allocatable :: flag(:)
       integer :: n, status
 
@@ -125,34 +128,67 @@ contains
       end if
       start = matrix%row_start - 1
       row = matrix%column - 1
-      call amd_defaults(control)
-      select case (amd_order(n, start, row, self%order, control, info))
-      case (amd_out_of_memory)
-         call no_memory(error)
-         return
-      case (amd_invalid)
-         call new_error(error, error_library, "AMD could not order the matrix")
-         return
-      end select
-      if (info(amd_lnz) >= huge(1_c_int)) then
-         call new_error(error, error_library, "the factor has more than "//text(huge(1_c_int))//" entries")
-         return
+      if (structure%multipliers > 0) then
+         ! A multiplier before the unknowns it touches would be a penalty that drowns their stiffness.
+         call order_saddle(matrix, structure, self%order, error)
+      else
+         call order_definite(n, start, row, self%order, error)
       end if
+      if (allocated(error)) return
       call ldl_symbolic(n, start, row, self%start, parent, entries, flag, self%order, position)
       self%factor_entries = n + int(self%start(n + 1), long)
       if (entries_a_column(self) > self%most_entries) call new_error(error, error_library, &
          "high fill, "//text(entries_a_column(self))//" entries a column")
    end subroutine analyze
 
-   ! L and D; checks that D has one sign.
-   subroutine eliminate(self, matrix, start, row, parent, entries, position, error)
+   ! The order of AMD, 0-based.
+   subroutine order_definite(n, start, row, order, error)
+      integer, intent(in) :: n
+      integer(c_int), intent(in) :: start(:), row(:)
+      integer(c_int), intent(out) :: order(:)
+      type(error_type), allocatable, intent(out) :: error
+      real(c_double) :: control(amd_control_size), info(amd_info_size)
+
+      call amd_defaults(control)
+      select case (amd_order(n, start, row, order, control, info))
+      case (amd_out_of_memory)
+         call no_memory(error)
+      case (amd_invalid)
+         call new_error(error, error_library, "AMD could not order the matrix")
+      case default
+         if (info(amd_lnz) >= huge(1_c_int)) &
+            call new_error(error, error_library, "the factor has more than "//text(huge(1_c_int))//" entries")
+      end select
+   end subroutine order_definite
+
+   ! The order of METIS, multipliers after the unknowns they touch, 0-based.
+   subroutine order_saddle(matrix, structure, order, error)
+      type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
+      integer(c_int), intent(out) :: order(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: position(:)
+      integer :: i
+
+      call elimination_order(matrix%row_start, matrix%column, structure%nodes(matrix%rows), structure%multipliers, position, &
+         error)
+      if (allocated(error)) return
+      do i = 1, size(position)
+         order(position(i)) = i - 1
+      end do
+   end subroutine order_saddle
+
+   ! L and D; checks the signs of D.
+   subroutine eliminate(self, matrix, multipliers, start, row, parent, entries, position, error)
       class(ldl_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: multipliers
       integer(c_int), intent(in) :: start(:), row(:), parent(:), position(:)
       integer(c_int), intent(inout) :: entries(:)
       type(error_type), allocatable, intent(out) :: error
-      ! Below this part of its diagonal entry a pivot is what rounding left.
-      real(wp), parameter :: rounding = 64*epsilon(1.0_wp)
+      ! Below this part of its diagonal entry a pivot is what rounding left. Quasi-definite factors grow
+      ! with the reciprocal of the smallest.
+      real(wp), parameter :: rounding = 64*epsilon(1.0_wp), unstable = 1.0e-12_wp
       integer(c_int), allocatable :: pattern(:), flag(:)
       real(c_double), allocatable :: work(:), diagonal(:)
       integer :: n, done, status
@@ -173,16 +209,19 @@ contains
       diagonal = matrix%diagonal()
       diagonal = diagonal(self%order)
       singular = done < n
-      if (.not. singular) singular = .not. all(abs(self%pivot) > rounding*abs(diagonal))
+      if (.not. singular) singular = .not. all(abs(self%pivot) > merge(unstable, rounding, self%quasi_definite)*abs(diagonal))
       if (singular) then
          call new_error(error, error_singular, "a pivot of the matrix is zero")
-      else if (any(self%pivot > 0) .and. any(self%pivot < 0)) then
+      else if (self%quasi_definite .and. any(self%pivot > 0 .eqv. self%order > n - multipliers)) then
+         call new_error(error, error_library, "the matrix is not quasi-definite")
+      else if (.not. self%quasi_definite .and. any(self%pivot > 0) .and. any(self%pivot < 0)) then
          call new_error(error, error_library, "the matrix is indefinite")
       end if
       if (allocated(error)) return
       self%null_pivots = 0
       self%negative_pivots = count(self%pivot < 0)
-      self%description = "ldl: symmetric definite, "//text(entries_a_column(self))//" entries a column"
+      self%description = "ldl: "//trim(merge("quasi-definite    ", "symmetric definite", self%quasi_definite))//", "// &
+         text(entries_a_column(self))//" entries a column"
    end subroutine eliminate
 
    integer function entries_a_column(self)

@@ -19,6 +19,9 @@ module kschur_linear_solver
       !> The last so many unknowns are Lagrange multipliers: their diagonal
       !> is zero, so each must follow the unknowns it touches.
       integer :: multipliers = 0
+   contains
+      !> The node of each of n unknowns; those of multipliers mean nothing.
+      procedure :: nodes
    end type matrix_structure_type
 
    !> What real and complex solvers have in common.
@@ -90,4 +93,16 @@ module kschur_linear_solver
          type(error_type), allocatable, intent(out) :: error
       end subroutine solve_complex
    end interface
+
+contains
+
+   pure function nodes(self, n)
+      class(matrix_structure_type), intent(in) :: self
+      integer, intent(in) :: n
+      integer :: nodes(n)
+      integer :: i
+
+      nodes = [(i, i=1, n)]
+      if (allocated(self%node)) nodes(:size(self%node)) = self%node
+   end function nodes
 end module kschur_linear_solver

@@ -362,7 +362,7 @@ contains
             if (all(error%code /= [error_convergence, error_singular])) return
             deallocate (error)
             if (allocated(solver)) deallocate (solver)
-            allocate (direct_real_type :: solver)
+            allocate (solver, source=direct_real_type(quasi_definite=.false.))
             call find_rigid_motions(problem, solver, motions, multipliers, error)
             result%factorizations = result%factorizations + 1
          end if

@@ -28,7 +28,7 @@ def parse(words):
     parser.add_argument("--problem", metavar="FILE.h5", help="compare on this problem (HDF5, as kschur solve reads it)")
     parser.add_argument("--modes", type=positive, default=20, help="how many lowest modes of that problem (20)")
     parser.add_argument(
-        "--preset", choices=sorted(plan.PRESETS), default="quick", help="how much to run (quick: minutes, full: an hour or two)"
+        "--preset", choices=sorted(plan.PRESETS), default="quick", help="how much to run (quick: minutes, full: about an hour)"
     )
     parser.add_argument("--no-peers", action="store_true", help="our methods only, not SLEPc and SciPy")
     parser.add_argument("--output", metavar="FOLDER", default="kschur-report", help="where to write (kschur-report)")
@@ -91,10 +91,9 @@ def measure(options, folder, launcher):
     def keep():
         write_campaign(folder / "data.h5", campaign)
 
-    Runner(kschur, campaign).run_plan(studies, after_each=keep)
     if not options.problem:
         add_hard_cases(options, campaign, kschur)
-        keep()
+    Runner(kschur, campaign).run_plan(studies, after_each=keep)
     return campaign
 
 

@@ -70,6 +70,7 @@ static kschur_options *new_options_of(int which)
 
    if (which == 1) CHECK_OK(kschur_options_set_left(options, 1));
    if (which == 3) CHECK_OK(kschur_options_set_presolve(options, 0));
+   if (which == 3) CHECK_OK(kschur_options_set_inner(options, "mumps"));
    if (which == 4) CHECK_OK(kschur_options_set_target(options, -0.01, 5));
    if (which == 5) CHECK_OK(kschur_options_set_method(options, "arpack"));
    return options;

@@ -1,0 +1,132 @@
+!> Direct solutions with saddle matrices A = [P, C^T; C, 0], P symmetric and positive definite, by LDL^T without
+!> pivoting: A with a little compliance of the constraints, -delta in its second diagonal block, is quasi-definite
+!> and has such factors in any order. Iterative refinement with A itself, residuals in extended precision, takes
+!> out what delta changes, and rounding too.
+!> Vanderbei, SIAM J. Optim. 5 (1995), doi 10.1137/0805005; Gill, Saunders, Shinnerl, SIAM J. Matrix Anal. Appl.
+!> 17 (1996), doi 10.1137/S0895479893256952.
+module kschur_quasi_definite
+   use kschur_clock, only: clock, seconds_since
+   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_kinds, only: wp, xp, long
+   use kschur_ldl, only: ldl_real_type
+   use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
+   implicit none
+   private
+   public :: quasi_definite_type
+
+   !> LDL^T of the regularised matrix, with refinement. Refuses what LDL refuses, and a P that is not
+   !> positive definite (error_library).
+   type, extends(real_linear_solver_type) :: quasi_definite_type
+      !> A matrix whose factor has more entries a column is refused (error_library).
+      integer :: most_entries = huge(1)
+      type(ldl_real_type), private :: ldl
+      ! A.
+      type(csr_matrix_type), private :: matrix
+   contains
+      procedure :: factorize
+      procedure :: solve
+      procedure :: solve_adjoint => solve
+   end type quasi_definite_type
+
+contains
+
+   subroutine factorize(self, matrix, structure, error)
+      class(quasi_definite_type), intent(inout) :: self
+      type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: parts(2)
+
+      self%ldl = ldl_real_type(most_entries=self%most_entries, quasi_definite=.true.)
+      parts(1) = matrix
+      call new_compliance(matrix, structure%multipliers, parts(2), error)
+      if (allocated(error)) return
+      call self%ldl%factorize(linear_combination([1.0_wp, -1.0_wp], parts), structure, error)
+      if (allocated(error)) return
+      self%matrix = matrix
+      self%analyze_seconds = self%ldl%analyze_seconds
+      self%factorize_seconds = self%ldl%factorize_seconds
+      self%factor_entries = self%ldl%factor_entries
+      self%null_pivots = self%ldl%null_pivots
+      self%negative_pivots = self%ldl%negative_pivots
+      self%description = self%ldl%description
+   end subroutine factorize
+
+   ! [0 0; 0 delta], small beside C P^{-1} C^T: of each constraint, beside its largest coefficient
+   ! squared over its largest stiffness.
+   subroutine new_compliance(matrix, multipliers, compliance, error)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: multipliers
+      type(csr_matrix_type), intent(out) :: compliance
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: small = 1.0e-8_wp
+      real(wp) :: delta(multipliers), stiffness(min(matrix%rows, matrix%columns))
+      integer :: n, i
+
+      n = matrix%rows - multipliers
+      stiffness = matrix%diagonal()
+      do i = 1, multipliers
+         associate (first => matrix%row_start(n + i), last => matrix%row_start(n + i + 1) - 1)
+            delta(i) = small*maxval([0.0_wp, abs(matrix%value(first:last))])**2/ &
+               max(maxval([0.0_wp, stiffness(matrix%column(first:last))]), tiny(1.0_wp))
+         end associate
+      end do
+      call new_csr_from_triplets(compliance, matrix%rows, matrix%columns, [(n + i, i=1, multipliers)], &
+         [(n + i, i=1, multipliers)], delta, error)
+   end subroutine new_compliance
+
+   subroutine solve(self, x, error)
+      class(quasi_definite_type), intent(inout) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: steps = 10
+      real(wp), parameter :: rounding = 4*epsilon(1.0_wp), slow = 0.5_wp
+      real(wp), allocatable :: rhs(:, :), correction(:, :)
+      ! The largest correction of a column, relative to it, and the one before.
+      real(wp) :: change, previous
+      integer(long) :: started
+      integer :: step
+
+      if (size(x, 1) /= self%matrix%rows) then
+         call new_error(error, error_usage, "the right-hand sides do not fit the factored matrix")
+         return
+      end if
+      started = clock()
+      allocate (rhs, source=x)
+      allocate (correction(size(x, 1), size(x, 2)))
+      call self%ldl%solve(x, error)
+      if (allocated(error)) return
+      previous = huge(previous)
+      do step = 1, steps
+         call find_residual(self%matrix, rhs, x, correction)
+         call self%ldl%solve(correction, error)
+         if (allocated(error)) return
+         change = maxval(maxval(abs(correction), 1)/max(maxval(abs(x), 1), tiny(1.0_wp)))
+         if (.not. change <= slow*previous) exit
+         x = x + correction
+         if (change <= rounding) exit
+         previous = change
+      end do
+      self%solve_seconds = self%solve_seconds + seconds_since(started)
+   end subroutine solve
+
+   ! b - A x, summed in more than the working precision.
+   pure subroutine find_residual(matrix, rhs, x, residual)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: rhs(:, :), x(:, :)
+      real(wp), intent(out) :: residual(:, :)
+      real(xp) :: total
+      integer :: i, j, k
+
+      do j = 1, size(x, 2)
+         do i = 1, matrix%rows
+            total = rhs(i, j)
+            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+               total = total - real(matrix%value(k), xp)*x(matrix%column(k), j)
+            end do
+            residual(i, j) = real(total, wp)
+         end do
+      end do
+   end subroutine find_residual
+end module kschur_quasi_definite
