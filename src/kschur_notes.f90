@@ -6,9 +6,10 @@ module kschur_notes
    use kschur_left, only: condition_number, merges
    use kschur_options, only: method_arpack
    use kschur_presolve, only: presolve_type
-   use kschur_problem, only: modal_problem_type
+   use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_redundancy, only: count_redundant
-   use kschur_result, only: modal_result_type, certified_unknown, kind_rigid, inaccurate_above, note_length
+   use kschur_result, only: modal_result_type, certified_unknown, kind_rigid, inaccurate_above, note_length, &
+      reason_max_restarts
    use kschur_text, only: magnitude, text
    implicit none
    private
@@ -48,7 +49,7 @@ contains
          " constraints "//either(redundant == 1, "follows", "follow")//" from the others")
    end subroutine note_redundant
 
-   !> Double zeros, eigenvalues that nearly have no eigenvectors of their own, and copies that may be missing.
+   !> Double zeros, eigenvalues that nearly have no eigenvectors of their own or accumulate, and copies that may be missing.
    subroutine note_modes(problem, result, error)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result
@@ -61,9 +62,24 @@ contains
          " rigid motion is a double zero (Jordan block): nothing damps it", &
          " rigid motions are double zeros (Jordan blocks): nothing damps them"))
       call note_defective(problem, result)
+      call note_accumulation(problem, result)
       if (result%options%method == method_arpack .and. result%certified == certified_unknown) call result%add_note( &
          "ARPACK looks for no further copies of multiple eigenvalues, and nothing was counted: a mode may be missing")
    end subroutine note_modes
+
+   ! With R = alpha M + beta K the slower root of each stiff motion is next to -1/beta: far too many to be told
+   ! apart, and nearer than what is missing once the modes reach as far.
+   subroutine note_accumulation(problem, result)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(inout) :: result
+      real(wp), parameter :: about = 0.5_wp
+
+      if (problem%damping_kind /= damping_proportional .or. result%reason /= reason_max_restarts) return
+      if (.not. problem%beta > 0 .or. size(result%eigenvalues) == 0) return
+      if (maxval(abs(result%eigenvalues - result%target)) >= about*abs(1/problem%beta + result%target)) &
+         call result%add_note("the stiff motions, overdamped, accumulate at -1/beta = "//magnitude(-1/problem%beta)// &
+         " 1/s and may be what is missing; a band has the oscillating modes beyond it")
+   end subroutine note_accumulation
 
    ! How many of the rigid motions that are listed meet no damping: n - rank R N.
    subroutine count_undamped(problem, result, free, error)
