@@ -5,54 +5,38 @@ module kschur_rigid
    use kschur_error, only: error_type, error_library, error_singular, new_error
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: dgemv, dgesvd
-   use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
-   use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
+   use kschur_scaled_stiffness, only: scaled_stiffness_type
+   use kschur_sparse, only: csr_matrix_type
    implicit none
    private
    public :: find_rigid_motions, check_inertia
 
-   ! What is added to the diagonal of the scaled stiffness, in units of what the solver makes of
-   ! rounding: just above it.
-   real(wp), parameter :: above_rounding = 16
    integer, parameter :: iterations = 3
    ! A motion is rigid where the scaled stiffness is below this.
    real(wp), parameter :: negligible = 32*epsilon(1.0_wp)
    ! What rounding leaves of a unit vector that depends on others.
    real(wp), parameter :: dependent = 1.0e-10_wp
 
-   ! [D K D + delta I, D Cq^T S; S Cq D, 0] with D and S such that the rows of both blocks are of
-   ! size one: what is zero does not depend on units, or on heavy and light parts.
-   type :: scaled_stiffness_type
-      real(wp), allocatable :: scaling(:), constraint_scaling(:)
-      ! delta
-      real(wp) :: regularization = 0
-      type(csr_matrix_type) :: matrix
-      class(real_linear_solver_type), allocatable :: solver
-   end type scaled_stiffness_type
-
 contains
 
    !> A basis of {phi : K phi + Cq^T xi = 0, Cq phi = 0}, k = 0 if there is no such
    !> motion, by inverse iteration on blocks of random vectors, with the adjoint in turn:
    !> an unsymmetric K may be far from normal. The rounding of K decides what is zero.
-   subroutine find_rigid_motions(problem, solver, motions, multipliers, error)
+   subroutine find_rigid_motions(problem, stiffness, motions, multipliers, error)
       type(modal_problem_type), intent(in) :: problem
-      !> Holds other factors on return.
-      class(real_linear_solver_type), allocatable, intent(inout) :: solver
+      !> Of the problem.
+      type(scaled_stiffness_type), intent(inout) :: stiffness
       !> phi, n x k, and xi, m x k.
       real(wp), allocatable, intent(out) :: motions(:, :), multipliers(:, :)
       type(error_type), allocatable, intent(out) :: error
-      type(scaled_stiffness_type) :: stiffness
       ! Scaled motions above scaled multipliers.
       real(wp), allocatable :: found(:, :)
       integer(long) :: state
       integer :: block_size, n, i, before
 
       n = problem%unknowns()
-      call new_scaled_stiffness(stiffness, problem, solver, error)
-      if (allocated(error)) return
       allocate (found(n + problem%multipliers(), 0))
       state = 1
       block_size = 1
@@ -64,7 +48,6 @@ contains
          if (size(found, 2) < before + block_size .or. size(found, 2) == n) exit
          block_size = 8*block_size
       end do
-      call move_alloc(stiffness%solver, solver)
       allocate (motions(n, size(found, 2)), multipliers(problem%multipliers(), size(found, 2)))
       do i = 1, size(found, 2)
          motions(:, i) = stiffness%scaling*found(:n, i)
@@ -114,47 +97,6 @@ contains
             max(cancelled*maxval(magnitude), rounding*matrix%infinity_norm()*maxval(abs(motion)))
       end function vanishes
    end subroutine check_inertia
-
-   subroutine new_scaled_stiffness(self, problem, solver, error)
-      type(scaled_stiffness_type), intent(out) :: self
-      type(modal_problem_type), intent(in) :: problem
-      class(real_linear_solver_type), allocatable, intent(inout) :: solver
-      type(error_type), allocatable, intent(out) :: error
-      type(matrix_structure_type) :: structure
-      real(wp), allocatable :: level(:), borders(:)
-      integer, allocatable :: row(:), constraint(:)
-      integer :: n, m, i
-
-      n = problem%unknowns()
-      m = problem%multipliers()
-      call move_alloc(solver, self%solver)
-      self%regularization = above_rounding*self%solver%accuracy
-      associate (k => problem%stiffness, cq => problem%constraints)
-         allocate (level(n), source=k%row_maxima())
-         where (.not. level > 0) level = max(maxval(level), tiny(1.0_wp))
-         ! Powers of two: scaling rounds nothing.
-         allocate (self%scaling(n), source=scale(1.0_wp, -exponent(level)/2))
-         allocate (row(k%nonzeros()), source=k%row_indices())
-         allocate (constraint(cq%nonzeros()), source=cq%row_indices())
-         allocate (borders(cq%nonzeros()), source=cq%value*self%scaling(cq%column))
-         allocate (self%constraint_scaling(m))
-         do i = 1, m
-            associate (border => borders(cq%row_start(i):cq%row_start(i + 1) - 1))
-               self%constraint_scaling(i) = scale(1.0_wp, -exponent(maxval(abs(border))))
-               border = self%constraint_scaling(i)*border
-            end associate
-         end do
-         call new_csr_from_triplets(self%matrix, n + m, n + m, &
-            [row, [(i, i=1, n)], n + constraint, cq%column], [k%column, [(i, i=1, n)], cq%column, n + constraint], &
-            [self%scaling(row)*k%value*self%scaling(k%column), spread(self%regularization, 1, n), borders, borders], error)
-      end associate
-      if (allocated(error)) return
-      structure%symmetric = problem%symmetric
-      if (.not. problem%symmetric) structure%symmetric = problem%stiffness%is_symmetric()
-      structure%multipliers = m
-      allocate (structure%node(n), source=[(i, i=1, n)])
-      call self%solver%factorize(self%matrix, structure, error)
-   end subroutine new_scaled_stiffness
 
    ! Adds up to `wanted` motions to those found: fewer, if there are no more.
    subroutine find_more(stiffness, wanted, state, found, error)

@@ -8,6 +8,7 @@ module kschur_shift
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
+   use kschur_lowest, only: find_lowest_frequencies
    use kschur_modal_selection, only: modal_selection_type
    use kschur_options, only: modal_options_type, formulation_names, formulation_proportional, formulation_quadratic, &
       formulation_symmetric, inner_ldl
@@ -18,6 +19,7 @@ module kschur_shift
    use kschur_quadratic_transform_real, only: real_quadratic_type => quadratic_transform_type, &
       new_real_quadratic => new_quadratic_transform
    use kschur_result, only: modal_result_type, account
+   use kschur_scaled_stiffness, only: scaled_stiffness_type
    use kschur_scaling, only: constraint_factors, typical_rate
    use kschur_symmetric_transform, only: symmetric_transform_type, new_symmetric_transform
    use kschur_text, only: magnitude
@@ -29,6 +31,9 @@ module kschur_shift
    ! A shift within this factor of that place is left where it is.
    real(wp), parameter :: close_enough = 4
    integer, parameter :: shift_attempts = 5
+   ! Beyond this, relative to the shift or to the lowest, an eigenvalue may be an infinite one that rounding
+   ! blurred; that is far above a rate typical of the matrices.
+   real(wp), parameter :: too_far = 1.0e5_wp, above_the_typical = 100
    ! Where to, by what factors, should it be an eigenvalue.
    real(wp), parameter :: moved(3) = [1.0_wp, 1.1_wp, 1.3_wp]
 
@@ -36,8 +41,10 @@ contains
 
    !> Factors at the shift that was given, next to a target, or, where that is
    !> small, at the scale of the lowest modes. Sets result%shift.
-   subroutine place_shift(problem, free, deflation, options, inner, transform, result, error)
+   subroutine place_shift(problem, stiffness, free, deflation, options, inner, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
+      !> Factored, as far as it is known. Gone on return.
+      type(scaled_stiffness_type), allocatable, intent(inout) :: stiffness
       !> Whether zero is an eigenvalue.
       logical, intent(in) :: free
       type(deflation_type), target, intent(in) :: deflation
@@ -48,8 +55,15 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: scale
       integer :: search
+      logical :: at_scale
       ! Whether the shift is one that rounding does not tell from the eigenvalue zero.
       logical :: hidden
+
+      at_scale = .not. allocated(options%shift) .and. abs(options%target) <= first_scale(problem)
+      scale = max(first_scale(problem), deflation%blur)
+      if (at_scale .and. allocated(stiffness)) call estimate_scale(problem, stiffness, deflation, options, scale, result, error)
+      if (allocated(stiffness)) deallocate (stiffness)
+      if (allocated(error)) return
 
       if (options%inner == inner_ldl .and. .not. is_structured(result%formulation)) then
          call refuse_complex(result%formulation, error)
@@ -58,7 +72,7 @@ contains
          if (is_structured(result%formulation)) hidden = hidden .or. abs(options%shift) < deflation%blur
          call factor_at_first(problem, deflation, options, inner, result%formulation, &
             beside(problem, deflation, options%shift), transform, result, error, known=hidden)
-      else if (abs(options%target) > first_scale(problem)) then
+      else if (.not. at_scale) then
          call factor_near_target(problem, deflation, options, inner, transform, result, error)
       else
          ! A pencil has infinite eigenvalues and costs more: the structured form tells the scale.
@@ -187,14 +201,13 @@ contains
       type(inner_solvers_type), intent(in) :: inner
       integer, intent(in) :: formulation
       class(transform_type), allocatable, intent(out) :: transform
-      !> The shift (1/s).
-      real(wp), intent(out) :: scale
+      !> The shift (1/s): the first one to be tried, and the one that was taken.
+      real(wp), intent(inout) :: scale
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: previous, proposed
       integer :: attempt
 
-      scale = max(first_scale(problem), deflation%blur)
       previous = scale
       do attempt = 1, shift_attempts
          call factor_at_first(problem, deflation, options, inner, formulation, cmplx(moved*scale, 0, wp), transform, result, error)
@@ -216,6 +229,47 @@ contains
          scale = proposed
       end do
    end subroutine factor_at_scale
+
+   ! The scale of the lowest undamped frequencies in place of the one that is given; damping
+   ! may put the eigenvalues elsewhere.
+   subroutine estimate_scale(problem, stiffness, deflation, options, scale, result, error)
+      type(modal_problem_type), target, intent(in) :: problem
+      type(scaled_stiffness_type), target, intent(inout) :: stiffness
+      type(deflation_type), target, intent(in) :: deflation
+      type(modal_options_type), intent(in) :: options
+      real(wp), intent(inout) :: scale
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: frequencies(:)
+      real(wp) :: before
+      integer :: applications
+
+      ! Rigid motions that stay in the iteration are all that it would see.
+      if (deflation%blur > 0) return
+      before = stiffness%solver%solve_seconds
+      call find_lowest_frequencies(problem, stiffness, deflation, options%modes, options%seed, frequencies, applications, error)
+      if (allocated(error)) then
+         ! The stiffness may be nearer to singular than the problem is at any shift.
+         if (any(error%code == [error_convergence, error_singular])) deallocate (error)
+         return
+      end if
+      result%operator_applications = result%operator_applications + applications
+      result%seconds%solve = result%seconds%solve + (stiffness%solver%solve_seconds - before)
+      if (size(frequencies) > 0) frequencies = pack(frequencies, &
+         frequencies <= min(too_far*minval(frequencies), above_the_typical*typical_rate(problem)))
+      if (size(frequencies) > 0) scale = middle(frequencies)
+   end subroutine estimate_scale
+
+   ! In the middle of the wanted |lambda|, by ratio, both ends are found with the same digits.
+   real(wp) function middle(magnitudes)
+      real(wp), intent(in) :: magnitudes(:)
+      ! What is far below the shift looks alike, and is lower than it looks; what is far beyond is lost.
+      real(wp), parameter :: above_the_smallest = 10, below_the_largest = 1.0e-2_wp
+
+      associate (smallest => minval(magnitudes), largest => maxval(magnitudes))
+         middle = max(min(sqrt(smallest*largest), above_the_smallest*smallest), below_the_largest*largest)
+      end associate
+   end function middle
 
    ! A frequency that the matrices suggest (1/s): far above the lowest modes of a fine mesh, but of
    ! their units. Low where there are heavy parts: from below, low modes are told apart.
@@ -293,8 +347,7 @@ contains
    end subroutine refuse_complex
 
    ! Where the shift had better be, from a few steps at the shift that is; zero where
-   ! they do not tell. In the middle of the wanted |lambda|, by ratio, both ends are found
-   ! with the same digits.
+   ! they do not tell.
    subroutine propose_scale(transform, deflation, options, typical, result, proposed, error)
       class(transform_type), target, intent(inout) :: transform
       type(deflation_type), intent(in) :: deflation
@@ -305,15 +358,13 @@ contains
       real(wp), intent(out) :: proposed
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: roughly = 0.1_wp
-      ! Beyond these, relative to the shift, a zero or an infinite eigenvalue may be blurred by rounding; the
-      ! latter is far above what is typical of the matrices.
-      real(wp), parameter :: too_near = 1.0e-4_wp, too_far = 1.0e5_wp, above_the_typical = 100
-      ! What is far below the shift looks alike, and is lower than it looks; what is far beyond is lost.
-      real(wp), parameter :: above_the_smallest = 10, below_the_largest = 1.0e-2_wp
+      ! So far below the shift a zero may be blurred by rounding.
+      real(wp), parameter :: too_near = 1.0e-4_wp
       type(modal_selection_type) :: selection
       type(krylov_statistics_type) :: statistics
       complex(wp), allocatable :: mu(:), vectors(:, :)
-      real(wp) :: magnitude, smallest, largest, furthest
+      real(wp), allocatable :: magnitudes(:)
+      real(wp) :: furthest
       integer :: i
 
       proposed = 0
@@ -325,14 +376,8 @@ contains
       result%operator_applications = result%operator_applications + statistics%operator_applications
       result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
       furthest = min(too_far*abs(result%shift), above_the_typical*typical)
-      smallest = huge(1.0_wp)
-      largest = 0
-      do i = 1, size(mu)
-         magnitude = maxval(abs(transform%map%lambdas(transform%theta(mu(i)))))
-         if (magnitude < too_near*abs(result%shift) .or. magnitude > furthest) cycle
-         smallest = min(smallest, magnitude)
-         largest = max(largest, magnitude)
-      end do
-      if (largest > 0) proposed = max(min(sqrt(smallest*largest), above_the_smallest*smallest), below_the_largest*largest)
+      allocate (magnitudes, source=[(maxval(abs(transform%map%lambdas(transform%theta(mu(i))))), i=1, size(mu))])
+      magnitudes = pack(magnitudes, magnitudes >= too_near*abs(result%shift) .and. magnitudes <= furthest)
+      if (size(magnitudes) > 0) proposed = middle(magnitudes)
    end subroutine propose_scale
 end module kschur_shift

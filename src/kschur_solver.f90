@@ -27,6 +27,7 @@ module kschur_solver
       reason_fewer_modes, reason_inaccurate, inaccurate_above
    use kschur_rigid, only: check_inertia, find_rigid_motions
    use kschur_scaling, only: constraint_factors
+   use kschur_scaled_stiffness, only: new_scaled_stiffness, scaled_stiffness_type
    use kschur_shift, only: place_shift
    use kschur_tolerances, only: real_tolerance
    use kschur_transform, only: transform_type
@@ -56,6 +57,7 @@ contains
       type(modal_problem_type), target :: work
       type(presolve_type) :: plan
       type(deflation_type), target :: deflation
+      type(scaled_stiffness_type), allocatable :: stiffness
       type(eigenpairs_type) :: rigid
       logical :: presolved
       class(linear_solver_type), pointer :: solver
@@ -94,9 +96,10 @@ contains
       end if
 
       call note_problem(work, plan, result, error)
-      if (.not. allocated(error)) call find_rigid(work, .not. settings%is_plain(), inner, deflation, rigid, result, error)
-      if (.not. allocated(error)) call place_shift(work, size(rigid%lambda) > 0, deflation, settings, inner, transform, &
-         result, error)
+      if (.not. allocated(error)) call find_rigid(work, .not. settings%is_plain(), inner, deflation, rigid, result, error, &
+         stiffness)
+      if (.not. allocated(error)) call place_shift(work, stiffness, size(rigid%lambda) > 0, deflation, settings, inner, &
+         transform, result, error)
       if (allocated(error)) return
       if (presolved) call undo_presolve(problem, plan, rigid)
       call find_modes(problem, presolved, plan, deflation, rigid, transform, settings, inner, result, error, monitor)
@@ -340,7 +343,7 @@ contains
    end subroutine undo_presolve
 
    !> The eigenvalue zero, and what can be deflated with it.
-   subroutine find_rigid(problem, possible, inner, deflation, rigid, result, error)
+   subroutine find_rigid(problem, possible, inner, deflation, rigid, result, error, factored)
       type(modal_problem_type), intent(in) :: problem
       !> Whether to look at all.
       logical, intent(in) :: possible
@@ -349,27 +352,33 @@ contains
       type(eigenpairs_type), intent(out) :: rigid
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
+      !> The stiffness that was factored; only where it was looked.
+      type(scaled_stiffness_type), allocatable, optional, intent(out) :: factored
       class(real_linear_solver_type), allocatable :: solver
+      type(scaled_stiffness_type), allocatable :: stiffness
       real(wp), allocatable :: motions(:, :), multipliers(:, :)
       integer, allocatable :: decaying(:)
       integer :: k, l, j
 
       if (possible) then
+         allocate (stiffness)
          allocate (solver, source=inner%unshifted)
-         call find_rigid_motions(problem, solver, motions, multipliers, error)
+         call new_scaled_stiffness(stiffness, problem, solver, error)
+         if (.not. allocated(error)) call find_rigid_motions(problem, stiffness, motions, multipliers, error)
          if (allocated(error)) then
             ! The stiffness may be nearer to singular than the problem is at any shift.
             if (all(error%code /= [error_convergence, error_singular])) return
             deallocate (error)
-            if (allocated(solver)) deallocate (solver)
             allocate (solver, source=direct_real_type(quasi_definite=.false.))
-            call find_rigid_motions(problem, solver, motions, multipliers, error)
+            call new_scaled_stiffness(stiffness, problem, solver, error)
+            if (.not. allocated(error)) call find_rigid_motions(problem, stiffness, motions, multipliers, error)
             result%factorizations = result%factorizations + 1
          end if
          if (.not. allocated(error)) call check_inertia(problem, motions, error)
          if (allocated(error)) return
-         call account(solver, result)
+         call account(stiffness%solver, result)
          result%factorizations = result%factorizations + 1
+         if (present(factored)) call move_alloc(stiffness, factored)
       else
          allocate (motions(problem%unknowns(), 0), multipliers(problem%multipliers(), 0))
       end if

@@ -1,0 +1,87 @@
+!> The lowest undamped frequencies, roughly, from the factors in which rigid motions are looked for.
+module kschur_lowest
+   use kschur_deflation, only: deflation_type
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_krylov_real, only: krylov_schur
+   use kschur_modal_selection, only: modal_selection_type
+   use kschur_operator, only: real_operator_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_scaled_stiffness, only: scaled_stiffness_type
+   use kschur_spectral_map, only: spectral_map_type
+   implicit none
+   private
+   public :: find_lowest_frequencies
+
+   !> K^{-1} M on the motions that the constraints allow and that are not rigid.
+   type, extends(real_operator_type) :: flexibility_type
+      type(modal_problem_type), pointer :: problem => null()
+      type(deflation_type), pointer :: deflation => null()
+      type(scaled_stiffness_type), pointer :: stiffness => null()
+   contains
+      procedure :: order
+      procedure :: apply
+   end type flexibility_type
+
+contains
+
+   !> Those frequencies of the undamped problem, among so many modes nearest to zero, that twenty
+   !> Krylov vectors tell to a tenth or so.
+   subroutine find_lowest_frequencies(problem, stiffness, deflation, modes, seed, frequencies, operator_applications, error)
+      type(modal_problem_type), target, intent(in) :: problem
+      type(scaled_stiffness_type), target, intent(inout) :: stiffness
+      !> All rigid motions.
+      type(deflation_type), target, intent(in) :: deflation
+      integer, intent(in) :: modes, seed
+      !> In 1/s, those that are found; rigid motions are none of them.
+      real(wp), allocatable, intent(out) :: frequencies(:)
+      integer, intent(out) :: operator_applications
+      !> As far as the solver fails.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: roughly = 0.1_wp
+      type(flexibility_type) :: flexibility
+      type(krylov_statistics_type) :: statistics
+      complex(wp), allocatable :: mu(:), vectors(:, :)
+
+      flexibility%problem => problem
+      flexibility%deflation => deflation
+      flexibility%stiffness => stiffness
+      call krylov_schur(flexibility, modal_selection_type(modes, spectral_map_type(oscillator=.true.), &
+         known=deflation%eigenvalues()), krylov_options_type(tolerance=roughly, max_restarts=1, seed=seed, verify=.false.), &
+         mu, vectors, statistics, error)
+      operator_applications = statistics%operator_applications
+      if (allocated(error)) return
+      allocate (frequencies, source=1/sqrt(pack(abs(mu), abs(mu) > tiny(1.0_wp))))
+   end subroutine find_lowest_frequencies
+
+   integer function order(self)
+      class(flexibility_type), intent(in) :: self
+
+      order = self%problem%unknowns()
+   end function order
+
+   subroutine apply(self, x, y, error)
+      class(flexibility_type), intent(inout) :: self
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), contiguous, intent(out) :: y(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: rhs(:, :)
+      integer :: n, j
+
+      n = size(x, 1)
+      y = 0
+      call self%problem%mass%add_product(1.0_wp, x, y)
+      call self%deflation%project_forces(y)
+      allocate (rhs(n + self%problem%multipliers(), size(x, 2)), source=0.0_wp)
+      do j = 1, size(x, 2)
+         rhs(:n, j) = self%stiffness%scaling*y(:, j)
+      end do
+      call self%stiffness%solver%solve(rhs, error)
+      if (allocated(error)) return
+      do j = 1, size(x, 2)
+         y(:, j) = self%stiffness%scaling*rhs(:n, j)
+      end do
+      call self%deflation%project(y)
+   end subroutine apply
+end module kschur_lowest
