@@ -169,26 +169,22 @@ contains
       type(deflation_type) :: deflation
 
       counted = .true.
-      if (options%presolve) then
-         call presolve(problem, work, plan, error)
-         if (plan%unknowns_after == 0) then
-            ! The constraints leave no motion.
-            if (allocated(error)) deallocate (error)
-            allocate (parts(0))
-            rigid = no_pairs(problem)
-            return
-         end if
-         if (allocated(error)) return
-         call balance(work, plan)
-      else
-         work = problem
+      call presolve(problem, work, plan, error, eliminating=options%presolve)
+      if (plan%unknowns_after == 0) then
+         ! The constraints leave no motion.
+         if (allocated(error)) deallocate (error)
+         allocate (parts(0))
+         rigid = no_pairs(problem)
+         return
       end if
+      if (allocated(error)) return
+      call balance(work, plan)
       call find_rigid(work, .true., inner, deflation, rigid, result, error)
       if (allocated(error)) return
       call count_parts(work, band, count(.not. abs(rigid%lambda) > 0), inner%counting, parts, counted, &
          result, error)
       if (allocated(error) .or. .not. counted) return
-      if (options%presolve) call undo_presolve(problem, plan, rigid)
+      call undo_presolve(problem, plan, rigid)
       call orthonormalize_zeros(rigid)
    end subroutine find_parts
 
@@ -354,7 +350,7 @@ contains
       own = options
       own%modes = huge(1)
       call append_pairs(pairs, rigid)
-      call select_modes(problem, own, pairs, size(rigid%lambda), 0.0_wp, huge(1.0_wp), result)
+      call select_modes(problem, own, 2*problem%unknowns(), pairs, size(rigid%lambda), 0.0_wp, huge(1.0_wp), result)
    end subroutine select_all
 
    subroutine keep_pairs(pairs, kept)

@@ -65,7 +65,7 @@ contains
          associate (level => problem%damping%infinity_norm()*maxval(abs(shapes(:, i))))
             if (problem%damping_kind /= damping_proportional .and. maxval(abs(dampers(:, i))) <= rounding*level) &
                decay(i) = 0
-            if (maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) > rounding*level) separate(i) = .false.
+            if (.not. maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) <= rounding*level) separate(i) = .false.
          end associate
       end do
       k = count(separate)

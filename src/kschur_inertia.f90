@@ -23,8 +23,9 @@ contains
    !>
    !> A little compliance of the constraints makes every one of their pivots negative,
    !> those of redundant rows too, which would be rounding. It lowers each eigenvalue by
-   !> some `compliance` of itself. The motions it lets in are far above theta: the
-   !> constraints are scaled to the level of K and theta M.
+   !> some `compliance` of itself. The motions it lets in are far above theta, as the
+   !> constraints are scaled to the level of K and theta M; but between constraints that
+   !> differ by less than the root of `compliance` they are not, and then too many are counted.
    subroutine count_below(problem, theta, solver, below)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: theta

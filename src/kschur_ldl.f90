@@ -41,8 +41,6 @@ module kschur_ldl
    integer, parameter :: block = 4
 
    integer, parameter :: amd_control_size = 5, amd_info_size = 20, amd_out_of_memory = -1, amd_invalid = -2
-   ! Position of AMD_LNZ, an upper bound of the entries of L, counted from 1.
-   integer, parameter :: amd_lnz = 10
 
    interface
       subroutine amd_defaults(control) bind(C)
@@ -136,9 +134,13 @@ contains
       end if
       if (allocated(error)) return
       call ldl_symbolic(n, start, row, self%start, parent, entries, flag, self%order, position)
-      self%factor_entries = n + int(self%start(n + 1), long)
-      if (entries_a_column(self) > self%most_entries) call new_error(error, error_library, &
-         "high fill, "//text(entries_a_column(self))//" entries a column")
+      ! `start` counts in 32 bits and may have overflowed; the columns have not.
+      self%factor_entries = n + sum(int(entries, long))
+      if (entries_a_column(self) > self%most_entries) then
+         call new_error(error, error_library, "high fill, "//text(entries_a_column(self))//" entries a column")
+      else if (self%factor_entries >= huge(1_c_int)) then
+         call new_error(error, error_library, "the factor has more than "//text(huge(1_c_int))//" entries")
+      end if
    end subroutine analyze
 
    ! The order of AMD, 0-based.
@@ -155,9 +157,6 @@ contains
          call no_memory(error)
       case (amd_invalid)
          call new_error(error, error_library, "AMD could not order the matrix")
-      case default
-         if (info(amd_lnz) >= huge(1_c_int)) &
-            call new_error(error, error_library, "the factor has more than "//text(huge(1_c_int))//" entries")
       end select
    end subroutine order_definite
 

@@ -39,9 +39,12 @@ contains
    !> Fills the modes of `result` from eigenpairs: conjugate pairs once,
    !> spurious pairs dropped, nearest to the target first, no more than were
    !> asked for.
-   subroutine select_modes(problem, options, pairs, rigid, reference, reach, result, inaccurate, beyond)
+   subroutine select_modes(problem, options, most, pairs, rigid, reference, reach, result, inaccurate, beyond)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
+      !> There are no more finite eigenvalues than this, both of a conjugate pair counted. What is beyond
+      !> belongs to multipliers, however small its backward error is.
+      integer, intent(in) :: most
       !> Pairs of an iteration, and behind them rigid motions. Used up.
       type(eigenpairs_type), intent(inout) :: pairs
       !> The number of rigid motions. They are known exactly: all of the eigenvalue zero, with
@@ -96,7 +99,10 @@ contains
       accepted = accepted .and. errors <= spurious
       allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
       call sort_by_distance(lambda, options%target, order)
-      order = order(:min(count(distances(lambda(order), options%target) <= (1 + blurred)*reach), options%modes))
+      k = fitting(lambda(order), most)
+      if (k < size(order) .and. present(inaccurate)) inaccurate = 0
+      if (k < size(order) .and. present(beyond)) beyond = .true.
+      order = order(:min(count(distances(lambda(order), options%target) <= (1 + blurred)*reach), options%modes, k))
 
       call take_columns(pairs%phi, order)
       call take_columns(pairs%xi, order)
@@ -106,6 +112,19 @@ contains
       result%backward_error = errors(order)
       call describe(problem, result)
    end subroutine select_modes
+
+   ! How many of the first of some eigenvalues, one of each conjugate pair, are no more than `most` with both.
+   pure integer function fitting(lambda, most)
+      complex(wp), intent(in) :: lambda(:)
+      integer, intent(in) :: most
+      integer :: eigenvalues
+
+      eigenvalues = 0
+      do fitting = 0, size(lambda) - 1
+         eigenvalues = eigenvalues + merge(2, 1, abs(aimag(lambda(fitting + 1))) > 0)
+         if (eigenvalues > most) return
+      end do
+   end function fitting
 
    ! Columns `order` of a block, in its own place: there may be no room for two.
    pure subroutine take_columns(block, order)

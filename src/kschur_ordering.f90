@@ -4,6 +4,7 @@
 module kschur_ordering
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_int
    use kschur_error, only: error_type, new_error, error_library
+   use kschur_kinds, only: long
    use kschur_lock, only: acquire_lock, release_lock, lock_metis
    use kschur_text, only: text
    implicit none
@@ -59,7 +60,8 @@ contains
       allocate (vertex(n), source=0)
       vertex(:unknowns) = node(:unknowns)
       vertices = maxval(vertex)
-      call quotient_graph(row_start, column, unknowns, vertices, vertex, start, neighbour)
+      call quotient_graph(row_start, column, unknowns, vertices, vertex, start, neighbour, error)
+      if (allocated(error)) return
       allocate (weight(vertices), source=0)
       do i = 1, n
          if (vertex(i) > 0) weight(vertex(i)) = weight(vertex(i)) + 1
@@ -112,12 +114,14 @@ contains
 
    ! The symmetric graph of nodes and long constraints, without loops and
    ! repetitions. Gives long constraints vertices of their own.
-   subroutine quotient_graph(row_start, column, unknowns, vertices, vertex, start, neighbour)
+   subroutine quotient_graph(row_start, column, unknowns, vertices, vertex, start, neighbour, error)
       integer, intent(in) :: row_start(:), column(:), unknowns
       integer, intent(inout) :: vertices, vertex(:)
       integer, allocatable, intent(out) :: start(:), neighbour(:)
+      type(error_type), allocatable, intent(out) :: error
       integer, allocatable :: from(:), to(:), members(:), touching_start(:), touching(:), fill(:)
-      integer :: n, pass, edges, i, j, k
+      integer(long) :: edges
+      integer :: n, pass, i, j, k
 
       n = size(row_start) - 1
       call constraint_members(row_start, column, unknowns, touching_start, touching)
@@ -146,19 +150,26 @@ contains
                end do
             end do
          end do
-         if (pass == 1) allocate (from(2*edges), to(2*edges))
+         if (pass == 2) exit
+         ! METIS counts in 32 bits.
+         if (2*edges > huge(1_c_int32_t)) then
+            call new_error(error, error_library, "METIS could not order the matrix: its graph has more than "// &
+               text(huge(1_c_int32_t))//" entries")
+            allocate (start(0), neighbour(0))
+            return
+         end if
+         allocate (from(2*edges), to(2*edges))
       end do
-      edges = 2*edges
 
       call stable_order(to, vertices, members)
       to = to(members)
       from = from(members)
       call stable_order(from, vertices, members)
       allocate (start(vertices + 1), source=0)
-      allocate (neighbour(edges), fill(vertices))
+      allocate (neighbour(size(members)), fill(vertices))
       fill = 0
       j = 0
-      do k = 1, edges
+      do k = 1, size(members)
          associate (a => from(members(k)), b => to(members(k)))
             if (fill(a) == b) cycle
             fill(a) = b

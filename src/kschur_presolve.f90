@@ -57,14 +57,19 @@ contains
    !> Eliminates what can be, in time linear in the entries. The reduced
    !> problem is the problem itself where that is nothing, and is symmetric or
    !> proportionally damped where the problem is. Fails where no unknown is left.
-   subroutine presolve(problem, reduced, plan, error)
+   subroutine presolve(problem, reduced, plan, error, eliminating)
       type(modal_problem_type), intent(in) :: problem
       type(modal_problem_type), intent(out) :: reduced
       type(presolve_type), intent(out) :: plan
       type(error_type), allocatable, intent(out) :: error
+      !> False: the plan leaves everything as it is.
+      logical, optional, intent(in) :: eliminating
       type(csr_matrix_type) :: mass, damping, stiffness, constraints, pair(2)
+      logical :: short_rows
 
-      call eliminate(problem%constraints, plan, constraints, error)
+      short_rows = .true.
+      if (present(eliminating)) short_rows = eliminating
+      call eliminate(problem%constraints, short_rows, plan, constraints, error)
       if (allocated(error)) return
       if (plan%unknowns_after == 0) then
          call new_error(error, error_input, "the constraints leave no motion")
@@ -89,8 +94,10 @@ contains
    end subroutine presolve
 
    ! Finds the plan and C_rest T.
-   subroutine eliminate(constraints, plan, rest, error)
+   subroutine eliminate(constraints, short_rows, plan, rest, error)
       type(csr_matrix_type), intent(in) :: constraints
+      !> Whether to eliminate short rows, or none.
+      logical, intent(in) :: short_rows
       type(presolve_type), intent(inout) :: plan
       type(csr_matrix_type), intent(out) :: rest
       type(error_type), allocatable, intent(out) :: error
@@ -128,7 +135,7 @@ contains
       ! Short rows first, at the end of the stack.
       allocate (short(m), source=constraints%row_start(m + 1:2:-1) - constraints%row_start(m:1:-1) <= 2)
       allocate (stack(m), source=[pack([(i, i=m, 1, -1)], .not. short), pack([(i, i=m, 1, -1)], short)])
-      waiting = m
+      waiting = merge(m, 0, short_rows)
       do while (waiting > 0)
          waiting = waiting - 1
          call consider(stack(waiting + 1))

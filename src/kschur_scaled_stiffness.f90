@@ -44,7 +44,8 @@ contains
       self%regularization = above_rounding*self%solver%accuracy
       associate (k => problem%stiffness, cq => problem%constraints)
          allocate (level(n), source=k%row_maxima())
-         where (.not. level > 0) level = max(maxval(level), tiny(1.0_wp))
+         if (all(.not. level > 0)) level = 1
+         where (.not. level > 0) level = maxval(level)
          ! Powers of two: scaling rounds nothing.
          allocate (self%scaling(n), source=scale(1.0_wp, -exponent(level)/2))
          allocate (row(k%nonzeros()), source=k%row_indices())

@@ -205,17 +205,27 @@ contains
       real(wp), intent(inout) :: scale
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: decades = 100
       real(wp) :: previous, proposed
       integer :: attempt
+      logical :: placed
 
       previous = scale
+      placed = .false.
       do attempt = 1, shift_attempts
          call factor_at_first(problem, deflation, options, inner, formulation, cmplx(moved*scale, 0, wp), transform, result, error)
          scale = real(result%shift, wp)
          proposed = 0
+         placed = placed .or. .not. allocated(error)
          if (.not. allocated(error) .and. attempt < shift_attempts) &
             call propose_scale(transform, deflation, options, typical_rate(problem), result, proposed, error)
          if (allocated(error)) then
+            if (error%code == error_singular .and. .not. placed .and. attempt < shift_attempts) then
+               ! At a low shift rounding may drown all but the rigid motions.
+               scale = decades*scale
+               previous = scale
+               cycle
+            end if
             if (all(error%code /= [error_singular, error_convergence]) .or. attempt == 1) return
             scale = previous
             call factor_at(problem, deflation, options, inner, formulation, cmplx(scale, 0, wp), transform, result, error)
@@ -240,9 +250,11 @@ contains
       real(wp), intent(inout) :: scale
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
+      ! One that is far below all others hides them.
+      integer, parameter :: enough = 4
       real(wp), allocatable :: frequencies(:)
       real(wp) :: before
-      integer :: applications
+      integer :: applications, movable
 
       ! Rigid motions that stay in the iteration are all that it would see.
       if (deflation%blur > 0) return
@@ -257,7 +269,9 @@ contains
       result%seconds%solve = result%seconds%solve + (stiffness%solver%solve_seconds - before)
       if (size(frequencies) > 0) frequencies = pack(frequencies, &
          frequencies <= min(too_far*minval(frequencies), above_the_typical*typical_rate(problem)))
-      if (size(frequencies) > 0) scale = middle(frequencies)
+      movable = problem%unknowns() - problem%multipliers() - size(deflation%decay)
+      if (size(frequencies) >= max(1, min(enough, options%modes - size(deflation%eigenvalues()), movable))) &
+         scale = middle(frequencies)
    end subroutine estimate_scale
 
    ! In the middle of the wanted |lambda|, by ratio, both ends are found with the same digits.

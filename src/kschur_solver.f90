@@ -81,9 +81,9 @@ contains
       call choose_formulation(problem, settings%formulation, result%formulation, result%decision, error, inner)
       if (allocated(error)) return
       if (settings%formulation /= options%formulation) result%decision = "it is the one that plain ARPACK iterates"
-      presolved = settings%presolve .and. is_structured(result%formulation)
+      presolved = is_structured(result%formulation)
       if (presolved) then
-         call presolve(problem, work, plan, error)
+         call presolve(problem, work, plan, error, eliminating=settings%presolve)
          if (plan%unknowns_after == 0) then
             call note_redundant(plan%redundant, result)
             call no_modes(problem, inner, result, error)
@@ -142,7 +142,7 @@ contains
       real(wp) :: reach
 
       call orthonormalize_zeros(rigid)
-      most = 2*problem%unknowns()
+      most = 2*(problem%unknowns() - problem%multipliers() + result%redundant_constraints)
       asked = min(options%modes, most)
       before = options%modes + 1
       do round = 1, rounds
@@ -153,7 +153,8 @@ contains
          else
             call append_pairs(pairs, rigid)
          end if
-         call select_modes(problem, options, pairs, size(rigid%lambda), abs(result%shift), reach, result, inaccurate, beyond)
+         call select_modes(problem, options, most, pairs, size(rigid%lambda), abs(result%shift), reach, result, inaccurate, &
+            beyond)
          complete = inaccurate == 0 .and. (beyond .or. asked == most .or. statistics%reason == reason_fewer_modes)
          missing = options%modes - size(result%eigenvalues)
          if (missing == 0 .or. missing >= before .or. asked == most .or. statistics%reason /= reason_converged &
@@ -209,6 +210,7 @@ contains
       if (allocated(error)) return
       if (presolved) call undo_presolve(transposed, plan, rigid)
       left%shift = result%shift
+      left%redundant_constraints = result%redundant_constraints
       call find_modes(transposed, presolved, plan, deflation, rigid, adjoint, options, inner, left, error, monitor)
       if (allocated(error)) return
       call set_left_modes(problem, transposed, modes_of(left), left%reason /= reason_cancelled, inner, result, error)
@@ -285,7 +287,7 @@ contains
       type(eigenpairs_type) :: none
 
       allocate (none%lambda(0), none%phi(problem%unknowns(), 0), none%xi(problem%multipliers(), 0))
-      call select_modes(problem, result%options, none, 0, 0.0_wp, 0.0_wp, result)
+      call select_modes(problem, result%options, 0, none, 0, 0.0_wp, 0.0_wp, result)
       allocate (result%history%converged(0), result%history%operator_applications(0), result%history%residual(0))
       result%reason = reason_fewer_modes
       if (result%options%left) call set_left_modes(problem, problem, modes_of(result), .false., inner, result, error)
