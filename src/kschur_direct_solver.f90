@@ -85,15 +85,17 @@ contains
          allocate (ldl, source=ldl_real_type(most_entries=most_entries))
       end if
       call ldl%factorize(matrix, structure, error)
-      if (.not. allocated(error)) call check_residual(ldl, matrix, error)
+      if (.not. allocated(error)) call check_residual(ldl, matrix, structure%multipliers, error)
       if (.not. allocated(error)) call move_alloc(ldl, self%solver)
    end subroutine try_ldl
 
-   ! Solves one random system: without pivoting, nothing else bounds the backward error. Row by row: where
+   ! Solves for random forces: without pivoting, nothing else bounds the backward error. Row by row: where
    ! entries are uneven, the large ones would hide what is wrong in the others.
-   subroutine check_residual(ldl, matrix, error)
+   subroutine check_residual(ldl, matrix, multipliers, error)
       class(real_linear_solver_type), intent(inout) :: ldl
       type(csr_matrix_type), intent(in) :: matrix
+      !> Redundant constraints can be met, but not violated in any way.
+      integer, intent(in) :: multipliers
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: acceptable = 1.0e-12_wp
       real(wp), allocatable :: x(:, :), residual(:, :)
@@ -110,6 +112,7 @@ contains
       end if
       state = 1
       call random_vector(state, x(:, 1))
+      x(matrix%rows - multipliers + 1:, 1) = 0
       residual = x
       largest = maxval(abs(x))
       call ldl%solve(x, error)

@@ -142,7 +142,7 @@ contains
       real(wp) :: reach
 
       call orthonormalize_zeros(rigid)
-      most = 2*(problem%unknowns() - problem%multipliers() + result%redundant_constraints)
+      most = most_eigenvalues(problem, result%redundant_constraints)
       asked = min(options%modes, most)
       before = options%modes + 1
       do round = 1, rounds
@@ -176,6 +176,19 @@ contains
       result%locking_error = statistics%locking_error
       result%history = statistics%history
    end subroutine find_modes
+
+   ! The most finite eigenvalues that a problem may have: the degree of its determinant on the motions that
+   ! the constraints allow.
+   pure integer function most_eigenvalues(problem, redundant) result(most)
+      type(modal_problem_type), intent(in) :: problem
+      !> Constraints that follow from others.
+      integer, intent(in) :: redundant
+      integer :: motions, with_mass
+
+      motions = problem%unknowns() - problem%multipliers() + redundant
+      with_mass = min(motions, count(problem%mass%row_maxima() > 0))
+      most = with_mass + merge(with_mass, motions, problem%damping%is_zero())
+   end function most_eigenvalues
 
    ! Left vectors are conjugated modes of the transposed problem: the modes
    ! themselves where the problem is symmetric.
