@@ -88,9 +88,9 @@ contains
       census%problem => problem
       census%map = map
       census%shift = shift
-      ! With multipliers its pivots tell the rank of the constraints too, and not for certain.
-      if (problem%multipliers() == 0 .and. factored%null_pivots == 0) &
-         census%negative_at_shift = factored%negative_pivots
+      ! Each multiplier has a negative pivot, but for redundant ones, whose signs are rounding. What is
+      ! counted too low by them makes too many be looked for, never too few.
+      if (factored%null_pivots == 0) census%negative_at_shift = factored%negative_pivots - problem%multipliers()
       call move_alloc(solver, census%solver)
    end subroutine new_inertia_census
 

@@ -51,6 +51,7 @@ def turbine(speed):
 
 
 CRANK = Scene("crank", ("crank",))
+FINE_CRANK = Scene("crank, fine", ("crank", "--density", "8"))
 
 # The ratio of the paper's grids, 10 to 7.
 GRIDS = tuple(
@@ -105,6 +106,7 @@ def full():
             scalings=("row", "scalar", "none"),
         ),
         Study(ACCURACY, (grid("60x42"),), ALL, 56, seconds=5, patience=300),
+        Study(ACCURACY, (FINE_CRANK,), ("auto", "quadratic", "arpack-fair", "slepc-toar"), 20, seconds=30, patience=300),
     )
 
 
