@@ -41,8 +41,7 @@ program hard_cases
          stop 1
       end if
    end do
-   print "(2a)", "case                                         method                       modes backward  off", &
-      "      seconds"
+   print "(a48, a28, a9, 2a9, a8)", "case"//repeat(" ", 44), "method"//repeat(" ", 22), "modes", "backward", "off", "seconds"
    if (.not. any(chosen)) chosen = .true.
    do i = 1, size(groups)
       if (.not. chosen(i)) cycle

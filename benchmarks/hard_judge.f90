@@ -83,7 +83,7 @@ contains
             if (found /= size(expected) .or. .not. backward <= case%backward .or. .not. off <= accuracy) verdict = "FAIL"
             if (ours .and. verdict == "FAIL") self%failures = self%failures + 1
             if (.not. ours .and. verdict == "FAIL") verdict = "fails, reported"
-            print "(a44, a24, a9, es9.1, es9.1, f8.2, 2x, a)", padded(case%name, 44), padded(method, 24), counts, backward, &
+            print "(a48, a28, a9, es9.1, es9.1, f8.2, 2x, a)", padded(case%name, 48), padded(method, 28), counts, backward, &
                off, result%seconds%total, verdict
          else
             verdict = "FAIL: "
@@ -92,7 +92,7 @@ contains
             else
                verdict = "fails, reported: "
             end if
-            print "(a44, a24, a9, a26, 2x, 2a)", padded(case%name, 44), padded(method, 24), "-", "", verdict, error%message
+            print "(a48, a28, a9, a26, 2x, 2a)", padded(case%name, 48), padded(method, 28), "-", "", verdict, error%message
          end if
          flush (output_unit)
       end do

@@ -7,7 +7,7 @@ import subprocess
 from .methods import ONE_THREAD
 from .runs import HardCase
 
-NAME, METHOD = 44, 24  # widths of its first two columns
+NAME, METHOD = 48, 28  # widths of its first two columns
 MEASURED = re.compile(r"\s*(\d+)/(\d+)\s*(\S+?E[+-]\d+)\s*(\S+?E[+-]\d+)\s+[\d.]+\s+(.*)")
 GOOD = "ok"
 

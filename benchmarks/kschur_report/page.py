@@ -19,8 +19,8 @@ h1 { font-size: 1.7rem; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
 figure { margin: 0; } figure svg { width: 100%; height: auto; }
 figcaption { color: #444; font-size: 0.9rem; }
 .wide { overflow-x: auto; }
-table { border-collapse: collapse; font-size: 0.82rem; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; padding: 0.2rem 0.45rem; border-bottom: 1px solid #ddd; vertical-align: top; }
+table { border-collapse: collapse; font-size: 0.8rem; font-variant-numeric: tabular-nums; }
+th, td { text-align: left; padding: 0.2rem 0.3rem; border-bottom: 1px solid #ddd; vertical-align: top; }
 th { border-bottom: 2px solid #888; vertical-align: bottom; }
 .short { white-space: nowrap; }
 nav a { margin-right: 1rem; }

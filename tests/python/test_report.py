@@ -163,7 +163,7 @@ def test_counts():
 
 def test_hard_case_lines():
     good = read_line(
-        "20 identical springs, damped                auto: proportional          20/20  4.0E-16  6.1E-15    0.01  ok"
+        f"{'20 identical springs, damped':48s}{'auto: proportional':28s}    20/20  4.0E-16  6.1E-15    0.01  ok"
     )
     check(
         "hard case: a good line",
@@ -171,16 +171,16 @@ def test_hard_case_lines():
         good,
     )
     bad = read_line(
-        "2 free bodies                               arpack plain                23/24  3.3E-08  1.0E+00    0.03  fails, reported"
+        f"{'2 free bodies':48s}{'arpack plain':28s}    23/24  3.3E-08  1.0E+00    0.03  fails, reported"
     )
     check(
         "hard case: a bad line",
         bad and not bad.good and (bad.found, bad.expected) == (23, 24) and bad.method == "arpack-plain",
         bad,
     )
-    failing = read_line(f"{'a chain':44s}{'arpack fair':24s}{'-':9s}{'':26s}  fails, reported: info = -9")
+    failing = read_line(f"{'a chain':48s}{'arpack fair':28s}{'-':9s}{'':26s}  fails, reported: info = -9")
     check("hard case: an error", failing and not failing.good and failing.message == "info = -9", failing)
-    check("hard case: the heading is none", read_line(f"{'case':45s}method   modes backward  off      seconds") is None)
+    check("hard case: the heading is none", read_line(f"{'case':48s}{'method':28s}    modes backward  off      seconds") is None)
 
 
 class Page(html.parser.HTMLParser):
