@@ -39,6 +39,7 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
+      type(matrix_structure_type) :: ordered
       character(len=len(self%description)) :: reason
       real(wp) :: spent
       integer(long) :: started
@@ -46,10 +47,16 @@ contains
       if (allocated(self%solver)) deallocate (self%solver)
       started = clock()
       reason = "as asked"
+      ordered = structure
       if (self%inner /= inner_mumps) then
-         call try_ldl(self, matrix, structure, error)
+         ! What LDL refuses MUMPS takes in the same order.
+         if (structure%symmetric .and. structure%multipliers > 0 .and. self%quasi_definite) &
+            call structure%find_positions(matrix%row_start, matrix%column, ordered%position, error)
+         if (allocated(error)) return
+         spent = seconds_since(started)
+         call try_ldl(self, matrix, ordered, error)
          if (.not. allocated(error)) then
-            call report(self, 0.0_wp, self%solver%description)
+            call report(self, spent, self%solver%description)
             return
          else if (self%inner == inner_ldl) then
             call add_context(error, "the inner solver ldl does not fit")
@@ -61,7 +68,7 @@ contains
       end if
       spent = seconds_since(started)
       allocate (mumps_real_type :: self%solver)
-      call self%solver%factorize(matrix, structure, error)
+      call self%solver%factorize(matrix, ordered, error)
       if (allocated(error)) then
          deallocate (self%solver)
       else
@@ -128,7 +135,7 @@ contains
       if (.not. solved) call new_error(error, error_library, "a trial solution has a large residual")
    end subroutine check_residual
 
-   ! What is known of the factors; `spent` seconds went into an attempt before.
+   ! What is known of the factors; `spent` seconds went into the order or an attempt before.
    subroutine report(self, spent, description)
       class(direct_real_type), intent(inout) :: self
       real(wp), intent(in) :: spent
