@@ -19,7 +19,8 @@ module kschur_band
    use kschur_problem, only: modal_problem_type, damping_none
    use kschur_result, only: modal_result_type, certified_no, certified_unknown, certified_yes, kind_rigid, &
       kind_undamped, reason_cancelled, reason_converged, reason_fewer_modes
-   use kschur_solver, only: check_options, find_rigid, modes_of, solve_modes, undo_presolve
+   use kschur_rigid_modes, only: find_rigid
+   use kschur_solver, only: check_options, modes_of, solve_modes, undo_presolve
    use kschur_sparse, only: empty_csr_matrix
    use kschur_spectral_map, only: spectral_map_type
    use kschur_text, only: text

@@ -8,6 +8,7 @@ module kschur_direct_solver
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_mumps_real, only: mumps_real_type
    use kschur_options, only: inner_auto, inner_ldl, inner_mumps
+   use kschur_ordering, only: elimination_order
    use kschur_quasi_definite, only: quasi_definite_type
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type
@@ -51,7 +52,7 @@ contains
       if (self%inner /= inner_mumps) then
          ! What LDL refuses MUMPS takes in the same order.
          if (structure%symmetric .and. structure%multipliers > 0 .and. self%quasi_definite) &
-            call structure%find_positions(matrix%row_start, matrix%column, ordered%position, error)
+            call elimination_order(matrix%row_start, matrix%column, structure, ordered%position, error)
          if (allocated(error)) return
          spent = seconds_since(started)
          call try_ldl(self, matrix, ordered, error)

@@ -8,6 +8,7 @@ module kschur_ldl
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_ordering, only: elimination_order
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: text
    implicit none
@@ -168,7 +169,7 @@ contains
       integer, allocatable :: position(:)
       integer :: i
 
-      call structure%find_positions(matrix%row_start, matrix%column, position, error)
+      call elimination_order(matrix%row_start, matrix%column, structure, position, error)
       if (allocated(error)) return
       do i = 1, size(position)
          order(position(i)) = i - 1

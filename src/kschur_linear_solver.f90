@@ -3,7 +3,6 @@
 module kschur_linear_solver
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
-   use kschur_ordering, only: elimination_order
    use kschur_sparse, only: complex_csr_matrix_type, csr_matrix_type
    implicit none
    private
@@ -25,8 +24,6 @@ module kschur_linear_solver
    contains
       !> The node of each of n unknowns; those of multipliers mean nothing.
       procedure :: nodes
-      !> The elimination order that is known, or one by METIS.
-      procedure :: find_positions
    end type matrix_structure_type
 
    !> What real and complex solvers have in common.
@@ -110,18 +107,4 @@ contains
       nodes = [(i, i=1, n)]
       if (allocated(self%node)) nodes(:size(self%node)) = self%node
    end function nodes
-
-   subroutine find_positions(self, row_start, column, position, error)
-      class(matrix_structure_type), intent(in) :: self
-      !> The pattern of the matrix, in CSR.
-      integer, intent(in) :: row_start(:), column(:)
-      integer, allocatable, intent(out) :: position(:)
-      type(error_type), allocatable, intent(out) :: error
-
-      if (allocated(self%position)) then
-         allocate (position, source=self%position)
-      else
-         call elimination_order(row_start, column, self%nodes(size(row_start) - 1), self%multipliers, position, error)
-      end if
-   end subroutine find_positions
 end module kschur_linear_solver

@@ -64,7 +64,7 @@ contains
       real(wp), allocatable :: errors(:)
       real(wp) :: limit
       integer, allocatable :: order(:)
-      integer :: k, j
+      integer :: k, j, finite
 
       k = size(pairs%lambda) - rigid
       call normalize(pairs, k)
@@ -99,10 +99,12 @@ contains
       accepted = accepted .and. errors <= spurious
       allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
       call sort_by_distance(lambda, options%target, order)
-      k = fitting(lambda(order), most)
-      if (k < size(order) .and. present(inaccurate)) inaccurate = 0
-      if (k < size(order) .and. present(beyond)) beyond = .true.
-      order = order(:min(count(distances(lambda(order), options%target) <= (1 + blurred)*reach), options%modes, k))
+      finite = fitting(lambda(order), most)
+      if (finite < size(order)) then
+         if (present(inaccurate)) inaccurate = 0
+         if (present(beyond)) beyond = .true.
+      end if
+      order = order(:min(count(distances(lambda(order), options%target) <= (1 + blurred)*reach), options%modes, finite))
 
       call take_columns(pairs%phi, order)
       call take_columns(pairs%xi, order)

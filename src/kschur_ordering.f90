@@ -5,6 +5,7 @@ module kschur_ordering
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_int
    use kschur_error, only: error_type, new_error, error_library
    use kschur_kinds, only: long
+   use kschur_linear_solver, only: matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_metis
    use kschur_text, only: text
    implicit none
@@ -42,23 +43,24 @@ contains
 
    !> position(i) is the place of unknown i in the elimination order of a
    !> square matrix of the given pattern (CSR, 1-based, not necessarily
-   !> symmetric).
-   subroutine elimination_order(row_start, column, node, multipliers, position, error)
+   !> symmetric): that of `structure` where it is known.
+   subroutine elimination_order(row_start, column, structure, position, error)
       integer, intent(in) :: row_start(:), column(:)
-      !> The node of each unknown that is not a multiplier, 1-based.
-      integer, intent(in) :: node(:)
-      !> The last so many unknowns are multipliers.
-      integer, intent(in) :: multipliers
+      type(matrix_structure_type), intent(in) :: structure
       integer, allocatable, intent(out) :: position(:)
       type(error_type), allocatable, intent(out) :: error
       integer, allocatable :: start(:), neighbour(:), vertex(:), rank(:), last(:), order(:), weight(:)
       logical, allocatable :: hub(:)
       integer :: n, unknowns, vertices, i, k
 
+      if (allocated(structure%position)) then
+         allocate (position, source=structure%position)
+         return
+      end if
       n = size(row_start) - 1
-      unknowns = n - multipliers
-      allocate (vertex(n), source=0)
-      vertex(:unknowns) = node(:unknowns)
+      unknowns = n - structure%multipliers
+      allocate (vertex, source=structure%nodes(n))
+      vertex(unknowns + 1:) = 0
       vertices = maxval(vertex)
       call merge_nodes(row_start, column, unknowns, vertices, vertex)
       call quotient_graph(row_start, column, unknowns, vertices, vertex, start, neighbour, error)
@@ -124,7 +126,7 @@ contains
       end do
       merged = 0
       do v = 1, nodes
-         call look_at(v)
+         call look()
          associate (place => head(1 + modulo(sum(marks(:, v)), int(nodes, long))))
             r = place
             do while (r > 0)
@@ -160,8 +162,7 @@ contains
       end function neighbour
 
       ! Marks the neighbours of node v as seen from there.
-      subroutine look_at(v)
-         integer, intent(in) :: v
+      subroutine look()
          integer :: i, k
 
          marks(:, v) = 0
@@ -171,7 +172,7 @@ contains
                call see(neighbour(k))
             end do
          end do
-      end subroutine look_at
+      end subroutine look
 
       subroutine see(w)
          integer, intent(in) :: w

@@ -4,17 +4,16 @@ module kschur_solver
    use kschur_balance, only: balance
    use kschur_certificate, only: certificate_type, same_distance
    use kschur_clock, only: clock, seconds_since
-   use kschur_deflation, only: deflation_type, new_deflation
-   use kschur_direct_solver, only: direct_real_type
-   use kschur_error, only: error_type, new_error, error_convergence, error_singular, error_usage
+   use kschur_deflation, only: deflation_type
+   use kschur_error, only: error_type, new_error, error_usage
    use kschur_formulation, only: choose_formulation, is_structured
    use kschur_inner_solvers, only: choose_inner_solvers, inner_solvers_type
+   use kschur_iteration, only: iterate
    use kschur_kinds, only: wp, long
-   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_krylov_options, only: krylov_statistics_type
    use kschur_left, only: set_left_modes
-   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
-   use kschur_method, only: check_method, iteration_options, method_name, settings_of
-   use kschur_modal_selection, only: modal_selection_type
+   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
+   use kschur_method, only: check_method, method_name, settings_of
    use kschur_backward_error, only: append_pairs, eigenpairs_type
    use kschur_modes, only: orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
@@ -23,18 +22,17 @@ module kschur_solver
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_refine, only: refine
-   use kschur_result, only: modal_result_type, account, certified_unknown, certified_yes, reason_cancelled, reason_converged, &
-      reason_fewer_modes, reason_inaccurate, inaccurate_above
-   use kschur_rigid, only: check_inertia, find_rigid_motions
+   use kschur_result, only: modal_result_type, account, certified_unknown, certified_yes, reason_cancelled, &
+      reason_converged, reason_fewer_modes, reason_inaccurate, inaccurate_above
+   use kschur_rigid_modes, only: find_rigid
    use kschur_scaling, only: constraint_factors
-   use kschur_scaled_stiffness, only: new_scaled_stiffness, scaled_stiffness_type
+   use kschur_scaled_stiffness, only: scaled_stiffness_type
    use kschur_shift, only: place_shift
-   use kschur_tolerances, only: real_tolerance
    use kschur_transform, only: transform_type
    use kschur_transposed, only: new_transposed_transform, transpose_problem
    implicit none
    private
-   public :: solve_modes, check_options, find_rigid, modes_of, undo_presolve
+   public :: solve_modes, check_options, modes_of, undo_presolve
 
 contains
 
@@ -356,148 +354,4 @@ contains
       pairs%phi(:, k + 1:) = more%phi
       pairs%xi(:, k + 1:) = more%xi
    end subroutine undo_presolve
-
-   !> The eigenvalue zero, and what can be deflated with it.
-   subroutine find_rigid(problem, possible, inner, deflation, rigid, result, error, factored)
-      type(modal_problem_type), intent(in) :: problem
-      !> Whether to look at all.
-      logical, intent(in) :: possible
-      type(inner_solvers_type), intent(in) :: inner
-      type(deflation_type), intent(out) :: deflation
-      type(eigenpairs_type), intent(out) :: rigid
-      type(modal_result_type), intent(inout) :: result
-      type(error_type), allocatable, intent(out) :: error
-      !> The stiffness that was factored; only where it was looked.
-      type(scaled_stiffness_type), allocatable, optional, intent(out) :: factored
-      class(real_linear_solver_type), allocatable :: solver
-      type(scaled_stiffness_type), allocatable :: stiffness
-      real(wp), allocatable :: motions(:, :), multipliers(:, :)
-      integer, allocatable :: decaying(:)
-      integer :: k, l, j
-
-      if (possible) then
-         allocate (stiffness)
-         allocate (solver, source=inner%unshifted)
-         call new_scaled_stiffness(stiffness, problem, solver, error)
-         if (.not. allocated(error)) call find_rigid_motions(problem, stiffness, motions, multipliers, error)
-         if (allocated(error)) then
-            ! The stiffness may be nearer to singular than the problem is at any shift.
-            if (all(error%code /= [error_convergence, error_singular])) return
-            deallocate (error)
-            allocate (solver, source=direct_real_type(quasi_definite=.false.))
-            call new_scaled_stiffness(stiffness, problem, solver, error)
-            if (.not. allocated(error)) call find_rigid_motions(problem, stiffness, motions, multipliers, error)
-            result%factorizations = result%factorizations + 1
-         end if
-         if (.not. allocated(error)) call check_inertia(problem, motions, error)
-         if (allocated(error)) return
-         call account(stiffness%solver, result)
-         result%factorizations = result%factorizations + 1
-         if (present(factored)) call move_alloc(stiffness, factored)
-      else
-         allocate (motions(problem%unknowns(), 0), multipliers(problem%multipliers(), 0))
-      end if
-      call new_deflation(deflation, problem, motions)
-      allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], abs(deflation%decay) > 0))
-      k = size(motions, 2)
-      l = size(decaying)
-      allocate (rigid%lambda(k + l), source=(0.0_wp, 0.0_wp))
-      allocate (rigid%phi(problem%unknowns(), k + l), rigid%xi(problem%multipliers(), k + l), source=(0.0_wp, 0.0_wp))
-      rigid%lambda(k + 1:) = -deflation%decay(decaying)
-      rigid%phi(:, :k) = motions
-      rigid%phi(:, k + 1:) = deflation%shapes(:, decaying)
-      rigid%xi(:, :k) = multipliers
-   end subroutine find_rigid
-
-   ! Runs the iteration and purifies what it found by one more application,
-   ! which removes what is left of infinite eigenvalues.
-   subroutine iterate(transform, options, known, asked, pairs, reach, statistics, result, error, monitor)
-      class(transform_type), target, intent(inout) :: transform
-      type(modal_options_type), intent(in) :: options
-      !> Eigenvalues of modes that are not to be found, but count.
-      complex(wp), intent(in) :: known(:)
-      integer, intent(in) :: asked
-      type(eigenpairs_type), intent(out) :: pairs
-      !> All eigenvalues nearer to the target than this are among the pairs.
-      real(wp), intent(out) :: reach
-      type(krylov_statistics_type), intent(out) :: statistics
-      type(modal_result_type), intent(inout) :: result
-      type(error_type), allocatable, intent(out) :: error
-      class(monitor_type), intent(inout), optional :: monitor
-      type(modal_selection_type) :: selection
-      type(krylov_options_type) :: krylov
-      complex(wp), allocatable :: mu(:), vectors(:, :), phi(:, :), xi(:, :)
-      complex(wp) :: roots(2)
-      integer, allocatable :: of(:)
-      integer :: j
-
-      selection = modal_selection_type(asked, transform%map, transform%shift, options%target, known)
-      krylov = iteration_options(options, result%formulation, asked, &
-         count(abs(known - options%target) <= abs(result%shift - options%target)), transform%map%oscillator)
-      call transform%iterate(selection, krylov, mu, vectors, statistics, error, monitor)
-      if (allocated(error)) return
-      result%operator_applications = result%operator_applications + statistics%operator_applications
-      if (transform%recover_applies) result%operator_applications = result%operator_applications + size(mu)
-      if (.not. abs(aimag(transform%shift)) > 0) call drop_conjugates(transform, mu, vectors)
-      call transform%recover(mu, vectors, phi, xi, error)
-      if (allocated(error)) return
-
-      allocate (pairs%lambda(0), of(0))
-      reach = huge(1.0_wp)
-      if (statistics%reason == reason_converged) reach = 0
-      do j = 1, size(mu)
-         reach = max(reach, selection%key(mu(j)))
-         roots = transform%map%lambdas(transform%theta(mu(j)))
-         pairs%lambda = [pairs%lambda, roots(1)]
-         of = [of, j]
-         ! Of a conjugate pair one is enough.
-         if (.not. transform%map%oscillator) cycle
-         if (abs(aimag(roots(1))) > 0 .and. .not. abs(roots(2) - conjg(roots(1))) > 0) cycle
-         pairs%lambda = [pairs%lambda, roots(2)]
-         of = [of, j]
-      end do
-      if (size(of) == size(mu)) then
-         call move_alloc(phi, pairs%phi)
-         call move_alloc(xi, pairs%xi)
-      else
-         allocate (pairs%phi(size(phi, 1), size(of)), source=phi(:, of))
-         allocate (pairs%xi(size(xi, 1), size(of)), source=xi(:, of))
-      end if
-      do j = 1, size(of)
-         pairs%xi(:, j) = transform%map%reaction(pairs%lambda(j))*pairs%xi(:, j)
-      end do
-      result%restarts = result%restarts + statistics%restarts
-      result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
-   end subroutine iterate
-
-   ! Keeps one of each conjugate pair that a real operator gave. A pair that lies on the real axis,
-   ! but for rounding, is a double real eigenvalue: the parts of its vector are the vectors of the two.
-   subroutine drop_conjugates(transform, mu, vectors)
-      class(transform_type), intent(in) :: transform
-      complex(wp), allocatable, intent(inout) :: mu(:)
-      complex(wp), allocatable, intent(inout) :: vectors(:, :)
-      complex(wp) :: lambda(2), vector(size(vectors, 1))
-      logical :: paired(size(mu))
-      integer :: kept, j
-
-      paired = [(abs(aimag(mu(j))) > 0 .and. any(.not. abs(mu - conjg(mu(j))) > 0), j=1, size(mu))]
-      kept = 0
-      do j = 1, size(mu)
-         vector = vectors(:, j)
-         if (paired(j)) then
-            lambda = transform%map%lambdas(transform%theta(mu(j)))
-            if (abs(aimag(lambda(1))) <= real_tolerance*abs(lambda(1))) then
-               vector = merge(aimag(vector), real(vector, wp), aimag(mu(j)) > 0)
-            else if (aimag(mu(j)) > 0) then
-               cycle
-            end if
-         end if
-         kept = kept + 1
-         mu(kept) = mu(j)
-         vectors(:, kept) = vector
-      end do
-      if (kept == size(mu)) return
-      mu = mu(:kept)
-      vectors = vectors(:, :kept)
-   end subroutine drop_conjugates
 end module kschur_solver

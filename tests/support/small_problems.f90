@@ -4,8 +4,8 @@ module small_problems
    use kschur, only: csr_matrix_type, error_type, modal_problem_type, new_csr_from_triplets, new_modal_problem, wp
    implicit none
    private
-   public :: matrices_type, chain, constrained, damped, follower, free, long_rows, massless, n, problem_of, proportional, &
-      spinning, tied, twice, upper_half_plane
+   public :: matrices_type, chain, constrained, damped, diagonal, follower, free, long_rows, massless, n, problem_of, &
+      proportional, sparse, spinning, tied, twice, upper_half_plane
 
    !> Unknowns of `chain`.
    integer, parameter :: n = 12
@@ -191,6 +191,7 @@ contains
          sparse(matrices%damping), sparse(matrices%constraints))
    end function problem_of
 
+   !> The entries of a dense matrix that are not zero.
    function sparse(dense) result(matrix)
       real(wp), intent(in) :: dense(:, :)
       type(csr_matrix_type) :: matrix
@@ -203,4 +204,15 @@ contains
          pack(spread([(k, k=1, rows)], 2, columns), abs(dense) > 0), &
          pack(spread([(k, k=1, columns)], 1, rows), abs(dense) > 0), pack(dense, abs(dense) > 0), error)
    end function sparse
+
+   pure function diagonal(entries) result(matrix)
+      real(wp), intent(in) :: entries(:)
+      real(wp) :: matrix(size(entries), size(entries))
+      integer :: k
+
+      matrix = 0
+      do k = 1, size(entries)
+         matrix(k, k) = entries(k)
+      end do
+   end function diagonal
 end module small_problems
