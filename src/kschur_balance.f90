@@ -30,20 +30,25 @@ contains
       call plan%change_units(factors)
    end subroutine balance
 
-   ! Of the diagonals: their ratios do not depend on the units the unknowns have.
+   ! Of the diagonals: their ratios do not depend on the units the unknowns have. Where a diagonal says nothing,
+   ! as of equations in an order of their own, rows and columns do.
    function balancing_factors(problem) result(factors)
       type(modal_problem_type), intent(in) :: problem
       real(wp) :: factors(problem%unknowns())
       real(wp) :: level(size(factors)), rate
+      logical :: open(size(factors))
 
       level = abs(problem%stiffness%diagonal())
       call spread_levels(problem%constraints, level)
+      open = .not. level > 0
       rate = typical_rate(problem)
       where (.not. level > 0) level = rate**2*abs(problem%mass%diagonal()) + rate*abs(problem%damping%diagonal())
+      where (.not. level > 0) level = line_maxima(problem%stiffness)
+      where (.not. level > 0) level = rate**2*line_maxima(problem%mass) + rate*line_maxima(problem%damping)
       factors = 1
       where (level > tiny(level) .and. level < huge(level)) &
          factors = scale(1.0_wp, (modulo(exponent(level), 2) - exponent(level))/2)
-      call limit(problem%stiffness, factors)
+      call equilibrate(problem%stiffness, open, factors)
    end function balancing_factors
 
    ! An unknown without stiffness, as of a rigid body, moves as much as the softest of those that a
@@ -78,21 +83,41 @@ contains
       end do
    end subroutine spread_levels
 
-   ! Where the diagonal is small beside its row, as that of a saddle, the row decides.
-   pure subroutine limit(matrix, factors)
+   ! Where the diagonal is small beside its row or column, as that of a saddle, these decide: each takes half
+   ! of what its largest entry is off by, in turns (Ruiz 2001).
+   subroutine equilibrate(matrix, open, factors)
       type(csr_matrix_type), intent(in) :: matrix
+      !> Whose diagonal says nothing: those may be too small as well.
+      logical, intent(in) :: open(:)
       real(wp), intent(inout) :: factors(:)
       real(wp), parameter :: balanced = 4
-      real(wp) :: largest
-      integer :: i
+      integer, parameter :: passes = 20
+      type(csr_matrix_type) :: scaled
+      real(wp) :: largest(size(factors))
+      logical :: uneven(size(factors))
+      integer :: pass
 
-      do i = 1, matrix%rows
-         associate (k => matrix%row_start(i), l => matrix%row_start(i + 1) - 1)
-            largest = factors(i)*maxval([0.0_wp, abs(matrix%value(k:l))*factors(matrix%column(k:l))])
-         end associate
-         if (largest > balanced) factors(i) = scale(factors(i), -exponent(largest))
+      do pass = 1, passes
+         scaled = matrix
+         call scale_entries(scaled, factors, factors)
+         largest = line_maxima(scaled)
+         uneven = largest > balanced .or. (open .and. largest > 0 .and. largest < 1/balanced)
+         if (.not. any(uneven)) exit
+         where (uneven) factors = scale(factors, -exponent(largest)/2)
       end do
-   end subroutine limit
+   end subroutine equilibrate
+
+   ! The largest entry of each row and of the column of the same number.
+   pure function line_maxima(matrix) result(maxima)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp) :: maxima(matrix%rows)
+      integer :: k
+
+      maxima = matrix%row_maxima()
+      do k = 1, matrix%nonzeros()
+         maxima(matrix%column(k)) = max(maxima(matrix%column(k)), abs(matrix%value(k)))
+      end do
+   end function line_maxima
 
    pure subroutine scale_entries(matrix, rows, columns)
       type(csr_matrix_type), intent(inout) :: matrix

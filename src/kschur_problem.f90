@@ -138,14 +138,13 @@ contains
    end subroutine check_mass_and_constraints
 
    ! Fits R = alpha M + beta K by least squares relative to the entries of R,
-   ! then asks every entry to agree to rounding.
+   ! then asks every entry to agree to rounding: of its terms, and of the row of R it stands in.
    subroutine classify_damping(problem)
       type(modal_problem_type), intent(inout) :: problem
       real(wp), parameter :: rounding = 1.0e-13_wp
-      real(wp), allocatable :: m(:), r(:), k(:), a(:), b(:), c(:), q(:)
-      logical, allocatable :: given(:)
-      real(wp) :: alpha, beta, projection, step
-      integer :: pass
+      type(csr_matrix_type) :: fitted
+      real(wp), allocatable :: m(:), r(:), k(:), row_level(:)
+      real(wp) :: alpha, beta
 
       problem%damping_kind = damping_none
       if (problem%damping%is_zero()) return
@@ -154,35 +153,19 @@ contains
       allocate (m, source=values_on_union([1.0_wp, 0.0_wp, 0.0_wp]))
       allocate (r, source=values_on_union([0.0_wp, 1.0_wp, 0.0_wp]))
       allocate (k, source=values_on_union([0.0_wp, 0.0_wp, 1.0_wp]))
-      allocate (given(size(r)), source=abs(r) > 0)
-      allocate (c, source=pack(r, given))
-      allocate (a, source=pack(m, given)/c)
-      allocate (b, source=pack(k, given)/c)
-
-      ! a alpha + b beta = 1 by orthogonalisation; the normal equations would
-      ! lose alpha. The second pass fits what the rounding of long sums left.
-      projection = 0
-      if (sum(a**2) > 0) projection = dot_product(a, b)/sum(a**2)
-      allocate (q, source=b - projection*a)
-      alpha = 0
-      beta = 0
-      do pass = 1, 2
-         c = 1 - alpha*a - beta*b
-         if (sum(q**2) > epsilon(1.0_wp)**2*sum(b**2)) then
-            step = dot_product(q, c)/sum(q**2)
-            beta = beta + step
-            c = c - step*b
-         end if
-         if (sum(a**2) > 0) alpha = alpha + dot_product(a, c)/sum(a**2)
-      end do
+      call fit(pack(m, abs(r) > 0), pack(k, abs(r) > 0), pack(r, abs(r) > 0), alpha, beta)
       ! A share of the size of rounding is none.
       if (maxval(abs(alpha*m)) <= rounding*maxval(abs(r))) alpha = 0
       if (maxval(abs(beta*k)) <= rounding*maxval(abs(r))) beta = 0
-      if (all(abs(r - alpha*m - beta*k) <= rounding*(abs(r) + abs(alpha*m) + abs(beta*k)))) then
-         problem%damping_kind = damping_proportional
-         problem%alpha = alpha
-         problem%beta = beta
-      end if
+      fitted = linear_combination([-alpha, 1.0_wp, -beta], &
+         [csr_matrix_type :: problem%mass, problem%damping, problem%stiffness])
+      allocate (row_level, source=problem%damping%row_maxima())
+      row_level = row_level(fitted%row_indices())
+      if (.not. all(abs(fitted%value) <= rounding*(abs(r) + abs(alpha*m) + abs(beta*k)) &
+         .and. abs(fitted%value) <= 10*rounding*row_level)) return
+      problem%damping_kind = damping_proportional
+      problem%alpha = alpha
+      problem%beta = beta
 
    contains
 
@@ -196,6 +179,34 @@ contains
          call move_alloc(combined%value, values)
       end function values_on_union
    end subroutine classify_damping
+
+   ! alpha m + beta k = r, least squares relative to r, by orthogonalisation: the normal equations would lose
+   ! alpha. Where m and k are parallel to rounding, as of K = c M, only one of them is taken.
+   pure subroutine fit(m, k, r, alpha, beta)
+      real(wp), intent(in) :: m(:), k(:), r(:)
+      real(wp), intent(out) :: alpha, beta
+      real(wp), parameter :: parallel = 1.0e-12_wp
+      real(wp), dimension(size(r)) :: a, b, c, q
+      real(wp) :: step
+      integer :: pass
+
+      a = m/r
+      b = k/r
+      q = b
+      if (sum(a**2) > 0) q = b - dot_product(a, b)/sum(a**2)*a
+      alpha = 0
+      beta = 0
+      ! The second pass fits what the rounding of long sums left.
+      do pass = 1, 2
+         c = 1 - alpha*a - beta*b
+         if (sum(q**2) > parallel**2*sum(b**2)) then
+            step = dot_product(q, c)/sum(q**2)
+            beta = beta + step
+            c = c - step*b
+         end if
+         if (sum(a**2) > 0) alpha = alpha + dot_product(a, c)/sum(a**2)
+      end do
+   end subroutine fit
 
    pure integer function unknowns(self)
       class(modal_problem_type), intent(in) :: self

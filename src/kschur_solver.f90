@@ -14,7 +14,7 @@ module kschur_solver
    use kschur_left, only: set_left_modes
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_method, only: check_method, method_name, settings_of
-   use kschur_backward_error, only: append_pairs, eigenpairs_type
+   use kschur_backward_error, only: eigenpairs_type
    use kschur_modes, only: orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
@@ -57,7 +57,6 @@ contains
       type(deflation_type), target :: deflation
       type(scaled_stiffness_type), allocatable :: stiffness
       type(eigenpairs_type) :: rigid
-      logical :: presolved
       class(linear_solver_type), pointer :: solver
       integer(long) :: started
 
@@ -79,19 +78,15 @@ contains
       call choose_formulation(problem, settings%formulation, result%formulation, result%decision, error, inner)
       if (allocated(error)) return
       if (settings%formulation /= options%formulation) result%decision = "it is the one that plain ARPACK iterates"
-      presolved = is_structured(result%formulation)
-      if (presolved) then
-         call presolve(problem, work, plan, error, eliminating=settings%presolve)
-         if (plan%unknowns_after == 0) then
-            call note_redundant(plan%redundant, result)
-            call no_modes(problem, inner, result, error)
-            return
-         end if
-         if (allocated(error)) return
-         call balance(work, plan)
-      else
-         work = problem
+      ! The pencils of Table 1 keep all unknowns, those of plain ARPACK as they are.
+      call presolve(problem, work, plan, error, eliminating=settings%presolve .and. is_structured(result%formulation))
+      if (plan%unknowns_after == 0) then
+         call note_redundant(plan%redundant, result)
+         call no_modes(problem, inner, result, error)
+         return
       end if
+      if (allocated(error)) return
+      if (.not. settings%is_plain()) call balance(work, plan)
 
       call note_problem(work, plan, result, error)
       if (.not. allocated(error)) call find_rigid(work, .not. settings%is_plain(), inner, deflation, rigid, result, error, &
@@ -99,10 +94,10 @@ contains
       if (.not. allocated(error)) call place_shift(work, stiffness, size(rigid%lambda) > 0, deflation, settings, inner, &
          transform, result, error)
       if (allocated(error)) return
-      if (presolved) call undo_presolve(problem, plan, rigid)
-      call find_modes(problem, presolved, plan, deflation, rigid, transform, settings, inner, result, error, monitor)
+      call undo_presolve(problem, plan, rigid)
+      call find_modes(problem, plan, deflation, rigid, transform, settings, inner, result, error, monitor)
       if (.not. allocated(error) .and. options%left) &
-         call find_left_modes(problem, work, presolved, plan, size(rigid%lambda) > 0, transform, settings, inner, result, error, &
+         call find_left_modes(problem, work, plan, size(rigid%lambda) > 0, transform, settings, inner, result, error, &
          monitor)
       if (.not. allocated(error)) call note_modes(problem, result, error)
       if (allocated(error)) return
@@ -117,10 +112,8 @@ contains
    ! Iterates until there are the modes that were asked for. Ritz values near
    ! zero cannot be told apart while they iterate: where they make fewer modes
    ! than they seemed to, more are asked for, as long as that helps.
-   subroutine find_modes(problem, presolved, plan, deflation, rigid, transform, options, inner, result, error, monitor)
+   subroutine find_modes(problem, plan, deflation, rigid, transform, options, inner, result, error, monitor)
       type(modal_problem_type), intent(in) :: problem
-      !> Whether the transform is that of the problem that a plan reduced.
-      logical, intent(in) :: presolved
       type(presolve_type), intent(in) :: plan
       !> What the transform leaves out of the iteration, and all rigid motions, of the problem.
       type(deflation_type), intent(in) :: deflation
@@ -146,11 +139,7 @@ contains
       do round = 1, rounds
          call iterate(transform, options, deflation%eigenvalues(), asked, pairs, reach, statistics, result, error, monitor)
          if (allocated(error)) return
-         if (presolved) then
-            call undo_presolve(problem, plan, pairs, rigid)
-         else
-            call append_pairs(pairs, rigid)
-         end if
+         call undo_presolve(problem, plan, pairs, rigid)
          call select_modes(problem, options, most, pairs, size(rigid%lambda), abs(result%shift), reach, result, inaccurate, &
             beyond)
          complete = inaccurate == 0 .and. (beyond .or. asked == most .or. statistics%reason == reason_fewer_modes)
@@ -190,9 +179,8 @@ contains
 
    ! Left vectors are conjugated modes of the transposed problem: the modes
    ! themselves where the problem is symmetric.
-   subroutine find_left_modes(problem, work, presolved, plan, free, transform, options, inner, result, error, monitor)
+   subroutine find_left_modes(problem, work, plan, free, transform, options, inner, result, error, monitor)
       type(modal_problem_type), target, intent(in) :: problem, work
-      logical, intent(in) :: presolved
       type(presolve_type), intent(in) :: plan
       !> Whether there are rigid motions: there are as many from the left.
       logical, intent(in) :: free
@@ -219,10 +207,10 @@ contains
       if (.not. allocated(error)) call new_transposed_transform(adjoint, transposed_work, deflation, transform, &
          result%shift, inner, own_factors, error)
       if (allocated(error)) return
-      if (presolved) call undo_presolve(transposed, plan, rigid)
+      call undo_presolve(transposed, plan, rigid)
       left%shift = result%shift
       left%redundant_constraints = result%redundant_constraints
-      call find_modes(transposed, presolved, plan, deflation, rigid, adjoint, options, inner, left, error, monitor)
+      call find_modes(transposed, plan, deflation, rigid, adjoint, options, inner, left, error, monitor)
       if (allocated(error)) return
       call set_left_modes(problem, transposed, modes_of(left), left%reason /= reason_cancelled, inner, result, error)
       call account(adjoint%linear_solver(), result)
