@@ -2,6 +2,7 @@
 module kschur_krylov_complex
    use kschur_basis_complex, only: basis_type, plain_basis_type
    use kschur_error, only: error_type
+   use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_monitor, only: monitor_type
@@ -17,5 +18,6 @@ module kschur_krylov_complex
 
 #define SCALAR complex(wp)
 #define OPERATOR_TYPE complex_operator_type
+#define PROJECTED(x) x
 #include "kschur_krylov.inc"
 end module kschur_krylov_complex

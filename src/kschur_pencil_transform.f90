@@ -67,7 +67,13 @@ contains
          call arpack(self%operator, selection, options, mu, vectors, statistics, error, monitor)
          return
       end if
-      call krylov_schur(self%operator, selection, options, mu, vectors, statistics, error, monitor)
+      if (self%operator%with_multipliers) then
+         call krylov_schur(self%operator, selection, options, mu, vectors, statistics, error, monitor)
+      else
+         call krylov_schur(self%operator, selection, options, mu, vectors, statistics, error, monitor, &
+            self%operator%deflation%zeros%invariant(self%operator%order(), self%shift, self%operator%pencil%unit, &
+            self%operator%pencil%is_damped()))
+      end if
    end subroutine iterate
 
    subroutine recover(self, mu, vectors, phi, xi, error)

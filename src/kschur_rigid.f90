@@ -13,9 +13,11 @@ module kschur_rigid
    private
    public :: find_rigid_motions, check_inertia
 
-   integer, parameter :: iterations = 3
+   integer, parameter :: iterations = 2
+   ! A solution of this part of the inverse regularisation has a rigid motion, most likely.
+   real(wp), parameter :: amplified = 1.0e-2_wp
    ! A motion is rigid where the scaled stiffness is below this.
-   real(wp), parameter :: negligible = 32*epsilon(1.0_wp)
+   real(wp), parameter :: negligible = 64*epsilon(1.0_wp)
    ! What rounding leaves of a unit vector that depends on others.
    real(wp), parameter :: dependent = 1.0e-10_wp
 
@@ -24,26 +26,31 @@ contains
    !> A basis of {phi : K phi + Cq^T xi = 0, Cq phi = 0}, k = 0 if there is no such
    !> motion, by inverse iteration on blocks of random vectors, with the adjoint in turn:
    !> an unsymmetric K may be far from normal. The rounding of K decides what is zero.
-   subroutine find_rigid_motions(problem, stiffness, motions, multipliers, error)
+   subroutine find_rigid_motions(problem, stiffness, motions, multipliers, error, left)
       type(modal_problem_type), intent(in) :: problem
       !> Of the problem.
       type(scaled_stiffness_type), intent(inout) :: stiffness
       !> phi, n x k, and xi, m x k.
       real(wp), allocatable, intent(out) :: motions(:, :), multipliers(:, :)
       type(error_type), allocatable, intent(out) :: error
+      !> Whether those of the transposed K are looked for.
+      logical, optional, intent(in) :: left
+      logical :: transposed
       ! Scaled motions above scaled multipliers.
       real(wp), allocatable :: found(:, :)
       integer(long) :: state
       integer :: block_size, n, i, before
 
       n = problem%unknowns()
+      transposed = .false.
+      if (present(left)) transposed = left
       allocate (found(n + problem%multipliers(), 0))
       state = 1
       block_size = 1
       do
          before = size(found, 2)
          block_size = min(block_size, n - before)
-         call find_more(stiffness, block_size, state, found, error)
+         call find_more(stiffness, block_size, transposed, state, found, error)
          if (allocated(error)) return
          if (size(found, 2) < before + block_size .or. size(found, 2) == n) exit
          block_size = 8*block_size
@@ -99,9 +106,10 @@ contains
    end subroutine check_inertia
 
    ! Adds up to `wanted` motions to those found: fewer, if there are no more.
-   subroutine find_more(stiffness, wanted, state, found, error)
+   subroutine find_more(stiffness, wanted, transposed, state, found, error)
       type(scaled_stiffness_type), intent(inout) :: stiffness
       integer, intent(in) :: wanted
+      logical, intent(in) :: transposed
       integer(long), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: found(:, :)
       type(error_type), allocatable, intent(out) :: error
@@ -118,18 +126,22 @@ contains
       end do
       do i = 1, iterations
          x(n + 1:, :) = 0
-         call stiffness%solver%solve_adjoint(x, error)
+         call stiffness%solve(x, .not. transposed, error)
          if (allocated(error)) return
          x(n + 1:, :) = 0
-         call orthonormalize(found, n, x)
-         call stiffness%solver%solve(x, error)
+         call orthonormalize(found, n, x, state)
+         call stiffness%solve(x, transposed, error)
          if (allocated(error)) return
-         if (norm2(x(:n, :)) < 0.5_wp/stiffness%regularization) return
-         call orthonormalize(found, n, x)
+         if (norm2(x(:n, :)) < amplified/stiffness%regularization) return
+         call orthonormalize(found, n, x, state)
       end do
-      forces = 0
-      forces(:n, :) = -stiffness%regularization*x(:n, :)
-      call stiffness%matrix%add_product(1.0_wp, x, forces)
+      ! What the turn from left to right left of the regularisation.
+      x = stiffness%regularizer(x, transposed)
+      x(n + 1:, :) = 0
+      call stiffness%solve(x, transposed, error)
+      if (allocated(error)) return
+      call orthonormalize(found, n, x)
+      forces = stiffness%forces(x, transposed)
       ! What rounding made of a column without a direction of its own has no length or any
       ! force, which would drown those of the others.
       allocate (own(0))
@@ -148,12 +160,14 @@ contains
       call move_alloc(all, found)
    end subroutine find_more
 
-   ! Gram-Schmidt, twice; only the first n rows count, the others follow. A column that
-   ! depends on others to rounding becomes zero.
-   subroutine orthonormalize(found, n, x)
+   ! Gram-Schmidt, twice; only the first n rows count, the others follow. A column that depends on others to
+   ! rounding becomes zero, or, with a state of random numbers, makes a fresh start: one motion may be enlarged so
+   ! much more than others that these are lost in it.
+   subroutine orthonormalize(found, n, x, state)
       real(wp), contiguous, intent(in) :: found(:, :)
       integer, intent(in) :: n
       real(wp), contiguous, intent(inout) :: x(:, :)
+      integer(long), optional, intent(inout) :: state
       integer :: i, pass
 
       do i = 1, size(x, 2)
@@ -161,7 +175,12 @@ contains
             x(:, i) = x(:, i)/max(norm2(x(:n, i)), tiny(1.0_wp))
             call subtract(found, n, x(:, i))
             call subtract(x(:, :i - 1), n, x(:, i))
-            if (norm2(x(:n, i)) < dependent) x(:, i) = 0
+            if (.not. norm2(x(:n, i)) < dependent) cycle
+            x(:, i) = 0
+            if (.not. present(state)) cycle
+            call random_vector(state, x(:n, i))
+            call subtract(found, n, x(:, i))
+            call subtract(x(:, :i - 1), n, x(:, i))
          end do
          x(:, i) = x(:, i)/max(norm2(x(:n, i)), tiny(1.0_wp))
       end do

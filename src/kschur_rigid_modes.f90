@@ -11,6 +11,7 @@ module kschur_rigid_modes
    use kschur_result, only: modal_result_type, account
    use kschur_rigid, only: check_inertia, find_rigid_motions
    use kschur_scaled_stiffness, only: new_scaled_stiffness, scaled_stiffness_type
+   use kschur_zero_space, only: find_zero_space
    implicit none
    private
    public :: find_rigid
@@ -31,7 +32,7 @@ contains
       type(scaled_stiffness_type), allocatable, optional, intent(out) :: factored
       class(real_linear_solver_type), allocatable :: solver
       type(scaled_stiffness_type), allocatable :: stiffness
-      real(wp), allocatable :: motions(:, :), multipliers(:, :)
+      real(wp), allocatable :: motions(:, :), multipliers(:, :), others(:, :)
       integer, allocatable :: decaying(:)
       integer :: k, l, j
 
@@ -53,11 +54,14 @@ contains
          if (allocated(error)) return
          call account(stiffness%solver, result)
          result%factorizations = result%factorizations + 1
+         call new_deflation(deflation, problem, motions, others)
+         call find_zeros(problem, stiffness, others, deflation, error)
+         if (allocated(error)) return
          if (present(factored)) call move_alloc(stiffness, factored)
       else
          allocate (motions(problem%unknowns(), 0), multipliers(problem%multipliers(), 0))
+         call new_deflation(deflation, problem, motions)
       end if
-      call new_deflation(deflation, problem, motions)
       allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], abs(deflation%decay) > 0))
       k = size(motions, 2)
       l = size(decaying)
@@ -68,4 +72,22 @@ contains
       rigid%phi(:, k + 1:) = deflation%shapes(:, decaying)
       rigid%xi(:, :k) = multipliers
    end subroutine find_rigid
+
+   ! The zero space of the motions that cannot be deflated.
+   subroutine find_zeros(problem, stiffness, motions, deflation, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(scaled_stiffness_type), intent(inout) :: stiffness
+      real(wp), intent(in) :: motions(:, :)
+      type(deflation_type), intent(inout) :: deflation
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: left(:, :), multipliers(:, :)
+
+      if (problem%symmetric .or. size(motions, 2) == 0) then
+         allocate (left, source=motions)
+      else
+         call find_rigid_motions(problem, stiffness, left, multipliers, error, left=.true.)
+         if (allocated(error)) return
+      end if
+      call find_zero_space(deflation%zeros, problem, stiffness, motions, left, error)
+   end subroutine find_zeros
 end module kschur_rigid_modes

@@ -1,28 +1,40 @@
 !> The stiffness of a constrained structure without its units, regularised and factored.
 module kschur_scaled_stiffness
    use kschur_error, only: error_type
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_problem, only: modal_problem_type
-   use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
+   use kschur_random, only: random_vector
+   use kschur_sparse, only: csr_matrix_type, identity_csr_matrix, linear_combination, new_csr_from_triplets, transpose_csr
    implicit none
    private
    public :: scaled_stiffness_type, new_scaled_stiffness
 
-   !> [D K D + delta I, D Cq^T S; S Cq D, 0] with diagonal D and S such that the rows of both blocks are of
-   !> size one: what is zero does not depend on units, or on heavy and light parts.
+   !> [D K D + delta E, D Cq^T S; S Cq D, 0] with diagonal D and S such that the rows of both blocks are of
+   !> size one: what is zero does not depend on units, or on heavy and light parts. E is the unit matrix, or, as left
+   !> and right rigid motions of an unsymmetric K may be orthogonal to each other, random on the pattern of the problem.
    type :: scaled_stiffness_type
       !> D, n numbers, and S, m numbers: powers of two.
       real(wp), allocatable :: scaling(:), constraint_scaling(:)
       !> delta
       real(wp) :: regularization = 0
       type(csr_matrix_type) :: matrix
+      ! delta E, where it is not delta I.
+      type(csr_matrix_type), private :: random
       !> Holds the factors.
       class(real_linear_solver_type), allocatable :: solver
+   contains
+      !> x := A^{-1} x, or A^{-T} x.
+      procedure :: solve
+      !> A x, or A^T x, without delta E.
+      procedure :: forces
+      !> delta E x, or delta E^T x.
+      procedure :: regularizer
    end type scaled_stiffness_type
 
-   ! delta, in units of what the solver makes of rounding: just above it.
-   real(wp), parameter :: above_rounding = 16
+   ! delta, in units of what the solver makes of rounding: above it, and so far above the unit of the last place
+   ! that a pivot of delta plus rounding is never taken for a null pivot.
+   real(wp), parameter :: above_rounding = 16, visible = 1024*epsilon(1.0_wp)
 
 contains
 
@@ -41,7 +53,7 @@ contains
       n = problem%unknowns()
       m = problem%multipliers()
       call move_alloc(solver, self%solver)
-      self%regularization = above_rounding*self%solver%accuracy
+      self%regularization = max(above_rounding*self%solver%accuracy, visible)
       associate (k => problem%stiffness, cq => problem%constraints)
          allocate (level(n), source=k%row_maxima())
          if (all(.not. level > 0)) level = 1
@@ -60,13 +72,90 @@ contains
          end do
          call new_csr_from_triplets(self%matrix, n + m, n + m, &
             [row, [(i, i=1, n)], n + constraint, cq%column], [k%column, [(i, i=1, n)], cq%column, n + constraint], &
-            [self%scaling(row)*k%value*self%scaling(k%column), spread(self%regularization, 1, n), borders, borders], error)
+            [self%scaling(row)*k%value*self%scaling(k%column), &
+            spread(merge(self%regularization, 0.0_wp, problem%symmetric), 1, n), borders, borders], error)
       end associate
+      if (.not. (allocated(error) .or. problem%symmetric)) then
+         self%random = random_on_pattern(problem, self%regularization, n + m)
+         self%matrix = linear_combination([1.0_wp, 1.0_wp], [csr_matrix_type :: self%matrix, self%random])
+      end if
       if (allocated(error)) return
       structure%symmetric = problem%symmetric
-      if (.not. problem%symmetric) structure%symmetric = problem%stiffness%is_symmetric()
       structure%multipliers = m
       allocate (structure%node(n), source=[(i, i=1, n)])
       call self%solver%factorize(self%matrix, structure, error)
    end subroutine new_scaled_stiffness
+
+   ! Numbers of a size, of either sign, where M, R or K or their transposes have entries.
+   function random_on_pattern(problem, size_of_entries, order) result(matrix)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: size_of_entries
+      integer, intent(in) :: order
+      type(csr_matrix_type) :: matrix
+      type(csr_matrix_type) :: parts(7)
+      integer(long) :: state
+      integer :: i
+
+      parts(1) = problem%mass
+      parts(2) = problem%damping
+      parts(3) = problem%stiffness
+      do i = 1, 3
+         parts(i)%value = 1
+         parts(i + 3) = transpose_csr(parts(i))
+      end do
+      parts(7) = identity_csr_matrix(problem%unknowns())
+      matrix = linear_combination(spread(1.0_wp, 1, 7), parts)
+      state = 1
+      call random_vector(state, matrix%value)
+      matrix%value = size_of_entries*sign((1 + abs(matrix%value))/2, matrix%value)
+      matrix%rows = order
+      matrix%columns = order
+      matrix%row_start = [matrix%row_start, spread(matrix%nonzeros() + 1, 1, order - problem%unknowns())]
+   end function random_on_pattern
+
+   function forces(self, x, transposed)
+      class(scaled_stiffness_type), intent(in) :: self
+      real(wp), contiguous, intent(in) :: x(:, :)
+      logical, intent(in) :: transposed
+      real(wp) :: forces(size(x, 1), size(x, 2))
+
+      forces = 0
+      if (transposed) then
+         call self%matrix%add_transposed_product(1.0_wp, x, forces)
+      else
+         call self%matrix%add_product(1.0_wp, x, forces)
+      end if
+      forces = forces - self%regularizer(x, transposed)
+   end function forces
+
+   function regularizer(self, x, transposed) result(forces)
+      class(scaled_stiffness_type), intent(in) :: self
+      real(wp), contiguous, intent(in) :: x(:, :)
+      logical, intent(in) :: transposed
+      real(wp) :: forces(size(x, 1), size(x, 2))
+      integer :: n
+
+      n = size(self%scaling)
+      forces = 0
+      if (.not. allocated(self%random%value)) then
+         forces(:n, :) = self%regularization*x(:n, :)
+      else if (transposed) then
+         call self%random%add_transposed_product(1.0_wp, x, forces)
+      else
+         call self%random%add_product(1.0_wp, x, forces)
+      end if
+   end function regularizer
+
+   subroutine solve(self, x, transposed, error)
+      class(scaled_stiffness_type), intent(inout) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      logical, intent(in) :: transposed
+      type(error_type), allocatable, intent(out) :: error
+
+      if (transposed) then
+         call self%solver%solve_adjoint(x, error)
+      else
+         call self%solver%solve(x, error)
+      end if
+   end subroutine solve
 end module kschur_scaled_stiffness
