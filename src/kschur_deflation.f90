@@ -18,6 +18,8 @@ module kschur_deflation
    type :: deflation_type
       !> N, n x k, N^T M N = I, and M N.
       real(wp), allocatable :: shapes(:, :), images(:, :)
+      !> The multipliers of N, m x k: K N + Cq^T reactions = 0.
+      real(wp), allocatable :: reactions(:, :)
       !> k numbers (1/s).
       real(wp), allocatable :: decay(:)
       !> Rounding of K hides an eigenvalue below this (1/s): motions that are not deflated have zeros there.
@@ -38,11 +40,13 @@ contains
 
    !> Of the rigid motions of a symmetric problem those that can be deflated; none
    !> where the problem is unsymmetric.
-   subroutine new_deflation(deflation, problem, motions, others)
+   subroutine new_deflation(deflation, problem, motions, multipliers, others)
       type(deflation_type), intent(out) :: deflation
       type(modal_problem_type), intent(in) :: problem
       !> A basis, n x k.
       real(wp), intent(in) :: motions(:, :)
+      !> Their multipliers xi, K phi + Cq^T xi = 0, m x k.
+      real(wp), intent(in) :: multipliers(:, :)
       !> The motions that cannot.
       real(wp), allocatable, optional, intent(out) :: others(:, :)
       real(wp), parameter :: rounding = 1.0e-12_wp
@@ -83,6 +87,8 @@ contains
       end if
       k = count(separate)
       allocate (deflation%shapes(n, k), source=shapes(:, pack([(i, i=1, size(separate))], separate)))
+      allocate (deflation%reactions, source=matmul(multipliers(:, :size(separate)), &
+         damping(:, pack([(i, i=1, size(separate))], separate))))
       allocate (deflation%images(n, k), source=masses(:, pack([(i, i=1, size(separate))], separate)))
       allocate (deflation%decay(k), source=pack(decay, separate))
       if (k < size(motions, 2)) deflation%blur = blur(problem, motions)

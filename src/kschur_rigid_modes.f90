@@ -54,13 +54,13 @@ contains
          if (allocated(error)) return
          call account(stiffness%solver, result)
          result%factorizations = result%factorizations + 1
-         call new_deflation(deflation, problem, motions, others)
+         call new_deflation(deflation, problem, motions, multipliers, others)
          call find_zeros(problem, stiffness, others, deflation, error)
          if (allocated(error)) return
          if (present(factored)) call move_alloc(stiffness, factored)
       else
          allocate (motions(problem%unknowns(), 0), multipliers(problem%multipliers(), 0))
-         call new_deflation(deflation, problem, motions)
+         call new_deflation(deflation, problem, motions, multipliers)
       end if
       allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], abs(deflation%decay) > 0))
       k = size(motions, 2)
@@ -71,6 +71,7 @@ contains
       rigid%phi(:, :k) = motions
       rigid%phi(:, k + 1:) = deflation%shapes(:, decaying)
       rigid%xi(:, :k) = multipliers
+      rigid%xi(:, k + 1:) = deflation%reactions(:, decaying)
    end subroutine find_rigid
 
    ! The zero space of the motions that cannot be deflated.
