@@ -180,7 +180,7 @@ contains
       end if
       if (allocated(error)) return
       call balance(work, plan)
-      call find_rigid(work, .true., inner, deflation, rigid, result, error)
+      call find_rigid(work, formulation_symmetric, .true., inner, deflation, rigid, result, error)
       if (allocated(error)) return
       call count_parts(work, band, count(.not. abs(rigid%lambda) > 0), inner%counting, parts, counted, &
          result, error)

@@ -3,7 +3,7 @@ module kschur_deflation
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgemv, dsygv
    use kschur_problem, only: modal_problem_type, damping_proportional
-   use kschur_zero_space, only: zero_space_type
+   use kschur_root_space, only: root_space_type
    implicit none
    private
    public :: deflation_type, new_deflation
@@ -24,8 +24,13 @@ module kschur_deflation
       real(wp), allocatable :: decay(:)
       !> Rounding of K hides an eigenvalue below this (1/s): motions that are not deflated have zeros there.
       real(wp) :: blur = 0
-      !> What is zero and cannot be deflated so.
-      type(zero_space_type) :: zeros
+      !> How many rigid motions cannot be deflated so: all or none; what is known of the eigenvalues zero, with these
+      !> motions first, and infinity.
+      integer :: others = 0
+      type(root_space_type) :: zero, infinite
+      logical :: infinite_is_known = .false.
+      !> Whether these are root spaces in theta, the square of lambda.
+      logical :: oscillator = .false.
    contains
       !> All eigenvalues (1/s).
       procedure :: eigenvalues
@@ -38,17 +43,15 @@ module kschur_deflation
 
 contains
 
-   !> Of the rigid motions of a symmetric problem those that can be deflated; none
+   !> The rigid motions of a symmetric problem, if all of them can be deflated; none
    !> where the problem is unsymmetric.
-   subroutine new_deflation(deflation, problem, motions, multipliers, others)
+   subroutine new_deflation(deflation, problem, motions, multipliers)
       type(deflation_type), intent(out) :: deflation
       type(modal_problem_type), intent(in) :: problem
       !> A basis, n x k.
       real(wp), intent(in) :: motions(:, :)
       !> Their multipliers xi, K phi + Cq^T xi = 0, m x k.
       real(wp), intent(in) :: multipliers(:, :)
-      !> The motions that cannot.
-      real(wp), allocatable, optional, intent(out) :: others(:, :)
       real(wp), parameter :: rounding = 1.0e-12_wp
       real(wp), allocatable :: shapes(:, :), masses(:, :), dampers(:, :), mass(:, :), damping(:, :), decay(:), work(:)
       logical, allocatable :: separate(:)
@@ -77,14 +80,8 @@ contains
             if (.not. maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) <= rounding*level) separate(i) = .false.
          end associate
       end do
-      if (present(others)) then
-         if (k < size(motions, 2) .or. info /= 0) then
-            allocate (others, source=motions)
-            separate = .false.
-         else
-            allocate (others, source=shapes(:, pack([(i, i=1, k)], .not. separate)))
-         end if
-      end if
+      if (.not. all(separate)) separate = .false.
+      deflation%others = size(motions, 2) - count(separate)
       k = count(separate)
       allocate (deflation%shapes(n, k), source=shapes(:, pack([(i, i=1, size(separate))], separate)))
       allocate (deflation%reactions, source=matmul(multipliers(:, :size(separate)), &
@@ -123,11 +120,9 @@ contains
    pure function eigenvalues(self)
       class(deflation_type), intent(in) :: self
       complex(wp), allocatable :: eigenvalues(:)
-      integer :: zeros
 
-      zeros = 0
-      if (allocated(self%zeros%motions)) zeros = size(self%zeros%motions, 2)
-      allocate (eigenvalues, source=cmplx([0*self%decay, -pack(self%decay, abs(self%decay) > 0), spread(0.0_wp, 1, zeros)], 0, wp))
+      allocate (eigenvalues, source=cmplx([0*self%decay, -pack(self%decay, abs(self%decay) > 0), &
+         spread(0.0_wp, 1, self%others)], 0, wp))
    end function eigenvalues
 
    subroutine project_real(self, x)

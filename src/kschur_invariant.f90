@@ -1,9 +1,10 @@
 !> A subspace that an operator is known to leave invariant before it is iterated.
 module kschur_invariant
    use kschur_kinds, only: wp
+   use kschur_root_space, only: root_space_type
    implicit none
    private
-   public :: invariant_type
+   public :: invariant_type, zero_and_infinite
 
    !> C Z = Z T. Its eigenvalues are not looked for, and not among those that an iteration returns.
    type :: invariant_type
@@ -12,4 +13,68 @@ module kschur_invariant
       !> T, s x s, upper triangular.
       complex(wp), allocatable :: projected(:, :)
    end type invariant_type
+
+contains
+
+   !> The states (phi, lambda/unit phi, ...) of the root spaces of zero and of infinity as an invariant subspace of
+   !> shift-invert at sigma. With A Z = B Z J it is T = (J - sigma)^{-1}, with B Z = A Z J it is (1 - sigma J)^{-1} J.
+   function zero_and_infinite(zero, infinite, order, shift, unit, oscillator) result(invariant)
+      !> That of infinity is the one of the reversed polynomial, whose states are (lambda phi, phi).
+      type(root_space_type), intent(in) :: zero, infinite
+      !> Length of the states.
+      integer, intent(in) :: order
+      !> sigma, a theta.
+      complex(wp), intent(in) :: shift
+      !> Unit of lambda in the second part of a state (1/s).
+      real(wp), intent(in) :: unit
+      !> Whether states are phi alone.
+      logical, intent(in) :: oscillator
+      type(invariant_type) :: invariant
+      integer :: n, k, s
+
+      k = zero%multiplicity()
+      s = k + infinite%multiplicity()
+      allocate (invariant%vectors(order, s))
+      allocate (invariant%projected(s, s))
+      invariant%vectors = 0
+      invariant%projected = 0
+      if (k > 0) then
+         n = size(zero%x, 1)
+         invariant%vectors(:n, :k) = zero%x
+         if (.not. oscillator) invariant%vectors(n + 1:2*n, :k) = zero%v/unit
+         invariant%projected(:k, :k) = inverse(zero%links - shift*identity(k))
+      end if
+      if (s == k) return
+      n = size(infinite%x, 1)
+      if (oscillator) then
+         invariant%vectors(:n, k + 1:) = infinite%x
+      else
+         invariant%vectors(:n, k + 1:) = infinite%v
+         invariant%vectors(n + 1:2*n, k + 1:) = infinite%x/unit
+      end if
+      invariant%projected(k + 1:, k + 1:) = matmul(inverse(identity(s - k) - shift*infinite%links), infinite%links)
+   end function zero_and_infinite
+
+   pure function identity(n)
+      integer, intent(in) :: n
+      complex(wp) :: identity(n, n)
+      integer :: i
+
+      identity = 0
+      do i = 1, n
+         identity(i, i) = 1
+      end do
+   end function identity
+
+   ! Of an upper triangular matrix.
+   pure function inverse(a) result(b)
+      complex(wp), intent(in) :: a(:, :)
+      complex(wp) :: b(size(a, 1), size(a, 1))
+      integer :: i
+
+      b = identity(size(a, 1))
+      do i = size(a, 1), 1, -1
+         b(i, :) = (b(i, :) - matmul(a(i, i + 1:), b(i + 1:, :)))/a(i, i)
+      end do
+   end function inverse
 end module kschur_invariant

@@ -4,6 +4,7 @@ module kschur_pencil_transform
    use kschur_arpack, only: arpack
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
+   use kschur_invariant, only: zero_and_infinite
    use kschur_kinds, only: wp
    use kschur_krylov_complex, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
@@ -70,9 +71,11 @@ contains
       if (self%operator%with_multipliers) then
          call krylov_schur(self%operator, selection, options, mu, vectors, statistics, error, monitor)
       else
-         call krylov_schur(self%operator, selection, options, mu, vectors, statistics, error, monitor, &
-            self%operator%deflation%zeros%invariant(self%operator%order(), self%shift, self%operator%pencil%unit, &
-            self%operator%pencil%is_damped()))
+         associate (deflation => self%operator%deflation, pencil => self%operator%pencil)
+            call krylov_schur(self%operator, selection, options, mu, vectors, statistics, error, monitor, &
+               zero_and_infinite(deflation%zero, deflation%infinite, self%operator%order(), self%shift, pencil%unit, &
+               pencil%map%oscillator))
+         end associate
       end if
    end subroutine iterate
 

@@ -1,4 +1,5 @@
-!> The rigid motions of a problem as modes, with the decay that damping gives them, and what of them is deflated.
+!> The rigid motions of a problem as modes, with the decay that damping gives them, what of them is deflated, and
+!> the root spaces of zero and infinity where that cannot be done.
 module kschur_rigid_modes
    use kschur_backward_error, only: eigenpairs_type
    use kschur_deflation, only: deflation_type, new_deflation
@@ -7,20 +8,28 @@ module kschur_rigid_modes
    use kschur_inner_solvers, only: inner_solvers_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: real_linear_solver_type
+   use kschur_options, only: formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero, &
+      formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type, account
    use kschur_rigid, only: check_inertia, find_rigid_motions
+   use kschur_root_space, only: find_root_space, root_space_type
    use kschur_scaled_stiffness, only: new_scaled_stiffness, scaled_stiffness_type
-   use kschur_zero_space, only: find_zero_space
+   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    implicit none
    private
    public :: find_rigid
 
+   ! With more motions without mass than this the iteration is left to filter infinite eigenvalues.
+   integer, parameter :: most_massless = 64
+
 contains
 
-   !> The eigenvalue zero, and what can be deflated with it.
-   subroutine find_rigid(problem, possible, inner, deflation, rigid, result, error, factored)
+   !> The eigenvalue zero, and what can be deflated or locked with it.
+   subroutine find_rigid(problem, formulation, possible, inner, deflation, rigid, result, error, factored)
       type(modal_problem_type), intent(in) :: problem
+      !> One of `formulation_*`.
+      integer, intent(in) :: formulation
       !> Whether to look at all.
       logical, intent(in) :: possible
       type(inner_solvers_type), intent(in) :: inner
@@ -30,38 +39,23 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> The stiffness that was factored; only where it was looked.
       type(scaled_stiffness_type), allocatable, optional, intent(out) :: factored
-      class(real_linear_solver_type), allocatable :: solver
       type(scaled_stiffness_type), allocatable :: stiffness
-      real(wp), allocatable :: motions(:, :), multipliers(:, :), others(:, :)
+      real(wp), allocatable :: motions(:, :), multipliers(:, :)
       integer, allocatable :: decaying(:)
       integer :: k, l, j
 
       if (possible) then
-         allocate (stiffness)
-         allocate (solver, source=inner%unshifted)
-         call new_scaled_stiffness(stiffness, problem, solver, error)
-         if (.not. allocated(error)) call find_rigid_motions(problem, stiffness, motions, multipliers, error)
-         if (allocated(error)) then
-            ! The stiffness may be nearer to singular than the problem is at any shift.
-            if (all(error%code /= [error_convergence, error_singular])) return
-            deallocate (error)
-            allocate (solver, source=direct_real_type(quasi_definite=.false.))
-            call new_scaled_stiffness(stiffness, problem, solver, error)
-            if (.not. allocated(error)) call find_rigid_motions(problem, stiffness, motions, multipliers, error)
-            result%factorizations = result%factorizations + 1
-         end if
+         call find_null_motions(problem, problem%stiffness, inner, stiffness, motions, multipliers, result, error)
          if (.not. allocated(error)) call check_inertia(problem, motions, error)
          if (allocated(error)) return
-         call account(stiffness%solver, result)
-         result%factorizations = result%factorizations + 1
-         call new_deflation(deflation, problem, motions, multipliers, others)
-         call find_zeros(problem, stiffness, others, deflation, error)
-         if (allocated(error)) return
-         if (present(factored)) call move_alloc(stiffness, factored)
       else
          allocate (motions(problem%unknowns(), 0), multipliers(problem%multipliers(), 0))
-         call new_deflation(deflation, problem, motions, multipliers)
       end if
+      call new_deflation(deflation, problem, motions, multipliers)
+      if (possible .and. all(formulation /= [formulation_symmetric, formulation_proportional])) &
+         call find_root_spaces(problem, formulation, motions, inner, stiffness, deflation, result, error)
+      if (allocated(error)) return
+      if (possible .and. present(factored)) call move_alloc(stiffness, factored)
       allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], abs(deflation%decay) > 0))
       k = size(motions, 2)
       l = size(decaying)
@@ -74,21 +68,95 @@ contains
       rigid%xi(:, k + 1:) = deflation%reactions(:, decaying)
    end subroutine find_rigid
 
-   ! The zero space of the motions that cannot be deflated.
-   subroutine find_zeros(problem, stiffness, motions, deflation, error)
+   ! The null space of a matrix of the problem on the motions that the constraints allow.
+   subroutine find_null_motions(problem, matrix, inner, factored, motions, multipliers, result, error)
       type(modal_problem_type), intent(in) :: problem
-      type(scaled_stiffness_type), intent(inout) :: stiffness
-      real(wp), intent(in) :: motions(:, :)
-      type(deflation_type), intent(inout) :: deflation
+      type(csr_matrix_type), intent(in) :: matrix
+      type(inner_solvers_type), intent(in) :: inner
+      type(scaled_stiffness_type), allocatable, intent(out) :: factored
+      real(wp), allocatable, intent(out) :: motions(:, :), multipliers(:, :)
+      type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: left(:, :), multipliers(:, :)
+      class(real_linear_solver_type), allocatable :: solver
 
-      if (problem%symmetric .or. size(motions, 2) == 0) then
-         allocate (left, source=motions)
-      else
-         call find_rigid_motions(problem, stiffness, left, multipliers, error, left=.true.)
+      allocate (factored)
+      allocate (solver, source=inner%unshifted)
+      call new_scaled_stiffness(factored, problem, solver, error, matrix)
+      if (.not. allocated(error)) call find_rigid_motions(problem, factored, motions, multipliers, error)
+      if (allocated(error)) then
+         ! The matrix may be nearer to singular than the problem is at any shift.
+         if (all(error%code /= [error_convergence, error_singular])) return
+         deallocate (error)
+         allocate (solver, source=direct_real_type(quasi_definite=.false.))
+         call new_scaled_stiffness(factored, problem, solver, error, matrix)
+         if (.not. allocated(error)) call find_rigid_motions(problem, factored, motions, multipliers, error)
+         result%factorizations = result%factorizations + 1
+      end if
+      if (allocated(error)) return
+      call account(factored%solver, result)
+      result%factorizations = result%factorizations + 1
+   end subroutine find_null_motions
+
+   ! That of infinity belongs to the reversed polynomial, that of zero to what is not deflated.
+   subroutine find_root_spaces(problem, formulation, motions, inner, stiffness, deflation, result, error)
+      type(modal_problem_type), intent(in) :: problem
+      integer, intent(in) :: formulation
+      real(wp), intent(in) :: motions(:, :)
+      type(inner_solvers_type), intent(in) :: inner
+      type(scaled_stiffness_type), intent(inout) :: stiffness
+      type(deflation_type), intent(inout) :: deflation
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      type(scaled_stiffness_type), allocatable :: mass
+      type(csr_matrix_type) :: nothing
+      real(wp), allocatable :: massless(:, :), multipliers(:, :)
+
+      nothing = empty_csr_matrix(problem%unknowns(), problem%unknowns())
+      deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_damped, &
+         formulation_damped_constrained, formulation_damped_constrained_zero])
+      if (deflation%others > 0) then
+         if (deflation%oscillator) then
+            call complete(deflation%zero, stiffness, motions, signed(problem%mass), nothing)
+         else
+            call complete(deflation%zero, stiffness, motions, problem%damping, problem%mass)
+         end if
          if (allocated(error)) return
       end if
-      call find_zero_space(deflation%zeros, problem, stiffness, motions, left, error)
-   end subroutine find_zeros
+      if (count(.not. problem%mass%row_maxima() > 0) > most_massless) return
+      call find_null_motions(problem, problem%mass, inner, mass, massless, multipliers, result, error)
+      if (allocated(error)) return
+      if (deflation%oscillator) then
+         call complete(deflation%infinite, mass, massless, signed(problem%stiffness), nothing)
+      else
+         call complete(deflation%infinite, mass, massless, problem%damping, problem%stiffness)
+      end if
+      deflation%infinite_is_known = .not. allocated(error)
+
+   contains
+
+      subroutine complete(space, factored, null_motions, first, second)
+         type(root_space_type), intent(out) :: space
+         type(scaled_stiffness_type), intent(inout) :: factored
+         real(wp), intent(in) :: null_motions(:, :)
+         type(csr_matrix_type), intent(in) :: first, second
+         real(wp), allocatable :: left(:, :), unused(:, :)
+
+         if (problem%symmetric .or. size(null_motions, 2) == 0) then
+            allocate (left, source=null_motions)
+         else
+            call find_rigid_motions(problem, factored, left, unused, error, left=.true.)
+            if (allocated(error)) return
+         end if
+         call find_root_space(space, factored, first, second, null_motions, left, error)
+      end subroutine complete
+
+      ! The second coefficient of A - theta B, or of B - A/theta, where A is K or -K.
+      function signed(matrix)
+         type(csr_matrix_type), intent(in) :: matrix
+         type(csr_matrix_type) :: signed
+
+         signed = matrix
+         if (formulation == formulation_undamped) signed%value = -signed%value
+      end function signed
+   end subroutine find_root_spaces
 end module kschur_rigid_modes

@@ -30,6 +30,8 @@ module kschur_scaled_stiffness
       procedure :: forces
       !> delta E x, or delta E^T x.
       procedure :: regularizer
+      !> The motions y with K y + Cq^T xi = f, Cq y = 0, for forces that have such, without rigid ones.
+      procedure :: pseudo_solve
    end type scaled_stiffness_type
 
    ! delta, in units of what the solver makes of rounding: above it, and so far above the unit of the last place
@@ -39,12 +41,15 @@ module kschur_scaled_stiffness
 contains
 
    !> Factors the scaled stiffness of a problem with n unknowns and m constraints.
-   subroutine new_scaled_stiffness(self, problem, solver, error)
+   subroutine new_scaled_stiffness(self, problem, solver, error, matrix)
       type(scaled_stiffness_type), intent(out) :: self
       type(modal_problem_type), intent(in) :: problem
       !> Moved into it.
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
+      !> In place of K.
+      type(csr_matrix_type), optional, intent(in) :: matrix
+      type(csr_matrix_type) :: k
       type(matrix_structure_type) :: structure
       real(wp), allocatable :: level(:), borders(:)
       integer, allocatable :: row(:), constraint(:)
@@ -53,8 +58,10 @@ contains
       n = problem%unknowns()
       m = problem%multipliers()
       call move_alloc(solver, self%solver)
+      k = problem%stiffness
+      if (present(matrix)) k = matrix
       self%regularization = max(above_rounding*self%solver%accuracy, visible)
-      associate (k => problem%stiffness, cq => problem%constraints)
+      associate (cq => problem%constraints)
          allocate (level(n), source=k%row_maxima())
          if (all(.not. level > 0)) level = 1
          where (.not. level > 0) level = maxval(level)
@@ -145,6 +152,45 @@ contains
          call self%random%add_product(1.0_wp, x, forces)
       end if
    end function regularizer
+
+   ! Refinement takes out what the regularised factors changed.
+   subroutine pseudo_solve(self, motions, f, y, error)
+      class(scaled_stiffness_type), intent(inout) :: self
+      !> All rigid motions, n x k.
+      real(wp), intent(in) :: motions(:, :)
+      real(wp), intent(in) :: f(:, :)
+      real(wp), intent(out) :: y(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: refinements = 2
+      real(wp), allocatable :: rhs(:, :), x(:, :), residual(:, :), rigid(:, :)
+      integer :: n, step, j, pass
+
+      n = size(self%scaling)
+      allocate (rigid, source=motions)
+      do j = 1, size(rigid, 2)
+         rigid(:, j) = motions(:, j)/self%scaling
+         do pass = 1, 2
+            rigid(:, j) = rigid(:, j) - matmul(rigid(:, :j - 1), matmul(rigid(:, j), rigid(:, :j - 1)))
+         end do
+         rigid(:, j) = rigid(:, j)/norm2(rigid(:, j))
+      end do
+      allocate (rhs(self%matrix%rows, size(f, 2)), x(self%matrix%rows, size(f, 2)), source=0.0_wp)
+      do j = 1, size(f, 2)
+         rhs(:n, j) = self%scaling*f(:, j)
+      end do
+      do step = 0, refinements
+         residual = rhs - self%forces(x, .false.)
+         call self%solver%solve(residual, error)
+         if (allocated(error)) return
+         x = x + residual
+         do pass = 1, 2
+            x(:n, :) = x(:n, :) - matmul(rigid, matmul(transpose(rigid), x(:n, :)))
+         end do
+      end do
+      do j = 1, size(f, 2)
+         y(:, j) = self%scaling*x(:n, j)
+      end do
+   end subroutine pseudo_solve
 
    subroutine solve(self, x, transposed, error)
       class(scaled_stiffness_type), intent(inout) :: self

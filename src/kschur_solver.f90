@@ -89,7 +89,8 @@ contains
       if (.not. settings%is_plain()) call balance(work, plan)
 
       call note_problem(work, plan, result, error)
-      if (.not. allocated(error)) call find_rigid(work, .not. settings%is_plain(), inner, deflation, rigid, result, error, &
+      if (.not. allocated(error)) call find_rigid(work, result%formulation, .not. settings%is_plain(), inner, deflation, rigid, &
+         result, error, &
          stiffness)
       if (.not. allocated(error)) call place_shift(work, stiffness, size(rigid%lambda) > 0, deflation, settings, inner, &
          transform, result, error)
@@ -203,7 +204,7 @@ contains
       end if
       call transpose_problem(problem, transposed, error)
       if (.not. allocated(error)) call transpose_problem(work, transposed_work, error)
-      if (.not. allocated(error)) call find_rigid(transposed_work, free, inner, deflation, rigid, result, error)
+      if (.not. allocated(error)) call find_rigid(transposed_work, result%formulation, free, inner, deflation, rigid, result, error)
       if (.not. allocated(error)) call new_transposed_transform(adjoint, transposed_work, deflation, transform, &
          result%shift, inner, own_factors, error)
       if (allocated(error)) return
