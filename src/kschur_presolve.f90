@@ -313,7 +313,29 @@ contains
       end do
       call new_csr_from_triplets(reduced, plan%unknowns_after, plan%unknowns_after, row(:entries), column(:entries), &
          value(:entries), error)
+      if (.not. allocated(error)) call drop_rounding(row(:entries), column(:entries), value(:entries), reduced, error)
    end subroutine reduce
+
+   ! Of a motion without force sums leave rounding where they cancel, a whole row of it: that is made zero.
+   subroutine drop_rounding(row, column, value, reduced, error)
+      integer, intent(in) :: row(:), column(:)
+      real(wp), intent(in) :: value(:)
+      type(csr_matrix_type), intent(inout) :: reduced
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: cancelled = 1.0e-10_wp, rounding = 16*epsilon(1.0_wp)
+      type(csr_matrix_type) :: terms
+      real(wp) :: largest(reduced%rows)
+      integer :: k
+
+      largest = 0
+      do k = 1, size(row)
+         largest(row(k)) = max(largest(row(k)), abs(value(k)))
+      end do
+      if (.not. any(reduced%row_maxima() < cancelled*largest)) return
+      call new_csr_from_triplets(terms, reduced%rows, reduced%columns, row, column, abs(value), error)
+      if (allocated(error)) return
+      where (abs(reduced%value) <= rounding*terms%value) reduced%value = 0
+   end subroutine drop_rounding
 
    pure subroutine change_units(self, units)
       class(presolve_type), intent(inout) :: self

@@ -51,10 +51,10 @@ contains
          allocate (forces(n, s), terms(n, s), source=0.0_wp)
          call first%add_product(1.0_wp, space%x, forces)
          call second%add_product(1.0_wp, space%v, forces)
-         call add_magnitudes(first, space%x, terms)
-         call add_magnitudes(second, space%v, terms)
+         call add_magnitudes(first, magnitudes(space%x), terms)
+         call add_magnitudes(second, magnitudes(space%v), terms)
          where (abs(forces) <= rounding*terms) forces = 0
-         level = maxval(matmul(transpose(abs(left)), terms))
+         level = maxval(matmul(transpose(magnitudes(left)), terms))
          allocate (coupling(k, s), source=matmul(transpose(left), forces))
          call find_fresh(coupling, rounding*level, used, fresh, error)
          if (allocated(error) .or. size(fresh, 2) == 0) return
@@ -109,7 +109,19 @@ contains
       call move_alloc(all, columns)
    end subroutine append
 
-   ! |A| |x|.
+   ! |x|, where an entry may be nothing but rounding of the largest: that is seen as `rounding` of this part of it.
+   pure function magnitudes(x)
+      real(wp), intent(in) :: x(:, :)
+      real(wp) :: magnitudes(size(x, 1), size(x, 2))
+      real(wp), parameter :: part = 1.0e-3_wp
+      integer :: j
+
+      do j = 1, size(x, 2)
+         magnitudes(:, j) = max(abs(x(:, j)), part*maxval(abs(x(:, j))))
+      end do
+   end function magnitudes
+
+   ! |A| x.
    pure subroutine add_magnitudes(matrix, x, y)
       type(csr_matrix_type), intent(in) :: matrix
       real(wp), contiguous, intent(in) :: x(:, :)
@@ -119,7 +131,7 @@ contains
       do j = 1, size(x, 2)
          do i = 1, matrix%rows
             do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-               y(i, j) = y(i, j) + abs(matrix%value(k)*x(matrix%column(k), j))
+               y(i, j) = y(i, j) + abs(matrix%value(k))*x(matrix%column(k), j)
             end do
          end do
       end do
