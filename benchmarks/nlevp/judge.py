@@ -46,7 +46,7 @@ def judge(reported, reference, target, asked):
     partner = {}
     if len(ours) and len(theirs):
         tolerance = np.array([modes[i].tolerance for i in mode_of])
-        tolerance = np.where(theirs != 0, np.minimum(tolerance, abs(theirs)), tolerance)
+        tolerance = np.where(theirs != 0, np.minimum(tolerance, abs(theirs) / 10), tolerance)
         gap = abs(ours[:, None] - theirs[None, :])
         cost = np.minimum(gap / np.maximum(tolerance, REACH * abs(theirs))[None, :].clip(1e-300), 10.0)
         for i, j in zip(*linear_sum_assignment(np.where(cost <= 1, cost, 1e3))):

@@ -252,7 +252,8 @@ def mobile_manipulator():
     damping = [[-1.52143, -1.55168, 1.55168], [3.22064, 3.28467, -3.28467], [-3.22064, -3.28467, 3.28467]]
     stiffness = [[67.4894, 69.2393, -69.2393], [69.8124, 1.68624, -1.68617], [-69.8123, -1.68617, -68.2707]]
     contact, none = np.array([[1, 0, 0], [0, 0, 1]]), np.zeros((2, 2))
-    return la.block_diag(mass, none), la.block_diag(damping, none), np.block([[np.array(stiffness), -contact.T], [contact, none]])
+    bordered = np.block([[np.array(stiffness), -contact.T], [contact, none]])
+    return la.block_diag(mass, none), la.block_diag(damping, none), bordered
 
 
 @formula
@@ -272,8 +273,9 @@ def power_plant():
     damping = np.diag([9.99, 1.045e7, 548, 4.329e9, 6178, 4.343e10, 30, 3.473e8])
     stiffness = np.diag([1.16e4, 1.522e10, 5.296e5, 9.461e12, 6.862e5, 9.953e12, 6170, 2.893e11])
     couplings = [
-        (1, 2, -7492, -8.7e6), (1, 3, -9.99, -1.16e4), (1, 4, 9790, 1.137e7), (2, 3, 7492, 8.7e6), (2, 4, -1.221e7, -1.723e10),
-        (3, 4, -9.674e5, -9.334e8), (3, 5, -538, -5.18e5), (3, 6, -5.38e5, -5.18e8), (4, 5, 9.576e5, 9.22e8),
+        (1, 2, -7492, -8.7e6), (1, 3, -9.99, -1.16e4), (1, 4, 9790, 1.137e7), (2, 3, 7492, 8.7e6),
+        (2, 4, -1.221e7, -1.723e10), (3, 4, -9.674e5, -9.334e8), (3, 5, -538, -5.18e5),
+        (3, 6, -5.38e5, -5.18e8), (4, 5, 9.576e5, 9.22e8),
         (4, 6, -1.652e9, -6.878e12), (5, 6, -5.042e6, 3.633e8), (5, 7, -300, -6170), (5, 8, 5.7e4, 1.172e7),
         (6, 7, -3e4, -6.17e6), (6, 8, -1.82e8, -2.553e11), (7, 8, -5.7e4, -1.172e7),
     ]  # fmt: skip
@@ -302,7 +304,11 @@ def qep2_toolbox():
 
 @formula
 def qep3(e=np.sqrt(np.finfo(float).eps / 2) - 1):
-    return [[1, -1, -1], [0, 1, 0], [0, 0, 0]], [[-3, 1, 0], [0, -1 - e, 0], [0, 0, 1]], [[2, 0, 9], [0, 0, 0], [0, 0, -3]]
+    return (
+        [[1, -1, -1], [0, 1, 0], [0, 0, 0]],
+        [[-3, 1, 0], [0, -1 - e, 0], [0, 0, 1]],
+        [[2, 0, 9], [0, 0, 0], [0, 0, -3]],
+    )
 
 
 @formula
@@ -313,7 +319,11 @@ def qep5():
 
 @formula
 def relative_pose_6pt():
-    """Two views of six points, focal length unknown: 2 F Q F^T Q F = tr(F Q F^T Q) F and det F = 0, Q = diag(1, 1, lambda)."""
+    """Two views of six points, the focal length unknown.
+
+    2 F Q F^T Q F = tr(F Q F^T Q) F and det F = 0 with Q = diag(1, 1, lambda); the columns are monomials of x and y in
+    F = x F1 + y F2 + F3, whose F1 to F3 span what the six points leave.
+    """
     left = np.array(
         [[0.98546290800037, -1.97451815082977, -4.74852466853571, -0.08015690576328, -2.60498296435867, 1.82921772080851],
          [0.68369049573664, -8.06356113591952, -1.67723551191802, -0.81102548799456, -4.12124589320883, -3.16952237236666],
@@ -335,7 +345,8 @@ def relative_pose_6pt():
 
     qfq = times(times(f, q), times(f.transpose(1, 0, 2, 3, 4), q))
     trace = qfq[0, 0] + qfq[1, 1] + qfq[2, 2]
-    equations = list((2 * times(qfq, f) - np.array([[convolve(trace, f[i, j]) for j in range(3)] for i in range(3)])).reshape(9, 4, 4, 3))
+    traces = np.array([[convolve(trace, f[i, j]) for j in range(3)] for i in range(3)])
+    equations = list((2 * times(qfq, f) - traces).reshape(9, 4, 4, 3))
     minors = [(0, 1, 2, 1), (1, 2, 0, 1), (2, 0, 1, 1), (0, 2, 1, -1), (1, 0, 2, -1), (2, 1, 0, -1)]
     determinant = sum(s * convolve(convolve(f[0, i], f[1, j]), f[2, k]) for i, j, k, s in minors)
     equations.append(np.pad(determinant, ((0, 0), (0, 0), (0, 2))))
@@ -414,7 +425,7 @@ def disk_brake100(data, omega=2 * np.pi):
 
 
 def hysteretic(file, mass, damping, stiffness):
-    """Functions of the frequency in the collection; without the hysteretic part of the stiffness real ones of lambda = i omega."""
+    """In the collection a function of the frequency; real in lambda = i omega without the hysteretic part of the stiffness."""
 
     def read(data):
         d = data(file)

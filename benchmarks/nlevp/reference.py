@@ -2,7 +2,8 @@
 
 Up to n = 20 the whole spectrum in 120 digits (mpmath), up to 600 dense, above by ARPACK about two shifts. Every method
 works on the reverse of P(s + t), divided by P(s), whose largest eigenvalues 1/t are wanted: infinite ones are zeros there.
-What is not exact is corrected by a Galerkin step on the left and right vectors of each cluster, residuals in extended precision.
+What is not exact is corrected by a Galerkin step on the left and right vectors of each cluster, with residuals in
+extended precision.
 """
 
 import warnings
@@ -12,12 +13,14 @@ import mpmath as mp
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
+from scipy.optimize import linear_sum_assignment
 from scipy.sparse.linalg import LinearOperator, eigs, splu
 
 EXACT, DENSE = 20, 600
 DIGITS = 120
 EPS = np.finfo(float).eps
 BACKWARD = 1e-13  # what the solver promises of a mode: more is refined
+SAME = 1e-3  # relative distance up to which values found about two shifts may be one
 CLUSTER = 1e-6  # relative distance of eigenvalues that are treated together
 DEFECTIVE = 1e10  # scaled condition number from which vectors say nothing about the eigenvalue
 
@@ -181,11 +184,10 @@ def sparse_spectrum(problem, target, wanted):
         reach = np.sort(abs(values - target))[min(len(values) - 1, 2 * wanted)]
         found.append(values[abs(values - target) <= reach])
     first, second = found
-    for value in second:  # copies that one of them missed
-        near = lambda a: np.sum(abs(a - value) <= CLUSTER * abs(value))  # noqa: E731
-        if near(first) < near(second):
-            first = np.append(first, value)
-    return first
+    gap = abs(first[:, None] - second[None, :])
+    pairs = zip(*linear_sum_assignment(np.minimum(gap, SAME * abs(second))))
+    lost = set(range(len(second))) - {j for i, j in pairs if gap[i, j] < SAME * abs(second[j])}
+    return np.append(first, second[sorted(lost)])  # copies that the first missed
 
 
 def clusters(values):
@@ -228,7 +230,7 @@ def corrected(problem, group, are_exact):
         slopes = abs(np.einsum("ij,ij->j", left.conj(), slope @ right))
         scaled_weight = (abs(v).T @ problem.at(abs(centre), [abs(a) for a in problem.matrices]) @ abs(u)).diagonal()
         defective = np.any(scaled_weight > DEFECTIVE * abs(centre) * slopes) if centre else False
-        moves = not are_exact and not defective and np.all(np.isfinite(steps)) and np.all(abs(steps) < 0.1 * abs(centre) + 1e-300)
+        moves = not are_exact and not defective and np.all(abs(steps) < 0.1 * abs(centre))
         if moves:
             group = centre + steps
     slopes = np.maximum(slopes, 1e-300)
@@ -259,6 +261,21 @@ def limited(eigenvalues):
     return eigenvalues
 
 
+def conjugate(values):
+    """Next to the real axis rounding leaves reals and pairs that are none: what has no partner there is real."""
+    values = list(values)
+    for i in sorted(range(len(values)), key=lambda i: -abs(values[i].imag)):
+        v = values[i]
+        if 0 < abs(v.imag) < SAME * abs(v):
+            others = [j for j in range(len(values)) if j != i and values[j].imag * v.imag < 0]
+            partner = min(others, key=lambda j: abs(values[j] - np.conj(v)), default=None)
+            if partner is not None and abs(values[partner] - np.conj(v)) < abs(v.imag):
+                values[partner] = np.conj(v)
+            else:
+                values[i] = complex(v.real)
+    return np.array(values)
+
+
 def with_zeros(problem, values):
     """Zeros once per null vector of K in the place of what rounding makes of them; how far from zero a double one may be."""
     left, sizes, right = la.svd(problem.matrices[2].toarray())
@@ -285,13 +302,13 @@ def nearest(problem, target, wanted, spectrum=None):
 
     values = np.array(sorted(values, key=distance))
     if spectrum is None:
-        values = values[: 2 * wanted + 10]
+        values = conjugate(values[: 2 * wanted + 10])
     result = []
     for group in clusters(values):
         result += corrected(problem, values[group], spectrum is not None)
-    for e in result:
-        if spectrum is None and abs(e.value.imag) <= min(e.tolerance, 1e-8 * abs(e.value)):
-            e.value = complex(e.value.real)
+    if spectrum is None:
+        for e, value in zip(result, conjugate([e.value for e in result])):
+            e.value = value
     result = limited(result)
     for e in result:
         if e.value == 0 and radius > 0:
