@@ -21,8 +21,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.io
 
+from data import WITH_DATA
 from judge import Verdict, judge
-from problems import FORMULAS, WITH_DATA
+from problems import FORMULAS
 from reference import (
     BACKWARD, DENSE, DIGITS, EXACT, Quadratic, SingularProblem, dense_spectrum, exact_spectrum, nearest,
 )  # fmt: skip
