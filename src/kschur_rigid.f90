@@ -16,8 +16,8 @@ module kschur_rigid
    integer, parameter :: iterations = 2
    ! A solution of this part of the inverse regularisation has a rigid motion, most likely.
    real(wp), parameter :: amplified = 1.0e-2_wp
-   ! A motion is rigid where the scaled stiffness is below this.
-   real(wp), parameter :: negligible = 64*epsilon(1.0_wp)
+   ! A force is rounding below this, in units of the norm of the scaled stiffness.
+   real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
    ! What rounding leaves of a unit vector that depends on others.
    real(wp), parameter :: dependent = 1.0e-10_wp
 
@@ -116,9 +116,11 @@ contains
       ! Motions above their multipliers, and the forces K x + Cq^T xi above violations.
       real(wp), allocatable :: x(:, :), forces(:, :), force(:), rotation(:, :), all(:, :)
       integer, allocatable :: own(:)
+      real(wp) :: negligible
       integer :: i, n, before, rigid
 
       n = size(stiffness%scaling)
+      negligible = rounding*max(4.0_wp, stiffness%matrix%infinity_norm())
       before = size(found, 2)
       allocate (x(size(found, 1), wanted), forces(size(found, 1), wanted))
       do i = 1, wanted
