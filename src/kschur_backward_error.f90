@@ -1,18 +1,25 @@
 !> How well eigenpairs satisfy a modal problem. Residuals are summed in more than the working
 !> precision: of a low mode of a stiff structure that leaves nothing but rounding.
 module kschur_backward_error
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_kinds, only: wp, xp
-   use kschur_lapack, only: dznrm2
    use kschur_problem, only: modal_problem_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
+   use kschur_tolerances, only: real_tolerance
    implicit none
    private
-   public :: append_pairs, backward_errors, eigenpairs_type
+   public :: append_pairs, backward_errors, eigenpairs_type, settle_pairs
 
    ! Rounding of the factored matrix moves eigenvalues by less than this, relative to their size.
    real(wp), parameter :: rounded = 1.0e-3_wp
    ! Two roots of one shape closer than this, relative to their size, are not told apart by it.
    real(wp), parameter :: critical = 1.0e-4_wp
+   ! Further from an axis than this, relative to its size, an eigenvalue is not looked at.
+   real(wp), parameter :: near = 1.0e-4_wp
+   ! A discriminant below this, relative to its terms, is none.
+   real(wp), parameter :: double_root = 1.0e-13_wp
+   ! The real part of a shape that was found roughly is polished afterwards.
+   real(wp), parameter :: loose = 1.0e-8_wp
 
    !> Eigenpairs of a modal problem.
    type :: eigenpairs_type
@@ -22,7 +29,15 @@ module kschur_backward_error
       complex(wp), allocatable :: phi(:, :)
       !> Multipliers, m x k.
       complex(wp), allocatable :: xi(:, :)
+      !> Whether it is known that the conjugate of a pair is another one. Not allocated: of none.
+      logical, allocatable :: paired(:)
    end type eigenpairs_type
+
+   ! M phi, R phi, K phi + Cq^T xi of a pair.
+   type :: products_type
+      complex(xp), allocatable :: mass(:), damping(:), rest(:)
+      real(wp) :: size_of_phi = 0
+   end type products_type
 
 contains
 
@@ -34,6 +49,7 @@ contains
       if (size(more%lambda) == 0) return
       pairs%phi = reshape([pairs%phi, more%phi], [size(more%phi, 1), size(pairs%lambda) + size(more%lambda)])
       pairs%xi = reshape([pairs%xi, more%xi], [size(more%xi, 1), size(pairs%lambda) + size(more%lambda)])
+      if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, size(more%lambda))]
       pairs%lambda = [pairs%lambda, more%lambda]
    end subroutine append_pairs
 
@@ -41,81 +57,296 @@ contains
    !> ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K||) ||phi||)
    !> and the constraint violation ||Cq phi|| / (||Cq|| ||phi||), with
    !> 2-norms of vectors and infinity norms of the matrices as given.
-   function backward_errors(problem, pairs, functionals) result(errors)
+   function backward_errors(problem, pairs) result(errors)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
-      !> The eigenvalues on entry; of a symmetric problem values of Rayleigh's functional on return:
-      !> wrong by the square of the error of a shape, and without the rounding of the factored matrix.
-      complex(wp), intent(inout), optional :: functionals(:)
       real(wp) :: errors(size(pairs%lambda))
       type(csr_matrix_type) :: transposed
-      ! P(lambda) phi + Cq^T xi and P'(lambda) phi, Cq phi.
-      complex(wp), allocatable :: residual(:), derivative(:), violation(:)
-      real(wp) :: inertia
-      real(wp) :: mass, damping, stiffness, constraints, size_of_phi, level
-      integer :: n, j
+      type(products_type) :: products
+      real(wp) :: norms(4)
+      integer :: j
 
-      mass = problem%mass%infinity_norm()
-      damping = problem%damping%infinity_norm()
-      stiffness = problem%stiffness%infinity_norm()
-      constraints = problem%constraints%infinity_norm()
       transposed = transpose_csr(problem%constraints)
-      n = problem%unknowns()
-      allocate (residual(n), derivative(n), violation(problem%multipliers()))
+      norms = norms_of(problem)
       do j = 1, size(errors)
-         associate (lambda => pairs%lambda(j), phi => pairs%phi(:, j), xi => pairs%xi(:, j))
-            size_of_phi = dznrm2(n, phi, 1)
-            call evaluate(problem, transposed, lambda, phi, xi, residual, derivative, inertia)
-            if (present(functionals) .and. problem%symmetric) &
-               call correct(functionals(j), inertia, sum(phi*derivative), sum(phi*residual))
-            level = (abs(lambda)**2*mass + abs(lambda)*damping + stiffness)*size_of_phi
-            ! Without stiffness a zero eigenvalue has no level: its residual is exact or it is none.
-            errors(j) = dznrm2(n, residual, 1)
-            if (level > 0) errors(j) = errors(j)/level
-            if (size(violation) > 0) then
-               call multiply(problem%constraints, phi, violation)
-               errors(j) = max(errors(j), dznrm2(size(violation), violation, 1)/(constraints*size_of_phi))
-            end if
-            if (.not. errors(j) >= 0) errors(j) = huge(1.0_wp)
-         end associate
+         call multiply_all(problem, transposed, pairs%phi(:, j), pairs%xi(:, j), products)
+         errors(j) = max(residual_of(products, pairs%lambda(j), norms), violation_of(problem, pairs%phi(:, j), norms(4)))
       end do
    end function backward_errors
 
+   !> Settles where eigenvalues are: those of a symmetric problem at the value of Rayleigh's functional, wrong by the
+   !> square of the error of a shape and without the rounding of the factored matrix; on an axis where a shape that
+   !> belongs there has no larger a backward error than rounding makes it. A pair on the real axis whose conjugate is
+   !> another one is a double real eigenvalue: the second copy is put behind all others.
+   subroutine settle_pairs(problem, pairs, known, errors, bounds)
+      type(modal_problem_type), intent(in) :: problem
+      !> Of unit norm.
+      type(eigenpairs_type), intent(inout) :: pairs
+      !> The last so many are known exactly.
+      integer, intent(in) :: known
+      !> Backward errors of the pairs as they are on return.
+      real(wp), allocatable, intent(out) :: errors(:)
+      !> The backward error times the condition number, as an absolute bound of the error (1/s); NaN where not known.
+      real(wp), allocatable, intent(out) :: bounds(:)
+      type(csr_matrix_type) :: transposed
+      type(products_type) :: products
+      type(eigenpairs_type) :: second
+      complex(wp), allocatable :: shape(:), reaction(:)
+      real(wp) :: norms(4), copy_error
+      integer, allocatable :: doubled(:)
+      logical :: undamped, copied
+      integer :: j, n, m, k
+
+      n = problem%unknowns()
+      m = problem%multipliers()
+      k = size(pairs%lambda)
+      undamped = problem%damping%is_zero()
+      transposed = transpose_csr(problem%constraints)
+      norms = norms_of(problem)
+      allocate (errors(k), bounds(k), doubled(0), shape(n), reaction(m))
+      allocate (second%phi(n, 0), second%xi(m, 0), second%lambda(0))
+      do j = 1, k
+         associate (lambda => pairs%lambda(j), phi => pairs%phi(:, j), xi => pairs%xi(:, j))
+            call multiply_all(problem, transposed, phi, xi, products)
+            copied = .false.
+            if (allocated(pairs%paired)) copied = pairs%paired(j)
+            if (j <= k - known) then
+               if (problem%symmetric) call correct(products, phi, lambda)
+               if (undamped) call settle_undamped(products, norms, lambda)
+            end if
+            if (copied) shape = phi
+            if (copied) reaction = xi
+            if (abs(aimag(lambda)) > 0) call settle_real(problem%symmetric, norms, lambda, phi, xi, products, copied)
+            copied = copied .and. .not. abs(aimag(lambda)) > 0
+            errors(j) = max(residual_of(products, lambda, norms), violation_of(problem, phi, norms(4)))
+            bounds(j) = ieee_value(1.0_wp, ieee_quiet_nan)
+            if (.not. abs(lambda) > 0) then
+               bounds(j) = 0
+            else if (problem%symmetric) then
+               bounds(j) = bound_of(products, phi, lambda, errors(j), norms)
+            end if
+            if (copied) then
+               ! What the shape has beyond the first one; of a defective eigenvalue nothing.
+               doubled = [doubled, j]
+               call append_pairs(second, other_copy(lambda, shape, reaction))
+            end if
+         end associate
+      end do
+      if (size(doubled) == 0) return
+      do j = 1, size(doubled)
+         copy_error = maxval(backward_errors(problem, one_of(second, j)))
+         ! The same shape again, if the other one is none.
+         if (.not. copy_error <= max(100*errors(doubled(j)), 1.0e-12_wp)) then
+            second%phi(:, j) = pairs%phi(:, doubled(j))
+            second%xi(:, j) = pairs%xi(:, doubled(j))
+            copy_error = errors(doubled(j))
+         end if
+         errors = [errors, copy_error]
+         bounds = [bounds, bounds(doubled(j))]
+      end do
+      call append_pairs(pairs, second)
+   end subroutine settle_pairs
+
+   function one_of(pairs, j) result(one)
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: j
+      type(eigenpairs_type) :: one
+
+      allocate (one%lambda, source=pairs%lambda(j:j))
+      allocate (one%phi, source=pairs%phi(:, j:j))
+      allocate (one%xi, source=pairs%xi(:, j:j))
+   end function one_of
+
+   ! The imaginary part of a shape that is as real as can be, of unit norm.
+   function other_copy(lambda, shape, reaction) result(copy)
+      complex(wp), intent(in) :: lambda, shape(:), reaction(:)
+      type(eigenpairs_type) :: copy
+      complex(wp) :: phase
+      real(wp) :: length
+
+      phase = real_phase(shape)
+      length = max(norm2(aimag(phase*shape)), tiny(1.0_wp))
+      allocate (copy%lambda(1), source=lambda)
+      allocate (copy%phi(size(shape), 1), copy%xi(size(reaction), 1))
+      copy%phi(:, 1) = aimag(phase*shape)/length
+      copy%xi(:, 1) = aimag(phase*reaction)/length
+   end function other_copy
+
    ! A step of Newton's on phi^T P(lambda) phi = 0, where it is a small one. At critical damping the
    ! slope is none. (phi^T: the left vector of a symmetric problem is the conjugate of phi.)
-   pure subroutine correct(lambda, inertia, slope, remainder)
+   pure subroutine correct(products, phi, lambda)
+      type(products_type), intent(in) :: products
+      complex(wp), intent(in) :: phi(:)
       complex(wp), intent(inout) :: lambda
-      real(wp), intent(in) :: inertia
-      complex(wp), intent(in) :: slope, remainder
+      complex(wp) :: slope, remainder
+      real(wp) :: inertia
+      complex(xp) :: s
 
-      if (abs(slope) > critical*inertia .and. abs(remainder) < rounded*abs(lambda*slope)) &
-         lambda = lambda - remainder/slope
+      s = lambda
+      remainder = cmplx(sum(phi*(s*(s*products%mass + products%damping) + products%rest)), kind=wp)
+      slope = cmplx(sum(phi*(2*s*products%mass + products%damping)), kind=wp)
+      inertia = real(sum(abs(phi*(s*products%mass))), wp)
+      if (abs(slope) > critical*inertia .and. abs(remainder) < rounded*abs(lambda*slope)) lambda = lambda - remainder/slope
    end subroutine correct
 
-   pure subroutine evaluate(problem, transposed, lambda, phi, xi, residual, derivative, inertia)
+   ! lambda^2 is real, most often: on an axis, if it is there for rounding.
+   subroutine settle_undamped(products, norms, lambda)
+      type(products_type), intent(in) :: products
+      real(wp), intent(in) :: norms(4)
+      complex(wp), intent(inout) :: lambda
+      complex(wp) :: place
+
+      place = cmplx(0, aimag(lambda), wp)
+      if (abs(aimag(lambda)) < abs(real(lambda, wp))) place = cmplx(real(lambda, wp), 0, wp)
+      if (abs(lambda - place) > near*abs(lambda)) return
+      if (abs(lambda - place) <= real_tolerance*abs(lambda) .or. &
+         residual_of(products, place, norms) <= noise(residual_of(products, lambda, norms))) lambda = place
+   end subroutine settle_undamped
+
+   ! The real part of a shape, at the real part of its eigenvalue.
+   subroutine settle_real(symmetric, norms, lambda, phi, xi, products, copied)
+      logical, intent(in) :: symmetric
+      real(wp), intent(in) :: norms(4)
+      complex(wp), intent(inout) :: lambda, phi(:), xi(:)
+      type(products_type), intent(inout) :: products
+      !> Whether the conjugate is another eigenvalue, so that there are two on the axis.
+      logical, intent(in) :: copied
+      type(products_type) :: turned
+      complex(wp) :: phase, place
+      real(wp) :: length, before
+      real(xp) :: m, r, k, terms
+
+      if (abs(aimag(lambda)) > near*abs(lambda)) return
+      phase = real_phase(phi)
+      length = norm2(real(phase*phi, wp))
+      if (.not. length > 0) return
+      turned%mass = cmplx(real(phase*products%mass, xp)/length, kind=xp)
+      turned%damping = cmplx(real(phase*products%damping, xp)/length, kind=xp)
+      turned%rest = cmplx(real(phase*products%rest, xp)/length, kind=xp)
+      turned%size_of_phi = 1
+      place = cmplx(real(lambda, wp), 0, wp)
+      before = residual_of(products, lambda, norms)
+      if (symmetric .and. copied) then
+         ! u^T P(lambda) u has real roots, or a double one for rounding.
+         m = sum(real(phase*phi, wp)/length*real(turned%mass, xp))
+         r = sum(real(phase*phi, wp)/length*real(turned%damping, xp))
+         k = sum(real(phase*phi, wp)/length*real(turned%rest, xp))
+         terms = r**2 + 4*abs(m*k)
+         if (.not. (r**2 - 4*m*k >= -double_root*terms)) return
+         if (.not. residual_of(turned, place, norms) <= noise(sqrt(before))) return
+      else if (copied .or. abs(aimag(lambda)) > real_tolerance*abs(lambda)) then
+         if (.not. residual_of(turned, place, norms) <= noise(before)) return
+      else
+         if (.not. residual_of(turned, place, norms) <= max(loose, noise(before))) return
+      end if
+      lambda = place
+      phi = real(phase*phi, wp)/length
+      xi = real(phase*xi, wp)/length
+      products = turned
+   end subroutine settle_real
+
+   ! What rounding may make of a backward error that another shape or place has.
+   elemental real(wp) function noise(error)
+      real(wp), intent(in) :: error
+
+      noise = max(10*error, 16*epsilon(1.0_wp))
+   end function noise
+
+   ! The factor that makes a vector as real as can be.
+   pure complex(wp) function real_phase(x) result(phase)
+      complex(wp), intent(in) :: x(:)
+
+      phase = sqrt(conjg(sum(x**2)))
+      if (abs(phase) > 0) then
+         phase = phase/abs(phase)
+      else
+         phase = 1
+      end if
+   end function real_phase
+
+   ! The backward error r moves a root of phi^T P phi by about r/|slope|, at critical damping by sqrt(r/inertia).
+   real(wp) function bound_of(products, phi, lambda, error, norms) result(bound)
+      type(products_type), intent(in) :: products
+      complex(wp), intent(in) :: phi(:), lambda
+      real(wp), intent(in) :: error, norms(4)
+      real(wp) :: slope, inertia, force
+
+      slope = abs(cmplx(sum(phi*(2*cmplx(lambda, kind=xp)*products%mass + products%damping)), kind=wp))
+      inertia = abs(cmplx(sum(phi*products%mass), kind=wp))
+      force = max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%size_of_phi**2
+      bound = ieee_value(1.0_wp, ieee_quiet_nan)
+      if (slope + sqrt(inertia*force) > 0) bound = max(2*force/(slope + sqrt(slope**2 + 4*inertia*force)), &
+         epsilon(1.0_wp)*abs(lambda))
+   end function bound_of
+
+   ! ||M||, ||R||, ||K||, ||Cq||.
+   pure function norms_of(problem) result(norms)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp) :: norms(4)
+
+      norms = [problem%mass%infinity_norm(), problem%damping%infinity_norm(), problem%stiffness%infinity_norm(), &
+         problem%constraints%infinity_norm()]
+   end function norms_of
+
+   pure real(wp) function level_of(lambda, norms) result(level)
+      complex(wp), intent(in) :: lambda
+      real(wp), intent(in) :: norms(4)
+
+      level = abs(lambda)**2*norms(1) + abs(lambda)*norms(2) + norms(3)
+   end function level_of
+
+   ! Without stiffness a zero eigenvalue has no level: its residual is exact or it is none.
+   pure real(wp) function residual_of(products, lambda, norms) result(error)
+      type(products_type), intent(in) :: products
+      complex(wp), intent(in) :: lambda
+      real(wp), intent(in) :: norms(4)
+      complex(xp) :: s
+      real(wp) :: level
+      integer :: i
+      complex(wp) :: residual(size(products%mass))
+
+      s = lambda
+      do i = 1, size(residual)
+         residual(i) = cmplx(s*(s*products%mass(i) + products%damping(i)) + products%rest(i), kind=wp)
+      end do
+      level = level_of(lambda, norms)*products%size_of_phi
+      error = norm2([norm2(real(residual, wp)), norm2(aimag(residual))])
+      if (level > 0) error = error/level
+      if (.not. error >= 0) error = huge(1.0_wp)
+   end function residual_of
+
+   real(wp) function violation_of(problem, phi, norm) result(error)
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), intent(in) :: phi(:)
+      real(wp), intent(in) :: norm
+      complex(wp) :: violation(problem%multipliers())
+
+      error = 0
+      if (size(violation) == 0) return
+      call multiply(problem%constraints, phi, violation)
+      error = norm2(abs(violation))/(norm*norm2(abs(phi)))
+      if (.not. error >= 0) error = huge(1.0_wp)
+   end function violation_of
+
+   pure subroutine multiply_all(problem, transposed, phi, xi, products)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
       type(csr_matrix_type), intent(in) :: transposed
-      complex(wp), intent(in) :: lambda, phi(:), xi(:)
-      complex(wp), intent(out) :: residual(:), derivative(:)
-      !> |lambda| |phi|^T |M phi|.
-      real(wp), intent(out) :: inertia
-      complex(xp) :: s, mass, damping
+      complex(wp), intent(in) :: phi(:), xi(:)
+      type(products_type), intent(inout) :: products
       logical :: is_real
-      integer :: i
+      integer :: i, n
 
-      s = lambda
-      inertia = 0
+      n = size(phi)
+      if (.not. allocated(products%mass)) allocate (products%mass(n), products%damping(n), products%rest(n))
       is_real = all(.not. abs(aimag(phi)) > 0)
-      do i = 1, size(phi)
-         mass = row_product(problem%mass, i, phi, is_real)
-         damping = row_product(problem%damping, i, phi, is_real)
-         residual(i) = cmplx(s*(s*mass + damping) + row_product(problem%stiffness, i, phi, is_real) &
-            + row_product(transposed, i, xi, .false.), kind=wp)
-         derivative(i) = cmplx(2*s*mass + damping, kind=wp)
-         inertia = inertia + abs(phi(i)*cmplx(s*mass, kind=wp))
+      do i = 1, n
+         products%mass(i) = row_product(problem%mass, i, phi, is_real)
+         products%damping(i) = row_product(problem%damping, i, phi, is_real)
+         products%rest(i) = row_product(problem%stiffness, i, phi, is_real) + row_product(transposed, i, xi, .false.)
       end do
-   end subroutine evaluate
+      products%size_of_phi = norm2([norm2(real(phi, wp)), norm2(aimag(phi))])
+   end subroutine multiply_all
 
    pure subroutine multiply(matrix, x, y)
       type(csr_matrix_type), intent(in) :: matrix

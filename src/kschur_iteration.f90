@@ -10,7 +10,6 @@ module kschur_iteration
    use kschur_options, only: modal_options_type
    use kschur_outcome, only: reason_converged
    use kschur_result, only: modal_result_type
-   use kschur_tolerances, only: real_tolerance
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -38,6 +37,7 @@ contains
       complex(wp), allocatable :: mu(:), vectors(:, :), phi(:, :), xi(:, :)
       complex(wp) :: roots(2)
       integer, allocatable :: of(:)
+      logical, allocatable :: paired(:)
       integer :: j
 
       selection = modal_selection_type(asked, transform%map, transform%shift, options%target, known)
@@ -47,7 +47,11 @@ contains
       if (allocated(error)) return
       result%operator_applications = result%operator_applications + statistics%operator_applications
       if (transform%recover_applies) result%operator_applications = result%operator_applications + size(mu)
-      if (.not. abs(aimag(transform%shift)) > 0) call drop_conjugates(transform, mu, vectors)
+      if (abs(aimag(transform%shift)) > 0) then
+         allocate (paired(size(mu)), source=.false.)
+      else
+         call drop_conjugates(mu, vectors, paired)
+      end if
       call transform%recover(mu, vectors, phi, xi, error)
       if (allocated(error)) return
 
@@ -72,6 +76,7 @@ contains
          allocate (pairs%phi(size(phi, 1), size(of)), source=phi(:, of))
          allocate (pairs%xi(size(xi, 1), size(of)), source=xi(:, of))
       end if
+      allocate (pairs%paired(size(of)), source=paired(of) .and. .not. transform%map%oscillator)
       do j = 1, size(of)
          pairs%xi(:, j) = transform%map%reaction(pairs%lambda(j))*pairs%xi(:, j)
       end do
@@ -79,32 +84,26 @@ contains
       result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
    end subroutine iterate
 
-   ! Keeps one of each conjugate pair that a real operator gave. A pair that lies on the real axis,
-   ! but for rounding, is a double real eigenvalue: the parts of its vector are the vectors of the two.
-   subroutine drop_conjugates(transform, mu, vectors)
-      class(transform_type), intent(in) :: transform
+   ! Keeps one of each conjugate pair that a real operator gave.
+   subroutine drop_conjugates(mu, vectors, paired)
       complex(wp), allocatable, intent(inout) :: mu(:)
       complex(wp), allocatable, intent(inout) :: vectors(:, :)
-      complex(wp) :: lambda(2), vector(size(vectors, 1))
-      logical :: paired(size(mu))
+      !> Of those that are left, which stand for a pair.
+      logical, allocatable, intent(out) :: paired(:)
+      logical :: both(size(mu))
       integer :: kept, j
 
-      paired = [(abs(aimag(mu(j))) > 0 .and. any(.not. abs(mu - conjg(mu(j))) > 0), j=1, size(mu))]
+      both = [(abs(aimag(mu(j))) > 0 .and. any(.not. abs(mu - conjg(mu(j))) > 0), j=1, size(mu))]
       kept = 0
       do j = 1, size(mu)
-         vector = vectors(:, j)
-         if (paired(j)) then
-            lambda = transform%map%lambdas(transform%theta(mu(j)))
-            if (abs(aimag(lambda(1))) <= real_tolerance*abs(lambda(1))) then
-               vector = merge(aimag(vector), real(vector, wp), aimag(mu(j)) > 0)
-            else if (aimag(mu(j)) > 0) then
-               cycle
-            end if
-         end if
+         if (both(j) .and. aimag(mu(j)) > 0) cycle
          kept = kept + 1
+         both(kept) = both(j)
+         if (kept == j) cycle
          mu(kept) = mu(j)
-         vectors(:, kept) = vector
+         vectors(:, kept) = vectors(:, j)
       end do
+      allocate (paired, source=both(:kept))
       if (kept == size(mu)) return
       mu = mu(:kept)
       vectors = vectors(:, :kept)

@@ -2,15 +2,15 @@
 !> are, and what an engineer calls them.
 module kschur_modes
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use kschur_backward_error, only: backward_errors, eigenpairs_type
+   use kschur_backward_error, only: eigenpairs_type, settle_pairs
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_options, only: modal_options_type
-   use kschur_problem, only: modal_problem_type, damping_general, damping_none
+   use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type, kind_overdamped, kind_real, kind_rigid, kind_undamped, &
       kind_underdamped, kind_unstable
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: real_tolerance, same_value
+   use kschur_tolerances, only: same_value
    implicit none
    private
    public :: orthonormalize_zeros, replace_modes, select_modes, sort_by_distance
@@ -39,7 +39,7 @@ contains
    !> Fills the modes of `result` from eigenpairs: conjugate pairs once,
    !> spurious pairs dropped, nearest to the target first, no more than were
    !> asked for.
-   subroutine select_modes(problem, options, most, pairs, rigid, reference, reach, result, inaccurate, beyond)
+   subroutine select_modes(problem, options, most, pairs, rigid, reference, reach, result, inaccurate, beyond, found)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       !> There are no more finite eigenvalues than this, both of a conjugate pair counted. What is beyond
@@ -59,19 +59,18 @@ contains
       integer, optional, intent(out) :: inaccurate
       !> Whether some pair lies where infinite eigenvalues are, so that no finite one is left.
       logical, optional, intent(out) :: beyond
+      !> How many eigenvalues there are, both of a conjugate pair counted, whether wanted or not.
+      integer, optional, intent(out) :: found
       logical, allocatable :: accepted(:), lower(:), others(:)
       complex(wp), allocatable :: lambda(:)
-      real(wp), allocatable :: errors(:)
+      real(wp), allocatable :: errors(:), bounds(:)
       real(wp) :: limit
+      logical :: dropped
       integer, allocatable :: order(:)
-      integer :: k, j, finite
+      integer :: k, j
 
       k = size(pairs%lambda) - rigid
       call normalize(pairs, k)
-      do j = 1, k
-         pairs%lambda(j) = cleaned(pairs%lambda(j), problem%damping_kind == damping_none)
-      end do
-      allocate (accepted(k), source=.not. repeats_zero(problem, pairs, k, reference))
       allocate (lower(k), source=aimag(pairs%lambda(:k)) < 0)
       do j = 1, k
          if (.not. lower(j)) cycle
@@ -79,32 +78,33 @@ contains
          pairs%phi(:, j) = conjg(pairs%phi(:, j))
          pairs%xi(:, j) = conjg(pairs%xi(:, j))
       end do
+      call settle_pairs(problem, pairs, rigid, errors, bounds)
+      call normalize(pairs, k)
+      ! On the real axis there are no conjugates: each eigenvalue is one of its own.
+      lower = lower .and. abs(aimag(pairs%lambda(:k))) > 0
+      allocate (accepted(size(errors)), source=.true.)
+      accepted(:k) = .not. repeats_zero(problem, pairs, k, rigid, reference)
       do j = 1, k
          if (.not. (accepted(j) .and. lower(j))) cycle
-         others = accepted .and. .not. lower
+         others = accepted(:k) .and. .not. lower
          others(:j - 1) = accepted(:j - 1)
          accepted(j) = .not. depends(pairs, others, j)
       end do
 
-      allocate (lambda(k + rigid), source=pairs%lambda)
-      allocate (errors(k + rigid), source=backward_errors(problem, pairs, lambda))
-      do j = 1, k
-         lambda(j) = cleaned(lambda(j), problem%damping_kind == damping_none)
-      end do
-      lambda(k + 1:) = pairs%lambda(k + 1:)
-      accepted = [accepted, spread(.true., 1, rigid)]
+      allocate (lambda, source=pairs%lambda)
       limit = max(highest(problem), far*max(reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
       if (present(inaccurate)) inaccurate = count(accepted .and. errors > spurious .and. abs(lambda) <= limit)
       if (present(beyond)) beyond = any(errors > spurious .and. .not. abs(lambda) <= limit)
       accepted = accepted .and. errors <= spurious
-      allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
-      call sort_by_distance(lambda, options%target, order)
-      finite = fitting(lambda(order), most)
-      if (finite < size(order)) then
+      call drop_beyond(lambda, most, accepted, dropped)
+      if (dropped) then
          if (present(inaccurate)) inaccurate = 0
          if (present(beyond)) beyond = .true.
       end if
-      order = order(:min(count(distances(lambda(order), options%target) <= (1 + blurred)*reach), options%modes, finite))
+      if (present(found)) found = eigenvalues_of(lambda, accepted)
+      allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
+      call sort_by_distance(lambda, options%target, order)
+      order = order(:min(count(distances(lambda(order), options%target) <= (1 + blurred)*reach), options%modes))
 
       call take_columns(pairs%phi, order)
       call take_columns(pairs%xi, order)
@@ -112,21 +112,31 @@ contains
       call move_alloc(pairs%phi, result%eigenvectors)
       call move_alloc(pairs%xi, result%multipliers)
       result%backward_error = errors(order)
+      result%error_bound = bounds(order)
       call describe(problem, result)
    end subroutine select_modes
 
-   ! How many of the first of some eigenvalues, one of each conjugate pair, are no more than `most` with both.
-   pure integer function fitting(lambda, most)
+   ! The number of eigenvalues that some of a list stand for, both of a conjugate pair counted.
+   pure integer function eigenvalues_of(lambda, chosen) result(total)
+      complex(wp), intent(in) :: lambda(:)
+      logical, intent(in) :: chosen(:)
+
+      total = count(chosen) + count(chosen .and. abs(aimag(lambda)) > 0)
+   end function eigenvalues_of
+
+   ! Takes the largest out of a list of more eigenvalues than there are: they are infinite ones that rounding blurred.
+   pure subroutine drop_beyond(lambda, most, accepted, dropped)
       complex(wp), intent(in) :: lambda(:)
       integer, intent(in) :: most
-      integer :: eigenvalues
+      logical, intent(inout) :: accepted(:)
+      logical, intent(out) :: dropped
 
-      eigenvalues = 0
-      do fitting = 0, size(lambda) - 1
-         eigenvalues = eigenvalues + merge(2, 1, abs(aimag(lambda(fitting + 1))) > 0)
-         if (eigenvalues > most) return
+      dropped = .false.
+      do while (eigenvalues_of(lambda, accepted) > most)
+         accepted(maxloc(abs(lambda), 1, accepted)) = .false.
+         dropped = .true.
       end do
-   end function fitting
+   end subroutine drop_beyond
 
    ! Columns `order` of a block, in its own place: there may be no room for two.
    pure subroutine take_columns(block, order)
@@ -149,23 +159,18 @@ contains
       if (size(order) < size(block, 2)) block = block(:, :size(order))
    end subroutine take_columns
 
-   !> Puts pairs and their backward errors in the place of the modes of `result`: the same
-   !> ones, but better.
-   subroutine replace_modes(problem, pairs, errors, result)
+   !> Puts pairs in the place of the modes of `result`: the same ones, but better.
+   subroutine replace_modes(problem, pairs, result)
       type(modal_problem_type), intent(in) :: problem
       !> Used up.
       type(eigenpairs_type), intent(inout) :: pairs
-      real(wp), intent(in) :: errors(:)
       type(modal_result_type), intent(inout) :: result
-      integer :: j
 
-      do j = 1, size(errors)
-         pairs%lambda(j) = cleaned(pairs%lambda(j), problem%damping_kind == damping_none)
-      end do
+      call settle_pairs(problem, pairs, 0, result%backward_error, result%error_bound)
+      call normalize(pairs, size(pairs%lambda))
       call move_alloc(pairs%lambda, result%eigenvalues)
       call move_alloc(pairs%phi, result%eigenvectors)
       call move_alloc(pairs%xi, result%multipliers)
-      result%backward_error = errors
       call describe(problem, result)
    end subroutine replace_modes
 
@@ -202,20 +207,6 @@ contains
       length = dznrm2(size(x), x, 1)
    end function length
 
-   ! An eigenvalue without rounding where its exact place is known: real ones
-   ! on the real axis; where nothing damps, lambda^2 real gives i omega.
-   pure complex(wp) function cleaned(lambda, undamped)
-      complex(wp), intent(in) :: lambda
-      logical, intent(in) :: undamped
-
-      cleaned = lambda
-      if (abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
-         cleaned = cmplx(real(lambda, wp), 0, wp)
-      else if (undamped .and. abs(real(lambda, wp)) <= real_tolerance*abs(lambda)) then
-         cleaned = cmplx(0, aimag(lambda), wp)
-      end if
-   end function cleaned
-
    !> Makes the shapes of the pairs with eigenvalue zero orthonormal, and normalises all.
    subroutine orthonormalize_zeros(pairs)
       type(eigenpairs_type), intent(inout) :: pairs
@@ -241,10 +232,10 @@ contains
 
    ! Which of the first k pairs are a zero that the rigid motions, the others, stand for already. Such a motion has the
    ! roots 0 and -r/m of lambda^2 m + lambda r = 0: it is the nearer one that an iteration blurred.
-   function repeats_zero(problem, pairs, k, reference) result(repeats)
+   function repeats_zero(problem, pairs, k, rigid, reference) result(repeats)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
-      integer, intent(in) :: k
+      integer, intent(in) :: k, rigid
       real(wp), intent(in) :: reference
       logical :: repeats(k)
       complex(wp), allocatable :: rest(:)
@@ -255,10 +246,10 @@ contains
       integer :: i, j
 
       repeats = .false.
-      if (size(pairs%lambda) == k) return
+      if (rigid == 0) return
       do j = 1, size(repeats)
          rest = pairs%phi(:, j)
-         do i = k + 1, size(pairs%lambda)
+         do i = k + 1, k + rigid
             if (abs(pairs%lambda(i)) > 0) cycle
             rest = rest - dot_product(pairs%phi(:, i), rest)*pairs%phi(:, i)
          end do

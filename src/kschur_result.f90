@@ -60,6 +60,8 @@ module kschur_result
       !> Backward error: the larger of the normwise residual of the problem as
       !> given and of the violation of its constraints.
       real(wp), allocatable :: backward_error(:)
+      !> Bound of the error of each eigenvalue (1/s): backward error times condition number; NaN where not known.
+      real(wp), allocatable :: error_bound(:)
       !> One of `kind_*`.
       integer, allocatable :: kind(:)
       !> Left vectors psi, n x modes, psi^* P(lambda) + eta^* Cq = 0, of unit Euclidean norm, largest entry real and

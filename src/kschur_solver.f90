@@ -316,7 +316,7 @@ contains
          solver, pairs, errors, result%factorizations, error)
       if (allocated(error)) return
       call account(solver, result)
-      call replace_modes(problem, pairs, errors, result)
+      call replace_modes(problem, pairs, result)
    end subroutine polish
 
    !> Shapes and multipliers of the problem as given.
@@ -339,6 +339,7 @@ contains
       call move_alloc(phi, pairs%phi)
       call move_alloc(xi, pairs%xi)
       if (l == 0) return
+      if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, l)]
       pairs%lambda = [pairs%lambda, more%lambda]
       pairs%phi(:, k + 1:) = more%phi
       pairs%xi(:, k + 1:) = more%xi
