@@ -31,6 +31,8 @@ module kschur_backward_error
       complex(wp), allocatable :: xi(:, :)
       !> Whether it is known that the conjugate of a pair is another one. Not allocated: of none.
       logical, allocatable :: paired(:)
+      !> Whether a pair was looked for where it may be known already. Not allocated: none.
+      logical, allocatable :: again(:)
    end type eigenpairs_type
 
    ! M phi, R phi, K phi + Cq^T xi of a pair.

@@ -82,6 +82,7 @@ contains
       call normalize(pairs, k)
       ! On the real axis there are no conjugates: each eigenvalue is one of its own.
       lower = lower .and. abs(aimag(pairs%lambda(:k))) > 0
+      if (allocated(pairs%again)) lower = lower .or. pairs%again(:k)
       allocate (accepted(size(errors)), source=.true.)
       accepted(:k) = .not. repeats_zero(problem, pairs, k, rigid, reference)
       do j = 1, k

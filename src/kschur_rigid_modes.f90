@@ -22,11 +22,13 @@ module kschur_rigid_modes
 
    ! With more motions without mass than this the iteration is left to filter infinite eigenvalues.
    integer, parameter :: most_massless = 64
+   ! More than this part of the unknowns is nearly all.
+   integer, parameter :: most_part = 4
 
 contains
 
    !> The eigenvalue zero, and what can be deflated or locked with it.
-   subroutine find_rigid(problem, formulation, possible, inner, deflation, rigid, result, error, factored)
+   subroutine find_rigid(problem, formulation, possible, inner, deflation, rigid, result, error, factored, modes)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
       integer, intent(in) :: formulation
@@ -39,7 +41,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> The stiffness that was factored; only where it was looked.
       type(scaled_stiffness_type), allocatable, optional, intent(out) :: factored
+      !> How many modes are wanted: a symmetric form needs the eigenvalue infinity only where that is nearly all.
+      integer, optional, intent(in) :: modes
       type(scaled_stiffness_type), allocatable :: stiffness
+      logical :: nearly_all
       real(wp), allocatable :: motions(:, :), multipliers(:, :)
       integer, allocatable :: decaying(:)
       integer :: k, l, j
@@ -52,7 +57,9 @@ contains
          allocate (motions(problem%unknowns(), 0), multipliers(problem%multipliers(), 0))
       end if
       call new_deflation(deflation, problem, motions, multipliers)
-      if (possible .and. all(formulation /= [formulation_symmetric, formulation_proportional])) &
+      nearly_all = .false.
+      if (present(modes)) nearly_all = modes > (problem%unknowns() - problem%multipliers())/most_part
+      if (possible .and. (nearly_all .or. all(formulation /= [formulation_symmetric, formulation_proportional]))) &
          call find_root_spaces(problem, formulation, motions, inner, stiffness, deflation, result, error)
       if (allocated(error)) return
       if (possible .and. present(factored)) call move_alloc(stiffness, factored)

@@ -26,7 +26,7 @@ module kschur_shift
    use kschur_transform, only: transform_type
    implicit none
    private
-   public :: place_shift
+   public :: factor_at, place_shift
 
    ! A shift within this factor of that place is left where it is.
    real(wp), parameter :: close_enough = 4
@@ -89,9 +89,7 @@ contains
       end if
    end subroutine place_shift
 
-   ! To the right of the target, where a stable system has no eigenvalue. From a target far
-   ! outside the spectrum all eigenvalues look alike: there it is the end of the spectrum
-   ! in this direction.
+   ! To the right of the target, where a stable system has no eigenvalue.
    subroutine factor_near_target(problem, deflation, options, inner, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
       type(deflation_type), target, intent(in) :: deflation
@@ -101,48 +99,10 @@ contains
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: off_axis(3) = [0.01_wp, 0.03_wp, 0.1_wp]
-      ! A target is suspect at so many times `first_scale`, and outside at so many times the largest |lambda|.
-      real(wp), parameter :: suspect = 1.0e4_wp, outside = 100
-      complex(wp) :: place
-      real(wp) :: largest
-      integer :: attempt
 
-      place = options%target
-      do attempt = 1, shift_attempts
-         call factor_at_first(problem, deflation, options, inner, result%formulation, place + off_axis*abs(place), transform, &
-            result, error)
-         if (allocated(error) .or. attempt == shift_attempts .or. abs(place) <= suspect*first_scale(problem)) return
-         call find_largest(transform, options, result, largest, error)
-         if (allocated(error) .or. .not. largest > 0 .or. abs(place) <= outside*largest) return
-         call account(transform%linear_solver(), result)
-         place = 2*largest*options%target/abs(options%target)
-      end do
+      call factor_at_first(problem, deflation, options, inner, result%formulation, &
+         options%target + off_axis*abs(options%target), transform, result, error)
    end subroutine factor_near_target
-
-   ! About the largest |lambda|, from a few steps at a shift far beyond it; zero where they do not tell.
-   subroutine find_largest(transform, options, result, largest, error)
-      class(transform_type), target, intent(inout) :: transform
-      type(modal_options_type), intent(in) :: options
-      type(modal_result_type), intent(inout) :: result
-      real(wp), intent(out) :: largest
-      type(error_type), allocatable, intent(out) :: error
-      type(modal_selection_type) :: selection
-      type(krylov_statistics_type) :: statistics
-      complex(wp), allocatable :: mu(:), vectors(:, :)
-      real(wp) :: size_of_lambda
-      integer :: i
-
-      largest = 0
-      selection = modal_selection_type(1, transform%map, transform%shift, options%target)
-      call transform%iterate(selection, krylov_options_type(tolerance=1.0e-3_wp, max_restarts=1, &
-         seed=options%seed, verify=.false.), mu, vectors, statistics, error)
-      if (allocated(error)) return
-      result%operator_applications = result%operator_applications + statistics%operator_applications
-      do i = 1, size(mu)
-         size_of_lambda = maxval(abs(transform%map%lambdas(transform%theta(mu(i)))))
-         if (size_of_lambda < abs(result%shift)) largest = max(largest, size_of_lambda)
-      end do
-   end subroutine find_largest
 
    ! The shift of a user and, should it be an eigenvalue, others next to it. Zeros are double: next
    ! to zero it is the square of a shift that rounding must leave visible.
@@ -294,9 +254,11 @@ contains
 
       typical = typical_rate(problem)
       of_norms = sqrt(problem%stiffness%infinity_norm()/problem%mass%infinity_norm())
+      if (.not. of_norms > 0) of_norms = problem%damping%infinity_norm()/problem%mass%infinity_norm()
       first_scale = below_the_highest*min(typical, max(of_norms, heaviest*typical))
    end function first_scale
 
+   !> Factors at a shift, and nowhere else. Fails where it is an eigenvalue.
    subroutine factor_at(problem, deflation, options, inner, formulation, shift, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
       type(deflation_type), target, intent(in) :: deflation

@@ -5,7 +5,8 @@ module kschur_solver
    use kschur_certificate, only: certificate_type, same_distance
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type
-   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
+   use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_formulation, only: choose_formulation, is_structured
    use kschur_inner_solvers, only: choose_inner_solvers, inner_solvers_type
    use kschur_iteration, only: iterate
@@ -14,7 +15,7 @@ module kschur_solver
    use kschur_left, only: set_left_modes
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_method, only: check_method, method_name, settings_of
-   use kschur_backward_error, only: eigenpairs_type
+   use kschur_backward_error, only: append_pairs, eigenpairs_type
    use kschur_modes, only: orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
@@ -27,7 +28,8 @@ module kschur_solver
    use kschur_rigid_modes, only: find_rigid
    use kschur_scaling, only: constraint_factors
    use kschur_scaled_stiffness, only: scaled_stiffness_type
-   use kschur_shift, only: place_shift
+   use kschur_shift, only: factor_at, place_shift
+   use kschur_text, only: text
    use kschur_transform, only: transform_type
    use kschur_transposed, only: new_transposed_transform, transpose_problem
    implicit none
@@ -90,13 +92,12 @@ contains
 
       call note_problem(work, plan, result, error)
       if (.not. allocated(error)) call find_rigid(work, result%formulation, .not. settings%is_plain(), inner, deflation, rigid, &
-         result, error, &
-         stiffness)
+         result, error, stiffness, options%modes)
       if (.not. allocated(error)) call place_shift(work, stiffness, size(rigid%lambda) > 0, deflation, settings, inner, &
          transform, result, error)
       if (allocated(error)) return
       call undo_presolve(problem, plan, rigid)
-      call find_modes(problem, plan, deflation, rigid, transform, settings, inner, result, error, monitor)
+      call find_modes(problem, work, plan, deflation, rigid, transform, settings, inner, result, error, monitor)
       if (.not. allocated(error) .and. options%left) &
          call find_left_modes(problem, work, plan, size(rigid%lambda) > 0, transform, settings, inner, result, error, &
          monitor)
@@ -112,14 +113,17 @@ contains
 
    ! Iterates until there are the modes that were asked for. Ritz values near
    ! zero cannot be told apart while they iterate: where they make fewer modes
-   ! than they seemed to, more are asked for, as long as that helps.
-   subroutine find_modes(problem, plan, deflation, rigid, transform, options, inner, result, error, monitor)
+   ! than they seemed to, more are asked for, as long as that helps. What the degree of the determinant says to be
+   ! missing is looked for at other shifts.
+   subroutine find_modes(problem, work, plan, deflation, rigid, transform, options, inner, result, error, monitor)
       type(modal_problem_type), intent(in) :: problem
+      !> What the plan left of it.
+      type(modal_problem_type), target, intent(in) :: work
       type(presolve_type), intent(in) :: plan
       !> What the transform leaves out of the iteration, and all rigid motions, of the problem.
-      type(deflation_type), intent(in) :: deflation
+      type(deflation_type), target, intent(in) :: deflation
       type(eigenpairs_type), intent(inout) :: rigid
-      class(transform_type), target, intent(inout) :: transform
+      class(transform_type), allocatable, target, intent(inout) :: transform
       type(modal_options_type), intent(in) :: options
       type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
@@ -128,28 +132,50 @@ contains
       type(eigenpairs_type) :: pairs
       type(krylov_statistics_type) :: statistics
       integer, parameter :: rounds = 5
-      integer :: asked, missing, before, most, round, inaccurate
+      ! Wanted eigenvalues of this part of the shift all look alike from there.
+      real(wp), parameter :: much_smaller = 1.0e-2_wp
+      type(eigenvalue_count_type) :: total
+      integer :: asked, missing, before, round, places, inaccurate, found
       ! Whether the iteration came to infinite eigenvalues; whether it is certain that there are no more modes.
       logical :: beyond, complete
-      real(wp) :: reach
+      real(wp) :: reach, largest
 
       call orthonormalize_zeros(rigid)
-      most = most_eigenvalues(problem, result%redundant_constraints)
-      asked = min(options%modes, most)
+      total = count_eigenvalues(work, deflation, result%redundant_constraints - plan%redundant, size(rigid%lambda))
+      asked = min(options%modes, total%number)
       before = options%modes + 1
-      do round = 1, rounds
+      places = 0
+      round = 1
+      do
          call iterate(transform, options, deflation%eigenvalues(), asked, pairs, reach, statistics, result, error, monitor)
          if (allocated(error)) return
+         largest = maxval([0.0_wp, abs(pairs%lambda)])
+         if (.not. allocated(options%shift) .and. largest > 0 .and. largest < much_smaller*abs(options%target) &
+            .and. largest < much_smaller*abs(result%shift) .and. places < rounds) then
+            places = places + 1
+            call account(transform%linear_solver(), result)
+            call factor_beside(work, deflation, options, inner, 2*largest*options%target/abs(options%target), transform, &
+               result, error)
+            if (allocated(error)) return
+            cycle
+         end if
          call undo_presolve(problem, plan, pairs, rigid)
-         call select_modes(problem, options, most, pairs, size(rigid%lambda), abs(result%shift), reach, result, inaccurate, &
-            beyond)
-         complete = inaccurate == 0 .and. (beyond .or. asked == most .or. statistics%reason == reason_fewer_modes)
+         call select_modes(problem, options, total%number, pairs, size(rigid%lambda), abs(result%shift), reach, result, &
+            inaccurate, beyond, found)
+         complete = statistics%reason == reason_fewer_modes .or. beyond .or. asked == total%number
          missing = options%modes - size(result%eigenvalues)
-         if (missing == 0 .or. missing >= before .or. asked == most .or. statistics%reason /= reason_converged &
-            .or. options%is_plain()) exit
+         if (missing == 0 .or. missing >= before .or. asked == total%number .or. statistics%reason /= reason_converged &
+            .or. options%is_plain() .or. round == rounds) exit
+         round = round + 1
          before = missing
-         asked = min(asked + max(missing, asked/4), most)
+         asked = min(asked + max(missing, asked/4), total%number)
       end do
+      if (missing > 0 .and. total%exact .and. complete .and. found < total%number .and. .not. options%is_plain()) then
+         call search_elsewhere(problem, work, plan, deflation, options, inner, total%number, result, inaccurate, found, error, &
+            monitor)
+         if (allocated(error)) return
+         missing = options%modes - size(result%eigenvalues)
+      end if
       if (.not. options%is_plain()) call polish(problem, options, inner, result, error)
       if (allocated(error)) return
       result%reason = statistics%reason
@@ -157,7 +183,14 @@ contains
          inaccurate = 0
          result%reason = merge(reason_inaccurate, reason_converged, any(result%backward_error > inaccurate_above))
       else if (any(result%reason == [reason_converged, reason_fewer_modes])) then
+         if (total%exact) then
+            complete = found == total%number
+         else
+            complete = complete .and. inaccurate == 0
+         end if
          result%reason = merge(reason_fewer_modes, reason_inaccurate, complete)
+         if (total%exact .and. .not. complete) call result%add_note(text(total%number)//" eigenvalues exist and "// &
+            text(found)//" were found")
       end if
       call note_inaccurate(inaccurate, result)
       call certify(transform%certificate, result)
@@ -165,18 +198,73 @@ contains
       result%history = statistics%history
    end subroutine find_modes
 
-   ! The most finite eigenvalues that a problem may have: the degree of its determinant on the motions that
-   ! the constraints allow.
-   pure integer function most_eigenvalues(problem, redundant) result(most)
-      type(modal_problem_type), intent(in) :: problem
-      !> Constraints that follow from others.
-      integer, intent(in) :: redundant
-      integer :: motions, with_mass
+   ! At a shift, or beside it if it is an eigenvalue.
+   subroutine factor_beside(work, deflation, options, inner, shift, transform, result, error)
+      type(modal_problem_type), target, intent(in) :: work
+      type(deflation_type), target, intent(in) :: deflation
+      type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
+      complex(wp), intent(in) :: shift
+      class(transform_type), allocatable, intent(out) :: transform
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: moved(3) = [1.0_wp, 1.1_wp, 1.3_wp]
+      integer :: i
 
-      motions = problem%unknowns() - problem%multipliers() + redundant
-      with_mass = min(motions, count(problem%mass%row_maxima() > 0))
-      most = with_mass + merge(with_mass, motions, problem%damping%is_zero())
-   end function most_eigenvalues
+      do i = 1, size(moved)
+         call factor_at(work, deflation, options, inner, result%formulation, moved(i)*shift, transform, result, error)
+         if (.not. allocated(error)) return
+         if (error%code /= error_singular) return
+      end do
+   end subroutine factor_beside
+
+   ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as
+   ! the problem has: what is far from the first shift is filtered out there as infinite eigenvalues are.
+   subroutine search_elsewhere(problem, work, plan, deflation, options, inner, most, result, inaccurate, found, error, monitor)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_problem_type), target, intent(in) :: work
+      type(presolve_type), intent(in) :: plan
+      type(deflation_type), target, intent(in) :: deflation
+      type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
+      integer, intent(in) :: most
+      type(modal_result_type), intent(inout) :: result
+      integer, intent(inout) :: inaccurate, found
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), intent(inout), optional :: monitor
+      real(wp), parameter :: steps(8) = [1.0_wp, 1.0e2_wp, 1.0e-2_wp, 1.0e4_wp, 1.0e-4_wp, 1.0e6_wp, 1.0e-6_wp, 1.0e8_wp]
+      class(transform_type), allocatable :: transform
+      type(eigenpairs_type) :: pairs, all
+      type(krylov_statistics_type) :: statistics
+      real(wp) :: scale, reach
+      complex(wp) :: shift
+      integer :: i, k
+
+      shift = result%shift
+      scale = abs(shift)
+      do i = 1, size(steps)
+         if (found >= most) exit
+         call factor_beside(work, deflation, options, inner, cmplx(3*steps(i)*scale, 0, wp), transform, result, error)
+         if (allocated(error)) then
+            if (error%code /= error_singular) return
+            deallocate (error)
+            cycle
+         end if
+         call iterate(transform, options, deflation%eigenvalues(), most, pairs, reach, statistics, result, error, monitor)
+         if (allocated(error)) return
+         call account(transform%linear_solver(), result)
+         call undo_presolve(problem, plan, pairs)
+         all = modes_of(result)
+         k = size(all%lambda)
+         allocate (all%paired(k), source=.false.)
+         call append_pairs(all, pairs)
+         all%paired(k + 1:) = pairs%paired
+         allocate (all%again(size(all%lambda)), source=.true.)
+         all%again(:k) = .false.
+         call select_modes(problem, options, most, all, 0, scale, huge(1.0_wp), result, inaccurate, found=found)
+      end do
+      result%shift = shift
+   end subroutine search_elsewhere
 
    ! Left vectors are conjugated modes of the transposed problem: the modes
    ! themselves where the problem is symmetric.
@@ -211,7 +299,7 @@ contains
       call undo_presolve(transposed, plan, rigid)
       left%shift = result%shift
       left%redundant_constraints = result%redundant_constraints
-      call find_modes(transposed, plan, deflation, rigid, adjoint, options, inner, left, error, monitor)
+      call find_modes(transposed, transposed_work, plan, deflation, rigid, adjoint, options, inner, left, error, monitor)
       if (allocated(error)) return
       call set_left_modes(problem, transposed, modes_of(left), left%reason /= reason_cancelled, inner, result, error)
       call account(adjoint%linear_solver(), result)
