@@ -84,11 +84,22 @@ contains
       real(wp), allocatable, intent(out) :: motions(:, :), multipliers(:, :)
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: attempts = 3
       class(real_linear_solver_type), allocatable :: solver
+      integer :: attempt
 
-      allocate (factored)
-      allocate (solver, source=inner%unshifted)
-      call new_scaled_stiffness(factored, problem, solver, error, matrix)
+      do attempt = 1, attempts
+         if (allocated(factored)) deallocate (factored)
+         allocate (factored)
+         allocate (solver, source=inner%unshifted)
+         call new_scaled_stiffness(factored, problem, solver, error, matrix, attempt)
+         if (allocated(error)) exit
+         ! A null pivot that is not that of a redundant constraint hides a motion.
+         if (.not. factored%too_singular .and. factored%solver%null_pivots <= result%redundant_constraints) exit
+         if (attempt == attempts) exit
+         call account(factored%solver, result)
+         result%factorizations = result%factorizations + 1
+      end do
       if (.not. allocated(error)) call find_rigid_motions(problem, factored, motions, multipliers, error)
       if (allocated(error)) then
          ! The matrix may be nearer to singular than the problem is at any shift.

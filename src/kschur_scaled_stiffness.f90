@@ -18,6 +18,8 @@ module kschur_scaled_stiffness
       real(wp), allocatable :: scaling(:), constraint_scaling(:)
       !> delta
       real(wp) :: regularization = 0
+      !> Whether the regularised matrix is nearer to singular than delta: another attempt may be better.
+      logical :: too_singular = .false.
       type(csr_matrix_type) :: matrix
       ! delta E, where it is not delta I.
       type(csr_matrix_type), private :: random
@@ -36,12 +38,12 @@ module kschur_scaled_stiffness
 
    ! delta, in units of what the solver makes of rounding: above it, and so far above the unit of the last place
    ! that a pivot of delta plus rounding is never taken for a null pivot.
-   real(wp), parameter :: above_rounding = 16, visible = 1024*epsilon(1.0_wp)
+   real(wp), parameter :: above_rounding = 16, too_large = 30, visible = 1024*epsilon(1.0_wp)
 
 contains
 
    !> Factors the scaled stiffness of a problem with n unknowns and m constraints.
-   subroutine new_scaled_stiffness(self, problem, solver, error, matrix)
+   subroutine new_scaled_stiffness(self, problem, solver, error, matrix, attempt)
       type(scaled_stiffness_type), intent(out) :: self
       type(modal_problem_type), intent(in) :: problem
       !> Moved into it.
@@ -49,11 +51,15 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> In place of K.
       type(csr_matrix_type), optional, intent(in) :: matrix
+      !> Each attempt has another regularisation.
+      integer, optional, intent(in) :: attempt
       type(csr_matrix_type) :: k
       type(matrix_structure_type) :: structure
       real(wp), allocatable :: level(:), borders(:)
+      real(wp), allocatable :: trial(:, :)
       integer, allocatable :: row(:), constraint(:)
-      integer :: n, m, i
+      integer :: n, m, i, seed
+      integer(long) :: state
 
       n = problem%unknowns()
       m = problem%multipliers()
@@ -61,6 +67,11 @@ contains
       k = problem%stiffness
       if (present(matrix)) k = matrix
       self%regularization = max(above_rounding*self%solver%accuracy, visible)
+      seed = 1
+      if (present(attempt)) seed = attempt
+      self%regularization = 3.0_wp**(seed - 1)*self%regularization
+      structure%symmetric = problem%symmetric
+      if (.not. problem%symmetric) structure%symmetric = k%is_symmetric()
       associate (cq => problem%constraints)
          allocate (level(n), source=k%row_maxima())
          if (all(.not. level > 0)) level = 1
@@ -80,24 +91,30 @@ contains
          call new_csr_from_triplets(self%matrix, n + m, n + m, &
             [row, [(i, i=1, n)], n + constraint, cq%column], [k%column, [(i, i=1, n)], cq%column, n + constraint], &
             [self%scaling(row)*k%value*self%scaling(k%column), &
-            spread(merge(self%regularization, 0.0_wp, problem%symmetric), 1, n), borders, borders], error)
+            spread(merge(self%regularization, 0.0_wp, structure%symmetric), 1, n), borders, borders], error)
       end associate
-      if (.not. (allocated(error) .or. problem%symmetric)) then
-         self%random = random_on_pattern(problem, self%regularization, n + m)
+      if (.not. (allocated(error) .or. structure%symmetric)) then
+         self%random = random_on_pattern(problem, self%regularization, n + m, seed)
          self%matrix = linear_combination([1.0_wp, 1.0_wp], [csr_matrix_type :: self%matrix, self%random])
       end if
       if (allocated(error)) return
-      structure%symmetric = problem%symmetric
       structure%multipliers = m
       allocate (structure%node(n), source=[(i, i=1, n)])
       call self%solver%factorize(self%matrix, structure, error)
+      if (allocated(error) .or. structure%symmetric) return
+      allocate (trial(n + m, 1), source=0.0_wp)
+      state = seed
+      call random_vector(state, trial(:n, 1))
+      trial = trial/norm2(trial)
+      call self%solver%solve(trial, error)
+      if (.not. allocated(error)) self%too_singular = .not. norm2(trial(:n, :)) <= too_large/self%regularization
    end subroutine new_scaled_stiffness
 
    ! Numbers of a size, of either sign, where M, R or K or their transposes have entries.
-   function random_on_pattern(problem, size_of_entries, order) result(matrix)
+   function random_on_pattern(problem, size_of_entries, order, seed) result(matrix)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: size_of_entries
-      integer, intent(in) :: order
+      integer, intent(in) :: order, seed
       type(csr_matrix_type) :: matrix
       type(csr_matrix_type) :: parts(7)
       integer(long) :: state
@@ -112,7 +129,7 @@ contains
       end do
       parts(7) = identity_csr_matrix(problem%unknowns())
       matrix = linear_combination(spread(1.0_wp, 1, 7), parts)
-      state = 1
+      state = seed
       call random_vector(state, matrix%value)
       matrix%value = size_of_entries*sign((1 + abs(matrix%value))/2, matrix%value)
       matrix%rows = order
