@@ -1,0 +1,120 @@
+"""Whether what the program says of a problem is true."""
+import json
+import os
+import subprocess
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+SECONDS = 60
+# Distances from the target that differ by less than this part are the same.
+SAME_DISTANCE = 1e-6
+# A bound of an error may be wrong by this factor, and need not be below what printing loses.
+SLACK, PRINTED = 10, 1e-15
+
+# What an answer can be. A certificate or an error bound that is wrong; silently wrong, with exit status 0; fewer modes
+# listed "because there are no more" where there are; numbers listed that are no eigenvalues; no answer at all.
+CERTIFICATE, BOUND, SILENT, NO_MORE, SPURIOUS, REFUSED = "certificate", "bound", "silent", "no more", "spurious", "refused"
+# Honest: some modes were not found, and the program says so; the formulation that was asked for does not fit.
+FLAGGED, DECLINED, OK = "flagged", "declined", "ok"
+CLASSES = [CERTIFICATE, BOUND, SILENT, NO_MORE, SPURIOUS, REFUSED, FLAGGED, DECLINED, OK]
+
+
+@dataclass
+class Verdict:
+    # One of CLASSES.
+    name: str
+    detail: str = ""
+
+    @property
+    def failed(self):
+        return self.name not in (FLAGGED, DECLINED, OK)
+
+    def __str__(self):
+        return self.name + (f": {self.detail}" if self.detail else "")
+
+
+def judge_folder(program, folder, problem):
+    """Verdict on what the program says of the problem in a folder."""
+    command = [program, "solve", folder, *problem.command, "--format", "json", "--quiet"]
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS,
+                             env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+    except subprocess.TimeoutExpired:
+        return Verdict(REFUSED, f"over {SECONDS} s")
+    if run.returncode == 1 and "--formulation" in problem.command:
+        return Verdict(DECLINED, run.stderr.strip())
+    if run.returncode not in (0, 3):
+        return Verdict(REFUSED, f"exit {run.returncode}: {run.stderr.strip()[-200:]}")
+    try:
+        answer = json.loads(run.stdout)
+    except ValueError as error:
+        return Verdict(REFUSED, f"exit {run.returncode}, no JSON: {error}")
+    return judge(problem, run.returncode, answer)
+
+
+def judge(problem, status, answer):
+    """Verdict on an answer, the object that the program prints, and its exit status, 0 or 3."""
+    asked, target = what_was_asked(problem.command)
+    exact, tolerance = problem.spectrum[:, 0] + 1j * problem.spectrum[:, 1], problem.spectrum[:, 2]
+    listed = np.array([complex(*mode["eigenvalue"]) for mode in answer["modes"]], dtype=complex)
+    modes = [k for k, value in enumerate(listed) for _ in range(2 if value.imag > 0 else 1)]
+    first = [k == 0 or modes[k - 1] != modes[k] for k in range(len(modes))]
+    found = np.where(first, listed[modes], listed[modes].conj())
+
+    right, known = assign(found, exact, tolerance)
+    spurious, left = np.delete(found, right), np.delete(np.arange(len(exact)), known)
+    furthest = max(distance(exact[known], target) - tolerance[known], default=0.0) * (1 - SAME_DISTANCE)
+    missing = exact[[k for k in left if distance(exact[k], target) + tolerance[k] < furthest]]
+
+    wrong = [f"missing {show(missing)}"] if len(missing) else []
+    wrong += [f"no eigenvalues: {show(spurious)}"] if len(spurious) else []
+    wrong += ["not in order"] if not in_order(distance(listed, target), max(tolerance, default=0.0)) else []
+    wrong += ["another number than asked"] if len(listed) > asked or (status == 0 and len(listed) < asked) else []
+    said = "; ".join([f"exit {status}, {len(listed)} of {asked}, {answer['reason']}", *wrong])
+    if wrong and answer.get("certified") is True:
+        return Verdict(CERTIFICATE, said)
+    if wrong and status == 0:
+        return Verdict(SILENT, said)
+    if status == 3 and answer["reason"] == "fewer_modes" and len(left):
+        return Verdict(NO_MORE, f"{said}; there are {show(exact[left])}")
+    if len(spurious):
+        return Verdict(SPURIOUS, said)
+    for k, error in zip(right, abs(found[right] - exact[known])):
+        bound = answer["modes"][modes[k]].get("error")
+        if bound is not None and not error <= SLACK * max(bound, PRINTED * abs(found[k])):
+            return Verdict(BOUND, f"{said}; {show(found[[k]])} is off by {error:.1e}, at most {bound:.1e} is promised")
+    complete = answer["reason"] == "fewer_modes" and len(listed) < asked
+    return Verdict(OK) if status == 0 or complete else Verdict(FLAGGED, said)
+
+
+def what_was_asked(command):
+    """The number of modes and the target."""
+    target = next((word.removeprefix("--target=") for word in command if word.startswith("--target=")), "0")
+    return int(command[command.index("--modes") + 1]), complex(*map(float, target.split(",")))
+
+
+def assign(found, exact, tolerance):
+    """Indices of the largest set of pairs that are equal within the tolerances."""
+    apart = abs(found[:, None] - exact[None, :])
+    cost = np.full(apart.shape, 1e6)
+    np.divide(apart, tolerance, out=cost, where=apart < tolerance)
+    cost[apart == 0] = 0
+    rows, columns = linear_sum_assignment(cost)
+    fits = cost[rows, columns] <= 1
+    return rows[fits], columns[fits]
+
+
+def distance(values, target):
+    """Of the nearer one of a pair."""
+    return np.minimum(abs(values - target), abs(np.conj(values) - target))
+
+
+def in_order(distances, tolerance):
+    return np.all(distances[1:] >= distances[:-1] * (1 - SAME_DISTANCE) - 2 * tolerance)
+
+
+def show(values):
+    shown = ", ".join(f"{z.real:.8g}{z.imag:+.8g}i" if z.imag else f"{z.real:.8g}" for z in values[:4])
+    return shown + (f" and {len(values) - 4} more" if len(values) > 4 else "")

@@ -1,0 +1,18 @@
+#!/usr/bin/env python3
+"""Problems that once failed, judged again: kept_cases.py KSCHUR [FOLDER ...]. Without folders, those in cases."""
+import os
+import sys
+from pathlib import Path
+
+from case_folder import read_case
+from judge import judge_folder
+
+program, *folders = sys.argv[1:]
+folders = [Path(folder) for folder in folders] or sorted(f for f in Path(__file__).parent.glob("cases/*") if f.is_dir())
+failures = 0
+for folder in folders:
+    verdict = judge_folder(os.path.abspath(program), folder, read_case(folder))
+    failures += verdict.failed
+    print(f"{folder.name}: {verdict}")
+print(f"{failures} failed of {len(folders)}")
+sys.exit(failures > 0 or not folders)

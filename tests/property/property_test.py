@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+"""Random modal problems with exact spectra, solved by the program and judged."""
+import argparse
+import os
+import sys
+import tempfile
+import time
+from collections import Counter
+from multiprocessing import Pool
+from pathlib import Path
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+from assemble import assemble  # noqa: E402
+from case_folder import write_case  # noqa: E402
+from generate import generate  # noqa: E402
+from judge import CLASSES, OK, Verdict, judge_folder  # noqa: E402
+from recipe import Unsuitable  # noqa: E402
+from shrink import shrink  # noqa: E402
+
+
+def examine(job):
+    """The recipe of a seed and the verdict on what the program says of it. A problem that fails is kept."""
+    program, seed, keep, smaller = job
+    recipe, problem = generate(seed)
+    verdict = judge_problem(program, problem)
+    if keep and verdict.failed:
+        if smaller:
+            problem = assemble(shrink(recipe, lambda candidate: judge_recipe(program, candidate).name == verdict.name))
+        write_case(Path(keep) / f"seed-{seed}", problem)
+    return seed, recipe, verdict
+
+
+def judge_recipe(program, recipe):
+    try:
+        return judge_problem(program, assemble(recipe))
+    except Unsuitable:
+        return Verdict(OK)
+
+
+def judge_problem(program, problem):
+    with tempfile.TemporaryDirectory(prefix="kschur-property-") as folder:
+        write_case(folder, problem)
+        return judge_folder(program, folder, problem)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("program", help="the program kschur")
+    parser.add_argument("--seeds", default="0:500", metavar="A:B", help="from A to B, without B (%(default)s)")
+    parser.add_argument("--keep", metavar="FOLDER", help="write problems that fail there, each a folder")
+    parser.add_argument("--shrink", action="store_true", help="make them as small as they fail in the same way")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="so many at the same time (%(default)s)")
+    options = parser.parse_args()
+    first, last = map(int, options.seeds.split(":"))
+    program, started = os.path.abspath(options.program), time.time()
+    jobs = ((program, seed, options.keep, options.shrink) for seed in range(first, last))
+    by_class, by_kind, failures = Counter(), Counter(), 0
+    with Pool(options.jobs) as pool:
+        for seed, recipe, verdict in pool.imap(examine, jobs):
+            by_class[verdict.name] += 1
+            by_kind[recipe.kind, verdict.name] += 1
+            failures += verdict.failed
+            if verdict.name != OK:
+                print(f"{seed} {recipe.kind} n {recipe.size} m {len(recipe.combinations)}: {verdict}", flush=True)
+    report(by_class, by_kind)
+    print(f"{failures} failed of {last - first}, {time.time() - started:.0f} s")
+    return failures > 0
+
+
+def report(by_class, by_kind):
+    """A table: how many of each kind of problem got which verdict."""
+    used = [name for name in CLASSES if by_class[name]]
+    print(f"\n{'kind':22}" + "".join(f"{name:>12}" for name in used))
+    for kind in sorted({kind for kind, _ in by_kind}):
+        print(f"{kind:22}" + "".join(f"{by_kind[kind, name] or '-':>12}" for name in used))
+    print(f"{'all':22}" + "".join(f"{by_class[name]:>12}" for name in used))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

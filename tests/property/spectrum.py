@@ -1,0 +1,81 @@
+"""The spectrum of a recipe, and how well rounding lets each eigenvalue be known."""
+import mpmath
+import numpy as np
+
+from recipe import Unsuitable
+
+# A careful solver's error in the data, relative to the matrices as they were before units were changed.
+BACKWARD_ERROR = 1e-12
+# What is asked of an eigenvalue however well it is conditioned.
+RELATIVE_ERROR = 1e-9
+# An eigenvalue known less well than this part of itself, or of its distance to the next, decides nothing.
+MEANINGFUL, SEPARATE = 1e-3, 1e-1
+
+
+def rated_spectrum(recipe, matrices, rows, right, left):
+    """Rows (real, imaginary, tolerance) of the spectrum of a recipe's matrices M, R, K and constraints, in the unit of
+    time of the blocks. Right and left vectors of the blocks times `right` and `left` are those of the matrices."""
+    norms = {name: np.linalg.norm(matrix, 2) for name, matrix in matrices.items()}
+    rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    reactions = -np.linalg.pinv(rows.T)
+    row_norm = np.linalg.norm(rows, 2) if len(rows) else 0.0
+    found = []
+    for value, members in grouped_eigenvalues(recipe):
+        if value == 0:
+            if max(order for _, order, _, _ in members) > 2:
+                raise Unsuitable("a zero with a long chain")
+            found.append((0j, 0.0, sum(count for _, _, count, _ in members)))
+            continue
+        order = max(order for _, order, _, _ in members)
+        leading = [(there, coefficient) for there, k, _, coefficient in members if k == order]
+        x = np.hstack([right[:, there] @ coefficient for there, coefficient in leading])
+        y = np.hstack([left[:, there] for there, _ in leading])
+        at = value**2 * matrices["M"] + value * matrices["R"] + matrices["K"]
+        xi, psi = reactions @ (at @ x), reactions @ (at.T @ y)
+        error = BACKWARD_ERROR * (
+            (abs(value)**2 * norms["M"] + abs(value) * norms["R"] + norms["K"]) * product_norm(x, y)
+            + row_norm * (product_norm(x, psi) + product_norm(xi, y)))
+        tolerance = max(RELATIVE_ERROR * abs(value), error if order == 1 else 2 * error**(1 / order))
+        count = sum(count for _, _, count, _ in members)
+        found.append((value, tolerance, count))
+        if value.imag:
+            found.append((value.conjugate(), tolerance, count))
+    check_separation(found)
+    found.sort(key=lambda entry: abs(entry[0]))
+    return np.array([(value.real, value.imag, tolerance) for value, tolerance, count in found for _ in range(count)])
+
+
+def product_norm(x, y):
+    """Frobenius norm of x y^T."""
+    return np.sqrt(abs(np.sum((x.conj().T @ x) * (y.conj().T @ y))))
+
+
+def grouped_eigenvalues(recipe):
+    """Pairs of a value and the blocks that have it, as (unknowns, order, multiplicity, coefficient)."""
+    groups, first = [], 0
+    for block in recipe.blocks:
+        if not block.polynomial:
+            raise Unsuitable("every number is an eigenvalue")
+        there = slice(first, first + block.size)
+        first += block.size
+        entries = [(e.value, (there, e.order, e.multiplicity, e.coefficient)) for e in block.eigenvalues]
+        if block.zeros:
+            entries.append((mpmath.mpc(0), (there, block.zero_order, block.zeros, None)))
+        for value, member in entries:
+            for known, members in groups:
+                if abs(known - value) <= abs(value) * mpmath.mpf(10)**-40:
+                    members.append(member)
+                    break
+            else:
+                groups.append((value, [member]))
+    return [(complex(value), members) for value, members in groups]
+
+
+def check_separation(found):
+    values, tolerances = np.array([f[0] for f in found]), np.array([f[1] for f in found])
+    if any(tolerances > MEANINGFUL * abs(values)):
+        raise Unsuitable("an eigenvalue is conditioned too badly")
+    gaps = abs(values[:, None] - values[None, :])
+    np.fill_diagonal(gaps, np.inf)
+    if any(tolerances > SEPARATE * gaps.min(axis=1, initial=np.inf)):
+        raise Unsuitable("two eigenvalues are too close")
