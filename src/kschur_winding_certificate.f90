@@ -131,7 +131,7 @@ contains
          call count_unknown_zeros(determinant, curve, known, zeros, number, certificate%reason)
          certificate%reach = radius
          if (certificate%reason == "" .and. number < 0) &
-            certificate%reason = text(-number)//" more eigenvalues are listed than there are"
+            certificate%reason = "more eigenvalues are listed than there are, by "//text(-number)
          if (curve%circle) number = 2*number
          if (certificate%reason /= "") number = -1
       end subroutine count_within
