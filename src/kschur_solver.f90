@@ -3,6 +3,7 @@
 module kschur_solver
    use kschur_balance, only: balance
    use kschur_certificate, only: certificate_type, same_distance
+   use kschur_certify, only: certify_modes
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type, new_error, error_usage
@@ -101,6 +102,9 @@ contains
       if (allocated(error)) return
       if (presolved) call undo_presolve(problem, plan, rigid)
       call find_modes(problem, presolved, plan, deflation, rigid, transform, settings, inner, result, error, monitor)
+      if (.not. allocated(error) .and. options%certify) &
+         call certify_modes(problem, inner%complex, real(rigid%phi(:, :count(.not. abs(rigid%lambda) > 0)), wp), &
+         deflation%decay, result)
       if (.not. allocated(error) .and. options%left) &
          call find_left_modes(problem, work, presolved, plan, size(rigid%lambda) > 0, transform, settings, inner, result, error, &
          monitor)
