@@ -68,19 +68,22 @@ contains
       !> Whether the zero may have a larger multiplicity: it cannot be told from missing eigenvalues then.
       logical, optional, intent(in) :: zeros_at_least
       type(bordered_determinant_type) :: determinant
-      real(wp) :: reach
+      real(wp) :: furthest, reach
 
       if (size(listed) == 0) then
          certificate%reason = "no mode is listed"
          return
       end if
-      reach = max(maxval(distances(listed, target)), resolution)
+      furthest = maxval(distances(listed, target))
+      reach = max(furthest, resolution)
       if (.not. reach > 0) then
          certificate%reason = "the modes that are listed are the target itself"
          return
       end if
       call prepare(problem, solver, reach + abs(target), determinant, certificate%reason)
       if (certificate%reason == "") call compare(determinant, listed, beyond, zeros, target, reach, certificate)
+      if (certificate%verdict == certified_no .and. furthest < resolution) &
+         certificate = winding_certificate_type(reason="what else is at the target cannot be told apart")
       if (present(zeros_at_least) .and. certificate%verdict == certified_no) then
          if (zeros_at_least) certificate = winding_certificate_type(reason="the multiplicity of the zero is not known")
       end if
