@@ -51,8 +51,8 @@ contains
          "any, /damping and /constraints, or a folder of Matrix Market files M.mtx, K.mtx", &
          "and, where there is any, R.mtx and Cq.mtx.", &
          "", &
-         "Exit status: 0 all is well, 1 wrong usage, 2 bad input, 3 fewer modes than asked", &
-         "(what was found is printed and written), 4 internal failure, or an output that", &
+         "Exit status: 0 all is well, 1 wrong usage, 2 bad input, 3 fewer modes than asked or some", &
+         "missing (what was found is printed and written), 4 internal failure, or an output that", &
          "cannot be written. Whether --output can be written is looked at before the work."])
    end subroutine print_overview
 
@@ -82,6 +82,7 @@ contains
          "  --max-restarts K       (200)", &
          "  --constraint-scaling   row, scalar, none (row)", &
          "  --left                 left eigenvectors and condition numbers as well", &
+         "  --certify              count the eigenvalues, for a proof that no mode is missing", &
          "  --output RESULT.h5     write values, vectors and multipliers", &
          "  --format NAME          table, json, csv (table)", &
          "  --verbose              more at the end of the table", &

@@ -25,6 +25,7 @@ contains
       if (allocated(result%band)) call print_line(' "band": '//pair(cmplx(result%band(1), result%band(2), wp))//',')
       call print_line(' "reason": '//string(reason_names(result%reason))//', "certified": '// &
          certified(result%certified)//',')
+      if (result%missing >= 0) call print_line(' "missing": '//text(result%missing)//',')
       call print_line(' "modes": [')
       do i = 1, size(result%eigenvalues)
          call print_line("  "//mode(result, i)//trim(merge(",", " ", i < size(result%eigenvalues))))

@@ -67,6 +67,8 @@ contains
       if (allocated(error)) return
       complete = result%reason == reason_converged .and. size(result%eigenvalues) >= result%modes_asked
       if (.not. complete) call complain(shortfall(result))
+      if (result%missing > 0) call complain("eigenvalues are missing among the modes: "//text(result%missing))
+      complete = complete .and. result%missing <= 0
       if (request%options%left) call complain_of_left(result)
    end subroutine solve_command
 
@@ -81,6 +83,7 @@ contains
          call take_method(arguments, options, error)
          call arguments%take_choice("--formulation", formulation_names, options%formulation, error)
          call arguments%take_flag("--left", options%left, error)
+         call arguments%take_flag("--certify", options%certify, error)
       end associate
 
       call arguments%take_text("--output", request%output, error)

@@ -37,20 +37,21 @@ contains
          rounded(result%shift)//" 1/s")
       call print_line("because  "//result%decision)
       call print_line("modes    "//text(size(result%eigenvalues))//" of "//text(result%modes_asked)// &
-         ", "//trim(reason_names(result%reason))//certified_text(result%certified))
+         ", "//trim(reason_names(result%reason))//certified_text(result))
       if (.not. allocated(result%notes)) return
       do i = 1, size(result%notes)
          call print_line("note     "//trim(result%notes(i)))
       end do
    end subroutine print_header
 
-   pure function certified_text(certified)
-      integer, intent(in) :: certified
+   pure function certified_text(result)
+      type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: certified_text
 
       certified_text = ""
-      if (certified == certified_yes) certified_text = ", certified: no mode is missing"
-      if (certified == certified_no) certified_text = ", not certified: a mode may be missing"
+      if (result%certified == certified_yes) certified_text = ", certified: no mode is missing"
+      if (result%certified == certified_no) certified_text = ", not certified: a mode may be missing"
+      if (result%missing > 0) certified_text = ", not certified: eigenvalues are missing, "//text(result%missing)//" of them"
    end function certified_text
 
    subroutine print_modes(result)

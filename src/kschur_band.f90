@@ -91,8 +91,10 @@ contains
       if (allocated(error)) return
       if (own%method /= method_krylov_schur) then
          call new_error(error, error_usage, "the modes of a band are found by krylov-schur only")
-         return
+      else if (options%certify) then
+         call new_error(error, error_usage, "certify counts about a target, and a band has none")
       end if
+      if (allocated(error)) return
       band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
       call choose_formulation(problem, own%formulation, result%formulation, result%decision, error, inner)
       if (allocated(error)) return

@@ -34,6 +34,8 @@ module kschur_deflation
    contains
       !> All eigenvalues (1/s).
       procedure :: eigenvalues
+      !> Multiplicity of the eigenvalue lambda = 0.
+      procedure :: zeros => count_zeros
       procedure, private :: project_real, project_complex
       !> Makes each column of a block M-orthogonal to N; zero where nothing but rounding is left.
       generic :: project => project_real, project_complex
@@ -124,6 +126,13 @@ contains
       allocate (eigenvalues, source=cmplx([0*self%decay, -pack(self%decay, abs(self%decay) > 0), &
          spread(0.0_wp, 1, self%others)], 0, wp))
    end function eigenvalues
+
+   pure integer function count_zeros(self)
+      class(deflation_type), intent(in) :: self
+
+      count_zeros = size(self%decay) + count(.not. abs(self%decay) > 0) + &
+         merge(2, 1, self%oscillator)*self%zero%multiplicity()
+   end function count_zeros
 
    subroutine project_real(self, x)
       class(deflation_type), intent(in) :: self

@@ -148,6 +148,7 @@ contains
       self%factor_entries = self%solver%factor_entries
       self%null_pivots = self%solver%null_pivots
       self%negative_pivots = self%solver%negative_pivots
+      self%determinant = self%solver%determinant
       self%description = description
    end subroutine report
 

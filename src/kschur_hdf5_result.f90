@@ -108,6 +108,7 @@ contains
       call write_attribute(file, root, "shift", result%shift, error)
       call write_attribute(file, root, "reason", trim(reason_names(result%reason)), error)
       call write_attribute(file, root, "certified", trim(certified_names(result%certified)), error)
+      if (result%missing >= 0) call write_attribute(file, root, "missing", result%missing, error)
       call write_attribute(file, root, "modes_asked", result%modes_asked, error)
       if (allocated(result%band)) then
          call write_attribute(file, root, "band_first_hz", result%band(1), error)
@@ -138,6 +139,7 @@ contains
          call write_attribute(file, root, "constraint_scaling", trim(scaling_names(options%constraint_scaling)), error)
          call write_attribute(file, root, "inner_asked", trim(inner_names(options%inner)), error)
          call write_attribute(file, root, "presolve", merge(1, 0, options%presolve), error)
+         call write_attribute(file, root, "certify", merge(1, 0, options%certify), error)
          call write_attribute(file, root, "method_asked", trim(method_names(options%method)), error)
          call write_attribute(file, root, "arpack", trim(arpack_names(options%arpack)), error)
          call write_attribute(file, root, "seed", options%seed, error)
@@ -316,6 +318,7 @@ contains
       if (has("redundant_constraints")) &
          call read_attribute(result%redundant_constraints, file, root, "redundant_constraints", error)
       if (has("certified")) call read_name(result%certified, file, "certified", certified_names, error)
+      if (has("missing")) call read_attribute(result%missing, file, root, "missing", error)
       if (has("band_first_hz")) then
          allocate (result%band(2), source=0.0_wp)
          call read_attribute(result%band(1), file, root, "band_first_hz", error)

@@ -3,7 +3,8 @@ module kschur_lapack
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: ddot, dznrm2, dgees, dgemm, dgemv, dgesvd, dsyevd, dsygv, dtrevc, dtrsen, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
+   public :: ddot, dznrm2, dgees, dgelsy, dgemm, dgemv, dgesvd, dsyevd, dsygv, dtrevc, dtrsen, &
+      zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
 
    interface
       !> C := alpha op(A) op(B) + beta C.
@@ -145,6 +146,17 @@ module kschur_lapack
          complex(wp), intent(out) :: u(ldu, *), vt(ldvt, *), work(*)
          integer, intent(out) :: info
       end subroutine zgesvd
+
+      !> Least squares for real matrices of any rank, by orthogonal factors.
+      subroutine dgelsy(m, n, nrhs, a, lda, b, ldb, jpvt, rcond, rank, work, lwork, info)
+         import :: wp
+         integer, intent(in) :: m, n, nrhs, lda, ldb, lwork
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(inout) :: jpvt(*)
+         real(wp), intent(in) :: rcond
+         integer, intent(out) :: rank, info
+         real(wp), intent(out) :: work(*)
+      end subroutine dgelsy
 
       !> x^T y.
       real(wp) function ddot(n, x, incx, y, incy)

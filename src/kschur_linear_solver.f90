@@ -7,7 +7,7 @@ module kschur_linear_solver
    implicit none
    private
    public :: linear_solver_type, real_linear_solver_type, complex_linear_solver_type
-   public :: matrix_structure_type
+   public :: determinant_type, matrix_structure_type
 
    !> What is known of a matrix beyond its entries.
    type :: matrix_structure_type
@@ -26,6 +26,16 @@ module kschur_linear_solver
       procedure :: nodes
    end type matrix_structure_type
 
+   !> A determinant, mantissa 2^exponent: it may be larger or smaller than any number of the machine.
+   type :: determinant_type
+      logical :: known = .false.
+      complex(wp) :: mantissa = (1.0_wp, 0.0_wp)
+      integer :: exponent = 0
+   contains
+      !> Its logarithm; the imaginary part, the phase, is in (-pi, pi].
+      procedure :: logarithm
+   end type determinant_type
+
    !> What real and complex solvers have in common.
    type, abstract :: linear_solver_type
       !> Seconds of the last factorisation's two phases, and of all solves.
@@ -36,6 +46,9 @@ module kschur_linear_solver
       integer :: null_pivots = 0
       !> Number of negative eigenvalues of a real symmetric matrix; -1 where not known.
       integer :: negative_pivots = -1
+      !> The determinant of the matrix that was factored last. A solver that does not tell it leaves it unknown,
+      !> and nothing is proved by it.
+      type(determinant_type) :: determinant
       !> Normwise backward error of its solutions; that of a direct solver is rounding.
       real(wp) :: accuracy = epsilon(1.0_wp)
       !> Which solver factored the matrix, and why this one: "ldl: symmetric definite, 19 entries a column".
@@ -97,6 +110,12 @@ module kschur_linear_solver
    end interface
 
 contains
+
+   elemental complex(wp) function logarithm(self)
+      class(determinant_type), intent(in) :: self
+
+      logarithm = log(self%mantissa) + self%exponent*log(2.0_wp)
+   end function logarithm
 
    pure function nodes(self, n)
       class(matrix_structure_type), intent(in) :: self

@@ -32,6 +32,8 @@ contains
       end if
       if (.not. allocated(error) .and. options%is_plain() .and. options%left) &
          call new_error(error, error_usage, "plain ARPACK gives no left vectors")
+      if (.not. allocated(error) .and. options%is_plain() .and. options%certify) &
+         call new_error(error, error_usage, "plain ARPACK is not certified: it does not know the zeros of rigid motions")
    end subroutine check_method
 
    !> The options that a method solves with.

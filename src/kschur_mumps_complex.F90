@@ -3,7 +3,7 @@ module kschur_mumps_complex
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
-   use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
+   use kschur_linear_solver, only: determinant_type, complex_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
@@ -28,6 +28,8 @@ module kschur_mumps_complex
 #define STORED(x) x
 #define ADJOINT_OF(x) conjg(x)
 #define HAS_INERTIA .false.
+#define HAS_DETERMINANT .true.
+#define IMAGINARY(x) x
 #define NULL_PIVOTS 1
 #define DESCRIPTION "mumps: the matrix is complex"
 #include "kschur_mumps.inc"

@@ -3,7 +3,7 @@ module kschur_mumps_real
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
-   use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_linear_solver, only: determinant_type, real_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
@@ -28,6 +28,8 @@ module kschur_mumps_real
 #define STORED(x) x
 #define ADJOINT_OF(x) x
 #define HAS_INERTIA .true.
+#define HAS_DETERMINANT .true.
+#define IMAGINARY(x) 0
 #define NULL_PIVOTS 1
 #define DESCRIPTION "mumps: the matrix is real"
 #include "kschur_mumps.inc"

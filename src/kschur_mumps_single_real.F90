@@ -4,7 +4,7 @@ module kschur_mumps_single_real
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long, single
-   use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_linear_solver, only: determinant_type, real_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
@@ -29,6 +29,8 @@ module kschur_mumps_single_real
 #define STORED(x) real(x, single)
 #define ADJOINT_OF(x) x
 #define HAS_INERTIA .false.
+#define HAS_DETERMINANT .false.
+#define IMAGINARY(x) 0
 #define NULL_PIVOTS 0
 #define DESCRIPTION "mumps: in single precision"
 #include "kschur_mumps.inc"

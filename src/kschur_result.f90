@@ -82,6 +82,9 @@ module kschur_result
       !> One of `certified_*`: whether it is proved that the modes are the nearest to the target, or all of
       !> the band, none missing.
       integer :: certified = certified_unknown
+      !> How many eigenvalues nearer to the target than the furthest mode are missing, both of a conjugate pair
+      !> counted; -1 where not known. Known only with `options%certify`.
+      integer :: missing = -1
       !> Number of modes that were asked for; of a band how many it holds, as far as that is known.
       integer :: modes_asked = 0
       !> The band of natural frequencies (Hz) whose modes these are; not allocated where no band was asked for.

@@ -3,6 +3,7 @@
 module kschur_solver
    use kschur_balance, only: balance
    use kschur_certificate, only: certificate_type, same_distance
+   use kschur_certify, only: certify_modes
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type
    use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
@@ -98,6 +99,8 @@ contains
       if (allocated(error)) return
       call undo_presolve(problem, plan, rigid)
       call find_modes(problem, work, plan, deflation, rigid, transform, settings, inner, result, error, monitor)
+      if (.not. allocated(error) .and. options%certify) &
+         call certify_modes(work, inner%complex, deflation%zeros(), result)
       if (.not. allocated(error) .and. options%left) &
          call find_left_modes(problem, work, plan, size(rigid%lambda) > 0, transform, settings, inner, result, error, &
          monitor)

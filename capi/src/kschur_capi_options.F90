@@ -186,6 +186,16 @@ contains
       status = accept(change)
    end function kschur_options_set_left
 
+   integer(c_int) function kschur_options_set_certify(address, flag) bind(c) result(status)
+      type(c_ptr), value :: address
+      integer(c_int), value :: flag
+      type(change_type) :: change
+
+      call begin(change, address)
+      change%options%certify = flag /= 0
+      status = accept(change)
+   end function kschur_options_set_certify
+
    integer(c_int) function kschur_options_set_seed(address, seed) bind(c) result(status)
       type(c_ptr), value :: address
       integer(c_int64_t), value :: seed

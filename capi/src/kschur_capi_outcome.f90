@@ -42,6 +42,18 @@ contains
       if (status == status_ok) call put(certified, int(handle%result%certified, c_int))
    end function kschur_result_get_certified
 
+   integer(c_int) function kschur_result_get_missing(address, missing) bind(c) result(status)
+      type(c_ptr), value :: address, missing
+      type(result_handle_type), pointer :: handle
+      type(error_type), allocatable :: error
+
+      handle => result_of(address)
+      if (.not. has_modes(handle, status)) return
+      call require(missing, "missing", error)
+      status = outcome(handle, error)
+      if (status == status_ok) call put(missing, int(handle%result%missing, c_int64_t))
+   end function kschur_result_get_missing
+
    integer(c_int) function kschur_result_get_note_count(address, count) bind(c) result(status)
       type(c_ptr), value :: address, count
       type(result_handle_type), pointer :: handle

@@ -48,6 +48,7 @@ static void call_getters(kschur_result *result, int expected, int expected_of_op
    CHECK_STATUS(kschur_result_get_left_multipliers(result, d, 3000), expected);
    CHECK_STATUS(kschur_result_get_condition_numbers(result, d, 3000), expected);
    CHECK_STATUS(kschur_result_get_certified(result, i), expected);
+   CHECK_STATUS(kschur_result_get_missing(result, &k), expected);
    CHECK_STATUS(kschur_result_get_note_count(result, &k), expected);
    CHECK_STATUS(kschur_result_get_note(result, 0, text, 300), expected == KSCHUR_OK ? KSCHUR_ERROR_USAGE : expected);
    CHECK_STATUS(kschur_result_get_method(result, text, 300), expected);
@@ -98,6 +99,7 @@ static void null_handles(void)
    CHECK_STATUS(kschur_options_set_max_restarts(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_presolve(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_left(NULL, 1), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_certify(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_seed(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_progress(NULL, NULL, NULL), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_real_solver(NULL, factorize, substitute, NULL, NULL), KSCHUR_ERROR_NULL);
@@ -209,6 +211,7 @@ static void null_places_for_results(void)
    CHECK_STATUS(kschur_result_get_condition_numbers(result, NULL, 100), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_get_reason(result, NULL), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_get_certified(result, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_result_get_missing(result, NULL), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_get_note_count(result, NULL), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_get_method(result, NULL, 100), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_get_formulation(result, NULL, 100), KSCHUR_ERROR_NULL);

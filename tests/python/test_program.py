@@ -123,7 +123,7 @@ def test_help(_):
         check(f"{' '.join(words)}: explains", run.returncode == 0 and "kschur" in run.stdout and not run.stderr, run)
     check("help solve: every option", all(option in kschur("help", "solve").stdout for option in (
         "--modes --target --frequency --band --shift --method --arpack --formulation --inner --presolve --block --subspace --tolerance --max-restarts "
-        "--constraint-scaling --left --mass --stiffness --damping --constraints --output --format --quiet --verbose "
+        "--constraint-scaling --left --certify --mass --stiffness --damping --constraints --output --format --quiet --verbose "
         "--threads").split()))
     possible = re.search("wants one of (.*), not 'best'", kschur("solve", DATA, "--formulation", "best").stderr)
     check("help solve: every formulation", possible and all(
@@ -425,6 +425,27 @@ def test_output_that_cannot_be_written(folder):
         "solve", folder / "missing.h5", "--output", folder / "taken" / "r.h5"), "may not be written to")
     check_refused("scene in a folder that is read only", 4, kschur(
         "scene", "castle", "--output", folder / "taken"), "may not be written to")
+
+
+# All modes of a damped problem: exactly as many eigenvalues as there are about any target.
+def test_certify(folder):
+    rng = np.random.default_rng(11)
+    a, b = rng.random((8, 8)), rng.random((8, 8))
+    problem = write_problem(folder / "certify", M=np.eye(8), K=a @ a.T + np.eye(8), R=0.1 * b @ b.T)
+    for target in ("0", "-0.1,1.5"):
+        output = folder / "certify.h5"
+        output.unlink(missing_ok=True)
+        plain, _ = solve(problem, "--modes", 4, "--target=" + target)
+        result, run = solve(problem, "--modes", 4, "--target=" + target, "--certify", "--output", output)
+        check("--certify: only where asked", plain["certified"] is None and "missing" not in plain, plain)
+        check("--certify: none is missing", run.returncode == 0 and result["certified"] is True and result["missing"] == 0, result)
+        check("--certify: the count takes factorisations", result["counts"]["factorizations"] > plain["counts"]["factorizations"])
+        with h5py.File(output) as file:
+            check("--certify: in the file", file.attrs["missing"] == 0 and file.attrs["certified"] in ("true", b"true"))
+        check("--certify: read again", "no mode is missing" in kschur("info", output).stdout, kschur("info", output).stdout)
+    check_refused("--certify with a band", 1, kschur("solve", problem, "--certify", "--band", "0.1,0.2"), "certify", "band")
+    check_refused("--certify of plain ARPACK", 1, kschur(
+        "solve", problem, "--certify", "--method", "arpack", "--arpack", "plain"), "certified")
 
 
 def test_left(folder):
@@ -775,7 +796,7 @@ def main():
         folder = pathlib.Path(name)
         for test in (test_help, test_scenes, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate, test_band,
                      test_rigid_modes, test_notes, test_inaccurate, test_csv, test_result_file,
-                     test_output_that_cannot_be_written, test_left, test_info, test_presolve_option,
+                     test_output_that_cannot_be_written, test_certify, test_left, test_info, test_presolve_option,
                      test_restarts_run_out, test_more_modes_than_exist, test_arpack, test_compare, test_wrong_usage,
                      test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
                      test_bad_input, test_progress):

@@ -5,7 +5,7 @@ module dense_reference
    use kschur, only: csr_matrix_type, modal_problem_type, wp
    implicit none
    private
-   public :: dense_eigenvalues, dense_eigenvectors, dense_matrix, dense_shapes, dense_squared_frequencies
+   public :: dense_eigenvalues, dense_eigenvectors, dense_log_determinant, dense_matrix, dense_shapes, dense_squared_frequencies
 
    interface
       subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
@@ -44,9 +44,32 @@ module dense_reference
          real(wp), intent(out) :: rwork(*)
          integer, intent(out) :: info
       end subroutine zggev
+
+      subroutine zgetrf(m, n, a, lda, ipiv, info)
+         import :: wp
+         integer, intent(in) :: m, n, lda
+         complex(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine zgetrf
    end interface
 
 contains
+
+   !> log det A by LU with partial pivoting; the phase is known up to whole turns.
+   function dense_log_determinant(matrix) result(logarithm)
+      complex(wp), intent(in) :: matrix(:, :)
+      complex(wp) :: logarithm
+      complex(wp) :: lu(size(matrix, 1), size(matrix, 1))
+      integer :: pivot(size(matrix, 1)), i, info
+
+      lu = matrix
+      call zgetrf(size(lu, 1), size(lu, 1), lu, size(lu, 1), pivot, info)
+      logarithm = 0
+      do i = 1, size(lu, 1)
+         logarithm = logarithm + log(merge(lu(i, i), -lu(i, i), pivot(i) == i))
+      end do
+      if (info /= 0) logarithm = ieee_value(1.0_wp, ieee_quiet_nan)
+   end function dense_log_determinant
 
    !> All finite lambda of (lambda^2 M + lambda R + K) phi + Cq^T xi = 0,
    !> Cq phi = 0, unsorted: 2(n - m) of them where M and Cq have full rank.

@@ -1,0 +1,161 @@
+!> The determinant of a problem bordered by its constraints, as a function of lambda:
+!> det [P(lambda) Cq^T; Cq 0]. Its zeros are the finite eigenvalues with their multiplicities: with Z a basis of
+!> null(Cq) it is det(Z^T P(lambda) Z) times a constant. Redundant constraints would make it zero everywhere; a
+!> border of their own, [0 Cq^T 0; Cq 0 N; 0 N^T 0] with a column of N for each, keeps that from happening
+!> and changes nothing else if no combination of columns of N is one of Cq: Cq phi + N eta = 0 is Cq phi = 0 then,
+!> and N^T xi = 0 chooses one of the multipliers that do the same. Random columns are like that.
+module kschur_bordered_determinant
+   use kschur_error, only: error_type, error_singular
+   use kschur_kinds, only: wp, long
+   use kschur_lapack, only: dznrm2
+   use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
+   use kschur_ordering, only: elimination_order
+   use kschur_problem, only: modal_problem_type
+   use kschur_random, only: random_vector
+   use kschur_saddle, only: saddle_blocks
+   use kschur_sparse, only: complex_combination, complex_csr_matrix_type, csr_matrix_type, linear_combination, &
+      new_csr_from_triplets
+   use kschur_winding, only: analytic_function_type
+   implicit none
+   private
+   public :: bordered_determinant_type, new_bordered_determinant
+
+   ! Trial solutions at each point, and how much more than what they show the phase may be off.
+   integer, parameter :: trials = 2
+   real(wp), parameter :: caution = 4
+
+   !> Evaluated by a factorisation each time.
+   type, extends(analytic_function_type) :: bordered_determinant_type
+      integer :: factorizations = 0
+      real(wp) :: analyze_seconds = 0, factorize_seconds = 0, solve_seconds = 0
+      ! Times lambda^2, lambda and 1.
+      type(csr_matrix_type), private :: blocks(3)
+      type(matrix_structure_type), private :: structure
+      class(complex_linear_solver_type), allocatable, private :: solver
+      integer(long), private :: state = 1
+   contains
+      procedure :: evaluate
+   end type bordered_determinant_type
+
+contains
+
+   subroutine new_bordered_determinant(determinant, problem, factors, redundant, solver, error)
+      type(bordered_determinant_type), intent(out) :: determinant
+      type(modal_problem_type), intent(in) :: problem
+      !> Factor of each constraint.
+      real(wp), intent(in) :: factors(:)
+      !> How many constraints follow from the others.
+      integer, intent(in) :: redundant
+      !> A copy of it factors.
+      class(complex_linear_solver_type), intent(in) :: solver
+      type(error_type), allocatable, intent(out) :: error
+      type(complex_csr_matrix_type) :: pattern
+      integer :: i
+
+      call saddle_blocks(problem, factors, determinant%blocks, error)
+      if (allocated(error)) return
+      allocate (determinant%solver, source=solver)
+      associate (s => determinant%structure)
+         s%symmetric = problem%symmetric
+         s%multipliers = size(factors)
+         allocate (s%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
+         ! The same for all points.
+         pattern = complex_combination([(1.0_wp, 0.0_wp), (1.0_wp, 0.0_wp), (1.0_wp, 0.0_wp)], determinant%blocks)
+         call elimination_order(pattern%row_start, pattern%column, s, s%position, error)
+         if (allocated(error) .or. redundant == 0) return
+         s%multipliers = s%multipliers + redundant
+         s%position = [s%position, [(pattern%rows + i, i=1, redundant)]]
+         call border(determinant%blocks, problem%unknowns(), factors*problem%constraints%row_maxima(), redundant, error)
+      end associate
+   end subroutine new_bordered_determinant
+
+   ! Adds N and its transpose.
+   subroutine border(blocks, unknowns, level, redundant, error)
+      type(csr_matrix_type), intent(inout) :: blocks(3)
+      integer, intent(in) :: unknowns
+      !> The size of each row of Cq.
+      real(wp), intent(in) :: level(:)
+      integer, intent(in) :: redundant
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: parts(2)
+      real(wp) :: value(size(level), redundant)
+      integer :: row(size(level)*redundant), column(size(level)*redundant), order, i, j
+      integer(long) :: state
+
+      state = 1
+      do j = 1, redundant
+         call random_vector(state, value(:, j))
+         value(:, j) = level*value(:, j)
+      end do
+      order = blocks(1)%rows + redundant
+      row = [((unknowns + i, i=1, size(level)), j=1, redundant)]
+      column = [((order - redundant + j, i=1, size(level)), j=1, redundant)]
+      do i = 1, size(blocks)
+         blocks(i)%row_start = [blocks(i)%row_start, spread(blocks(i)%nonzeros() + 1, 1, redundant)]
+         blocks(i)%rows = order
+         blocks(i)%columns = order
+      end do
+      parts(1) = blocks(3)
+      call new_csr_from_triplets(parts(2), order, order, [row, column], [column, row], &
+         [reshape(value, shape(row)), reshape(value, shape(row))], error)
+      if (.not. allocated(error)) blocks(3) = linear_combination([1.0_wp, 1.0_wp], parts)
+   end subroutine border
+
+   !> The factors are those of A + E, and log det(A + E) - log det A is trace(A^{-1} E) to first order. For x with
+   !> random entries of size one and y = (A + E)^{-1} A x, x - y is A^{-1} E x: its Euclidean norm is on average the
+   !> Frobenius norm of A^{-1} E, and x^* (x - y) the trace (Hutchinson, Commun. Stat. 19 (1990)). A x is summed
+   !> from M x, R x, K x and Cq x, so that the rounding of A shows too.
+   subroutine evaluate(self, lambda, logarithm, doubt, reason)
+      class(bordered_determinant_type), intent(inout) :: self
+      complex(wp), intent(in) :: lambda
+      complex(wp), intent(out) :: logarithm
+      real(wp), intent(out) :: doubt
+      character(len=*), intent(out) :: reason
+      type(error_type), allocatable :: error
+      complex(wp), allocatable :: x(:, :), y(:, :)
+      real(wp) :: before
+      integer :: j
+
+      logarithm = 0
+      doubt = huge(doubt)
+      before = self%solver%solve_seconds
+      call self%solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp)], self%blocks), self%structure, error)
+      self%factorizations = self%factorizations + 1
+      if (.not. allocated(error)) then
+         self%analyze_seconds = self%analyze_seconds + self%solver%analyze_seconds
+         self%factorize_seconds = self%factorize_seconds + self%solver%factorize_seconds
+         reason = "the solver does not tell determinants"
+         if (self%solver%null_pivots > 0) reason = "the matrix is singular on the curve"
+         if (.not. self%solver%determinant%known) return
+         call random_phases(self, x)
+         allocate (y(size(x, 1), trials), source=(0.0_wp, 0.0_wp))
+         call self%blocks(1)%add_product(lambda**2, x, y)
+         call self%blocks(2)%add_product(lambda, x, y)
+         call self%blocks(3)%add_product((1.0_wp, 0.0_wp), x, y)
+         call self%solver%solve(y, error)
+         self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - before)
+      end if
+      if (allocated(error)) then
+         reason = error%message
+         if (error%code == error_singular) reason = "the matrix is singular on the curve"
+         return
+      end if
+      reason = ""
+      doubt = caution*maxval([(dznrm2(size(x, 1), x(:, j) - y(:, j), 1), j=1, trials)])
+      logarithm = self%solver%determinant%logarithm()
+   end subroutine evaluate
+
+   subroutine random_phases(self, x)
+      class(bordered_determinant_type), intent(inout) :: self
+      complex(wp), allocatable, intent(out) :: x(:, :)
+      real(wp), parameter :: pi = acos(-1.0_wp)
+      real(wp) :: angle(self%blocks(1)%rows)
+      integer :: j
+
+      allocate (x(size(angle), trials))
+      do j = 1, trials
+         call random_vector(self%state, angle)
+         x(:, j) = cmplx(cos(pi*angle), sin(pi*angle), wp)
+      end do
+   end subroutine random_phases
+end module kschur_bordered_determinant

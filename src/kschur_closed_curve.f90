@@ -1,0 +1,66 @@
+!> The curve around all that is nearer to a target than some distance.
+module kschur_closed_curve
+   use kschur_kinds, only: wp
+   implicit none
+   private
+   public :: closed_curve_type, new_closed_curve
+
+   real(wp), parameter :: pi = acos(-1.0_wp)
+
+   !> Eigenvalues of real matrices come in conjugate pairs, and the distance of a pair is that of the nearer of
+   !> the two: the curve goes around two discs, about the target and about its conjugate. Where they reach the
+   !> real axis they make one region, and half of its curve tells all; where they do not, one disc does.
+   type :: closed_curve_type
+      !> The target, Im >= 0, and the distance (1/s).
+      complex(wp) :: center = (0.0_wp, 0.0_wp)
+      real(wp) :: radius = 0
+      !> Whether the path is a circle in the upper half plane; else it is the half of a curve symmetric about the
+      !> real axis, from the right end on that axis to the left one.
+      logical :: circle = .false.
+      ! Angle of the right end, below zero.
+      real(wp), private :: start = 0
+   contains
+      !> The point at a part of the path, 0 ... 1, counterclockwise.
+      procedure :: point
+      !> The variable of a power series for functions that are analytic inside, of size one.
+      procedure :: variable
+   end type closed_curve_type
+
+contains
+
+   pure function new_closed_curve(target, radius) result(curve)
+      complex(wp), intent(in) :: target
+      real(wp), intent(in) :: radius
+      type(closed_curve_type) :: curve
+
+      curve%center = cmplx(real(target, wp), abs(aimag(target)), wp)
+      curve%radius = radius
+      curve%circle = aimag(curve%center) > radius
+      if (.not. curve%circle) curve%start = -asin(aimag(curve%center)/radius)
+   end function new_closed_curve
+
+   elemental complex(wp) function point(self, part)
+      class(closed_curve_type), intent(in) :: self
+      real(wp), intent(in) :: part
+      real(wp) :: angle
+
+      if (self%circle) then
+         angle = 2*pi*part
+      else
+         angle = self%start + (pi - 2*self%start)*part
+      end if
+      point = self%center + self%radius*cmplx(cos(angle), sin(angle), wp)
+      if (.not. self%circle .and. (part <= 0 .or. part >= 1)) point = real(point, wp)
+   end function point
+
+   elemental complex(wp) function variable(self, lambda)
+      class(closed_curve_type), intent(in) :: self
+      complex(wp), intent(in) :: lambda
+
+      if (self%circle) then
+         variable = (lambda - self%center)/self%radius
+      else
+         variable = (lambda - real(self%center, wp))/(aimag(self%center) + self%radius)
+      end if
+   end function variable
+end module kschur_closed_curve
