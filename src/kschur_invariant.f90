@@ -4,7 +4,7 @@ module kschur_invariant
    use kschur_root_space, only: root_space_type
    implicit none
    private
-   public :: invariant_type, zero_and_infinite
+   public :: invariant_type, undamped_zeros, zero_and_infinite
 
    !> C Z = Z T. Its eigenvalues are not looked for, and not among those that an iteration returns.
    type :: invariant_type
@@ -54,6 +54,24 @@ contains
       end if
       invariant%projected(k + 1:, k + 1:) = matmul(inverse(identity(s - k) - shift*infinite%links), infinite%links)
    end function zero_and_infinite
+
+   !> The root space of lambda = 0 that rigid motions without damping have at least: (phi, 0), and (0, phi) next in
+   !> its chain.
+   pure function undamped_zeros(motions) result(space)
+      !> n x k.
+      real(wp), intent(in) :: motions(:, :)
+      type(root_space_type) :: space
+      integer :: n, k, j
+
+      n = size(motions, 1)
+      k = size(motions, 2)
+      allocate (space%x(n, 2*k), space%v(n, 2*k), space%links(2*k, 2*k), source=0.0_wp)
+      space%x(:, :k) = motions
+      space%v(:, k + 1:) = motions
+      do j = 1, k
+         space%links(j, k + j) = 1
+      end do
+   end function undamped_zeros
 
    pure function identity(n)
       integer, intent(in) :: n

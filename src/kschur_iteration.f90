@@ -76,7 +76,11 @@ contains
          allocate (pairs%phi(size(phi, 1), size(of)), source=phi(:, of))
          allocate (pairs%xi(size(xi, 1), size(of)), source=xi(:, of))
       end if
-      allocate (pairs%paired(size(of)), source=paired(of) .and. .not. transform%map%oscillator)
+      if (transform%map%oscillator) then
+         allocate (pairs%paired(size(of)), source=[(count(of == of(j)) == 1, j=1, size(of))])
+      else
+         allocate (pairs%paired(size(of)), source=paired(of))
+      end if
       do j = 1, size(of)
          pairs%xi(:, j) = transform%map%reaction(pairs%lambda(j))*pairs%xi(:, j)
       end do

@@ -67,7 +67,7 @@ contains
       real(wp) :: limit
       logical :: dropped
       integer, allocatable :: order(:)
-      integer :: k, j
+      integer :: k, j, known
 
       k = size(pairs%lambda) - rigid
       call normalize(pairs, k)
@@ -97,7 +97,8 @@ contains
       if (present(inaccurate)) inaccurate = count(accepted .and. errors > spurious .and. abs(lambda) <= limit)
       if (present(beyond)) beyond = any(errors > spurious .and. .not. abs(lambda) <= limit)
       accepted = accepted .and. errors <= spurious
-      call drop_beyond(lambda, most, accepted, dropped)
+      if (eigenvalues_of(lambda, accepted) > most) call drop_repeated(pairs, k, most, accepted)
+      call drop_beyond(lambda, bounds, most, accepted, dropped)
       if (dropped) then
          if (present(inaccurate)) inaccurate = 0
          if (present(beyond)) beyond = .true.
@@ -105,7 +106,9 @@ contains
       if (present(found)) found = eigenvalues_of(lambda, accepted)
       allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
       call sort_by_distance(lambda, options%target, order)
-      order = order(:min(count(distances(lambda(order), options%target) <= (1 + blurred)*reach), options%modes))
+      known = size(order)
+      if (eigenvalues_of(lambda, accepted) < most) known = count(distances(lambda(order), options%target) <= (1 + blurred)*reach)
+      order = order(:min(known, options%modes))
 
       call take_columns(pairs%phi, order)
       call take_columns(pairs%xi, order)
@@ -125,16 +128,44 @@ contains
       total = count(chosen) + count(chosen .and. abs(aimag(lambda)) > 0)
    end function eigenvalues_of
 
-   ! Takes the largest out of a list of more eigenvalues than there are: they are infinite ones that rounding blurred.
-   pure subroutine drop_beyond(lambda, most, accepted, dropped)
+   ! Takes out of a list of more eigenvalues than there are those that have the shapes of others: an eigenvalue
+   ! found twice, if it is not a defective one, which counts as often.
+   subroutine drop_repeated(pairs, k, most, accepted)
+      type(eigenpairs_type), intent(in) :: pairs
+      !> The first so many may be repeated.
+      integer, intent(in) :: k, most
+      logical, intent(inout) :: accepted(:)
+      logical :: others(size(accepted))
+      integer :: j
+
+      do j = k, 1, -1
+         if (.not. accepted(j)) cycle
+         if (eigenvalues_of(pairs%lambda, accepted) <= most) return
+         others = accepted
+         others(j) = .false.
+         accepted(j) = .not. depends(pairs, others, j)
+      end do
+   end subroutine drop_repeated
+
+   ! Takes out of a list of more eigenvalues than there are those that may be anything, and then the largest: they
+   ! are infinite ones that rounding blurred.
+   pure subroutine drop_beyond(lambda, bounds, most, accepted, dropped)
       complex(wp), intent(in) :: lambda(:)
+      real(wp), intent(in) :: bounds(:)
       integer, intent(in) :: most
       logical, intent(inout) :: accepted(:)
       logical, intent(out) :: dropped
+      real(wp), parameter :: anything = 1.0e-2_wp
+      logical :: doubtful(size(lambda))
 
       dropped = .false.
       do while (eigenvalues_of(lambda, accepted) > most)
-         accepted(maxloc(abs(lambda), 1, accepted)) = .false.
+         doubtful = accepted .and. bounds > anything*abs(lambda)
+         if (any(doubtful)) then
+            accepted(maxloc(bounds/max(abs(lambda), tiny(1.0_wp)), 1, doubtful)) = .false.
+         else
+            accepted(maxloc(abs(lambda), 1, accepted)) = .false.
+         end if
          dropped = .true.
       end do
    end subroutine drop_beyond
@@ -161,15 +192,34 @@ contains
    end subroutine take_columns
 
    !> Puts pairs in the place of the modes of `result`: the same ones, but better.
-   subroutine replace_modes(problem, pairs, result)
+   subroutine replace_modes(problem, pairs, result, lost)
       type(modal_problem_type), intent(in) :: problem
       !> Used up.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modal_result_type), intent(inout) :: result
+      !> How many eigenvalues, both of a conjugate pair counted, became others that are there already.
+      integer, intent(out) :: lost
+      logical :: kept(size(pairs%lambda)), others(size(pairs%lambda))
+      real(wp), allocatable :: errors(:), bounds(:)
+      integer, allocatable :: order(:)
+      integer :: j
 
-      call settle_pairs(problem, pairs, 0, result%backward_error, result%error_bound)
+      call settle_pairs(problem, pairs, 0, errors, bounds)
       call normalize(pairs, size(pairs%lambda))
-      call move_alloc(pairs%lambda, result%eigenvalues)
+      kept = .true.
+      do j = 1, size(kept)
+         if (abs(pairs%lambda(j) - result%eigenvalues(j)) <= same_value*abs(pairs%lambda(j))) cycle
+         others = kept
+         others(j) = .false.
+         kept(j) = .not. depends(pairs, others, j)
+      end do
+      lost = count(.not. kept) + count(.not. kept .and. abs(aimag(pairs%lambda)) > 0)
+      allocate (order, source=pack([(j, j=1, size(kept))], kept))
+      call take_columns(pairs%phi, order)
+      call take_columns(pairs%xi, order)
+      result%eigenvalues = pairs%lambda(order)
+      result%backward_error = errors(order)
+      result%error_bound = bounds(order)
       call move_alloc(pairs%phi, result%eigenvectors)
       call move_alloc(pairs%xi, result%multipliers)
       call describe(problem, result)
@@ -179,8 +229,9 @@ contains
    pure real(wp) function highest(problem)
       type(modal_problem_type), intent(in) :: problem
 
+      highest = 0
       associate (mass => problem%mass%infinity_norm())
-         highest = max(sqrt(problem%stiffness%infinity_norm()/mass), problem%damping%infinity_norm()/mass)
+         if (mass > 0) highest = max(sqrt(problem%stiffness%infinity_norm()/mass), problem%damping%infinity_norm()/mass)
       end associate
    end function highest
 

@@ -44,10 +44,14 @@ module kschur_presolve
    contains
       !> phi = T y: shapes of the problem from those of the reduced one.
       procedure :: expand_shapes
+      !> y of phi = T y, and the multipliers of the rows that stay.
+      procedure :: contract
       !> T^T f: forces on the reduced unknowns.
       procedure :: restrict
       !> Multipliers of all constraints of the problem from those of the reduced one.
       procedure :: expand_multipliers
+      !> The largest unit of a reduced unknown in those as given over the smallest.
+      procedure :: spread_of_units
       !> Measures the reduced unknowns in other units: y(i) is now units(i) times as much.
       procedure :: change_units
    end type presolve_type
@@ -337,6 +341,18 @@ contains
       where (abs(reduced%value) <= rounding*terms%value) reduced%value = 0
    end subroutine drop_rounding
 
+   pure real(wp) function spread_of_units(self)
+      class(presolve_type), intent(in) :: self
+      real(wp) :: units(self%unknowns_after)
+      integer :: i
+
+      do i = 1, self%unknowns_before
+         if (self%parent(i) == i) units(self%master(i)) = abs(self%factor(i))
+      end do
+      spread_of_units = 1
+      if (size(units) > 0) spread_of_units = maxval(units)/minval(units)
+   end function spread_of_units
+
    pure subroutine change_units(self, units)
       class(presolve_type), intent(inout) :: self
       real(wp), intent(in) :: units(:)
@@ -361,6 +377,21 @@ contains
          end do
       end do
    end subroutine expand_shapes
+
+   !> y, n' x k, and xi', m' x k, for phi = T y, n x k, and xi, m x k.
+   pure subroutine contract(self, phi, xi, y, xi_reduced)
+      class(presolve_type), intent(in) :: self
+      complex(wp), intent(in) :: phi(:, :), xi(:, :)
+      complex(wp), intent(out) :: y(:, :), xi_reduced(:, :)
+      integer :: i, j
+
+      do j = 1, size(phi, 2)
+         do i = 1, self%unknowns_before
+            if (self%parent(i) == i) y(self%master(i), j) = phi(i, j)/self%factor(i)
+         end do
+         xi_reduced(:, j) = xi(self%kept, j)
+      end do
+   end subroutine contract
 
    !> T^T f, n' x k, for f, n x k.
    pure function restrict(self, f) result(restricted)

@@ -77,7 +77,7 @@ contains
       if (.not. allocated(error)) call check_matrix(problem%damping, n, n, "damping matrix R", error)
       if (.not. allocated(error)) &
          call check_matrix(problem%constraints, problem%constraints%rows, n, "constraint Jacobian Cq", error)
-      if (.not. allocated(error)) call check_mass_and_constraints(problem, error)
+      if (.not. allocated(error)) call check_mass_and_constraints(problem, present(kind_of), error)
       if (allocated(error)) return
 
       if (present(kind_of)) then
@@ -114,15 +114,17 @@ contains
       end do
    end subroutine check_matrix
 
-   subroutine check_mass_and_constraints(problem, error)
+   subroutine check_mass_and_constraints(problem, reduced, error)
       type(modal_problem_type), intent(in) :: problem
+      !> Whether constraints may have taken what had a mass.
+      logical, intent(in) :: reduced
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: maxima(:)
       integer :: i
 
       if (problem%unknowns() == 0) then
          call new_error(error, error_input, "the mass matrix M has no rows")
-      else if (problem%mass%is_zero()) then
+      else if (problem%mass%is_zero() .and. .not. reduced) then
          call new_error(error, error_input, "the mass matrix M is zero: there are no modes")
       else if (problem%multipliers() > problem%unknowns()) then
          call new_error(error, error_input, "the constraint Jacobian Cq has "//text(problem%multipliers())// &

@@ -3,7 +3,7 @@ module kschur_quadratic_transform_complex
    use kschur_arpack, only: arpack
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
-   use kschur_invariant, only: zero_and_infinite
+   use kschur_invariant, only: undamped_zeros, zero_and_infinite
    use kschur_kinds, only: wp
    use kschur_krylov_complex, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
@@ -13,6 +13,7 @@ module kschur_quadratic_transform_complex
    use kschur_options, only: method_arpack
    use kschur_problem, only: modal_problem_type
    use kschur_quadratic_complex, only: quadratic_operator_type, new_quadratic_operator
+   use kschur_root_space, only: root_space_type
    use kschur_transform, only: transform_type
    use kschur_two_level_complex, only: two_level_basis_type
    implicit none

@@ -40,6 +40,7 @@ contains
       real(wp), allocatable :: found(:, :)
       integer(long) :: state
       integer :: block_size, n, i, before
+      logical :: doubtful
 
       n = problem%unknowns()
       transposed = .false.
@@ -50,10 +51,11 @@ contains
       do
          before = size(found, 2)
          block_size = min(block_size, n - before)
-         call find_more(stiffness, block_size, transposed, state, found, error)
+         call find_more(stiffness, block_size, transposed, state, found, doubtful, error)
          if (allocated(error)) return
-         if (size(found, 2) < before + block_size .or. size(found, 2) == n) exit
-         block_size = 8*block_size
+         if (size(found, 2) == n .or. (size(found, 2) < before + block_size .and. &
+            .not. (doubtful .and. size(found, 2) > before))) exit
+         if (size(found, 2) == before + block_size) block_size = 8*block_size
       end do
       allocate (motions(n, size(found, 2)), multipliers(problem%multipliers(), size(found, 2)))
       do i = 1, size(found, 2)
@@ -106,12 +108,14 @@ contains
    end subroutine check_inertia
 
    ! Adds up to `wanted` motions to those found: fewer, if there are no more.
-   subroutine find_more(stiffness, wanted, transposed, state, found, error)
+   subroutine find_more(stiffness, wanted, transposed, state, found, doubtful, error)
       type(scaled_stiffness_type), intent(inout) :: stiffness
       integer, intent(in) :: wanted
       logical, intent(in) :: transposed
       integer(long), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: found(:, :)
+      !> Whether some motion may be rigid, but was not found well enough.
+      logical, intent(out) :: doubtful
       type(error_type), allocatable, intent(out) :: error
       ! Motions above their multipliers, and the forces K x + Cq^T xi above violations.
       real(wp), allocatable :: x(:, :), forces(:, :), force(:), rotation(:, :), all(:, :)
@@ -120,6 +124,7 @@ contains
       integer :: i, n, before, rigid
 
       n = size(stiffness%scaling)
+      doubtful = .false.
       negligible = rounding*max(4.0_wp, stiffness%matrix%infinity_norm())
       before = size(found, 2)
       allocate (x(size(found, 1), wanted), forces(size(found, 1), wanted))
@@ -154,6 +159,7 @@ contains
       call least_forces(forces(:, own), force, rotation, error)
       if (allocated(error)) return
       rigid = count(force < negligible)
+      doubtful = rigid < size(own)
       allocate (all(size(found, 1), before + rigid))
       all(:, :before) = found
       all(:, before + 1:) = matmul(x(:, own), rotation(:, :rigid))

@@ -49,7 +49,8 @@ contains
 
    !> The median of sqrt(k/m) over unknowns with a stiffness and a mass of their own (1/s), up to a
    !> factor of two: it depends neither on the units of the unknowns nor on a few that are
-   !> very stiff or very heavy. Without stiffness one of damping and mass, without that 1.
+   !> very stiff or very heavy. Without stiffness one of damping and mass, without mass one of stiffness and damping,
+   !> without that 1.
    pure real(wp) function typical_rate(problem) result(rate)
       type(modal_problem_type), intent(in) :: problem
       real(wp), dimension(problem%unknowns()) :: mass, other
@@ -58,7 +59,10 @@ contains
       mass = abs(problem%mass%diagonal())
       other = abs(problem%stiffness%diagonal())
       power = 2
-      if (.not. any(mass > 0 .and. other > 0)) then
+      if (problem%mass%is_zero()) then
+         mass = abs(problem%damping%diagonal())
+         power = 1
+      else if (.not. any(mass > 0 .and. other > 0)) then
          other = abs(problem%damping%diagonal())
          power = 1
       end if

@@ -217,7 +217,7 @@ contains
       integer :: applications, movable
 
       ! Rigid motions that stay in the iteration are all that it would see.
-      if (deflation%blur > 0) return
+      if (deflation%others > 0) return
       before = stiffness%solver%solve_seconds
       call find_lowest_frequencies(problem, stiffness, deflation, options%modes, options%seed, frequencies, applications, error)
       if (allocated(error)) then
@@ -253,8 +253,11 @@ contains
       real(wp) :: typical, of_norms
 
       typical = typical_rate(problem)
-      of_norms = sqrt(problem%stiffness%infinity_norm()/problem%mass%infinity_norm())
-      if (.not. of_norms > 0) of_norms = problem%damping%infinity_norm()/problem%mass%infinity_norm()
+      of_norms = typical
+      if (.not. problem%mass%is_zero()) then
+         of_norms = sqrt(problem%stiffness%infinity_norm()/problem%mass%infinity_norm())
+         if (.not. of_norms > 0) of_norms = problem%damping%infinity_norm()/problem%mass%infinity_norm()
+      end if
       first_scale = below_the_highest*min(typical, max(of_norms, heaviest*typical))
    end function first_scale
 

@@ -16,7 +16,7 @@ module kschur_solver
    use kschur_left, only: set_left_modes
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_method, only: check_method, method_name, settings_of
-   use kschur_backward_error, only: append_pairs, eigenpairs_type
+   use kschur_backward_error, only: append_pairs, backward_errors, eigenpairs_type
    use kschur_modes, only: orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
@@ -60,6 +60,7 @@ contains
       type(deflation_type), target :: deflation
       type(scaled_stiffness_type), allocatable :: stiffness
       type(eigenpairs_type) :: rigid
+      type(eigenvalue_count_type) :: total
       class(linear_solver_type), pointer :: solver
       integer(long) :: started
 
@@ -94,15 +95,21 @@ contains
       call note_problem(work, plan, result, error)
       if (.not. allocated(error)) call find_rigid(work, result%formulation, .not. settings%is_plain(), inner, deflation, rigid, &
          result, error, stiffness, options%modes)
-      if (.not. allocated(error)) call place_shift(work, stiffness, size(rigid%lambda) > 0, deflation, settings, inner, &
-         transform, result, error)
       if (allocated(error)) return
       call undo_presolve(problem, plan, rigid)
-      call find_modes(problem, work, plan, deflation, rigid, transform, settings, inner, result, error, monitor)
+      total = count_eigenvalues(work, deflation, result%redundant_constraints - plan%redundant, size(rigid%lambda))
+      if (total%exact .and. total%number == size(rigid%lambda) .and. .not. settings%is_plain()) then
+         call only_rigid(problem, rigid, inner, result, error)
+         result%seconds%total = seconds_since(started)
+         return
+      end if
+      call place_shift(work, stiffness, size(rigid%lambda) > 0, deflation, settings, inner, transform, result, error)
+      if (allocated(error)) return
+      call find_modes(problem, work, plan, deflation, rigid, total, transform, settings, inner, result, error, monitor)
       if (.not. allocated(error) .and. options%certify) &
          call certify_modes(work, inner%complex, deflation%zeros(), result)
       if (.not. allocated(error) .and. options%left) &
-         call find_left_modes(problem, work, plan, size(rigid%lambda) > 0, transform, settings, inner, result, error, &
+         call find_left_modes(problem, work, plan, size(rigid%lambda) > 0, total, transform, settings, inner, result, error, &
          monitor)
       if (.not. allocated(error)) call note_modes(problem, result, error)
       if (allocated(error)) return
@@ -118,7 +125,7 @@ contains
    ! zero cannot be told apart while they iterate: where they make fewer modes
    ! than they seemed to, more are asked for, as long as that helps. What the degree of the determinant says to be
    ! missing is looked for at other shifts.
-   subroutine find_modes(problem, work, plan, deflation, rigid, transform, options, inner, result, error, monitor)
+   subroutine find_modes(problem, work, plan, deflation, rigid, total, transform, options, inner, result, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       !> What the plan left of it.
       type(modal_problem_type), target, intent(in) :: work
@@ -126,6 +133,7 @@ contains
       !> What the transform leaves out of the iteration, and all rigid motions, of the problem.
       type(deflation_type), target, intent(in) :: deflation
       type(eigenpairs_type), intent(inout) :: rigid
+      type(eigenvalue_count_type), intent(in) :: total
       class(transform_type), allocatable, target, intent(inout) :: transform
       type(modal_options_type), intent(in) :: options
       type(inner_solvers_type), intent(in) :: inner
@@ -137,14 +145,12 @@ contains
       integer, parameter :: rounds = 5
       ! Wanted eigenvalues of this part of the shift all look alike from there.
       real(wp), parameter :: much_smaller = 1.0e-2_wp
-      type(eigenvalue_count_type) :: total
-      integer :: asked, missing, before, round, places, inaccurate, found
+      integer :: asked, missing, before, round, places, inaccurate, found, lost
       ! Whether the iteration came to infinite eigenvalues; whether it is certain that there are no more modes.
       logical :: beyond, complete
       real(wp) :: reach, largest
 
       call orthonormalize_zeros(rigid)
-      total = count_eigenvalues(work, deflation, result%redundant_constraints - plan%redundant, size(rigid%lambda))
       asked = min(options%modes, total%number)
       before = options%modes + 1
       places = 0
@@ -152,9 +158,8 @@ contains
       do
          call iterate(transform, options, deflation%eigenvalues(), asked, pairs, reach, statistics, result, error, monitor)
          if (allocated(error)) return
-         largest = maxval([0.0_wp, abs(pairs%lambda)])
-         if (.not. allocated(options%shift) .and. largest > 0 .and. largest < much_smaller*abs(options%target) &
-            .and. largest < much_smaller*abs(result%shift) .and. places < rounds) then
+         largest = size_of_most(pairs%lambda, much_smaller*min(abs(options%target), abs(result%shift)))
+         if (.not. allocated(options%shift) .and. largest > 0 .and. places < rounds) then
             places = places + 1
             call account(transform%linear_solver(), result)
             call factor_beside(work, deflation, options, inner, 2*largest*options%target/abs(options%target), transform, &
@@ -173,14 +178,18 @@ contains
          before = missing
          asked = min(asked + max(missing, asked/4), total%number)
       end do
+      if (.not. options%is_plain()) call polish(problem, work, plan, options, inner, result, lost, error)
+      if (allocated(error)) return
+      found = found - lost
+      missing = options%modes - size(result%eigenvalues)
       if (missing > 0 .and. total%exact .and. complete .and. found < total%number .and. .not. options%is_plain()) then
          call search_elsewhere(problem, work, plan, deflation, options, inner, total%number, result, inaccurate, found, error, &
             monitor)
          if (allocated(error)) return
+         call polish(problem, work, plan, options, inner, result, lost, error)
+         if (allocated(error)) return
          missing = options%modes - size(result%eigenvalues)
       end if
-      if (.not. options%is_plain()) call polish(problem, options, inner, result, error)
-      if (allocated(error)) return
       result%reason = statistics%reason
       if (missing == 0) then
          inaccurate = 0
@@ -200,6 +209,15 @@ contains
       result%locking_error = statistics%locking_error
       result%history = statistics%history
    end subroutine find_modes
+
+   ! The largest |lambda| below a limit, if most of them are; else 0.
+   pure real(wp) function size_of_most(lambda, limit)
+      complex(wp), intent(in) :: lambda(:)
+      real(wp), intent(in) :: limit
+
+      size_of_most = 0
+      if (2*count(abs(lambda) < limit) > size(lambda)) size_of_most = maxval(abs(lambda), abs(lambda) < limit)
+   end function size_of_most
 
    ! At a shift, or beside it if it is an eigenvalue.
    subroutine factor_beside(work, deflation, options, inner, shift, transform, result, error)
@@ -271,11 +289,12 @@ contains
 
    ! Left vectors are conjugated modes of the transposed problem: the modes
    ! themselves where the problem is symmetric.
-   subroutine find_left_modes(problem, work, plan, free, transform, options, inner, result, error, monitor)
+   subroutine find_left_modes(problem, work, plan, free, total, transform, options, inner, result, error, monitor)
       type(modal_problem_type), target, intent(in) :: problem, work
       type(presolve_type), intent(in) :: plan
       !> Whether there are rigid motions: there are as many from the left.
       logical, intent(in) :: free
+      type(eigenvalue_count_type), intent(in) :: total
       class(transform_type), target, intent(in) :: transform
       type(modal_options_type), intent(in) :: options
       type(inner_solvers_type), intent(in) :: inner
@@ -302,7 +321,7 @@ contains
       call undo_presolve(transposed, plan, rigid)
       left%shift = result%shift
       left%redundant_constraints = result%redundant_constraints
-      call find_modes(transposed, transposed_work, plan, deflation, rigid, adjoint, options, inner, left, error, monitor)
+      call find_modes(transposed, transposed_work, plan, deflation, rigid, total, adjoint, options, inner, left, error, monitor)
       if (allocated(error)) return
       call set_left_modes(problem, transposed, modes_of(left), left%reason /= reason_cancelled, inner, result, error)
       call account(adjoint%linear_solver(), result)
@@ -384,30 +403,60 @@ contains
       if (result%options%left) call set_left_modes(problem, problem, modes_of(result), .false., inner, result, error)
    end subroutine no_modes
 
-   ! Modes far from the shift are known less well than those near to it.
-   subroutine polish(problem, options, inner, result, error)
+   ! Where rigid motions are all there is.
+   subroutine only_rigid(problem, rigid, inner, result, error)
       type(modal_problem_type), intent(in) :: problem
-      type(modal_options_type), intent(in) :: options
+      type(eigenpairs_type), intent(inout) :: rigid
       type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
+      integer :: k
+
+      call orthonormalize_zeros(rigid)
+      k = size(rigid%lambda)
+      call select_modes(problem, result%options, k, rigid, k, 0.0_wp, huge(1.0_wp), result)
+      allocate (result%history%converged(0), result%history%operator_applications(0), result%history%residual(0))
+      if (result%options%modes > k) result%reason = reason_fewer_modes
+      if (result%options%left) call set_left_modes(problem, problem, modes_of(result), .false., inner, result, error)
+      if (.not. allocated(error)) call note_modes(problem, result, error)
+   end subroutine only_rigid
+
+   ! Modes far from the shift are known less well than those near to it. Judged and refined in the units that
+   ! balance has found: in those as given errors may hide behind a few large entries.
+   subroutine polish(problem, work, plan, options, inner, result, lost, error)
+      type(modal_problem_type), intent(in) :: problem, work
+      type(presolve_type), intent(in) :: plan
+      type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
+      type(modal_result_type), intent(inout) :: result
+      !> How many eigenvalues turned out to be others of the list.
+      integer, intent(out) :: lost
+      type(error_type), allocatable, intent(out) :: error
+      ! Units that are further apart than this hide errors.
+      real(wp), parameter :: uneven = 1.0e6_wp
       real(wp) :: good_enough
       class(complex_linear_solver_type), allocatable :: solver
       type(eigenpairs_type) :: pairs
       real(wp), allocatable :: errors(:)
+      integer :: before
 
+      lost = 0
       good_enough = max(1.0e-13_wp, options%tolerance/10)
-      if (.not. any(result%backward_error > good_enough)) return
-      allocate (errors, source=result%backward_error)
-      call move_alloc(result%eigenvalues, pairs%lambda)
-      call move_alloc(result%eigenvectors, pairs%phi)
-      call move_alloc(result%multipliers, pairs%xi)
+      if (all(result%backward_error <= good_enough) .and. plan%spread_of_units() <= uneven) return
+      allocate (pairs%lambda, source=result%eigenvalues)
+      allocate (pairs%phi(plan%unknowns_after, size(pairs%lambda)), pairs%xi(plan%constraints_after, size(pairs%lambda)))
+      call plan%contract(result%eigenvectors, result%multipliers, pairs%phi, pairs%xi)
+      allocate (errors, source=backward_errors(work, pairs))
+      if (.not. any(errors > good_enough)) return
+      before = result%factorizations
       allocate (solver, source=inner%complex)
-      call refine(problem, constraint_factors(problem, options%constraint_scaling, result%shift), good_enough, &
+      call refine(work, constraint_factors(work, options%constraint_scaling, result%shift), good_enough, &
          solver, pairs, errors, result%factorizations, error)
       if (allocated(error)) return
       call account(solver, result)
-      call replace_modes(problem, pairs, result)
+      if (result%factorizations == before) return
+      call undo_presolve(problem, plan, pairs)
+      call replace_modes(problem, pairs, result, lost)
    end subroutine polish
 
    !> Shapes and multipliers of the problem as given.
