@@ -99,7 +99,7 @@ module kschur_options
       !> Whether to compute left eigenvectors and condition numbers as well.
       logical :: left = .false.
       !> Whether to count the eigenvalues about the target where nothing else proves that no mode is missing: for
-      !> any damping, with some 10 to 60 complex factorisations.
+      !> any damping, with some 20 to 120 complex factorisations.
       logical :: certify = .false.
       !> Seed of the start vector; the same seed gives the same digits.
       integer :: seed = 1

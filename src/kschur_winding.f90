@@ -8,7 +8,8 @@
 !> two samples, are what no such p makes both small and slow.
 !>
 !> The path is cut into panels with a sample inside each. A panel counts when the logarithm changes little in
-!> both its parts, size and phase, and evenly; else it is halved. Steps are uneven, so that a phase that turns
+!> both its parts, size and phase, and evenly; else it is halved. When all count, all are halved once more, and have to
+!> count again. Steps are uneven, so that a phase that turns
 !> evenly does not turn by whole turns in all of them.
 module kschur_winding
    use kschur_closed_curve, only: closed_curve_type
@@ -32,7 +33,7 @@ module kschur_winding
    ! The total may be off from a whole number of half turns by rounding only.
    real(wp), parameter :: whole = 0.05_wp
    ! Panels at first on half of a curve and on a circle; samples at most; a panel that is not halved any more.
-   integer, parameter :: panels_of_half = 4, panels_of_circle = 7, most_samples = 400
+   integer, parameter :: panels_of_half = 4, panels_of_circle = 7, most_samples = 800
    real(wp), parameter :: narrowest = 1.0e-7_wp
    ! Coefficients of p, per sample.
    integer, parameter :: samples_per_coefficient = 3
@@ -84,13 +85,20 @@ contains
       type(samples_type) :: samples
       complex(wp), allocatable :: logarithms(:)
       logical, allocatable :: passed(:)
+      logical :: confirmed
       real(wp) :: turned
 
       unknown = 0
       call take_first_samples(samples, f, curve, known, origin, reason)
+      confirmed = .false.
       do while (reason == "")
          call judge(samples, curve, logarithms, passed)
-         if (all(passed)) exit
+         if (all(passed)) then
+            if (confirmed) exit
+            ! By chance a few samples fit a function that turns between them; twice as many do not.
+            confirmed = .true.
+            passed = .false.
+         end if
          call halve(samples, f, curve, known, origin, .not. passed, reason)
       end do
       if (reason /= "") return

@@ -202,7 +202,7 @@ int kschur_options_set_presolve(kschur_options *options, int flag);
 int kschur_options_set_left(kschur_options *options, int flag);
 
 /* Whether the eigenvalues about the target are counted where nothing else proves that no mode is missing: for any
- * damping, with some 10 to 60 complex factorisations. Default no. */
+ * damping, with some 20 to 120 complex factorisations. Default no. */
 int kschur_options_set_certify(kschur_options *options, int flag);
 
 /* Seed of the random start vector. Default 1; the same seed gives the same digits. */
