@@ -447,6 +447,7 @@ contains
       allocate (pairs%phi(plan%unknowns_after, size(pairs%lambda)), pairs%xi(plan%constraints_after, size(pairs%lambda)))
       call plan%contract(result%eigenvectors, result%multipliers, pairs%phi, pairs%xi)
       allocate (errors, source=backward_errors(work, pairs))
+      where (result%backward_error > good_enough) errors = max(errors, result%backward_error)
       if (.not. any(errors > good_enough)) return
       before = result%factorizations
       allocate (solver, source=inner%complex)
