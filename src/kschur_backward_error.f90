@@ -12,12 +12,10 @@ module kschur_backward_error
 
    ! Rounding of the factored matrix moves eigenvalues by less than this, relative to their size.
    real(wp), parameter :: rounded = 1.0e-3_wp
-   ! Two roots of one shape closer than this, relative to their size, are not told apart by it.
-   real(wp), parameter :: critical = 1.0e-4_wp
    ! Further from an axis than this, relative to its size, an eigenvalue is not looked at.
    real(wp), parameter :: near = 1.0e-4_wp
    ! A discriminant below this, relative to its terms, is none.
-   real(wp), parameter :: double_root = 1.0e-13_wp
+   real(wp), parameter :: double_root = 8*epsilon(1.0_wp)
    ! The real part of a shape that was found roughly is polished afterwards.
    real(wp), parameter :: loose = 1.0e-8_wp
 
@@ -174,21 +172,25 @@ contains
       copy%xi(:, 1) = aimag(phase*reaction)/length
    end function other_copy
 
-   ! A step of Newton's on phi^T P(lambda) phi = 0, where it is a small one. At critical damping the
-   ! slope is none. (phi^T: the left vector of a symmetric problem is the conjugate of phi.)
+   ! The root of phi^T P(lambda) phi = 0 that is next to lambda, where it is near. (phi^T: the left vector of a symmetric
+   ! problem is the conjugate of phi.)
    pure subroutine correct(products, phi, lambda)
       type(products_type), intent(in) :: products
       complex(wp), intent(in) :: phi(:)
       complex(wp), intent(inout) :: lambda
-      complex(wp) :: slope, remainder
-      real(wp) :: inertia
-      complex(xp) :: s
+      complex(xp) :: m, r, k, root, roots(2)
+      integer :: next
 
-      s = lambda
-      remainder = cmplx(sum(phi*(s*(s*products%mass + products%damping) + products%rest)), kind=wp)
-      slope = cmplx(sum(phi*(2*s*products%mass + products%damping)), kind=wp)
-      inertia = real(sum(abs(phi*(s*products%mass))), wp)
-      if (abs(slope) > critical*inertia .and. abs(remainder) < rounded*abs(lambda*slope)) lambda = lambda - remainder/slope
+      m = sum(phi*products%mass)
+      r = sum(phi*products%damping)
+      k = sum(phi*products%rest)
+      root = sqrt(r**2 - 4*m*k)
+      if (real(root*conjg(r), xp) < 0) root = -root
+      roots(1) = -(r + root)/2
+      if (.not. min(abs(roots(1)), abs(m)) > 0) return
+      roots = [roots(1)/m, k/roots(1)]
+      next = minloc(abs(roots - lambda), 1)
+      if (abs(roots(next) - lambda) <= rounded*abs(lambda)) lambda = cmplx(roots(next), kind=wp)
    end subroutine correct
 
    ! lambda^2 is real, most often: on an axis, if it is there for rounding.

@@ -115,6 +115,23 @@ contains
       result%factorizations = result%factorizations + 1
    end subroutine find_null_motions
 
+   ! Whether each positive diagonal entry is larger than all others of its row together: of a symmetric matrix that
+   ! is definite then.
+   pure logical function is_dominant(matrix)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp), parameter :: clearly = 1.01_wp
+      real(wp) :: diagonal(matrix%rows)
+      integer :: i
+
+      diagonal = matrix%diagonal()
+      do i = 1, matrix%rows
+         associate (row => matrix%value(matrix%row_start(i):matrix%row_start(i + 1) - 1))
+            is_dominant = diagonal(i) > 0 .and. 2*diagonal(i) > clearly*sum(abs(row))
+         end associate
+         if (.not. is_dominant) return
+      end do
+   end function is_dominant
+
    ! That of infinity belongs to the reversed polynomial, that of zero to what is not deflated.
    subroutine find_root_spaces(problem, formulation, motions, inner, stiffness, deflation, result, error)
       type(modal_problem_type), intent(in) :: problem
@@ -141,6 +158,10 @@ contains
          if (allocated(error)) return
       end if
       if (count(.not. problem%mass%row_maxima() > 0) > most_massless) return
+      if (problem%symmetric .and. is_dominant(problem%mass)) then
+         deflation%infinite_is_known = .true.
+         return
+      end if
       call find_null_motions(problem, problem%mass, inner, mass, massless, multipliers, result, error)
       if (allocated(error)) return
       if (deflation%oscillator) then
