@@ -2,7 +2,7 @@
 !> are, and what an engineer calls them.
 module kschur_modes
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use kschur_backward_error, only: eigenpairs_type, settle_pairs
+   use kschur_backward_error, only: backward_errors, eigenpairs_type, settle_pairs
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_options, only: modal_options_type
@@ -13,7 +13,7 @@ module kschur_modes
    use kschur_tolerances, only: same_value
    implicit none
    private
-   public :: orthonormalize_zeros, replace_modes, select_modes, sort_by_distance
+   public :: drop_inaccurate, drop_spurious, highest, orthonormalize_zeros, replace_modes, select_modes, sort_by_distance
 
    ! A real part below this, relative to the eigenvalue, is rounding.
    real(wp), parameter :: undamped_tolerance = 1.0e-11_wp
@@ -61,7 +61,7 @@ contains
       logical, optional, intent(out) :: beyond
       !> How many eigenvalues there are, both of a conjugate pair counted, whether wanted or not.
       integer, optional, intent(out) :: found
-      logical, allocatable :: accepted(:), lower(:), others(:)
+      logical, allocatable :: accepted(:), lower(:), others(:), doubtful(:)
       complex(wp), allocatable :: lambda(:)
       real(wp), allocatable :: errors(:), bounds(:)
       real(wp) :: limit
@@ -94,21 +94,25 @@ contains
 
       allocate (lambda, source=pairs%lambda)
       limit = max(highest(problem), far*max(reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
-      if (present(inaccurate)) inaccurate = count(accepted .and. errors > spurious .and. abs(lambda) <= limit)
+      doubtful = accepted .and. errors > spurious .and. abs(lambda) <= limit
       if (present(beyond)) beyond = any(errors > spurious .and. .not. abs(lambda) <= limit)
       accepted = accepted .and. errors <= spurious
       if (eigenvalues_of(lambda, accepted) > most) call drop_repeated(pairs, k, most, accepted)
       call drop_beyond(lambda, bounds, most, accepted, dropped)
-      if (dropped) then
-         if (present(inaccurate)) inaccurate = 0
-         if (present(beyond)) beyond = .true.
-      end if
+      if (dropped) doubtful = .false.
+      if (dropped .and. present(beyond)) beyond = .true.
       if (present(found)) found = eigenvalues_of(lambda, accepted)
       allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
       call sort_by_distance(lambda, options%target, order)
       known = size(order)
       if (eigenvalues_of(lambda, accepted) < most) known = count(distances(lambda(order), options%target) <= (1 + blurred)*reach)
       order = order(:min(known, options%modes))
+      if (present(inaccurate)) then
+         ! Beyond the furthest of all that were asked for they do not matter.
+         if (size(order) == options%modes) doubtful = doubtful .and. distances(lambda, options%target) <= &
+            maxval(distances(lambda(order), options%target))
+         inaccurate = count(doubtful)
+      end if
 
       call take_columns(pairs%phi, order)
       call take_columns(pairs%xi, order)
@@ -119,6 +123,23 @@ contains
       result%error_bound = bounds(order)
       call describe(problem, result)
    end subroutine select_modes
+
+   !> Takes out what is no eigenpair of a problem.
+   subroutine drop_spurious(problem, pairs)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, allocatable :: order(:)
+      real(wp) :: errors(size(pairs%lambda))
+      integer :: j
+
+      errors = backward_errors(problem, pairs)
+      allocate (order, source=pack([(j, j=1, size(errors))], errors <= spurious))
+      if (size(order) == size(errors)) return
+      call take_columns(pairs%phi, order)
+      call take_columns(pairs%xi, order)
+      pairs%lambda = pairs%lambda(order)
+      if (allocated(pairs%paired)) pairs%paired = pairs%paired(order)
+   end subroutine drop_spurious
 
    ! The number of eigenvalues that some of a list stand for, both of a conjugate pair counted.
    pure integer function eigenvalues_of(lambda, chosen) result(total)
@@ -225,7 +246,7 @@ contains
       call describe(problem, result)
    end subroutine replace_modes
 
-   ! About the highest frequency or decay (1/s) that the matrices have.
+   !> About the highest frequency or decay (1/s) that the matrices have.
    pure real(wp) function highest(problem)
       type(modal_problem_type), intent(in) :: problem
 
@@ -376,6 +397,29 @@ contains
       end do
       depends = length(u) <= dependent
    end function depends
+
+   !> Takes modes out of a result whose backward error is above a limit.
+   subroutine drop_inaccurate(problem, limit, result, lost)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: limit
+      type(modal_result_type), intent(inout) :: result
+      !> How many eigenvalues, both of a conjugate pair counted, these were.
+      integer, intent(out) :: lost
+      integer, allocatable :: order(:)
+      logical :: kept(size(result%eigenvalues))
+      integer :: j
+
+      kept = result%backward_error <= limit
+      lost = eigenvalues_of(result%eigenvalues, .not. kept)
+      if (lost == 0) return
+      allocate (order, source=pack([(j, j=1, size(kept))], kept))
+      call take_columns(result%eigenvectors, order)
+      call take_columns(result%multipliers, order)
+      result%eigenvalues = result%eigenvalues(order)
+      result%backward_error = result%backward_error(order)
+      result%error_bound = result%error_bound(order)
+      call describe(problem, result)
+   end subroutine drop_inaccurate
 
    ! Frequencies, damping ratios and kinds, eqs. (26) to (28).
    subroutine describe(problem, result)

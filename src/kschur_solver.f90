@@ -17,7 +17,7 @@ module kschur_solver
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_method, only: check_method, method_name, settings_of
    use kschur_backward_error, only: append_pairs, backward_errors, eigenpairs_type
-   use kschur_modes, only: orthonormalize_zeros, replace_modes, select_modes
+   use kschur_modes, only: drop_inaccurate, drop_spurious, highest, orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
    use kschur_options, only: modal_options_type, formulation_names, inner_names, scaling_names
@@ -36,6 +36,9 @@ module kschur_solver
    implicit none
    private
    public :: solve_modes, check_options, modes_of, undo_presolve
+
+   ! Units that are further apart than this hide errors.
+   real(wp), parameter :: uneven = 1.0e6_wp
 
 contains
 
@@ -167,6 +170,8 @@ contains
             if (allocated(error)) return
             cycle
          end if
+         if (plan%spread_of_units() > uneven) call save_hidden(work, options, inner, pairs, result, error)
+         if (allocated(error)) return
          call undo_presolve(problem, plan, pairs, rigid)
          call select_modes(problem, options, total%number, pairs, size(rigid%lambda), abs(result%shift), reach, result, &
             inaccurate, beyond, found)
@@ -182,6 +187,12 @@ contains
       if (allocated(error)) return
       found = found - lost
       missing = options%modes - size(result%eigenvalues)
+      if (missing > 0 .and. total%exact .and. .not. options%is_plain()) then
+         ! What refinement could not mend may be infinite.
+         call drop_inaccurate(problem, inaccurate_above, result, lost)
+         found = found - lost
+         missing = options%modes - size(result%eigenvalues)
+      end if
       if (missing > 0 .and. total%exact .and. complete .and. found < total%number .and. .not. options%is_plain()) then
          call search_elsewhere(problem, work, plan, deflation, options, inner, total%number, result, inaccurate, found, error, &
             monitor)
@@ -192,8 +203,8 @@ contains
       end if
       result%reason = statistics%reason
       if (missing == 0) then
-         inaccurate = 0
-         result%reason = merge(reason_inaccurate, reason_converged, any(result%backward_error > inaccurate_above))
+         result%reason = merge(reason_inaccurate, reason_converged, &
+            inaccurate > 0 .or. any(result%backward_error > inaccurate_above))
       else if (any(result%reason == [reason_converged, reason_fewer_modes])) then
          if (total%exact) then
             complete = found == total%number
@@ -239,6 +250,29 @@ contains
       end do
    end subroutine factor_beside
 
+   ! Errors that uneven units would hide from the judge: what is refined is no longer wrong, the rest is dropped.
+   subroutine save_hidden(work, options, inner, pairs, result, error)
+      type(modal_problem_type), intent(in) :: work
+      type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
+      type(eigenpairs_type), intent(inout) :: pairs
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(complex_linear_solver_type), allocatable :: solver
+      real(wp), allocatable :: errors(:)
+
+      allocate (errors, source=backward_errors(work, pairs))
+      where (abs(pairs%lambda) > 10*highest(work)) errors = 0
+      if (any(errors > inaccurate_above)) then
+         allocate (solver, source=inner%complex)
+         call refine(work, constraint_factors(work, options%constraint_scaling, result%shift), inaccurate_above, &
+            solver, pairs, errors, result%factorizations, error)
+         if (allocated(error)) return
+         call account(solver, result)
+      end if
+      call drop_spurious(work, pairs)
+   end subroutine save_hidden
+
    ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as
    ! the problem has: what is far from the first shift is filtered out there as infinite eigenvalues are.
    subroutine search_elsewhere(problem, work, plan, deflation, options, inner, most, result, inaccurate, found, error, monitor)
@@ -274,6 +308,8 @@ contains
          call iterate(transform, options, deflation%eigenvalues(), most, pairs, reach, statistics, result, error, monitor)
          if (allocated(error)) return
          call account(transform%linear_solver(), result)
+         if (plan%spread_of_units() > uneven) call save_hidden(work, options, inner, pairs, result, error)
+         if (allocated(error)) return
          call undo_presolve(problem, plan, pairs)
          all = modes_of(result)
          k = size(all%lambda)
@@ -432,8 +468,6 @@ contains
       !> How many eigenvalues turned out to be others of the list.
       integer, intent(out) :: lost
       type(error_type), allocatable, intent(out) :: error
-      ! Units that are further apart than this hide errors.
-      real(wp), parameter :: uneven = 1.0e6_wp
       real(wp) :: good_enough
       class(complex_linear_solver_type), allocatable :: solver
       type(eigenpairs_type) :: pairs
