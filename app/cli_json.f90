@@ -37,18 +37,19 @@ contains
    end subroutine print_json
 
    !> Prints a line of names and one line per mode on standard output; an
-   !> undefined damping ratio is empty, as is an infinite condition number.
+   !> undefined damping ratio is empty, as are an infinite condition number and an error that is not known.
    subroutine print_csv(result)
       type(modal_result_type), intent(in) :: result
       integer :: i
 
       call print_line("mode,eigenvalue_re,eigenvalue_im,frequency_hz,damped_frequency_hz,damping_ratio,kind,"// &
-         "backward_error"//trim(merge(",condition_number", repeat(" ", 17), allocated(result%condition))))
+         "backward_error,error"//trim(merge(",condition_number", repeat(" ", 17), allocated(result%condition))))
       do i = 1, size(result%eigenvalues)
          call print_line(text(i)//","//plain(real(result%eigenvalues(i), wp), "")//","// &
             plain(aimag(result%eigenvalues(i)), "")//","//plain(result%frequency_hz(i), "")//","// &
             plain(result%damped_frequency_hz(i), "")//","//plain(result%damping_ratio(i), "")//","// &
-            trim(kind_names(result%kind(i)))//","//plain(result%backward_error(i), "")//condition(result, i, ",", ""))
+            trim(kind_names(result%kind(i)))//","//plain(result%backward_error(i), "")//","// &
+            plain(result%error_bound(i), "")//condition(result, i, ",", ""))
       end do
    end subroutine print_csv
 
@@ -61,6 +62,7 @@ contains
          ', "damped_frequency_hz": '//number(result%damped_frequency_hz(i))// &
          ', "damping_ratio": '//number(result%damping_ratio(i))//', "kind": '//string(kind_names(result%kind(i)))// &
          ', "backward_error": '//number(result%backward_error(i))// &
+         ', "error": '//number(result%error_bound(i))// &
          condition(result, i, ', "condition_number": ', "null")//'}'
    end function mode
 

@@ -57,7 +57,7 @@ contains
    subroutine print_modes(result)
       type(modal_result_type), intent(in) :: result
       character(len=15) :: cells(size(result%eigenvalues), 5)
-      character(len=103) :: line
+      character(len=113) :: line
       character(len=12) :: more(-1:size(result%eigenvalues))
       integer :: i
 
@@ -72,17 +72,30 @@ contains
       where (result%kind == kind_rigid) cells(:, 5) = repeat(" ", 14)//"-"
 
       call print_line("")
-      write (line, "(5x, 5a15, 2x, a11, a10)") "Re", "Im", "frequency", "damped", "damping", "kind       ", "backward"
+      write (line, "(5x, 5a15, 2x, a11, 2a10)") "Re", "Im", "frequency", "damped", "damping", "kind       ", "backward", "error"
       call print_line(line//trim(more(-1)))
-      write (line, "(5x, 5a15, 2x, a11, a10)") "1/s", "1/s", "Hz", "Hz", "%", "", "error"
+      write (line, "(5x, 5a15, 2x, a11, 2a10)") "1/s", "1/s", "Hz", "Hz", "%", "", "error", "1/s"
       call print_line(line//trim(more(0)))
       do i = 1, size(result%eigenvalues)
-         write (line, "(i5, 5a15, 2x, a11, es10.1)") i, cells(i, :), kind_names(result%kind(i)), &
-            result%backward_error(i)
+         write (line, "(i5, 5a15, 2x, a11, es10.1, a10)") i, cells(i, :), kind_names(result%kind(i)), &
+            result%backward_error(i), error_bound(result%error_bound(i))
          call print_line(line//trim(more(i)))
       end do
       call print_line("")
    end subroutine print_modes
+
+   ! `-` where there is no left vector to tell.
+   elemental function error_bound(bound) result(cell)
+      real(wp), intent(in) :: bound
+      character(len=10) :: cell
+
+      cell = "         -"
+      if (.not. bound > 0 .and. bound >= 0) then
+         cell = "         0"
+      else if (bound <= huge(bound)) then
+         write (cell, "(es10.1)") bound
+      end if
+   end function error_bound
 
    ! `-` where there is no left vector to tell.
    elemental function condition(kappa)

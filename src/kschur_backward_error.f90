@@ -50,6 +50,7 @@ contains
       pairs%phi = reshape([pairs%phi, more%phi], [size(more%phi, 1), size(pairs%lambda) + size(more%lambda)])
       pairs%xi = reshape([pairs%xi, more%xi], [size(more%xi, 1), size(pairs%lambda) + size(more%lambda)])
       if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, size(more%lambda))]
+      if (allocated(pairs%again)) pairs%again = [pairs%again, spread(.false., 1, size(more%lambda))]
       pairs%lambda = [pairs%lambda, more%lambda]
    end subroutine append_pairs
 

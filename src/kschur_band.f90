@@ -322,6 +322,7 @@ contains
       result%damped_frequency_hz = found%damped_frequency_hz(order)
       result%damping_ratio = found%damping_ratio(order)
       result%backward_error = found%backward_error(order)
+      result%error_bound = found%error_bound(order)
       result%kind = found%kind(order)
       result%modes_asked = size(order)
       if (.not. options%left) return

@@ -2,6 +2,7 @@
 !> and the rest as attributes of the root. Complex numbers are the compound
 !> {r, i} of h5py.
 module kschur_hdf5_result
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use hdf5, only: hid_t
    use kschur_error, only: error_type, new_error, add_context, error_input, error_usage
    use kschur_files, only: temporary_name
@@ -53,7 +54,8 @@ contains
       is_whole = allocated(result%eigenvalues) .and. allocated(result%eigenvectors) .and. &
          allocated(result%multipliers) .and. allocated(result%frequency_hz) .and. &
          allocated(result%damped_frequency_hz) .and. allocated(result%damping_ratio) .and. &
-         allocated(result%backward_error) .and. allocated(result%kind) .and. allocated(result%method)
+         allocated(result%backward_error) .and. allocated(result%error_bound) .and. &
+         allocated(result%kind) .and. allocated(result%method)
       if (allocated(result%left_eigenvectors)) &
          is_whole = is_whole .and. allocated(result%left_multipliers) .and. allocated(result%condition)
    end function is_whole
@@ -72,6 +74,7 @@ contains
       call write_dataset(file, "/damped_frequency_hz", result%damped_frequency_hz, error)
       call write_dataset(file, "/damping_ratio", result%damping_ratio, error)
       call write_dataset(file, "/backward_error", result%backward_error, error)
+      call write_dataset(file, "/error", result%error_bound, error)
       call write_dataset(file, "/kind", words, error)
       if (.not. allocated(result%left_eigenvectors)) return
       call write_dataset(file, "/left_eigenvectors", result%left_eigenvectors, error)
@@ -214,6 +217,12 @@ contains
       call read_dataset(result%damped_frequency_hz, file, "/damped_frequency_hz", error)
       call read_dataset(result%damping_ratio, file, "/damping_ratio", error)
       call read_dataset(result%backward_error, file, "/backward_error", error)
+      if (exists(file, "/error")) then
+         call read_dataset(result%error_bound, file, "/error", error)
+      else if (allocated(result%backward_error)) then
+         ! Files of 0.1.0 do not tell.
+         allocate (result%error_bound, source=0*result%backward_error + ieee_value(1.0_wp, ieee_quiet_nan))
+      end if
       call read_dataset(words, file, "/kind", error)
       if (allocated(error)) return
       result%options%left = exists(file, "/left_eigenvectors")
@@ -355,7 +364,7 @@ contains
 
       modes = size(result%eigenvalues)
       if (any([size(result%eigenvectors, 2), size(result%multipliers, 2), size(result%frequency_hz), &
-         size(result%damped_frequency_hz), size(result%damping_ratio), size(result%backward_error), &
+         size(result%damped_frequency_hz), size(result%damping_ratio), size(result%backward_error), size(result%error_bound), &
          size(result%kind)] /= modes)) then
          call new_error(error, error_input, "the datasets do not all have the same number of modes")
       else if (any([size(result%eigenvectors, 1), size(result%multipliers, 1)] /= &

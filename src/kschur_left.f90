@@ -257,6 +257,8 @@ contains
             condition = condition_number(problem, lambda, left%phi(:, j), phi)
             if (condition > huge(condition)) cycle
             if (merges(result, j, rounding*condition*abs(lambda))) condition = ieee_value(1.0_wp, ieee_positive_inf)
+            if (condition <= huge(condition) .and. .not. result%error_bound(j) >= 0) result%error_bound(j) = &
+               condition*max(result%backward_error(j), epsilon(1.0_wp))*abs(lambda)
          end associate
       end do
    end subroutine set_conditions

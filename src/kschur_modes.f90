@@ -139,6 +139,7 @@ contains
       call take_columns(pairs%xi, order)
       pairs%lambda = pairs%lambda(order)
       if (allocated(pairs%paired)) pairs%paired = pairs%paired(order)
+      if (allocated(pairs%again)) pairs%again = pairs%again(order)
    end subroutine drop_spurious
 
    ! The number of eigenvalues that some of a list stand for, both of a conjugate pair counted.
@@ -220,6 +221,7 @@ contains
       type(modal_result_type), intent(inout) :: result
       !> How many eigenvalues, both of a conjugate pair counted, became others that are there already.
       integer, intent(out) :: lost
+      type(eigenpairs_type) :: before
       logical :: kept(size(pairs%lambda)), others(size(pairs%lambda))
       real(wp), allocatable :: errors(:), bounds(:)
       integer, allocatable :: order(:)
@@ -227,12 +229,14 @@ contains
 
       call settle_pairs(problem, pairs, 0, errors, bounds)
       call normalize(pairs, size(pairs%lambda))
+      before%lambda = result%eigenvalues
+      call move_alloc(result%eigenvectors, before%phi)
       kept = .true.
       do j = 1, size(kept)
-         if (abs(pairs%lambda(j) - result%eigenvalues(j)) <= same_value*abs(pairs%lambda(j))) cycle
          others = kept
          others(j) = .false.
-         kept(j) = .not. depends(pairs, others, j)
+         ! Shapes of a defective eigenvalue were the same before.
+         if (depends(pairs, others, j)) kept(j) = depends(before, others, j)
       end do
       lost = count(.not. kept) + count(.not. kept .and. abs(aimag(pairs%lambda)) > 0)
       allocate (order, source=pack([(j, j=1, size(kept))], kept))

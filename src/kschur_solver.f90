@@ -31,6 +31,7 @@ module kschur_solver
    use kschur_scaled_stiffness, only: scaled_stiffness_type
    use kschur_shift, only: factor_at, place_shift
    use kschur_text, only: text
+   use kschur_tolerances, only: same_value
    use kschur_transform, only: transform_type
    use kschur_transposed, only: new_transposed_transform, transpose_problem
    implicit none
@@ -199,6 +200,7 @@ contains
          if (allocated(error)) return
          call polish(problem, work, plan, options, inner, result, lost, error)
          if (allocated(error)) return
+         found = found - lost
          missing = options%modes - size(result%eigenvalues)
       end if
       result%reason = statistics%reason
@@ -259,16 +261,20 @@ contains
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       class(complex_linear_solver_type), allocatable :: solver
+      complex(wp), allocatable :: before(:)
       real(wp), allocatable :: errors(:)
 
       allocate (errors, source=backward_errors(work, pairs))
       where (abs(pairs%lambda) > 10*highest(work)) errors = 0
       if (any(errors > inaccurate_above)) then
          allocate (solver, source=inner%complex)
+         allocate (before, source=pairs%lambda)
          call refine(work, constraint_factors(work, options%constraint_scaling, result%shift), inaccurate_above, &
             solver, pairs, errors, result%factorizations, error)
          if (allocated(error)) return
          call account(solver, result)
+         ! It may have become one that is there.
+         allocate (pairs%again(size(before)), source=abs(pairs%lambda - before) > same_value*abs(pairs%lambda))
       end if
       call drop_spurious(work, pairs)
    end subroutine save_hidden
@@ -316,6 +322,7 @@ contains
          allocate (all%paired(k), source=.false.)
          call append_pairs(all, pairs)
          all%paired(k + 1:) = pairs%paired
+         if (allocated(all%again)) deallocate (all%again)
          allocate (all%again(size(all%lambda)), source=.true.)
          all%again(:k) = .false.
          call select_modes(problem, options, most, all, 0, scale, huge(1.0_wp), result, inaccurate, found=found)
@@ -515,6 +522,7 @@ contains
       call move_alloc(xi, pairs%xi)
       if (l == 0) return
       if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, l)]
+      if (allocated(pairs%again)) pairs%again = [pairs%again, spread(.false., 1, l)]
       pairs%lambda = [pairs%lambda, more%lambda]
       pairs%phi(:, k + 1:) = more%phi
       pairs%xi(:, k + 1:) = more%xi

@@ -325,6 +325,10 @@ int kschur_result_get_damping_ratios(kschur_result *result, double *values, int6
 /* Normwise backward errors: `modes` doubles. */
 int kschur_result_get_backward_errors(kschur_result *result, double *values, int64_t length);
 
+/* Bounds of the errors of the eigenvalues (1/s), backward error times condition number: `modes` doubles; NaN where
+ * no left vector tells, as of unsymmetric problems without kschur_options_set_left. */
+int kschur_result_get_errors(kschur_result *result, double *values, int64_t length);
+
 /* What kind of mode it is. */
 enum kschur_kind {
    KSCHUR_KIND_RIGID = 0,       /* a zero eigenvalue: a motion without strain */

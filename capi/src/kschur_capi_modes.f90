@@ -100,6 +100,16 @@ contains
       if (associated(handle)) status = give_array(handle, handle%result%backward_error, values, length)
    end function kschur_result_get_backward_errors
 
+   integer(c_int) function kschur_result_get_errors(address, values, length) bind(c) result(status)
+      type(c_ptr), value :: address, values
+      integer(c_int64_t), value :: length
+      type(result_handle_type), pointer :: handle
+
+      status = status_null
+      handle => result_of(address)
+      if (associated(handle)) status = give_array(handle, handle%result%error_bound, values, length)
+   end function kschur_result_get_errors
+
    integer(c_int) function kschur_result_get_kinds(address, values, length) bind(c) result(status)
       type(c_ptr), value :: address, values
       integer(c_int64_t), value :: length

@@ -43,6 +43,7 @@ static void call_getters(kschur_result *result, int expected, int expected_of_op
    CHECK_STATUS(kschur_result_get_damped_frequencies_hz(result, d, 3000), expected);
    CHECK_STATUS(kschur_result_get_damping_ratios(result, d, 3000), expected);
    CHECK_STATUS(kschur_result_get_backward_errors(result, d, 3000), expected);
+   CHECK_STATUS(kschur_result_get_errors(result, d, 3000), expected);
    CHECK_STATUS(kschur_result_get_kinds(result, i, 100), expected);
    CHECK_STATUS(kschur_result_get_left_eigenvectors(result, d, 3000), expected);
    CHECK_STATUS(kschur_result_get_left_multipliers(result, d, 3000), expected);
@@ -206,6 +207,7 @@ static void null_places_for_results(void)
    CHECK_STATUS(kschur_result_get_damped_frequencies_hz(result, NULL, 100), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_get_damping_ratios(result, NULL, 100), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_get_backward_errors(result, NULL, 100), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_result_get_errors(result, NULL, 100), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_get_kinds(result, NULL, 100), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_get_left_eigenvectors(result, NULL, 100), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_get_condition_numbers(result, NULL, 100), KSCHUR_ERROR_NULL);

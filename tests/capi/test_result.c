@@ -34,6 +34,8 @@ static void kinds_frequencies_and_damping(void)
    CHECK_OK(kschur_result_get_frequencies_hz(result, frequency, 6));
    CHECK_OK(kschur_result_get_damped_frequencies_hz(result, damped, 6));
    CHECK_OK(kschur_result_get_damping_ratios(result, ratio, 6));
+   CHECK_OK(kschur_result_get_errors(result, error, 6));
+   for (int i = 0; i < 6; ++i) CHECK(error[i] >= 0 && error[i] < 1e-6);
    CHECK_OK(kschur_result_get_backward_errors(result, error, 6));
    for (int j = 0; j < 6; j++) {
       if (kind[j] >= 0 && kind[j] < 6) seen[kind[j]]++;

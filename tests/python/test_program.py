@@ -185,11 +185,14 @@ def test_json(folder):
     check("JSON: method and formulation", (result["method"], result["formulation"]) == ("krylov-schur", "symmetric"))
     check("JSON: reason", (result["reason"], result["certified"]) == ("converged", True))
     check("JSON: fields of a mode", all(list(mode) == [
-        "eigenvalue", "frequency_hz", "damped_frequency_hz", "damping_ratio", "kind", "backward_error"]
+        "eigenvalue", "frequency_hz", "damped_frequency_hz", "damping_ratio", "kind", "backward_error", "error"]
         for mode in result["modes"]))
     mode = result["modes"][0]
     check("JSON: a mode", mode["kind"] == "undamped" and math.isclose(
         mode["frequency_hz"], math.sqrt(BEAM_BODY[0]) / (2 * math.pi), rel_tol=1e-8) and mode["damping_ratio"] == 0, mode)
+    for mode, exact in zip(result["modes"], BEAM_BODY):
+        check("JSON: the error of an eigenvalue is bounded", 0 < mode["error"] < 1e-6 and
+              abs(mode["eigenvalue"][1] - math.sqrt(exact)) < 1e-8 * math.sqrt(exact) + mode["error"], mode)
     counts, seconds = result["counts"], result["seconds"]
     check("JSON: counts", list(counts) == ["operator_applications", "restarts", "factorizations"]
           and all(isinstance(count, int) for count in counts.values()) and counts["factorizations"] >= 1, counts)
@@ -351,8 +354,8 @@ def test_csv(folder):
     run = kschur("solve", folder / "grid.h5", "--modes", 7, "--format", "csv")
     rows = list(csv.reader(io.StringIO(run.stdout)))
     check("CSV: the columns", rows[0] == ["mode", "eigenvalue_re", "eigenvalue_im", "frequency_hz", "damped_frequency_hz",
-                                          "damping_ratio", "kind", "backward_error"], rows[0])
-    check("CSV: a row for each mode", len(rows) == 8 and all(len(row) == 8 for row in rows))
+                                          "damping_ratio", "kind", "backward_error", "error"], rows[0])
+    check("CSV: a row for each mode", len(rows) == 8 and all(len(row) == 9 for row in rows))
     check("CSV: a rigid mode", rows[1][:7] == ["1", "0", "0", "0", "0", "", "rigid"], rows[1])
     check("CSV: an elastic mode", rows[7][6] == "undamped" and float(rows[7][2]) > 0, rows[7])
 
@@ -368,7 +371,7 @@ def test_result_file(folder):
     with h5py.File(output) as file, h5py.File(folder / "undamped.h5") as problem:
         values, shapes, multipliers = (file[name][:] for name in ("eigenvalues", "eigenvectors", "multipliers"))
         m, k, cq = (read_dense(problem[name]) for name in ("mass", "stiffness", "constraints"))
-        check("result: the datasets", {"frequency_hz", "damped_frequency_hz", "damping_ratio", "backward_error", "kind",
+        check("result: the datasets", {"frequency_hz", "damped_frequency_hz", "damping_ratio", "backward_error", "error", "kind",
                                        "history"} <= set(file), list(file))
         check("result: options, counts, timings and version as attributes", {
             "kschur", "modes_asked", "target", "shift", "tolerance", "subspace", "max_restarts", "constraint_scaling",
