@@ -30,7 +30,9 @@ module kschur_modes
    real(wp), parameter :: nearly_zero = 1.0e-4_wp
    ! Two roots closer than this may be one found twice if their shapes are parallel.
    real(wp), parameter :: same_pair = 1.0e-2_wp
-   ! The distance from the target is known no better than this.
+   ! Rounding tells a copy from a root of a defective eigenvalue beyond this.
+   real(wp), parameter :: same_place = 1.0e-11_wp
+   ! Where an eigenvalue is while it is iterated, and so its distance from the target, is known no better than this.
    real(wp), parameter :: blurred = 1.0e-4_wp
    real(wp), parameter :: pi = acos(-1.0_wp)
 
@@ -87,8 +89,9 @@ contains
       accepted(:k) = .not. repeats_zero(problem, pairs, k, rigid, reference)
       do j = 1, k
          if (.not. (accepted(j) .and. lower(j))) cycle
-         others = accepted(:k) .and. .not. lower
-         others(:j - 1) = accepted(:j - 1)
+         ! Among each other those of a defective eigenvalue share a shape, but not the last digits of their places.
+         others = accepted(:k) .and. (.not. lower .or. abs(pairs%lambda(:k) - pairs%lambda(j)) <= same_place*abs(pairs%lambda(j)))
+         others(j:) = others(j:) .and. .not. lower(j:)
          accepted(j) = .not. depends(pairs, others, j)
       end do
 
@@ -105,7 +108,8 @@ contains
       allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
       call sort_by_distance(lambda, options%target, order)
       known = size(order)
-      if (eigenvalues_of(lambda, accepted) < most) known = count(distances(lambda(order), options%target) <= (1 + blurred)*reach)
+      if (eigenvalues_of(lambda, accepted) < most) known = count(distances(lambda(order), options%target) <= &
+         reach + blurred*min(reach, abs(lambda(order))))
       order = order(:min(known, options%modes))
       if (present(inaccurate)) then
          ! Beyond the furthest of all that were asked for they do not matter.

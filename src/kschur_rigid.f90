@@ -118,7 +118,7 @@ contains
       logical, intent(out) :: doubtful
       type(error_type), allocatable, intent(out) :: error
       ! Motions above their multipliers, and the forces K x + Cq^T xi above violations.
-      real(wp), allocatable :: x(:, :), forces(:, :), force(:), rotation(:, :), all(:, :)
+      real(wp), allocatable :: x(:, :), rhs(:, :), forces(:, :), force(:), rotation(:, :), all(:, :)
       integer, allocatable :: own(:)
       real(wp) :: negligible
       integer :: i, n, before, rigid
@@ -143,10 +143,16 @@ contains
          call orthonormalize(found, n, x, state)
       end do
       ! What the turn from left to right left of the regularisation.
-      x = stiffness%regularizer(x, transposed)
-      x(n + 1:, :) = 0
+      rhs = stiffness%regularizer(x, transposed)
+      rhs(n + 1:, :) = 0
+      x = rhs
       call stiffness%solve(x, transposed, error)
       if (allocated(error)) return
+      ! Refined, as factors may have grown.
+      rhs = rhs - stiffness%forces(x, transposed) - stiffness%regularizer(x, transposed)
+      call stiffness%solve(rhs, transposed, error)
+      if (allocated(error)) return
+      x = x + rhs
       call orthonormalize(found, n, x)
       forces = stiffness%forces(x, transposed)
       ! What rounding made of a column without a direction of its own has no length or any

@@ -102,7 +102,7 @@ contains
       if (allocated(error)) return
       call undo_presolve(problem, plan, rigid)
       total = count_eigenvalues(work, deflation, result%redundant_constraints - plan%redundant, size(rigid%lambda))
-      if (total%exact .and. total%number == size(rigid%lambda) .and. .not. settings%is_plain()) then
+      if (total%number == size(rigid%lambda) .and. .not. settings%is_plain()) then
          call only_rigid(problem, rigid, inner, result, error)
          result%seconds%total = seconds_since(started)
          return
@@ -200,6 +200,8 @@ contains
          if (allocated(error)) return
          call polish(problem, work, plan, options, inner, result, lost, error)
          if (allocated(error)) return
+         found = found - lost
+         call drop_inaccurate(problem, inaccurate_above, result, lost)
          found = found - lost
          missing = options%modes - size(result%eigenvalues)
       end if
@@ -305,6 +307,8 @@ contains
       scale = abs(shift)
       do i = 1, size(steps)
          if (found >= most) exit
+         ! Beyond the spectrum all eigenvalues look alike.
+         if (steps(i) > 1 .and. 3*steps(i)*scale > 10*highest(work)) cycle
          call factor_beside(work, deflation, options, inner, cmplx(3*steps(i)*scale, 0, wp), transform, result, error)
          if (allocated(error)) then
             if (error%code /= error_singular) return
