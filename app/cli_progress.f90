@@ -17,6 +17,7 @@ module cli_progress
       !> Puts a line in the place of the one before.
       procedure :: show
       procedure :: report
+      procedure :: announce
    end type progress_type
 
 contains
@@ -53,4 +54,14 @@ contains
       if (proceed) call self%show(text(restart)//" restarts: "//text(converged)//" of "//text(wanted)// &
          " converged, largest residual "//rounded(residual))
    end subroutine report
+
+   ! A line that stays.
+   subroutine announce(self, sentence)
+      class(progress_type), intent(inout) :: self
+      character(len=*), intent(in) :: sentence
+
+      if (.not. self%shown) return
+      call self%show("")
+      write (error_unit, "(a)") sentence
+   end subroutine announce
 end module cli_progress

@@ -122,6 +122,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
       type(inner_solvers_type), intent(in), optional :: solvers
+      ! So many that it takes a while.
+      integer, parameter :: many = 1000
       type(modal_problem_type) :: undamped
       type(part_type), allocatable :: parts(:)
       type(eigenpairs_type) :: rigid, pairs
@@ -137,6 +139,8 @@ contains
       undamped%alpha = 0
       undamped%beta = 0
       total = sum(parts%below_to - parts%below_from)
+      if (present(monitor) .and. total >= many) &
+         call monitor%announce("the band holds "//text(total)//" oscillating modes")
       allocate (oscillators%omega(total), oscillators%phi(problem%unknowns(), total), &
          oscillators%xi(problem%multipliers(), total))
       result%reason = reason_converged

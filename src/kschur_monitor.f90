@@ -10,6 +10,8 @@ module kschur_monitor
    contains
       !> Called each time that convergence was looked at.
       procedure(report_interface), deferred :: report
+      !> Called before a computation that is longer, or less, than it seems. It does nothing unless overridden.
+      procedure :: announce
    end type monitor_type
 
    abstract interface
@@ -26,4 +28,14 @@ module kschur_monitor
          logical, intent(inout) :: proceed
       end subroutine report_interface
    end interface
+
+contains
+
+   subroutine announce(self, sentence)
+      class(monitor_type), intent(inout) :: self
+      character(len=*), intent(in) :: sentence
+
+      associate (unused => self, neither => sentence)
+      end associate
+   end subroutine announce
 end module kschur_monitor

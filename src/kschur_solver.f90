@@ -102,6 +102,12 @@ contains
       if (allocated(error)) return
       call undo_presolve(problem, plan, rigid)
       total = count_eigenvalues(work, deflation, result%redundant_constraints - plan%redundant, size(rigid%lambda))
+      if (options%modes > total%number .and. .not. settings%is_plain()) then
+         call result%add_note("of "//text(options%modes)//" modes there are "//text(total%number)// &
+            " at most: so many eigenvalues the problem has, both of a conjugate pair counted")
+         if (present(monitor)) call monitor%announce("the problem has "//text(total%number)// &
+            " eigenvalues, both of a conjugate pair counted: no more modes are looked for")
+      end if
       if (total%number == size(rigid%lambda) .and. .not. settings%is_plain()) then
          call only_rigid(problem, rigid, inner, result, error)
          result%seconds%total = seconds_since(started)
