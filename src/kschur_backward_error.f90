@@ -31,6 +31,8 @@ module kschur_backward_error
       logical, allocatable :: paired(:)
       !> Whether a pair was looked for where it may be known already. Not allocated: none.
       logical, allocatable :: again(:)
+      !> Of each unknown, where shapes are compared: in units far apart all would look alike. Not allocated: one.
+      real(wp), allocatable :: weights(:)
    end type eigenpairs_type
 
    ! M phi, R phi, K phi + Cq^T xi of a pair.

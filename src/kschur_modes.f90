@@ -235,6 +235,7 @@ contains
       call normalize(pairs, size(pairs%lambda))
       before%lambda = result%eigenvalues
       call move_alloc(result%eigenvectors, before%phi)
+      if (allocated(pairs%weights)) before%weights = pairs%weights
       kept = .true.
       do j = 1, size(kept)
          others = kept
@@ -375,16 +376,18 @@ contains
       type(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: others(:)
       integer, intent(in) :: j
-      complex(wp), allocatable :: u(:), span(:, :)
+      complex(wp), allocatable :: u(:), v(:), span(:, :)
       integer :: i, l, pass, kept
 
       allocate (span(size(pairs%phi, 1), 0))
-      allocate (u(size(pairs%phi, 1)))
+      allocate (u(size(pairs%phi, 1)), v(size(pairs%phi, 1)))
       depends = .true.
+      call take_shape(j, v)
       do i = 1, size(others)
          if (.not. others(i)) cycle
          if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_pair*abs(pairs%lambda(j))) cycle
-         u = pairs%phi(:, j) - dot_product(pairs%phi(:, i), pairs%phi(:, j))*pairs%phi(:, i)
+         call take_shape(i, u)
+         u = v - dot_product(u, v)*u
          if (length(u) <= dependent) return
       end do
       do i = 1, size(others) + 1
@@ -392,7 +395,7 @@ contains
             if (.not. others(i)) cycle
             if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_value*abs(pairs%lambda(j))) cycle
          end if
-         u = pairs%phi(:, merge(j, i, i > size(others)))
+         call take_shape(merge(j, i, i > size(others)), u)
          kept = size(span, 2)
          do pass = 1, 2
             do l = 1, kept
@@ -404,6 +407,18 @@ contains
          span = reshape([span, u/length(u)], [size(u), kept + 1])
       end do
       depends = length(u) <= dependent
+
+   contains
+
+      subroutine take_shape(i, shape)
+         integer, intent(in) :: i
+         complex(wp), contiguous, intent(out) :: shape(:)
+
+         shape = pairs%phi(:, i)
+         if (.not. allocated(pairs%weights)) return
+         shape = pairs%weights*shape
+         shape = shape/max(length(shape), tiny(1.0_wp))
+      end subroutine take_shape
    end function depends
 
    !> Takes modes out of a result whose backward error is above a limit.

@@ -50,6 +50,8 @@ module kschur_presolve
       procedure :: restrict
       !> Multipliers of all constraints of the problem from those of the reduced one.
       procedure :: expand_multipliers
+      !> Of each unknown the reciprocal of the unit that balance measures it in, n numbers; 0 of clamped ones.
+      procedure :: weights
       !> The largest unit of a reduced unknown in those as given over the smallest.
       procedure :: spread_of_units
       !> Measures the reduced unknowns in other units: y(i) is now units(i) times as much.
@@ -340,6 +342,14 @@ contains
       if (allocated(error)) return
       where (abs(reduced%value) <= rounding*terms%value) reduced%value = 0
    end subroutine drop_rounding
+
+   pure function weights(self)
+      class(presolve_type), intent(in) :: self
+      real(wp) :: weights(self%unknowns_before)
+
+      weights = 0
+      where (abs(self%factor) > 0) weights = 1/abs(self%factor)
+   end function weights
 
    pure real(wp) function spread_of_units(self)
       class(presolve_type), intent(in) :: self

@@ -328,6 +328,7 @@ contains
          if (allocated(error)) return
          call undo_presolve(problem, plan, pairs)
          all = modes_of(result)
+         all%weights = plan%weights()
          k = size(all%lambda)
          allocate (all%paired(k), source=.false.)
          call append_pairs(all, pairs)
@@ -530,6 +531,7 @@ contains
       call plan%expand_multipliers(problem, pairs%lambda, phi(:, :k), pairs%xi, xi(:, :k))
       call move_alloc(phi, pairs%phi)
       call move_alloc(xi, pairs%xi)
+      pairs%weights = plan%weights()
       if (l == 0) return
       if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, l)]
       if (allocated(pairs%again)) pairs%again = [pairs%again, spread(.false., 1, l)]
