@@ -374,6 +374,7 @@ contains
       if (allocated(error)) return
       call undo_presolve(transposed, plan, rigid)
       left%shift = result%shift
+      left%formulation = result%formulation
       left%redundant_constraints = result%redundant_constraints
       call find_modes(transposed, transposed_work, plan, deflation, rigid, total, adjoint, options, inner, left, error, monitor)
       if (allocated(error)) return
