@@ -6,7 +6,8 @@ module cli_solve
    use cli_output, only: print_result, take_format
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes, set_threads
-   use kschur, only: arpack_names, error_type, error_usage, formulation_names, inaccurate_above, method_arpack, method_names, &
+   use kschur, only: arpack_names, certified_no, error_type, error_usage, formulation_names, inaccurate_above, &
+      method_arpack, method_names, &
       modal_options_type, modal_problem_type, modal_result_type, new_error, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts, reason_names, solve_band, solve_modes, text, wp, &
       write_hdf5_result
@@ -67,8 +68,12 @@ contains
       if (allocated(error)) return
       complete = result%reason == reason_converged .and. size(result%eigenvalues) >= result%modes_asked
       if (.not. complete) call complain(shortfall(result))
-      if (result%missing > 0) call complain("eigenvalues are missing among the modes: "//text(result%missing))
-      complete = complete .and. result%missing <= 0
+      if (result%missing > 0) then
+         call complain("eigenvalues are missing among the modes: "//text(result%missing))
+      else if (complete .and. result%certified == certified_no) then
+         call complain("a count of eigenvalues does not agree: a mode may be missing")
+      end if
+      complete = complete .and. result%certified /= certified_no
       if (request%options%left) call complain_of_left(result)
    end subroutine solve_command
 
