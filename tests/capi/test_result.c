@@ -227,10 +227,12 @@ static void notes_and_reason(void)
    CHECK_OK(kschur_result_get_redundant_constraints(result, &count));
    CHECK(count == 1);
    CHECK_OK(kschur_result_get_note_count(result, &count));
-   CHECK(count == 1);
+   CHECK(count == 2);
    CHECK_OK(kschur_result_get_note(result, 0, text, 201));
    CHECK(strstr(text, "1 of 2 constraints") != NULL);
-   CHECK_STATUS(kschur_result_get_note(result, 1, text, 201), KSCHUR_ERROR_USAGE);
+   CHECK_OK(kschur_result_get_note(result, 1, text, 201));
+   CHECK(strstr(text, "of 10 modes there are 6 at most") != NULL);
+   CHECK_STATUS(kschur_result_get_note(result, 2, text, 201), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_result_get_note(result, -1, text, 201), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_result_get_note(result, INT64_MAX, text, 201), KSCHUR_ERROR_USAGE);
    CHECK_MESSAGE(result, result, "there is no note");
