@@ -97,7 +97,7 @@ contains
 
       allocate (lambda, source=pairs%lambda)
       limit = max(highest(problem), far*max(reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
-      doubtful = accepted .and. errors > spurious .and. abs(lambda) <= limit
+      allocate (doubtful, source=accepted .and. errors > spurious .and. abs(lambda) <= limit)
       if (present(beyond)) beyond = any(errors > spurious .and. .not. abs(lambda) <= limit)
       accepted = accepted .and. errors <= spurious
       if (eigenvalues_of(lambda, accepted) > most) call drop_repeated(pairs, k, most, accepted)
