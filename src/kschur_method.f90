@@ -6,7 +6,8 @@ module kschur_method
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, subspace_dimension
    use kschur_options, only: modal_options_type, arpack_names, formulation_auto, formulation_damped_constrained, &
-      formulation_damped_constrained_zero, formulation_names, formulation_proportional, formulation_symmetric, &
+      formulation_damped_constrained_zero, formulation_names, formulation_proportional, formulation_quadratic, &
+      formulation_symmetric, &
       formulation_undamped_constrained_zero, method_arpack, method_names, scaling_none
    implicit none
    private
@@ -84,7 +85,8 @@ contains
             values = values + merge(2, max(values/4, 2), oscillator)
          end if
          krylov%values = values
-      else if (krylov%subspace == 0 .and. any(formulation == [formulation_symmetric, formulation_proportional])) then
+      else if (krylov%subspace == 0 .and. any(formulation == [formulation_symmetric, formulation_proportional, &
+         formulation_quadratic])) then
          ! So much that a restart is rare.
          krylov%subspace = 3*values + 40
       end if
