@@ -10,6 +10,7 @@ module kschur_band
    use kschur_kinds, only: wp, long
    use kschur_balance, only: balance
    use kschur_backward_error, only: append_pairs, eigenpairs_type
+   use kschur_method, only: check_options
    use kschur_modes, only: orthonormalize_zeros, select_modes, sort_by_distance
    use kschur_left, only: set_left_modes
    use kschur_monitor, only: monitor_type
@@ -20,7 +21,7 @@ module kschur_band
    use kschur_result, only: modal_result_type, certified_no, certified_unknown, certified_yes, kind_rigid, &
       kind_undamped, reason_cancelled, reason_converged, reason_fewer_modes
    use kschur_rigid_modes, only: find_rigid
-   use kschur_solver, only: check_options, modes_of, solve_modes, undo_presolve
+   use kschur_solver, only: modes_of, solve_modes, undo_presolve
    use kschur_sparse, only: empty_csr_matrix
    use kschur_spectral_map, only: spectral_map_type
    use kschur_text, only: text

@@ -6,16 +6,46 @@ module kschur_method
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, subspace_dimension
    use kschur_options, only: modal_options_type, arpack_names, formulation_auto, formulation_damped_constrained, &
-      formulation_damped_constrained_zero, formulation_names, formulation_proportional, formulation_quadratic, &
+      formulation_damped_constrained_zero, formulation_names, inner_names, scaling_names, &
+      formulation_proportional, formulation_quadratic, &
       formulation_symmetric, &
       formulation_undamped_constrained_zero, method_arpack, method_names, scaling_none
    implicit none
    private
-   public :: check_method, iteration_options, method_name, settings_of
+   public :: check_options, iteration_options, method_name, settings_of
 
 contains
 
-   !> Fails on options that do not fit the method.
+   !> Fails on options that no problem fits.
+   subroutine check_options(options, error)
+      type(modal_options_type), intent(in) :: options
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: largest = 1.0e100_wp
+
+      if (options%modes < 1) then
+         call new_error(error, error_usage, "the number of modes must be at least 1")
+      else if (.not. (options%tolerance > 0 .and. options%tolerance < 1)) then
+         call new_error(error, error_usage, "the tolerance must lie between 0 and 1")
+      else if (.not. abs(options%target) <= largest) then
+         call new_error(error, error_usage, "the target must be a number below 1e100")
+      else if (options%subspace < 0) then
+         call new_error(error, error_usage, "the subspace dimension must not be negative")
+      else if (options%max_restarts < 1) then
+         call new_error(error, error_usage, "the number of restarts must be at least 1")
+      else if (options%formulation < 0 .or. options%formulation > ubound(formulation_names, 1)) then
+         call new_error(error, error_usage, "there is no such formulation")
+      else if (options%constraint_scaling < 0 .or. options%constraint_scaling > ubound(scaling_names, 1)) then
+         call new_error(error, error_usage, "there is no such constraint scaling")
+      else if (options%inner < 0 .or. options%inner > ubound(inner_names, 1)) then
+         call new_error(error, error_usage, "there is no such inner solver")
+      else if (allocated(options%shift)) then
+         if (.not. abs(options%shift) <= largest) &
+            call new_error(error, error_usage, "the shift must be a number below 1e100")
+      end if
+      if (.not. allocated(error)) call check_method(options, error)
+   end subroutine check_options
+
+   ! Fails on options that do not fit the method.
    subroutine check_method(options, error)
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(out) :: error

@@ -1,30 +1,23 @@
-!> From eigenpairs to modes: which of them are the same, how accurate they
-!> are, and what an engineer calls them.
+!> From eigenpairs to modes: which of them are the same, how accurate they are, which are wanted.
 module kschur_modes
-   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kschur_backward_error, only: backward_errors, eigenpairs_type, settle_pairs
+   use kschur_description, only: describe, form, no_energy
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_options, only: modal_options_type
    use kschur_problem, only: modal_problem_type
-   use kschur_result, only: modal_result_type, kind_overdamped, kind_real, kind_rigid, kind_undamped, &
-      kind_underdamped, kind_unstable
-   use kschur_sparse, only: csr_matrix_type
+   use kschur_result, only: modal_result_type
    use kschur_tolerances, only: same_value
    implicit none
    private
    public :: drop_inaccurate, drop_spurious, highest, orthonormalize_zeros, replace_modes, select_modes, sort_by_distance
 
-   ! A real part below this, relative to the eigenvalue, is rounding.
-   real(wp), parameter :: undamped_tolerance = 1.0e-11_wp
    ! What is left of a unit vector that depends on others.
    real(wp), parameter :: dependent = 1.0e-3_wp
    ! A pair above this backward error is no mode of the problem.
    real(wp), parameter :: spurious = 1.0e-5_wp
    ! Infinite eigenvalues are further off than the modes by this factor, whatever rounding made of them.
    real(wp), parameter :: far = 10
-   ! An energy below this, relative to its terms, is rounding.
-   real(wp), parameter :: no_energy = 8*epsilon(1.0_wp)
    ! A zero eigenvalue found by iteration is below this, relative to the shift
    ! or to the first one that is not rigid.
    real(wp), parameter :: nearly_zero = 1.0e-4_wp
@@ -34,7 +27,6 @@ module kschur_modes
    real(wp), parameter :: same_place = 1.0e-11_wp
    ! Where an eigenvalue is while it is iterated, and so its distance from the target, is known no better than this.
    real(wp), parameter :: blurred = 1.0e-4_wp
-   real(wp), parameter :: pi = acos(-1.0_wp)
 
 contains
 
@@ -351,26 +343,6 @@ contains
       end do
    end function repeats_zero
 
-   ! phi^* A phi, and the same with every term positive.
-   pure subroutine form(matrix, phi, total, terms)
-      type(csr_matrix_type), intent(in) :: matrix
-      complex(wp), intent(in) :: phi(:)
-      complex(wp), intent(out) :: total
-      real(wp), intent(out) :: terms
-      integer :: i, k
-
-      total = 0
-      terms = 0
-      do i = 1, matrix%rows
-         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            associate (term => conjg(phi(i))*matrix%value(k)*phi(matrix%column(k)))
-               total = total + term
-               terms = terms + abs(term)
-            end associate
-         end do
-      end do
-   end subroutine form
-
    ! Whether the shape of pair j lies in the span of those of `others` that share its eigenvalue.
    logical function depends(pairs, others, j)
       type(eigenpairs_type), intent(in) :: pairs
@@ -443,62 +415,6 @@ contains
       result%error_bound = result%error_bound(order)
       call describe(problem, result)
    end subroutine drop_inaccurate
-
-   ! Frequencies, damping ratios and kinds, eqs. (26) to (28).
-   subroutine describe(problem, result)
-      type(modal_problem_type), intent(in) :: problem
-      type(modal_result_type), intent(inout) :: result
-      complex(wp) :: lambda
-      real(wp) :: omega, zeta
-      integer :: k, j
-
-      k = size(result%eigenvalues)
-      result%frequency_hz = abs(result%eigenvalues)/(2*pi)
-      result%damped_frequency_hz = abs(aimag(result%eigenvalues))/(2*pi)
-      result%damping_ratio = spread(0.0_wp, 1, k)
-      result%kind = spread(kind_rigid, 1, k)
-      do j = 1, k
-         lambda = result%eigenvalues(j)
-         omega = abs(lambda)
-         zeta = ieee_value(1.0_wp, ieee_quiet_nan)
-         if (omega > 0) zeta = 0 - real(lambda, wp)/omega
-         if (.not. omega > 0) then
-            result%kind(j) = kind_rigid
-         else if (real(lambda, wp) > undamped_tolerance*omega) then
-            result%kind(j) = kind_unstable
-         else if (real(lambda, wp) >= -undamped_tolerance*omega) then
-            result%kind(j) = kind_undamped
-         else if (abs(aimag(lambda)) > 0) then
-            result%kind(j) = kind_underdamped
-         else
-            result%kind(j) = kind_real
-            call oscillator(problem, real(lambda, wp), result%eigenvectors(:, j), result%kind(j), omega, zeta)
-         end if
-         result%frequency_hz(j) = omega/(2*pi)
-         result%damping_ratio(j) = zeta
-      end do
-   end subroutine describe
-
-   ! Whether a real root belongs to an overdamped oscillator: its shape stores
-   ! strain energy. The other root follows from the product of the two, k/m.
-   subroutine oscillator(problem, lambda, phi, kind, omega, zeta)
-      type(modal_problem_type), intent(in) :: problem
-      real(wp), intent(in) :: lambda
-      complex(wp), intent(in) :: phi(:)
-      integer, intent(inout) :: kind
-      real(wp), intent(inout) :: omega, zeta
-      complex(wp) :: m, k
-      real(wp) :: m_terms, k_terms, other
-
-      if (.not. problem%symmetric) return
-      call form(problem%mass, phi, m, m_terms)
-      call form(problem%stiffness, phi, k, k_terms)
-      if (real(k, wp) <= no_energy*k_terms .or. real(m, wp) <= no_energy*m_terms) return
-      other = real(k, wp)/(real(m, wp)*lambda)
-      kind = kind_overdamped
-      omega = sqrt(lambda*other)
-      zeta = -(lambda + other)/(2*omega)
-   end subroutine oscillator
 
    ! Of the nearer one of lambda and its conjugate.
    elemental real(wp) function distances(lambda, target)

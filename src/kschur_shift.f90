@@ -26,7 +26,7 @@ module kschur_shift
    use kschur_transform, only: transform_type
    implicit none
    private
-   public :: factor_at, place_shift
+   public :: factor_beside, place_shift
 
    ! A shift within this factor of that place is left where it is.
    real(wp), parameter :: close_enough = 4
@@ -261,7 +261,26 @@ contains
       first_scale = below_the_highest*min(typical, max(of_norms, heaviest*typical))
    end function first_scale
 
-   !> Factors at a shift, and nowhere else. Fails where it is an eigenvalue.
+   !> At a shift, or beside it if it is an eigenvalue.
+   subroutine factor_beside(problem, deflation, options, inner, shift, transform, result, error)
+      type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
+      type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
+      complex(wp), intent(in) :: shift
+      class(transform_type), allocatable, intent(out) :: transform
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+
+      do i = 1, size(moved)
+         call factor_at(problem, deflation, options, inner, result%formulation, moved(i)*shift, transform, result, error)
+         if (.not. allocated(error)) return
+         if (error%code /= error_singular) return
+      end do
+   end subroutine factor_beside
+
+   ! Factors at a shift, and nowhere else. Fails where it is an eigenvalue.
    subroutine factor_at(problem, deflation, options, inner, formulation, shift, transform, result, error)
       type(modal_problem_type), target, intent(in) :: problem
       type(deflation_type), target, intent(in) :: deflation

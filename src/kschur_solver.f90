@@ -7,7 +7,7 @@ module kschur_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type
    use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
-   use kschur_error, only: error_type, new_error, error_singular, error_usage
+   use kschur_error, only: error_type, error_singular
    use kschur_formulation, only: choose_formulation, is_structured
    use kschur_inner_solvers, only: choose_inner_solvers, inner_solvers_type
    use kschur_iteration, only: iterate
@@ -15,12 +15,12 @@ module kschur_solver
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_left, only: set_left_modes
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
-   use kschur_method, only: check_method, method_name, settings_of
+   use kschur_method, only: check_options, method_name, settings_of
    use kschur_backward_error, only: append_pairs, backward_errors, eigenpairs_type
    use kschur_modes, only: drop_inaccurate, drop_spurious, highest, orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
-   use kschur_options, only: modal_options_type, formulation_names, inner_names, scaling_names
+   use kschur_options, only: modal_options_type
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_refine, only: refine
@@ -29,14 +29,14 @@ module kschur_solver
    use kschur_rigid_modes, only: find_rigid
    use kschur_scaling, only: constraint_factors
    use kschur_scaled_stiffness, only: scaled_stiffness_type
-   use kschur_shift, only: factor_at, place_shift
+   use kschur_shift, only: factor_beside, place_shift
    use kschur_text, only: text
    use kschur_tolerances, only: same_value
    use kschur_transform, only: transform_type
    use kschur_transposed, only: new_transposed_transform, transpose_problem
    implicit none
    private
-   public :: solve_modes, check_options, modes_of, undo_presolve
+   public :: solve_modes, modes_of, undo_presolve
 
    ! Units that are further apart than this hide errors.
    real(wp), parameter :: uneven = 1.0e6_wp
@@ -240,26 +240,6 @@ contains
       if (2*count(abs(lambda) < limit) > size(lambda)) size_of_most = maxval(abs(lambda), abs(lambda) < limit)
    end function size_of_most
 
-   ! At a shift, or beside it if it is an eigenvalue.
-   subroutine factor_beside(work, deflation, options, inner, shift, transform, result, error)
-      type(modal_problem_type), target, intent(in) :: work
-      type(deflation_type), target, intent(in) :: deflation
-      type(modal_options_type), intent(in) :: options
-      type(inner_solvers_type), intent(in) :: inner
-      complex(wp), intent(in) :: shift
-      class(transform_type), allocatable, intent(out) :: transform
-      type(modal_result_type), intent(inout) :: result
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: moved(3) = [1.0_wp, 1.1_wp, 1.3_wp]
-      integer :: i
-
-      do i = 1, size(moved)
-         call factor_at(work, deflation, options, inner, result%formulation, moved(i)*shift, transform, result, error)
-         if (.not. allocated(error)) return
-         if (error%code /= error_singular) return
-      end do
-   end subroutine factor_beside
-
    ! Errors that uneven units would hide from the judge: what is refined is no longer wrong, the rest is dropped.
    subroutine save_hidden(work, options, inner, pairs, result, error)
       type(modal_problem_type), intent(in) :: work
@@ -413,35 +393,6 @@ contains
       if (furthest > (1 + 2*same_distance)*certificate%reach) &
          result%certified = certified_unknown
    end subroutine certify
-
-   !> Fails on options that no problem fits.
-   subroutine check_options(options, error)
-      type(modal_options_type), intent(in) :: options
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: largest = 1.0e100_wp
-
-      if (options%modes < 1) then
-         call new_error(error, error_usage, "the number of modes must be at least 1")
-      else if (.not. (options%tolerance > 0 .and. options%tolerance < 1)) then
-         call new_error(error, error_usage, "the tolerance must lie between 0 and 1")
-      else if (.not. abs(options%target) <= largest) then
-         call new_error(error, error_usage, "the target must be a number below 1e100")
-      else if (options%subspace < 0) then
-         call new_error(error, error_usage, "the subspace dimension must not be negative")
-      else if (options%max_restarts < 1) then
-         call new_error(error, error_usage, "the number of restarts must be at least 1")
-      else if (options%formulation < 0 .or. options%formulation > ubound(formulation_names, 1)) then
-         call new_error(error, error_usage, "there is no such formulation")
-      else if (options%constraint_scaling < 0 .or. options%constraint_scaling > ubound(scaling_names, 1)) then
-         call new_error(error, error_usage, "there is no such constraint scaling")
-      else if (options%inner < 0 .or. options%inner > ubound(inner_names, 1)) then
-         call new_error(error, error_usage, "there is no such inner solver")
-      else if (allocated(options%shift)) then
-         if (.not. abs(options%shift) <= largest) &
-            call new_error(error, error_usage, "the shift must be a number below 1e100")
-      end if
-      if (.not. allocated(error)) call check_method(options, error)
-   end subroutine check_options
 
    ! Where the constraints leave no motion.
    subroutine no_modes(problem, inner, result, error)
