@@ -115,8 +115,7 @@ contains
             values = values + merge(2, max(values/4, 2), oscillator)
          end if
          krylov%values = values
-      else if (krylov%subspace == 0 .and. any(formulation == [formulation_symmetric, formulation_proportional, &
-         formulation_quadratic])) then
+      else if (krylov%subspace == 0 .and. any(formulation == [formulation_symmetric, formulation_proportional])) then
          ! So much that a restart is rare.
          krylov%subspace = 3*values + 40
       end if
