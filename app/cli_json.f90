@@ -99,12 +99,10 @@ contains
    pure function seconds(timings) result(object)
       type(timings_type), intent(in) :: timings
       character(len=:), allocatable :: object
-      real(wp) :: other
 
-      other = timings%total - timings%analyze - timings%factorize - timings%solve - timings%orthogonalize
       object = '{"total": '//number(timings%total)//', "analyze": '//number(timings%analyze)// &
          ', "factorize": '//number(timings%factorize)//', "solve": '//number(timings%solve)// &
-         ', "orthogonalize": '//number(timings%orthogonalize)//', "other": '//number(max(other, 0.0_wp))//'}'
+         ', "orthogonalize": '//number(timings%orthogonalize)//', "other": '//number(timings%other)//'}'
    end function seconds
 
    !> A complex number as [re, im].

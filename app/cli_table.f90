@@ -129,7 +129,7 @@ contains
       associate (seconds => result%seconds)
          call print_line("seconds  analyze "//rounded(seconds%analyze)//", factorize "// &
             rounded(seconds%factorize)//", solve "//rounded(seconds%solve)// &
-            ", orthogonalize "//rounded(seconds%orthogonalize))
+            ", orthogonalize "//rounded(seconds%orthogonalize)//", other "//rounded(seconds%other))
       end associate
       if (.not. allocated(result%history%converged)) return
       do i = 1, size(result%history%converged)

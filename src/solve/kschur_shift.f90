@@ -18,7 +18,7 @@ module kschur_shift
       new_complex_quadratic => new_quadratic_transform
    use kschur_quadratic_transform_real, only: real_quadratic_type => quadratic_transform_type, &
       new_real_quadratic => new_quadratic_transform
-   use kschur_result, only: modal_result_type, account
+   use kschur_result, only: modal_result_type
    use kschur_scaled_stiffness, only: scaled_stiffness_type
    use kschur_scaling, only: constraint_factors, typical_rate
    use kschur_symmetric_transform, only: symmetric_transform_type, new_symmetric_transform
@@ -79,7 +79,7 @@ contains
          search = merge(result%formulation, formulation_quadratic, is_structured(result%formulation))
          call factor_at_scale(problem, deflation, options, inner, search, transform, scale, result, error)
          if (allocated(error) .or. (abs(options%target) <= scale .and. search == result%formulation)) return
-         call account(transform%linear_solver(), result)
+         call result%add_solver(transform%linear_solver())
          if (abs(options%target) <= scale) then
             call factor_at_first(problem, deflation, options, inner, result%formulation, cmplx(moved*scale, 0, wp), transform, &
                result, error)
@@ -194,7 +194,7 @@ contains
          if (.not. proposed > 0) return
          proposed = max(proposed, deflation%blur)
          if (proposed >= scale/close_enough .and. proposed <= scale*close_enough) return
-         call account(transform%linear_solver(), result)
+         call result%add_solver(transform%linear_solver())
          previous = scale
          scale = proposed
       end do

@@ -1,11 +1,12 @@
 !> Polishing of modes whose backward error is larger than it need be, as of modes
 !> far from the shift or with a massless part.
 module kschur_refine
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type, error_convergence, error_singular
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
-   use kschur_backward_error, only: backward_errors, eigenpairs_type
+   use kschur_backward_error, only: backward_errors
    use kschur_problem, only: modal_problem_type
    use kschur_saddle, only: saddle_blocks
    use kschur_sparse, only: complex_combination, csr_matrix_type

@@ -2,13 +2,14 @@
 !> precision: of a low mode of a stiff structure that leaves nothing but rounding.
 module kschur_backward_error
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_kinds, only: wp, xp
    use kschur_problem, only: modal_problem_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_tolerances, only: real_tolerance
    implicit none
    private
-   public :: append_pairs, backward_errors, eigenpairs_type, settle_pairs
+   public :: backward_errors, settle_pairs
 
    ! Rounding of the factored matrix moves eigenvalues by less than this, relative to their size.
    real(wp), parameter :: rounded = 1.0e-3_wp
@@ -19,22 +20,6 @@ module kschur_backward_error
    ! The real part of a shape that was found roughly is polished afterwards.
    real(wp), parameter :: loose = 1.0e-8_wp
 
-   !> Eigenpairs of a modal problem.
-   type :: eigenpairs_type
-      !> Eigenvalues (1/s).
-      complex(wp), allocatable :: lambda(:)
-      !> Shapes, n x k.
-      complex(wp), allocatable :: phi(:, :)
-      !> Multipliers, m x k.
-      complex(wp), allocatable :: xi(:, :)
-      !> Whether it is known that the conjugate of a pair is another one. Not allocated: of none.
-      logical, allocatable :: paired(:)
-      !> Whether a pair was looked for where it may be known already. Not allocated: none.
-      logical, allocatable :: again(:)
-      !> Of each unknown, where shapes are compared: in units far apart all would look alike. Not allocated: one.
-      real(wp), allocatable :: weights(:)
-   end type eigenpairs_type
-
    ! M phi, R phi, K phi + Cq^T xi of a pair.
    type :: products_type
       complex(xp), allocatable :: mass(:), damping(:), rest(:)
@@ -42,19 +27,6 @@ module kschur_backward_error
    end type products_type
 
 contains
-
-   !> Puts more pairs of the same problem behind those there are.
-   subroutine append_pairs(pairs, more)
-      type(eigenpairs_type), intent(inout) :: pairs
-      type(eigenpairs_type), intent(in) :: more
-
-      if (size(more%lambda) == 0) return
-      pairs%phi = reshape([pairs%phi, more%phi], [size(more%phi, 1), size(pairs%lambda) + size(more%lambda)])
-      pairs%xi = reshape([pairs%xi, more%xi], [size(more%xi, 1), size(pairs%lambda) + size(more%lambda)])
-      if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, size(more%lambda))]
-      if (allocated(pairs%again)) pairs%again = [pairs%again, spread(.false., 1, size(more%lambda))]
-      pairs%lambda = [pairs%lambda, more%lambda]
-   end subroutine append_pairs
 
    !> Backward error of each pair: the larger of the normwise residual
    !> ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K||) ||phi||)

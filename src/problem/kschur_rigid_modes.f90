@@ -1,9 +1,10 @@
 !> The rigid motions of a problem as modes, with the decay that damping gives them, what of them is deflated, and
 !> the root spaces of zero and infinity where that cannot be done.
 module kschur_rigid_modes
-   use kschur_backward_error, only: eigenpairs_type
    use kschur_deflation, only: deflation_type, new_deflation
    use kschur_direct_solver, only: direct_real_type
+   use kschur_effort, only: effort_type
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type, error_convergence, error_singular
    use kschur_inner_solvers, only: inner_solvers_type
    use kschur_kinds, only: wp
@@ -11,7 +12,6 @@ module kschur_rigid_modes
    use kschur_options, only: formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero, &
       formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped
    use kschur_problem, only: modal_problem_type
-   use kschur_result, only: modal_result_type, account
    use kschur_rigid, only: check_inertia, find_rigid_motions
    use kschur_root_space, only: find_root_space, root_space_type
    use kschur_scaled_stiffness, only: new_scaled_stiffness, scaled_stiffness_type
@@ -28,16 +28,18 @@ module kschur_rigid_modes
 contains
 
    !> The eigenvalue zero, and what can be deflated or locked with it.
-   subroutine find_rigid(problem, formulation, possible, inner, deflation, rigid, result, error, factored, modes)
+   subroutine find_rigid(problem, formulation, possible, redundant, inner, deflation, rigid, effort, error, factored, modes)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
       integer, intent(in) :: formulation
       !> Whether to look at all.
       logical, intent(in) :: possible
+      !> Constraints that follow from others.
+      integer, intent(in) :: redundant
       type(inner_solvers_type), intent(in) :: inner
       type(deflation_type), intent(out) :: deflation
       type(eigenpairs_type), intent(out) :: rigid
-      type(modal_result_type), intent(inout) :: result
+      class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
       !> The stiffness that was factored; only where it was looked.
       type(scaled_stiffness_type), allocatable, optional, intent(out) :: factored
@@ -50,7 +52,7 @@ contains
       integer :: k, l, j
 
       if (possible) then
-         call find_null_motions(problem, problem%stiffness, inner, stiffness, motions, multipliers, result, error)
+         call find_null_motions(problem, problem%stiffness, inner, redundant, stiffness, motions, multipliers, effort, error)
          if (.not. allocated(error)) call check_inertia(problem, motions, error)
          if (allocated(error)) return
       else
@@ -60,7 +62,7 @@ contains
       nearly_all = .false.
       if (present(modes)) nearly_all = modes > (problem%unknowns() - problem%multipliers())/most_part
       if (possible .and. (nearly_all .or. all(formulation /= [formulation_symmetric, formulation_proportional]))) &
-         call find_root_spaces(problem, formulation, motions, inner, stiffness, deflation, result, error)
+         call find_root_spaces(problem, formulation, motions, inner, redundant, stiffness, deflation, effort, error)
       if (allocated(error)) return
       if (possible .and. present(factored)) call move_alloc(stiffness, factored)
       allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], abs(deflation%decay) > 0))
@@ -76,13 +78,14 @@ contains
    end subroutine find_rigid
 
    ! The null space of a matrix of the problem on the motions that the constraints allow.
-   subroutine find_null_motions(problem, matrix, inner, factored, motions, multipliers, result, error)
+   subroutine find_null_motions(problem, matrix, inner, redundant, factored, motions, multipliers, effort, error)
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
       type(inner_solvers_type), intent(in) :: inner
+      integer, intent(in) :: redundant
       type(scaled_stiffness_type), allocatable, intent(out) :: factored
       real(wp), allocatable, intent(out) :: motions(:, :), multipliers(:, :)
-      type(modal_result_type), intent(inout) :: result
+      class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: attempts = 3
       class(real_linear_solver_type), allocatable :: solver
@@ -95,10 +98,10 @@ contains
          call new_scaled_stiffness(factored, problem, solver, error, matrix, attempt)
          if (allocated(error)) exit
          ! A null pivot that is not that of a redundant constraint hides a motion.
-         if (.not. factored%too_singular .and. factored%solver%null_pivots <= result%redundant_constraints) exit
+         if (.not. factored%too_singular .and. factored%solver%null_pivots <= redundant) exit
          if (attempt == attempts) exit
-         call account(factored%solver, result)
-         result%factorizations = result%factorizations + 1
+         call effort%add_solver(factored%solver)
+         effort%factorizations = effort%factorizations + 1
       end do
       if (.not. allocated(error)) call find_rigid_motions(problem, factored, motions, multipliers, error)
       if (allocated(error)) then
@@ -108,11 +111,11 @@ contains
          allocate (solver, source=direct_real_type(quasi_definite=.false.))
          call new_scaled_stiffness(factored, problem, solver, error, matrix)
          if (.not. allocated(error)) call find_rigid_motions(problem, factored, motions, multipliers, error)
-         result%factorizations = result%factorizations + 1
+         effort%factorizations = effort%factorizations + 1
       end if
       if (allocated(error)) return
-      call account(factored%solver, result)
-      result%factorizations = result%factorizations + 1
+      call effort%add_solver(factored%solver)
+      effort%factorizations = effort%factorizations + 1
    end subroutine find_null_motions
 
    ! Whether each positive diagonal entry is larger than all others of its row together: of a symmetric matrix that
@@ -133,14 +136,15 @@ contains
    end function is_dominant
 
    ! That of infinity belongs to the reversed polynomial, that of zero to what is not deflated.
-   subroutine find_root_spaces(problem, formulation, motions, inner, stiffness, deflation, result, error)
+   subroutine find_root_spaces(problem, formulation, motions, inner, redundant, stiffness, deflation, effort, error)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation
       real(wp), intent(in) :: motions(:, :)
       type(inner_solvers_type), intent(in) :: inner
+      integer, intent(in) :: redundant
       type(scaled_stiffness_type), intent(inout) :: stiffness
       type(deflation_type), intent(inout) :: deflation
-      type(modal_result_type), intent(inout) :: result
+      class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
       type(scaled_stiffness_type), allocatable :: mass
       type(csr_matrix_type) :: nothing
@@ -162,7 +166,7 @@ contains
          deflation%infinite_is_known = .true.
          return
       end if
-      call find_null_motions(problem, problem%mass, inner, mass, massless, multipliers, result, error)
+      call find_null_motions(problem, problem%mass, inner, redundant, mass, massless, multipliers, effort, error)
       if (allocated(error)) return
       if (deflation%oscillator) then
          call complete(deflation%infinite, mass, massless, signed(problem%stiffness), nothing)

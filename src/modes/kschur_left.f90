@@ -5,7 +5,8 @@
 !> All is done with the modes of the transposed problem, chi = conj(psi).
 module kschur_left
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
-   use kschur_backward_error, only: backward_errors, eigenpairs_type
+   use kschur_backward_error, only: backward_errors
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_inner_solvers, only: inner_solvers_type
    use kschur_kinds, only: wp, long
@@ -13,7 +14,7 @@ module kschur_left
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
-   use kschur_result, only: modal_result_type, account, kind_rigid
+   use kschur_result, only: modal_result_type, kind_rigid
    use kschur_saddle, only: saddle_blocks
    use kschur_scaling, only: constraint_factors
    use kschur_sparse, only: complex_combination, csr_matrix_type, new_csr_from_triplets
@@ -165,7 +166,7 @@ contains
       end do
       result%factorizations = result%factorizations + 1
       result%operator_applications = result%operator_applications + steps*size(group)
-      call account(solver, result)
+      call result%add_solver(solver)
    end subroutine iterate_inversely
 
    ! Within equal eigenvalues chi_i^T ((lambda_i + lambda_j) M + R) phi_j = 0 for

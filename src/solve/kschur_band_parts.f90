@@ -6,7 +6,7 @@ module kschur_band_parts
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: real_linear_solver_type
    use kschur_problem, only: modal_problem_type
-   use kschur_result, only: modal_result_type, account
+   use kschur_result, only: modal_result_type
    use kschur_text, only: text
    implicit none
    private
@@ -130,7 +130,7 @@ contains
 
       allocate (solver, source=prototype)
       call count_below(problem, theta, solver, below)
-      call account(solver, result)
+      call result%add_solver(solver)
       result%factorizations = result%factorizations + 1
    end subroutine count_at
 end module kschur_band_parts

@@ -1,7 +1,8 @@
 !> From eigenpairs to modes: which of them are the same, how accurate they are, which are wanted.
 module kschur_modes
-   use kschur_backward_error, only: backward_errors, eigenpairs_type, settle_pairs
+   use kschur_backward_error, only: backward_errors, settle_pairs
    use kschur_description, only: describe, form, no_energy
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_options, only: modal_options_type

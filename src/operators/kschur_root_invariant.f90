@@ -1,18 +1,11 @@
-!> A subspace that an operator is known to leave invariant before it is iterated.
-module kschur_invariant
+!> Root spaces as subspaces that shift-invert leaves invariant.
+module kschur_root_invariant
+   use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
    use kschur_root_space, only: root_space_type
    implicit none
    private
-   public :: invariant_type, undamped_zeros, zero_and_infinite
-
-   !> C Z = Z T. Its eigenvalues are not looked for, and not among those that an iteration returns.
-   type :: invariant_type
-      !> Z, order x s, of full rank.
-      real(wp), allocatable :: vectors(:, :)
-      !> T, s x s, upper triangular.
-      complex(wp), allocatable :: projected(:, :)
-   end type invariant_type
+   public :: undamped_zeros, zero_and_infinite
 
 contains
 
@@ -95,4 +88,4 @@ contains
          b(i, :) = (b(i, :) - matmul(a(i, i + 1:), b(i + 1:, :)))/a(i, i)
       end do
    end function inverse
-end module kschur_invariant
+end module kschur_root_invariant

@@ -1,13 +1,13 @@
 !> What the solver returns: modes, how good they are, how they were found.
 module kschur_result
+   use kschur_effort, only: effort_type, timings_type
    use kschur_kinds, only: wp, long
-   use kschur_linear_solver, only: linear_solver_type
    use kschur_outcome, only: history_type, certified_names, certified_no, certified_unknown, certified_yes, inaccurate_above, &
       reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, reason_inaccurate
    use kschur_options, only: modal_options_type, formulation_auto
    implicit none
    private
-   public :: modal_result_type, history_type, timings_type, account
+   public :: modal_result_type, history_type, timings_type
    public :: certified_names, certified_no, certified_unknown, certified_yes
    public :: reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, &
       reason_inaccurate, inaccurate_above
@@ -31,20 +31,8 @@ module kschur_result
    !> No note is longer.
    integer, parameter, public :: note_length = 200
 
-   !> Wall-clock seconds of each phase.
-   type :: timings_type
-      real(wp) :: total = 0
-      !> Ordering and symbolic factorisation.
-      real(wp) :: analyze = 0
-      real(wp) :: factorize = 0
-      !> Forward and backward substitutions.
-      real(wp) :: solve = 0
-      !> Orthogonalisation of the Krylov basis and its rotation at a restart.
-      real(wp) :: orthogonalize = 0
-   end type timings_type
-
-   !> The modes, nearest to the target first.
-   type :: modal_result_type
+   !> The modes, nearest to the target first, and what they took.
+   type, extends(effort_type) :: modal_result_type
       !> Eigenvalues lambda (1/s), Im >= 0: a conjugate pair stands once.
       complex(wp), allocatable :: eigenvalues(:)
       !> Mode shapes phi, n x modes, of unit Euclidean norm, largest entry real and positive.
@@ -107,9 +95,6 @@ module kschur_result
       !> The target and the shift that were used (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp), shift = (0.0_wp, 0.0_wp)
 
-      integer :: operator_applications = 0
-      integer :: restarts = 0
-      integer :: factorizations = 0
       !> Order of the factored matrix and number of entries of its factors.
       integer :: factored_order = 0
       integer(long) :: factor_entries = 0
@@ -117,7 +102,6 @@ module kschur_result
       real(wp) :: locking_error = 0
       !> Peak memory of the program that solved the problem; -1 where not known.
       integer(long) :: peak_memory_bytes = -1
-      type(timings_type) :: seconds
       type(history_type) :: history
    contains
       !> Appends a sentence to the notes.
@@ -139,14 +123,4 @@ contains
       notes(before + 1) = sentence
       call move_alloc(notes, self%notes)
    end subroutine add_note
-
-   !> Adds the seconds of a linear solver to a result.
-   subroutine account(solver, result)
-      class(linear_solver_type), intent(in) :: solver
-      type(modal_result_type), intent(inout) :: result
-
-      result%seconds%analyze = result%seconds%analyze + solver%analyze_seconds
-      result%seconds%factorize = result%seconds%factorize + solver%factorize_seconds
-      result%seconds%solve = result%seconds%solve + solver%solve_seconds
-   end subroutine account
 end module kschur_result

@@ -6,6 +6,7 @@ module kschur_solver
    use kschur_certify, only: certify_modes
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type
+   use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
    use kschur_error, only: error_type, error_singular
    use kschur_formulation, only: choose_formulation, is_structured
@@ -16,7 +17,7 @@ module kschur_solver
    use kschur_left, only: set_left_modes
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_method, only: check_options, method_name, settings_of
-   use kschur_backward_error, only: append_pairs, backward_errors, eigenpairs_type
+   use kschur_backward_error, only: backward_errors
    use kschur_modes, only: drop_inaccurate, drop_spurious, highest, orthonormalize_zeros, replace_modes, select_modes
    use kschur_monitor, only: monitor_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
@@ -24,7 +25,7 @@ module kschur_solver
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_refine, only: refine
-   use kschur_result, only: modal_result_type, account, certified_unknown, certified_yes, reason_cancelled, &
+   use kschur_result, only: modal_result_type, certified_unknown, certified_yes, reason_cancelled, &
       reason_converged, reason_fewer_modes, reason_inaccurate, inaccurate_above
    use kschur_rigid_modes, only: find_rigid
    use kschur_scaling, only: constraint_factors
@@ -97,8 +98,8 @@ contains
       if (.not. settings%is_plain()) call balance(work, plan)
 
       call note_problem(work, plan, result, error)
-      if (.not. allocated(error)) call find_rigid(work, result%formulation, .not. settings%is_plain(), inner, deflation, rigid, &
-         result, error, stiffness, options%modes)
+      if (.not. allocated(error)) call find_rigid(work, result%formulation, .not. settings%is_plain(), &
+         result%redundant_constraints, inner, deflation, rigid, result%effort_type, error, stiffness, options%modes)
       if (allocated(error)) return
       call undo_presolve(problem, plan, rigid)
       total = count_eigenvalues(work, deflation, result%redundant_constraints - plan%redundant, size(rigid%lambda))
@@ -110,7 +111,7 @@ contains
       end if
       if (total%number == size(rigid%lambda) .and. .not. settings%is_plain()) then
          call only_rigid(problem, rigid, inner, result, error)
-         result%seconds%total = seconds_since(started)
+         call result%set_total(seconds_since(started))
          return
       end if
       call place_shift(work, stiffness, size(rigid%lambda) > 0, deflation, settings, inner, transform, result, error)
@@ -127,8 +128,8 @@ contains
       solver => transform%linear_solver()
       result%factor_entries = solver%factor_entries
       result%inner = trim(solver%description)
-      call account(transform%linear_solver(), result)
-      result%seconds%total = seconds_since(started)
+      call result%add_solver(transform%linear_solver())
+      call result%set_total(seconds_since(started))
    end subroutine solve_modes
 
    ! Iterates until there are the modes that were asked for. Ritz values near
@@ -171,7 +172,7 @@ contains
          largest = size_of_most(pairs%lambda, much_smaller*min(abs(options%target), abs(result%shift)))
          if (.not. allocated(options%shift) .and. largest > 0 .and. places < rounds) then
             places = places + 1
-            call account(transform%linear_solver(), result)
+            call result%add_solver(transform%linear_solver())
             call factor_beside(work, deflation, options, inner, 2*largest*options%target/abs(options%target), transform, &
                result, error)
             if (allocated(error)) return
@@ -260,7 +261,7 @@ contains
          call refine(work, constraint_factors(work, options%constraint_scaling, result%shift), inaccurate_above, &
             solver, pairs, errors, result%factorizations, error)
          if (allocated(error)) return
-         call account(solver, result)
+         call result%add_solver(solver)
          ! It may have become one that is there.
          allocate (pairs%again(size(before)), source=abs(pairs%lambda - before) > same_value*abs(pairs%lambda))
       end if
@@ -303,7 +304,7 @@ contains
          end if
          call iterate(transform, options, deflation%eigenvalues(), most, pairs, reach, statistics, result, error, monitor)
          if (allocated(error)) return
-         call account(transform%linear_solver(), result)
+         call result%add_solver(transform%linear_solver())
          if (plan%spread_of_units() > uneven) call save_hidden(work, options, inner, pairs, result, error)
          if (allocated(error)) return
          call undo_presolve(problem, plan, pairs)
@@ -348,7 +349,8 @@ contains
       end if
       call transpose_problem(problem, transposed, error)
       if (.not. allocated(error)) call transpose_problem(work, transposed_work, error)
-      if (.not. allocated(error)) call find_rigid(transposed_work, result%formulation, free, inner, deflation, rigid, result, error)
+      if (.not. allocated(error)) call find_rigid(transposed_work, result%formulation, free, &
+         result%redundant_constraints, inner, deflation, rigid, result%effort_type, error)
       if (.not. allocated(error)) call new_transposed_transform(adjoint, transposed_work, deflation, transform, &
          result%shift, inner, own_factors, error)
       if (allocated(error)) return
@@ -359,7 +361,7 @@ contains
       call find_modes(transposed, transposed_work, plan, deflation, rigid, total, adjoint, options, inner, left, error, monitor)
       if (allocated(error)) return
       call set_left_modes(problem, transposed, modes_of(left), left%reason /= reason_cancelled, inner, result, error)
-      call account(adjoint%linear_solver(), result)
+      call result%add_solver(adjoint%linear_solver())
       result%factorizations = result%factorizations + left%factorizations + merge(1, 0, own_factors)
       result%operator_applications = result%operator_applications + left%operator_applications
       result%restarts = result%restarts + left%restarts
@@ -458,7 +460,7 @@ contains
       call refine(work, constraint_factors(work, options%constraint_scaling, result%shift), good_enough, &
          solver, pairs, errors, result%factorizations, error)
       if (allocated(error)) return
-      call account(solver, result)
+      call result%add_solver(solver)
       if (result%factorizations == before) return
       call undo_presolve(problem, plan, pairs)
       call replace_modes(problem, pairs, result, lost)

@@ -290,6 +290,7 @@ contains
       call read_attribute(result%seconds%factorize, file, root, "seconds_factorize", error)
       call read_attribute(result%seconds%solve, file, root, "seconds_solve", error)
       call read_attribute(result%seconds%orthogonalize, file, root, "seconds_orthogonalize", error)
+      call result%set_total(result%seconds%total)
    end subroutine read_facts
 
    ! Files of the first days do not have these: what is not there keeps its default.

@@ -4,7 +4,7 @@ module kschur_pencil_transform
    use kschur_arpack, only: arpack
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
-   use kschur_invariant, only: zero_and_infinite
+   use kschur_root_invariant, only: zero_and_infinite
    use kschur_kinds, only: wp
    use kschur_krylov_complex, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type

@@ -3,7 +3,7 @@ module kschur_quadratic_transform_real
    use kschur_arpack, only: arpack
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
-   use kschur_invariant, only: undamped_zeros, zero_and_infinite
+   use kschur_root_invariant, only: undamped_zeros, zero_and_infinite
    use kschur_kinds, only: wp
    use kschur_krylov_real, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type

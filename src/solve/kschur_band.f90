@@ -4,12 +4,12 @@ module kschur_band
    use kschur_band_parts, only: count_parts, half_gap, part_type
    use kschur_clock, only: clock, seconds_since
    use kschur_deflation, only: deflation_type
+   use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_formulation, only: choose_formulation
    use kschur_inner_solvers, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_balance, only: balance
-   use kschur_backward_error, only: append_pairs, eigenpairs_type
    use kschur_method, only: check_options
    use kschur_modes, only: orthonormalize_zeros, select_modes, sort_by_distance
    use kschur_left, only: set_left_modes
@@ -108,7 +108,7 @@ contains
       result%options%modes = result%modes_asked
       result%target = own%target
       allocate (result%band(2), source=[first, last])
-      result%seconds%total = seconds_since(started)
+      call result%set_total(seconds_since(started))
    end subroutine solve_band
 
    ! The undamped modes of each part, from which the damped ones follow.
@@ -187,7 +187,7 @@ contains
       end if
       if (allocated(error)) return
       call balance(work, plan)
-      call find_rigid(work, formulation_symmetric, .true., inner, deflation, rigid, result, error)
+      call find_rigid(work, formulation_symmetric, .true., 0, inner, deflation, rigid, result%effort_type, error)
       if (allocated(error)) return
       call count_parts(work, band, count(.not. abs(rigid%lambda) > 0), inner%counting, parts, counted, &
          result, error)
@@ -233,7 +233,7 @@ contains
          end do
       end if
       if (allocated(error)) return
-      call add_effort(found, result)
+      call add_run(found, result)
       counted = all(found%kind == kind_rigid .or. found%kind == kind_undamped)
       if (.not. counted) return
       allocate (inside, source=pack([(i, i=1, size(found%kind))], found%kind == kind_undamped .and. &
@@ -300,7 +300,7 @@ contains
       do
          call solve_modes(problem, own, found, error, monitor, solvers)
          if (allocated(error)) return
-         call add_effort(found, result)
+         call add_run(found, result)
          reach = 0
          if (size(found%eigenvalues) > 0) reach = maxval(abs(found%eigenvalues))
          if (found%reason /= reason_converged .or. reach > band(2)) exit
@@ -394,7 +394,7 @@ contains
    end subroutine describe_problem
 
    ! Adds what a run took; of the last one the shift and what was factored.
-   subroutine add_effort(run, result)
+   subroutine add_run(run, result)
       type(modal_result_type), intent(in) :: run
       type(modal_result_type), intent(inout) :: result
 
@@ -410,13 +410,7 @@ contains
       result%inner = run%inner
       result%factored_order = run%factored_order
       result%factor_entries = run%factor_entries
-      result%operator_applications = result%operator_applications + run%operator_applications
-      result%restarts = result%restarts + run%restarts
-      result%factorizations = result%factorizations + run%factorizations
+      call result%add_effort(run)
       result%locking_error = max(result%locking_error, run%locking_error)
-      result%seconds%analyze = result%seconds%analyze + run%seconds%analyze
-      result%seconds%factorize = result%seconds%factorize + run%seconds%factorize
-      result%seconds%solve = result%seconds%solve + run%seconds%solve
-      result%seconds%orthogonalize = result%seconds%orthogonalize + run%seconds%orthogonalize
-   end subroutine add_effort
+   end subroutine add_run
 end module kschur_band

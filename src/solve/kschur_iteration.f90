@@ -1,6 +1,6 @@
 !> One run of the iteration on a transform: Ritz pairs become eigenpairs of the problem.
 module kschur_iteration
-   use kschur_backward_error, only: eigenpairs_type
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
