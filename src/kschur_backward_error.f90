@@ -52,9 +52,20 @@ contains
       pairs%phi = reshape([pairs%phi, more%phi], [size(more%phi, 1), size(pairs%lambda) + size(more%lambda)])
       pairs%xi = reshape([pairs%xi, more%xi], [size(more%xi, 1), size(pairs%lambda) + size(more%lambda)])
       if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, size(more%lambda))]
-      if (allocated(pairs%again)) pairs%again = [pairs%again, spread(.false., 1, size(more%lambda))]
+      if (allocated(pairs%again) .or. allocated(more%again)) &
+         pairs%again = [marks(size(pairs%lambda), pairs%again), marks(size(more%lambda), more%again)]
       pairs%lambda = [pairs%lambda, more%lambda]
    end subroutine append_pairs
+
+   ! The marks of n pairs; not allocated: of none.
+   pure function marks(n, given)
+      integer, intent(in) :: n
+      logical, optional, intent(in) :: given(:)
+      logical :: marks(n)
+
+      marks = .false.
+      if (present(given)) marks = given
+   end function marks
 
    !> Backward error of each pair: the larger of the normwise residual
    !> ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K||) ||phi||)
@@ -147,6 +158,7 @@ contains
          errors = [errors, copy_error]
          bounds = [bounds, bounds(doubled(j))]
       end do
+      if (allocated(pairs%again)) second%again = pairs%again(doubled)
       call append_pairs(pairs, second)
    end subroutine settle_pairs
 

@@ -17,13 +17,14 @@ module kschur_solver
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_method, only: check_options, method_name, settings_of
    use kschur_backward_error, only: append_pairs, backward_errors, eigenpairs_type
-   use kschur_modes, only: drop_inaccurate, drop_spurious, highest, orthonormalize_zeros, replace_modes, select_modes
+   use kschur_modes, only: drop_inaccurate, drop_modes, drop_spurious, highest, orthonormalize_zeros, replace_modes, &
+      select_modes
    use kschur_monitor, only: monitor_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
    use kschur_options, only: modal_options_type
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
-   use kschur_refine, only: refine
+   use kschur_refine, only: confirm, refine
    use kschur_result, only: modal_result_type, account, certified_unknown, certified_yes, reason_cancelled, &
       reason_converged, reason_fewer_modes, reason_inaccurate, inaccurate_above
    use kschur_rigid_modes, only: find_rigid
@@ -182,6 +183,8 @@ contains
          call undo_presolve(problem, plan, pairs, rigid)
          call select_modes(problem, options, total%number, pairs, size(rigid%lambda), abs(result%shift), reach, result, &
             inaccurate, beyond, found)
+         if (.not. options%is_plain()) call drop_unfounded(problem, work, plan, options, inner, result, found, error)
+         if (allocated(error)) return
          complete = statistics%reason == reason_fewer_modes .or. beyond .or. asked == total%number
          missing = options%modes - size(result%eigenvalues)
          if (missing == 0 .or. missing >= before .or. asked == total%number .or. statistics%reason /= reason_converged &
@@ -267,6 +270,45 @@ contains
       call drop_spurious(work, pairs)
    end subroutine save_hidden
 
+   ! Drops modes whose error bounds let them be anything, if they are not eigenvalues after all.
+   subroutine drop_unfounded(problem, work, plan, options, inner, result, found, error)
+      type(modal_problem_type), intent(in) :: problem, work
+      type(presolve_type), intent(in) :: plan
+      type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
+      type(modal_result_type), intent(inout) :: result
+      !> How many eigenvalues were found: less those.
+      integer, intent(inout) :: found
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: anything = 1.0e-2_wp
+      class(complex_linear_solver_type), allocatable :: solver
+      type(eigenpairs_type) :: pairs
+      logical :: doubtful(size(result%eigenvalues)), confirmed(size(result%eigenvalues))
+      integer :: lost
+
+      doubtful = result%error_bound > anything*abs(result%eigenvalues)
+      if (.not. any(doubtful)) return
+      pairs = contracted(plan, result)
+      allocate (solver, source=inner%complex)
+      call confirm(work, constraint_factors(work, options%constraint_scaling, result%shift), solver, pairs, doubtful, &
+         confirmed, result%factorizations, error)
+      if (allocated(error)) return
+      call account(solver, result)
+      call drop_modes(problem, confirmed, result, lost)
+      found = found - lost
+   end subroutine drop_unfounded
+
+   ! The modes of a result, of what the plan left of the problem.
+   function contracted(plan, result) result(pairs)
+      type(presolve_type), intent(in) :: plan
+      type(modal_result_type), intent(in) :: result
+      type(eigenpairs_type) :: pairs
+
+      allocate (pairs%lambda, source=result%eigenvalues)
+      allocate (pairs%phi(plan%unknowns_after, size(pairs%lambda)), pairs%xi(plan%constraints_after, size(pairs%lambda)))
+      call plan%contract(result%eigenvectors, result%multipliers, pairs%phi, pairs%xi)
+   end function contracted
+
    ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as
    ! the problem has: what is far from the first shift is filtered out there as infinite eigenvalues are.
    subroutine search_elsewhere(problem, work, plan, deflation, options, inner, most, result, inaccurate, found, error, monitor)
@@ -317,6 +359,8 @@ contains
          allocate (all%again(size(all%lambda)), source=.true.)
          all%again(:k) = .false.
          call select_modes(problem, options, most, all, 0, scale, huge(1.0_wp), result, inaccurate, found=found)
+         call drop_unfounded(problem, work, plan, options, inner, result, found, error)
+         if (allocated(error)) return
       end do
       result%shift = shift
    end subroutine search_elsewhere
@@ -447,9 +491,7 @@ contains
       lost = 0
       good_enough = max(1.0e-13_wp, options%tolerance/10)
       if (all(result%backward_error <= good_enough) .and. plan%spread_of_units() <= uneven) return
-      allocate (pairs%lambda, source=result%eigenvalues)
-      allocate (pairs%phi(plan%unknowns_after, size(pairs%lambda)), pairs%xi(plan%constraints_after, size(pairs%lambda)))
-      call plan%contract(result%eigenvectors, result%multipliers, pairs%phi, pairs%xi)
+      pairs = contracted(plan, result)
       allocate (errors, source=backward_errors(work, pairs))
       where (result%backward_error > good_enough) errors = max(errors, result%backward_error)
       if (.not. any(errors > good_enough)) return
