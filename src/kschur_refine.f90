@@ -8,7 +8,9 @@ module kschur_refine
    use kschur_backward_error, only: backward_errors, eigenpairs_type
    use kschur_problem, only: modal_problem_type
    use kschur_saddle, only: saddle_blocks
+   use kschur_scaling, only: constraint_factors
    use kschur_sparse, only: complex_combination, csr_matrix_type
+   use kschur_tolerances, only: same_value
    implicit none
    private
    public :: confirm, refine
@@ -16,8 +18,6 @@ module kschur_refine
    ! Where a mode is factored, from its eigenvalue, relative to that: near, but not singular.
    real(wp), parameter :: offset = 1.0e-6_wp
    integer, parameter :: steps = 5
-   ! Where a pair returns to: an eigenvalue to as many digits as a user looks at.
-   real(wp), parameter :: same_eigenvalue = 1.0e-2_wp
    ! A shape further from the one it began with, by the cosine of the angle, is that of another mode.
    real(wp), parameter :: same_shape = 0.9_wp
 
@@ -79,10 +79,10 @@ contains
    !> Which of the doubtful pairs are eigenpairs: one step of inverse iteration beside them comes back to the eigenvalue.
    !> Where the matrices hardly see a shape, as that of an infinite eigenvalue, its backward error is small wherever
    !> rounding put it.
-   subroutine confirm(problem, factors, solver, pairs, doubtful, confirmed, factorizations, error)
+   subroutine confirm(problem, scaling, solver, pairs, doubtful, confirmed, factorizations, error)
       type(modal_problem_type), intent(in) :: problem
-      !> Factor of each constraint.
-      real(wp), intent(in) :: factors(:)
+      !> Of the constraints: one of `scaling_*`.
+      integer, intent(in) :: scaling
       class(complex_linear_solver_type), intent(inout) :: solver
       type(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: doubtful(:)
@@ -91,24 +91,26 @@ contains
       !> The number of factorisations is added.
       integer, intent(inout) :: factorizations
       type(error_type), allocatable, intent(out) :: error
+      ! So far beside it, relative to it: rounding of the factors must not hide how near it is.
+      real(wp), parameter :: beside = 1.0e-3_wp
       type(csr_matrix_type) :: blocks(3)
-      complex(wp), allocatable :: rhs(:, :)
+      complex(wp), allocatable :: y(:, :)
       complex(wp) :: s, returned
       integer :: j
 
       confirmed = .not. doubtful
-      call saddle_blocks(problem, factors, blocks, error)
-      if (allocated(error)) return
       do j = 1, size(doubtful)
          if (confirmed(j)) cycle
-         s = pairs%lambda(j)*(1 + offset)
+         s = pairs%lambda(j)*(1 + beside)
+         call saddle_blocks(problem, constraint_factors(problem, scaling, s), blocks, error)
+         if (allocated(error)) return
          call factor_at(problem, blocks, s, solver, error)
          if (.not. allocated(error)) then
             factorizations = factorizations + 1
-            call step_from(problem, solver, s, pairs, j, rhs, returned, error)
+            call step_from(problem, solver, s, pairs, j, y, returned, error)
          end if
          if (.not. allocated(error)) then
-            confirmed(j) = abs(returned - pairs%lambda(j)) <= same_eigenvalue*abs(pairs%lambda(j))
+            confirmed(j) = abs(returned - pairs%lambda(j)) <= same_value*abs(pairs%lambda(j))
          else if (any(error%code == [error_singular, error_convergence])) then
             deallocate (error)
          else

@@ -183,7 +183,8 @@ contains
          call undo_presolve(problem, plan, pairs, rigid)
          call select_modes(problem, options, total%number, pairs, size(rigid%lambda), abs(result%shift), reach, result, &
             inaccurate, beyond, found)
-         if (.not. options%is_plain()) call drop_unfounded(problem, work, plan, options, inner, result, found, error)
+         if (.not. options%is_plain()) call drop_unfounded(problem, work, plan, options, inner, may_be_anything(result), &
+            result, found, error)
          if (allocated(error)) return
          complete = statistics%reason == reason_fewer_modes .or. beyond .or. asked == total%number
          missing = options%modes - size(result%eigenvalues)
@@ -193,9 +194,8 @@ contains
          before = missing
          asked = min(asked + max(missing, asked/4), total%number)
       end do
-      if (.not. options%is_plain()) call polish(problem, work, plan, options, inner, result, lost, error)
+      if (.not. options%is_plain()) call mend(problem, work, plan, options, inner, result, found, error)
       if (allocated(error)) return
-      found = found - lost
       missing = options%modes - size(result%eigenvalues)
       if (missing > 0 .and. total%exact .and. .not. options%is_plain()) then
          ! What refinement could not mend may be infinite.
@@ -207,9 +207,8 @@ contains
          call search_elsewhere(problem, work, plan, deflation, options, inner, total%number, result, inaccurate, found, error, &
             monitor)
          if (allocated(error)) return
-         call polish(problem, work, plan, options, inner, result, lost, error)
+         call mend(problem, work, plan, options, inner, result, found, error)
          if (allocated(error)) return
-         found = found - lost
          call drop_inaccurate(problem, inaccurate_above, result, lost)
          found = found - lost
          missing = options%modes - size(result%eigenvalues)
@@ -270,28 +269,54 @@ contains
       call drop_spurious(work, pairs)
    end subroutine save_hidden
 
-   ! Drops modes whose error bounds let them be anything, if they are not eigenvalues after all.
-   subroutine drop_unfounded(problem, work, plan, options, inner, result, found, error)
+   ! Polishes the modes, and drops those that remain inaccurate or may be anything, if they are not eigenvalues.
+   subroutine mend(problem, work, plan, options, inner, result, found, error)
       type(modal_problem_type), intent(in) :: problem, work
       type(presolve_type), intent(in) :: plan
       type(modal_options_type), intent(in) :: options
       type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
+      !> How many eigenvalues were found: less those that turned out to be others of the list, or none.
+      integer, intent(inout) :: found
+      type(error_type), allocatable, intent(out) :: error
+      integer :: lost
+
+      call polish(problem, work, plan, options, inner, result, lost, error)
+      if (allocated(error)) return
+      found = found - lost
+      call drop_unfounded(problem, work, plan, options, inner, may_be_anything(result) .or. &
+         result%backward_error > inaccurate_above, result, found, error)
+   end subroutine mend
+
+   ! Which modes have error bounds that let them be anything.
+   function may_be_anything(result)
+      type(modal_result_type), intent(in) :: result
+      logical :: may_be_anything(size(result%eigenvalues))
+      real(wp), parameter :: anything = 1.0e-2_wp
+
+      may_be_anything = result%error_bound > anything*abs(result%eigenvalues)
+   end function may_be_anything
+
+   ! Drops doubtful modes, if they are not eigenvalues after all.
+   subroutine drop_unfounded(problem, work, plan, options, inner, doubtful, result, found, error)
+      type(modal_problem_type), intent(in) :: problem, work
+      type(presolve_type), intent(in) :: plan
+      type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
+      logical, intent(in) :: doubtful(:)
+      type(modal_result_type), intent(inout) :: result
       !> How many eigenvalues were found: less those.
       integer, intent(inout) :: found
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: anything = 1.0e-2_wp
       class(complex_linear_solver_type), allocatable :: solver
       type(eigenpairs_type) :: pairs
-      logical :: doubtful(size(result%eigenvalues)), confirmed(size(result%eigenvalues))
+      logical :: confirmed(size(doubtful))
       integer :: lost
 
-      doubtful = result%error_bound > anything*abs(result%eigenvalues)
       if (.not. any(doubtful)) return
       pairs = contracted(plan, result)
       allocate (solver, source=inner%complex)
-      call confirm(work, constraint_factors(work, options%constraint_scaling, result%shift), solver, pairs, doubtful, &
-         confirmed, result%factorizations, error)
+      call confirm(work, options%constraint_scaling, solver, pairs, doubtful, confirmed, result%factorizations, error)
       if (allocated(error)) return
       call account(solver, result)
       call drop_modes(problem, confirmed, result, lost)
@@ -359,7 +384,8 @@ contains
          allocate (all%again(size(all%lambda)), source=.true.)
          all%again(:k) = .false.
          call select_modes(problem, options, most, all, 0, scale, huge(1.0_wp), result, inaccurate, found=found)
-         call drop_unfounded(problem, work, plan, options, inner, result, found, error)
+         call drop_unfounded(problem, work, plan, options, inner, may_be_anything(result), &
+            result, found, error)
          if (allocated(error)) return
       end do
       result%shift = shift
