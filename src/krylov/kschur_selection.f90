@@ -24,6 +24,8 @@ module kschur_selection
       !> How many of the values, most wanted first, it takes to have what is wanted;
       !> more than there are, if they are too few.
       procedure :: needed
+      !> Below this modulus no value is more wanted than `last`; zero where that is not known.
+      procedure :: edge
    end type selection_type
 
    abstract interface
@@ -41,6 +43,7 @@ module kschur_selection
       complex(wp) :: target = (0.0_wp, 0.0_wp)
    contains
       procedure :: key => named_key
+      procedure :: edge => named_edge
    end type named_selection_type
 
 contains
@@ -51,6 +54,20 @@ contains
 
       needed = self%wanted + 0*size(values)
    end function needed
+
+   real(wp) function edge(self, last)
+      class(selection_type), intent(in) :: self
+      complex(wp), intent(in) :: last
+
+      edge = 0*self%wanted*abs(last)
+   end function edge
+
+   real(wp) function named_edge(self, last) result(edge)
+      class(named_selection_type), intent(in) :: self
+      complex(wp), intent(in) :: last
+
+      edge = merge(abs(last), 0.0_wp, self%criterion == largest_magnitude)
+   end function named_edge
 
    real(wp) function named_key(self, value) result(key)
       class(named_selection_type), intent(in) :: self

@@ -119,6 +119,7 @@ contains
          errors = [errors, copy_error]
          bounds = [bounds, bounds(doubled(j))]
       end do
+      if (allocated(pairs%again)) second%again = pairs%again(doubled)
       call append_pairs(pairs, second)
    end subroutine settle_pairs
 

@@ -11,7 +11,8 @@ module kschur_modes
    use kschur_tolerances, only: same_value
    implicit none
    private
-   public :: drop_inaccurate, drop_spurious, highest, orthonormalize_zeros, replace_modes, select_modes, sort_by_distance
+   public :: drop_inaccurate, drop_modes, drop_spurious, highest, orthonormalize_zeros, replace_modes, select_modes, &
+      sort_by_distance
 
    ! What is left of a unit vector that depends on others.
    real(wp), parameter :: dependent = 1.0e-3_wp
@@ -76,14 +77,14 @@ contains
       call settle_pairs(problem, pairs, rigid, errors, bounds)
       call normalize(pairs, k)
       ! On the real axis there are no conjugates: each eigenvalue is one of its own.
-      lower = lower .and. abs(aimag(pairs%lambda(:k))) > 0
-      if (allocated(pairs%again)) lower = lower .or. pairs%again(:k)
+      lower = [lower .and. abs(aimag(pairs%lambda(:k))) > 0, spread(.false., 1, size(errors) - k)]
+      if (allocated(pairs%again)) lower = lower .or. pairs%again
       allocate (accepted(size(errors)), source=.true.)
       accepted(:k) = .not. repeats_zero(problem, pairs, k, rigid, reference)
-      do j = 1, k
+      do j = 1, size(errors)
          if (.not. (accepted(j) .and. lower(j))) cycle
          ! Among each other those of a defective eigenvalue share a shape, but not the last digits of their places.
-         others = accepted(:k) .and. (.not. lower .or. abs(pairs%lambda(:k) - pairs%lambda(j)) <= same_place*abs(pairs%lambda(j)))
+         others = accepted .and. (.not. lower .or. abs(pairs%lambda - pairs%lambda(j)) <= same_place*abs(pairs%lambda(j)))
          others(j:) = others(j:) .and. .not. lower(j:)
          accepted(j) = .not. depends(pairs, others, j)
       end do
@@ -401,11 +402,21 @@ contains
       type(modal_result_type), intent(inout) :: result
       !> How many eigenvalues, both of a conjugate pair counted, these were.
       integer, intent(out) :: lost
+
+      call drop_modes(problem, result%backward_error <= limit, result, lost)
+   end subroutine drop_inaccurate
+
+   !> Takes modes out of a result.
+   subroutine drop_modes(problem, kept, result, lost)
+      type(modal_problem_type), intent(in) :: problem
+      !> Those to leave.
+      logical, intent(in) :: kept(:)
+      type(modal_result_type), intent(inout) :: result
+      !> How many eigenvalues, both of a conjugate pair counted, the others were.
+      integer, intent(out) :: lost
       integer, allocatable :: order(:)
-      logical :: kept(size(result%eigenvalues))
       integer :: j
 
-      kept = result%backward_error <= limit
       lost = eigenvalues_of(result%eigenvalues, .not. kept)
       if (lost == 0) return
       allocate (order, source=pack([(j, j=1, size(kept))], kept))
@@ -415,7 +426,7 @@ contains
       result%backward_error = result%backward_error(order)
       result%error_bound = result%error_bound(order)
       call describe(problem, result)
-   end subroutine drop_inaccurate
+   end subroutine drop_modes
 
    ! Of the nearer one of lambda and its conjugate.
    elemental real(wp) function distances(lambda, target)

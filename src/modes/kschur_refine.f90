@@ -9,10 +9,12 @@ module kschur_refine
    use kschur_backward_error, only: backward_errors
    use kschur_problem, only: modal_problem_type
    use kschur_saddle, only: saddle_blocks
+   use kschur_scaling, only: constraint_factors
    use kschur_sparse, only: complex_combination, csr_matrix_type
+   use kschur_tolerances, only: same_value
    implicit none
    private
-   public :: refine
+   public :: confirm, refine
 
    ! Where a mode is factored, from its eigenvalue, relative to that: near, but not singular.
    real(wp), parameter :: offset = 1.0e-6_wp
@@ -44,22 +46,18 @@ contains
       integer, intent(inout) :: factorizations
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: blocks(3)
-      type(matrix_structure_type) :: structure
       complex(wp), allocatable :: shape(:)
       complex(wp) :: s
-      integer :: i, j, step
+      integer :: j, step
       logical :: better
 
       if (.not. any(errors > above)) return
       call saddle_blocks(problem, factors, blocks, error)
       if (allocated(error)) return
-      structure%symmetric = problem%symmetric
-      structure%multipliers = size(factors)
-      allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
       do j = 1, size(errors)
          if (.not. errors(j) > above .or. .not. abs(pairs%lambda(j)) > 0) cycle
          s = pairs%lambda(j) + offset*abs(pairs%lambda(j))
-         call solver%factorize(complex_combination([s**2, s, (1.0_wp, 0.0_wp)], blocks), structure, error)
+         call factor_at(problem, blocks, s, solver, error)
          if (allocated(error)) then
             if (error%code /= error_singular) return
             deallocate (error)
@@ -79,6 +77,94 @@ contains
       end do
    end subroutine refine
 
+   !> Which of the doubtful pairs are eigenpairs: one step of inverse iteration beside them comes back to the eigenvalue.
+   !> Where the matrices hardly see a shape, as that of an infinite eigenvalue, its backward error is small wherever
+   !> rounding put it.
+   subroutine confirm(problem, scaling, solver, pairs, doubtful, confirmed, factorizations, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> Of the constraints: one of `scaling_*`.
+      integer, intent(in) :: scaling
+      class(complex_linear_solver_type), intent(inout) :: solver
+      type(eigenpairs_type), intent(in) :: pairs
+      logical, intent(in) :: doubtful(:)
+      !> Also those that are not doubtful.
+      logical, intent(out) :: confirmed(:)
+      !> The number of factorisations is added.
+      integer, intent(inout) :: factorizations
+      type(error_type), allocatable, intent(out) :: error
+      ! So far beside it, relative to it: rounding of the factors must not hide how near it is.
+      real(wp), parameter :: beside = 1.0e-3_wp
+      type(csr_matrix_type) :: blocks(3)
+      complex(wp), allocatable :: y(:, :)
+      complex(wp) :: s, returned
+      integer :: j
+
+      confirmed = .not. doubtful
+      do j = 1, size(doubtful)
+         if (confirmed(j)) cycle
+         s = pairs%lambda(j)*(1 + beside)
+         call saddle_blocks(problem, constraint_factors(problem, scaling, s), blocks, error)
+         if (allocated(error)) return
+         call factor_at(problem, blocks, s, solver, error)
+         if (.not. allocated(error)) then
+            factorizations = factorizations + 1
+            call step_from(problem, solver, s, pairs, j, y, returned, error)
+         end if
+         if (.not. allocated(error)) then
+            confirmed(j) = abs(returned - pairs%lambda(j)) <= same_value*abs(pairs%lambda(j))
+         else if (any(error%code == [error_singular, error_convergence])) then
+            deallocate (error)
+         else
+            return
+         end if
+      end do
+   end subroutine confirm
+
+   subroutine factor_at(problem, blocks, s, solver, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(csr_matrix_type), intent(in) :: blocks(3)
+      complex(wp), intent(in) :: s
+      class(complex_linear_solver_type), intent(inout) :: solver
+      type(error_type), allocatable, intent(out) :: error
+      type(matrix_structure_type) :: structure
+      integer :: i
+
+      structure%symmetric = problem%symmetric
+      structure%multipliers = problem%multipliers()
+      allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
+      call solver%factorize(complex_combination([s**2, s, (1.0_wp, 0.0_wp)], blocks), structure, error)
+   end subroutine factor_at
+
+   ! [y; eta] of pair j, and the eigenvalue that it tells.
+   subroutine step_from(problem, solver, s, pairs, j, y, lambda, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> Factored at s.
+      class(complex_linear_solver_type), intent(inout) :: solver
+      complex(wp), intent(in) :: s
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: j
+      complex(wp), allocatable, intent(out) :: y(:, :)
+      !> `huge` where it tells none.
+      complex(wp), intent(out) :: lambda
+      type(error_type), allocatable, intent(out) :: error
+      complex(wp), allocatable :: force(:, :)
+      complex(wp) :: factor
+      integer :: n
+
+      n = problem%unknowns()
+      lambda = huge(1.0_wp)
+      allocate (y(n + problem%multipliers(), 1), force(n, 1), source=(0.0_wp, 0.0_wp))
+      associate (phi => pairs%phi(:, j:j))
+         call problem%mass%add_product(s + pairs%lambda(j), phi, force)
+         call problem%damping%add_product((1.0_wp, 0.0_wp), phi, force)
+         y(:n, :) = force
+         call solver%solve(y, error)
+         if (allocated(error)) return
+         factor = dot_product(phi(:, 1), y(:n, 1))
+         if (abs(factor) > 0) lambda = s - dznrm2(n, phi, 1)**2/factor
+      end associate
+   end subroutine step_from
+
    ! One step on pair j.
    subroutine improve(problem, factors, solver, s, j, shape, pairs, error_before, better, error)
       type(modal_problem_type), intent(in) :: problem
@@ -93,24 +179,16 @@ contains
       logical, intent(out) :: better
       type(error_type), allocatable, intent(out) :: error
       type(eigenpairs_type) :: pair
-      complex(wp), allocatable :: rhs(:, :), force(:, :)
+      complex(wp), allocatable :: rhs(:, :)
       complex(wp) :: factor
       real(wp) :: errors(1)
       integer :: n, largest
 
       n = problem%unknowns()
       better = .false.
-      allocate (rhs(n + size(factors), 1), force(n, 1), source=(0.0_wp, 0.0_wp))
-      associate (lambda => pairs%lambda(j), phi => pairs%phi(:, j:j))
-         call problem%mass%add_product(s + lambda, phi, force)
-         call problem%damping%add_product((1.0_wp, 0.0_wp), phi, force)
-         rhs(:n, :) = force
-         call solver%solve(rhs, error)
-         if (allocated(error)) return
-         factor = dot_product(phi(:, 1), rhs(:n, 1))
-         if (.not. abs(factor) > 0) return
-         allocate (pair%lambda(1), source=s - dznrm2(n, phi, 1)**2/factor)
-      end associate
+      allocate (pair%lambda(1))
+      call step_from(problem, solver, s, pairs, j, rhs, pair%lambda(1), error)
+      if (allocated(error) .or. abs(pair%lambda(1)) >= huge(1.0_wp)) return
       ! Unit norm, the largest entry real and positive.
       largest = maxloc(abs(rhs(:n, 1)), 1)
       factor = conjg(rhs(largest, 1))/abs(rhs(largest, 1))/dznrm2(n, rhs, 1)

@@ -21,6 +21,7 @@ module kschur_modal_selection
    contains
       procedure :: key
       procedure :: needed
+      procedure :: edge
       procedure, private :: lambdas_of
       procedure, private :: nearer
    end type modal_selection_type
@@ -43,6 +44,27 @@ contains
 
       key = minval(abs(self%lambdas_of(value) - self%target))
    end function key
+
+   !> The image of the disc of what is nearer to the target than the last value: of its edge, where theta has no pole in it.
+   real(wp) function edge(self, last)
+      class(modal_selection_type), intent(in) :: self
+      complex(wp), intent(in) :: last
+      integer, parameter :: points = 16
+      real(wp), parameter :: turn = 8*atan(1.0_wp)/points
+      real(wp) :: radius, furthest
+      integer :: i
+
+      edge = 0
+      radius = self%key(last)
+      if (abs(self%map%beta) > 0) then
+         if (abs(1/self%map%beta + self%target) <= radius) return
+      end if
+      furthest = 0
+      do i = 1, points
+         furthest = max(furthest, abs(self%map%theta(self%target + radius*exp(cmplx(0, i*turn, wp))) - self%shift))
+      end do
+      if (furthest > 0) edge = 1/furthest
+   end function edge
 
    ! The number of known modes within a distance.
    pure integer function nearer(self, distance)

@@ -32,7 +32,18 @@ contains
       pairs%phi = reshape([pairs%phi, more%phi], [size(more%phi, 1), size(pairs%lambda) + size(more%lambda)])
       pairs%xi = reshape([pairs%xi, more%xi], [size(more%xi, 1), size(pairs%lambda) + size(more%lambda)])
       if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, size(more%lambda))]
-      if (allocated(pairs%again)) pairs%again = [pairs%again, spread(.false., 1, size(more%lambda))]
+      if (allocated(pairs%again) .or. allocated(more%again)) &
+         pairs%again = [marks(size(pairs%lambda), pairs%again), marks(size(more%lambda), more%again)]
       pairs%lambda = [pairs%lambda, more%lambda]
    end subroutine append_pairs
+
+   ! The marks of n pairs; not allocated: of none.
+   pure function marks(n, given)
+      integer, intent(in) :: n
+      logical, optional, intent(in) :: given(:)
+      logical :: marks(n)
+
+      marks = .false.
+      if (present(given)) marks = given
+   end function marks
 end module kschur_eigenpairs

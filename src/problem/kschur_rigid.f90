@@ -13,7 +13,7 @@ module kschur_rigid
    private
    public :: find_rigid_motions, check_inertia
 
-   integer, parameter :: iterations = 2
+   integer, parameter :: iterations = 2, refinements = 2
    ! A solution of this part of the inverse regularisation has a rigid motion, most likely.
    real(wp), parameter :: amplified = 1.0e-2_wp
    ! A force is rounding below this, in units of the norm of the scaled stiffness.
@@ -149,10 +149,12 @@ contains
       call stiffness%solve(x, transposed, error)
       if (allocated(error)) return
       ! Refined, as factors may have grown.
-      rhs = rhs - stiffness%forces(x, transposed) - stiffness%regularizer(x, transposed)
-      call stiffness%solve(rhs, transposed, error)
-      if (allocated(error)) return
-      x = x + rhs
+      do i = 1, refinements
+         forces = rhs - stiffness%forces(x, transposed) - stiffness%regularizer(x, transposed)
+         call stiffness%solve(forces, transposed, error)
+         if (allocated(error)) return
+         x = x + forces
+      end do
       call orthonormalize(found, n, x)
       forces = stiffness%forces(x, transposed)
       ! What rounding made of a column without a direction of its own has no length or any

@@ -18,13 +18,14 @@ module kschur_solver
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_method, only: check_options, method_name, settings_of
    use kschur_backward_error, only: backward_errors
-   use kschur_modes, only: drop_inaccurate, drop_spurious, highest, orthonormalize_zeros, replace_modes, select_modes
+   use kschur_modes, only: drop_inaccurate, drop_modes, drop_spurious, highest, orthonormalize_zeros, replace_modes, &
+      select_modes
    use kschur_monitor, only: monitor_type
    use kschur_notes, only: note_inaccurate, note_modes, note_problem, note_redundant
    use kschur_options, only: modal_options_type
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
-   use kschur_refine, only: refine
+   use kschur_refine, only: confirm, refine
    use kschur_result, only: modal_result_type, certified_unknown, certified_yes, reason_cancelled, &
       reason_converged, reason_fewer_modes, reason_inaccurate, inaccurate_above
    use kschur_rigid_modes, only: find_rigid
@@ -183,6 +184,9 @@ contains
          call undo_presolve(problem, plan, pairs, rigid)
          call select_modes(problem, options, total%number, pairs, size(rigid%lambda), abs(result%shift), reach, result, &
             inaccurate, beyond, found)
+         if (.not. options%is_plain()) call drop_unfounded(problem, work, plan, options, inner, may_be_anything(result), &
+            result, found, error)
+         if (allocated(error)) return
          complete = statistics%reason == reason_fewer_modes .or. beyond .or. asked == total%number
          missing = options%modes - size(result%eigenvalues)
          if (missing == 0 .or. missing >= before .or. asked == total%number .or. statistics%reason /= reason_converged &
@@ -191,9 +195,8 @@ contains
          before = missing
          asked = min(asked + max(missing, asked/4), total%number)
       end do
-      if (.not. options%is_plain()) call polish(problem, work, plan, options, inner, result, lost, error)
+      if (.not. options%is_plain()) call mend(problem, work, plan, options, inner, result, found, error)
       if (allocated(error)) return
-      found = found - lost
       missing = options%modes - size(result%eigenvalues)
       if (missing > 0 .and. total%exact .and. .not. options%is_plain()) then
          ! What refinement could not mend may be infinite.
@@ -205,9 +208,8 @@ contains
          call search_elsewhere(problem, work, plan, deflation, options, inner, total%number, result, inaccurate, found, error, &
             monitor)
          if (allocated(error)) return
-         call polish(problem, work, plan, options, inner, result, lost, error)
+         call mend(problem, work, plan, options, inner, result, found, error)
          if (allocated(error)) return
-         found = found - lost
          call drop_inaccurate(problem, inaccurate_above, result, lost)
          found = found - lost
          missing = options%modes - size(result%eigenvalues)
@@ -268,6 +270,71 @@ contains
       call drop_spurious(work, pairs)
    end subroutine save_hidden
 
+   ! Polishes the modes, and drops those that remain inaccurate or may be anything, if they are not eigenvalues.
+   subroutine mend(problem, work, plan, options, inner, result, found, error)
+      type(modal_problem_type), intent(in) :: problem, work
+      type(presolve_type), intent(in) :: plan
+      type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
+      type(modal_result_type), intent(inout) :: result
+      !> How many eigenvalues were found: less those that turned out to be others of the list, or none.
+      integer, intent(inout) :: found
+      type(error_type), allocatable, intent(out) :: error
+      integer :: lost
+
+      call polish(problem, work, plan, options, inner, result, lost, error)
+      if (allocated(error)) return
+      found = found - lost
+      call drop_unfounded(problem, work, plan, options, inner, may_be_anything(result) .or. &
+         result%backward_error > inaccurate_above, result, found, error)
+   end subroutine mend
+
+   ! Which modes have error bounds that let them be anything.
+   function may_be_anything(result)
+      type(modal_result_type), intent(in) :: result
+      logical :: may_be_anything(size(result%eigenvalues))
+      real(wp), parameter :: anything = 1.0e-2_wp
+
+      may_be_anything = result%error_bound > anything*abs(result%eigenvalues)
+   end function may_be_anything
+
+   ! Drops doubtful modes, if they are not eigenvalues after all.
+   subroutine drop_unfounded(problem, work, plan, options, inner, doubtful, result, found, error)
+      type(modal_problem_type), intent(in) :: problem, work
+      type(presolve_type), intent(in) :: plan
+      type(modal_options_type), intent(in) :: options
+      type(inner_solvers_type), intent(in) :: inner
+      logical, intent(in) :: doubtful(:)
+      type(modal_result_type), intent(inout) :: result
+      !> How many eigenvalues were found: less those.
+      integer, intent(inout) :: found
+      type(error_type), allocatable, intent(out) :: error
+      class(complex_linear_solver_type), allocatable :: solver
+      type(eigenpairs_type) :: pairs
+      logical :: confirmed(size(doubtful))
+      integer :: lost
+
+      if (.not. any(doubtful)) return
+      pairs = contracted(plan, result)
+      allocate (solver, source=inner%complex)
+      call confirm(work, options%constraint_scaling, solver, pairs, doubtful, confirmed, result%factorizations, error)
+      if (allocated(error)) return
+      call result%add_solver(solver)
+      call drop_modes(problem, confirmed, result, lost)
+      found = found - lost
+   end subroutine drop_unfounded
+
+   ! The modes of a result, of what the plan left of the problem.
+   function contracted(plan, result) result(pairs)
+      type(presolve_type), intent(in) :: plan
+      type(modal_result_type), intent(in) :: result
+      type(eigenpairs_type) :: pairs
+
+      allocate (pairs%lambda, source=result%eigenvalues)
+      allocate (pairs%phi(plan%unknowns_after, size(pairs%lambda)), pairs%xi(plan%constraints_after, size(pairs%lambda)))
+      call plan%contract(result%eigenvectors, result%multipliers, pairs%phi, pairs%xi)
+   end function contracted
+
    ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as
    ! the problem has: what is far from the first shift is filtered out there as infinite eigenvalues are.
    subroutine search_elsewhere(problem, work, plan, deflation, options, inner, most, result, inaccurate, found, error, monitor)
@@ -318,6 +385,9 @@ contains
          allocate (all%again(size(all%lambda)), source=.true.)
          all%again(:k) = .false.
          call select_modes(problem, options, most, all, 0, scale, huge(1.0_wp), result, inaccurate, found=found)
+         call drop_unfounded(problem, work, plan, options, inner, may_be_anything(result), &
+            result, found, error)
+         if (allocated(error)) return
       end do
       result%shift = shift
    end subroutine search_elsewhere
@@ -449,9 +519,7 @@ contains
       lost = 0
       good_enough = max(1.0e-13_wp, options%tolerance/10)
       if (all(result%backward_error <= good_enough) .and. plan%spread_of_units() <= uneven) return
-      allocate (pairs%lambda, source=result%eigenvalues)
-      allocate (pairs%phi(plan%unknowns_after, size(pairs%lambda)), pairs%xi(plan%constraints_after, size(pairs%lambda)))
-      call plan%contract(result%eigenvectors, result%multipliers, pairs%phi, pairs%xi)
+      pairs = contracted(plan, result)
       allocate (errors, source=backward_errors(work, pairs))
       where (result%backward_error > good_enough) errors = max(errors, result%backward_error)
       if (.not. any(errors > good_enough)) return
