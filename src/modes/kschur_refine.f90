@@ -6,7 +6,7 @@ module kschur_refine
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
-   use kschur_backward_error, only: backward_errors
+   use kschur_backward_error, only: backward_errors, settle_pairs
    use kschur_problem, only: modal_problem_type
    use kschur_saddle, only: saddle_blocks
    use kschur_scaling, only: constraint_factors
@@ -77,7 +77,8 @@ contains
       end do
    end subroutine refine
 
-   !> Which of the doubtful pairs are eigenpairs: one step of inverse iteration beside them comes back to the eigenvalue.
+   !> Which of the doubtful pairs are eigenpairs: one step of inverse iteration beside them comes back to the eigenvalue,
+   !> or to a shape that has it, as where the stiffness of a fine mesh rounds low eigenvalues away.
    !> Where the matrices hardly see a shape, as that of an infinite eigenvalue, its backward error is small wherever
    !> rounding put it.
    subroutine confirm(problem, scaling, solver, pairs, doubtful, confirmed, factorizations, error)
@@ -93,8 +94,9 @@ contains
       integer, intent(inout) :: factorizations
       type(error_type), allocatable, intent(out) :: error
       ! So far beside it, relative to it: rounding of the factors must not hide how near it is.
-      real(wp), parameter :: beside = 1.0e-3_wp
+      real(wp), parameter :: beside = 5.0e-4_wp
       type(csr_matrix_type) :: blocks(3)
+      real(wp) :: factors(problem%multipliers())
       complex(wp), allocatable :: y(:, :)
       complex(wp) :: s, returned
       integer :: j
@@ -103,7 +105,8 @@ contains
       do j = 1, size(doubtful)
          if (confirmed(j)) cycle
          s = pairs%lambda(j)*(1 + beside)
-         call saddle_blocks(problem, constraint_factors(problem, scaling, s), blocks, error)
+         factors = constraint_factors(problem, scaling, s)
+         call saddle_blocks(problem, factors, blocks, error)
          if (allocated(error)) return
          call factor_at(problem, blocks, s, solver, error)
          if (.not. allocated(error)) then
@@ -111,7 +114,8 @@ contains
             call step_from(problem, solver, s, pairs, j, y, returned, error)
          end if
          if (.not. allocated(error)) then
-            confirmed(j) = abs(returned - pairs%lambda(j)) <= same_value*abs(pairs%lambda(j))
+            confirmed(j) = any(abs([returned, settled(problem, s, y, factors)] - pairs%lambda(j)) <= &
+               same_value*abs(pairs%lambda(j)))
          else if (any(error%code == [error_singular, error_convergence])) then
             deallocate (error)
          else
@@ -119,6 +123,24 @@ contains
          end if
       end do
    end subroutine confirm
+
+   ! The eigenvalue of the shape y at the end of a step, where it is near s; else s.
+   complex(wp) function settled(problem, s, y, factors)
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), intent(in) :: s, y(:, :)
+      real(wp), intent(in) :: factors(:)
+      type(eigenpairs_type) :: pair
+      real(wp), allocatable :: errors(:), bounds(:)
+      integer :: n
+
+      n = problem%unknowns()
+      allocate (pair%lambda(1), source=s)
+      allocate (pair%phi, source=y(:n, :)/norm2(abs(y(:n, :))))
+      allocate (pair%xi(size(factors), 1))
+      pair%xi(:, 1) = factors*y(n + 1:, 1)/norm2(abs(y(:n, :)))
+      call settle_pairs(problem, pair, 0, errors, bounds)
+      settled = pair%lambda(1)
+   end function settled
 
    subroutine factor_at(problem, blocks, s, solver, error)
       type(modal_problem_type), intent(in) :: problem

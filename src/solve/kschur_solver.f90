@@ -184,8 +184,8 @@ contains
          call undo_presolve(problem, plan, pairs, rigid)
          call select_modes(problem, options, total%number, pairs, size(rigid%lambda), abs(result%shift), reach, result, &
             inaccurate, beyond, found)
-         if (.not. options%is_plain()) call drop_unfounded(problem, work, plan, options, inner, may_be_anything(result), &
-            result, found, error)
+         if (.not. options%is_plain()) call drop_unfounded(problem, work, plan, options, inner, &
+            may_be_anything(result, deflation), result, found, error)
          if (allocated(error)) return
          complete = statistics%reason == reason_fewer_modes .or. beyond .or. asked == total%number
          missing = options%modes - size(result%eigenvalues)
@@ -195,7 +195,7 @@ contains
          before = missing
          asked = min(asked + max(missing, asked/4), total%number)
       end do
-      if (.not. options%is_plain()) call mend(problem, work, plan, options, inner, result, found, error)
+      if (.not. options%is_plain()) call mend(problem, work, plan, deflation, options, inner, result, found, error)
       if (allocated(error)) return
       missing = options%modes - size(result%eigenvalues)
       if (missing > 0 .and. total%exact .and. .not. options%is_plain()) then
@@ -208,7 +208,7 @@ contains
          call search_elsewhere(problem, work, plan, deflation, options, inner, total%number, result, inaccurate, found, error, &
             monitor)
          if (allocated(error)) return
-         call mend(problem, work, plan, options, inner, result, found, error)
+         call mend(problem, work, plan, deflation, options, inner, result, found, error)
          if (allocated(error)) return
          call drop_inaccurate(problem, inaccurate_above, result, lost)
          found = found - lost
@@ -271,9 +271,10 @@ contains
    end subroutine save_hidden
 
    ! Polishes the modes, and drops those that remain inaccurate or may be anything, if they are not eigenvalues.
-   subroutine mend(problem, work, plan, options, inner, result, found, error)
+   subroutine mend(problem, work, plan, deflation, options, inner, result, found, error)
       type(modal_problem_type), intent(in) :: problem, work
       type(presolve_type), intent(in) :: plan
+      type(deflation_type), intent(in) :: deflation
       type(modal_options_type), intent(in) :: options
       type(inner_solvers_type), intent(in) :: inner
       type(modal_result_type), intent(inout) :: result
@@ -285,17 +286,24 @@ contains
       call polish(problem, work, plan, options, inner, result, lost, error)
       if (allocated(error)) return
       found = found - lost
-      call drop_unfounded(problem, work, plan, options, inner, may_be_anything(result) .or. &
-         result%backward_error > inaccurate_above, result, found, error)
+      call drop_unfounded(problem, work, plan, options, inner, &
+         may_be_anything(result, deflation) .or. result%backward_error > inaccurate_above, result, found, error)
    end subroutine mend
 
-   ! Which modes have error bounds that let them be anything.
-   function may_be_anything(result)
+   ! Which modes have error bounds that let them be anything; those of rigid motions are known.
+   function may_be_anything(result, deflation)
       type(modal_result_type), intent(in) :: result
+      type(deflation_type), intent(in) :: deflation
       logical :: may_be_anything(size(result%eigenvalues))
       real(wp), parameter :: anything = 1.0e-2_wp
+      complex(wp), allocatable :: known(:)
+      integer :: i
 
+      allocate (known, source=deflation%eigenvalues())
       may_be_anything = result%error_bound > anything*abs(result%eigenvalues)
+      do i = 1, size(known)
+         may_be_anything = may_be_anything .and. abs(result%eigenvalues - known(i)) > same_value*abs(known(i))
+      end do
    end function may_be_anything
 
    ! Drops doubtful modes, if they are not eigenvalues after all.
@@ -385,7 +393,7 @@ contains
          allocate (all%again(size(all%lambda)), source=.true.)
          all%again(:k) = .false.
          call select_modes(problem, options, most, all, 0, scale, huge(1.0_wp), result, inaccurate, found=found)
-         call drop_unfounded(problem, work, plan, options, inner, may_be_anything(result), &
+         call drop_unfounded(problem, work, plan, options, inner, may_be_anything(result, deflation), &
             result, found, error)
          if (allocated(error)) return
       end do
