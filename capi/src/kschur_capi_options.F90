@@ -10,7 +10,7 @@ module kschur_capi_options
    use kschur_capi_status, only: handle_type, fail, get_message, outcome, require, status_memory, status_null, status_ok, &
       status_usage
    use kschur_capi_text, only: take_text
-   use kschur_method, only: check_options
+   use kschur_settings, only: check_options
    implicit none
    private
    public :: options_handle_type, options_of

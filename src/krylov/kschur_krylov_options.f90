@@ -6,7 +6,7 @@ module kschur_krylov_options
    use kschur_outcome, only: history_type, reason_converged
    implicit none
    private
-   public :: krylov_options_type, krylov_statistics_type, subspace_dimension
+   public :: krylov_options_type, krylov_statistics_type, ritz_pairs_type, subspace_dimension
 
    type :: krylov_options_type
       !> Largest dimension of the Krylov space. Convergence is looked at before it
@@ -44,6 +44,12 @@ module kschur_krylov_options
       real(wp) :: orthogonalize_seconds = 0
       type(history_type) :: history
    end type krylov_statistics_type
+
+   !> What an iteration gives: Ritz values and unit vectors, most wanted first.
+   type :: ritz_pairs_type
+      complex(wp), allocatable :: mu(:), vectors(:, :)
+      type(krylov_statistics_type) :: statistics
+   end type ritz_pairs_type
 
 contains
 

@@ -7,7 +7,7 @@
 module kschur_lanczos
    use kschur_census, only: census_type
    use kschur_clock, only: clock, seconds_since
-   use kschur_decomposition, only: decomposition_type, breakdown, expand, fresh_direction, start
+   use kschur_lanczos_decomposition, only: decomposition_type, breakdown, expand, fresh_direction, start
    use kschur_error, only: error_type, new_error, error_library
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type

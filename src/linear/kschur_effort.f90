@@ -27,8 +27,10 @@ module kschur_effort
       integer :: factorizations = 0
       type(timings_type) :: seconds
    contains
-      !> Adds the seconds of a linear solver, once it is no longer used.
-      procedure :: add_solver
+      !> Adds a factorisation and its seconds.
+      procedure :: add_factors
+      !> Adds the seconds that a linear solver solved, once it is no longer used.
+      procedure :: add_solves
       !> Adds what another computation took as a part of this one.
       procedure :: add_effort
       !> Ends the account with the seconds of all.
@@ -37,14 +39,21 @@ module kschur_effort
 
 contains
 
-   subroutine add_solver(self, solver)
+   subroutine add_factors(self, solver)
       class(effort_type), intent(inout) :: self
       class(linear_solver_type), intent(in) :: solver
 
+      self%factorizations = self%factorizations + 1
       self%seconds%analyze = self%seconds%analyze + solver%analyze_seconds
       self%seconds%factorize = self%seconds%factorize + solver%factorize_seconds
+   end subroutine add_factors
+
+   subroutine add_solves(self, solver)
+      class(effort_type), intent(inout) :: self
+      class(linear_solver_type), intent(in) :: solver
+
       self%seconds%solve = self%seconds%solve + solver%solve_seconds
-   end subroutine add_solver
+   end subroutine add_solves
 
    subroutine add_effort(self, part)
       class(effort_type), intent(inout) :: self

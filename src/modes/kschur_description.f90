@@ -8,11 +8,11 @@ module kschur_description
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
-   public :: describe, form, no_energy
+   public :: describe, form, no_energy, undamped_tolerance
 
    !> An energy below this, relative to its terms, is rounding.
    real(wp), parameter :: no_energy = 8*epsilon(1.0_wp)
-   ! A real part below this, relative to the eigenvalue, is rounding.
+   !> A real part below this, relative to the eigenvalue, is rounding.
    real(wp), parameter :: undamped_tolerance = 1.0e-11_wp
    real(wp), parameter :: pi = acos(-1.0_wp)
 

@@ -6,22 +6,21 @@
 module kschur_left
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use kschur_backward_error, only: backward_errors
+   use kschur_effort, only: effort_type
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
-   use kschur_inner_solvers, only: inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: zgesvd
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
+   use kschur_modes, only: modes_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
-   use kschur_result, only: modal_result_type, kind_rigid
    use kschur_saddle, only: saddle_blocks
-   use kschur_scaling, only: constraint_factors
    use kschur_sparse, only: complex_combination, csr_matrix_type, new_csr_from_triplets
    use kschur_tolerances, only: same_value
    implicit none
    private
-   public :: condition_number, merges, set_left_modes
+   public :: condition_number, inverse_iteration_type, merges, set_left_modes
 
    ! A left vector is one when its residual at the eigenvalue of the mode is
    ! below this, or not this much worse than that of the mode itself.
@@ -33,36 +32,45 @@ module kschur_left
    ! The squared sine of the angle between shapes that are one to rounding.
    real(wp), parameter :: parallel = 1.0e-6_wp
 
+   !> How left vectors are computed that were not found: a factorisation for each.
+   type :: inverse_iteration_type
+      !> A prototype, copies of which are used.
+      class(complex_linear_solver_type), allocatable :: solver
+      !> Factor of each constraint.
+      real(wp), allocatable :: factors(:)
+      !> A size of lambda (1/s), as the shift.
+      real(wp) :: reference = 0
+   end type inverse_iteration_type
+
 contains
 
-   !> Sets left_eigenvectors, left_multipliers and condition of a result. A mode
-   !> for which no left vector could be found has NaN.
-   subroutine set_left_modes(problem, transposed, found, refine, inner, result, error)
+   !> Sets the left vectors and condition numbers of modes. A mode for which no left vector could be found has NaN.
+   subroutine set_left_modes(problem, transposed, found, modes, effort, error, inverse)
       type(modal_problem_type), intent(in) :: problem
       !> The transposed problem; the problem itself if it is symmetric.
       type(modal_problem_type), intent(in) :: transposed
       !> Eigenpairs of the transposed problem, Im lambda >= 0.
-      type(eigenpairs_type), intent(in) :: found
-      !> Whether to compute what is not among them, by a factorisation for each.
-      logical, intent(in) :: refine
-      type(inner_solvers_type), intent(in) :: inner
-      type(modal_result_type), intent(inout) :: result
+      class(eigenpairs_type), intent(in) :: found
+      class(modes_type), intent(inout) :: modes
+      class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
+      !> With it what is not among them is computed.
+      type(inverse_iteration_type), optional, intent(in) :: inverse
       type(eigenpairs_type) :: left
       real(wp), allocatable :: limits(:)
       logical, allocatable :: missing(:), pending(:)
       integer, allocatable :: group(:)
       integer :: i, j, k
 
-      call match(found, result, left)
+      call match(found, modes, left)
       k = size(left%lambda)
-      allocate (limits(k), source=max(acceptable, as_good*result%backward_error))
+      allocate (limits(k), source=max(acceptable, as_good*modes%backward_error))
       allocate (missing(k), source=backward_errors(transposed, left) > limits)
-      allocate (pending, source=missing .and. refine)
+      allocate (pending, source=missing .and. present(inverse))
       do j = 1, k
          if (.not. pending(j)) cycle
          group = pack([(i, i=1, k)], pending .and. abs(left%lambda - left%lambda(j)) <= equal*abs(left%lambda(j)))
-         call iterate_inversely(transposed, group, inner, left, result, error)
+         call iterate_inversely(transposed, group, inverse, left, effort, error)
          if (allocated(error)) return
          pending(group) = .false.
       end do
@@ -72,23 +80,23 @@ contains
          left%phi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
          left%xi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
       end do
-      call biorthogonalize(problem, transposed, result, limits, left)
-      call set_conditions(problem, left, result)
-      result%left_eigenvectors = conjg(left%phi)
-      result%left_multipliers = conjg(left%xi)
+      call biorthogonalize(problem, transposed, modes, limits, left)
+      call set_conditions(problem, left, modes)
+      modes%left_phi = conjg(left%phi)
+      modes%left_xi = conjg(left%xi)
    end subroutine set_left_modes
 
    ! For each mode the nearest eigenpair that no other mode has taken, or NaN.
-   subroutine match(found, result, left)
-      type(eigenpairs_type), intent(in) :: found
-      type(modal_result_type), intent(in) :: result
+   subroutine match(found, modes, left)
+      class(eigenpairs_type), intent(in) :: found
+      class(modes_type), intent(in) :: modes
       type(eigenpairs_type), intent(out) :: left
       logical :: free(size(found%lambda))
       real(wp) :: distance(size(found%lambda))
       integer :: j, nearest
 
       free = .true.
-      allocate (left%lambda(size(result%eigenvalues)), source=result%eigenvalues)
+      allocate (left%lambda, source=modes%lambda)
       allocate (left%phi(size(found%phi, 1), size(left%lambda)), left%xi(size(found%xi, 1), size(left%lambda)))
       left%phi = ieee_value(1.0_wp, ieee_quiet_nan)
       left%xi = ieee_value(1.0_wp, ieee_quiet_nan)
@@ -107,12 +115,12 @@ contains
    ! of modes shares: those of P chi = theta E chi with theta = 0, E a tiny
    ! random diagonal. Even a defective lambda makes a simple theta. Each random
    ! start gives another vector of a multiple eigenvalue.
-   subroutine iterate_inversely(problem, group, inner, left, result, error)
+   subroutine iterate_inversely(problem, group, inverse, left, effort, error)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: group(:)
-      type(inner_solvers_type), intent(in) :: inner
+      type(inverse_iteration_type), intent(in) :: inverse
       type(eigenpairs_type), intent(inout) :: left
-      type(modal_result_type), intent(inout) :: result
+      class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: steps = 5
       ! Part of the level of P: pivots must not count as zero.
@@ -129,12 +137,12 @@ contains
 
       n = problem%unknowns()
       lambda = left%lambda(group(1))
-      allocate (factors, source=constraint_factors(problem, result%options%constraint_scaling, result%shift))
+      allocate (factors, source=inverse%factors)
       allocate (random(n), e(n), x(n + size(factors), size(group)))
       state = 1
       call random_vector(state, e)
       strength = level(problem, lambda)
-      if (.not. strength > 0) strength = level(problem, result%shift)
+      if (.not. strength > 0) strength = level(problem, cmplx(inverse%reference, kind=wp))
       e = tiny_part*strength*sign(1 + abs(e), e)
       call saddle_blocks(problem, factors, blocks(:3), error)
       if (.not. allocated(error)) call new_csr_from_triplets(blocks(4), size(x, 1), size(x, 1), [(i, i=1, n)], &
@@ -143,7 +151,7 @@ contains
       structure%symmetric = problem%symmetric
       structure%multipliers = size(factors)
       allocate (structure%node(n), source=[(i, i=1, n)])
-      allocate (solver, source=inner%complex)
+      allocate (solver, source=inverse%solver)
       call solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp), (1.0_wp, 0.0_wp)], blocks), &
          structure, error)
       if (allocated(error)) return
@@ -164,18 +172,18 @@ contains
          left%phi(:, group(i)) = x(:n, i)/norm2(abs(x(:n, i)))
          left%xi(:, group(i)) = factors*x(n + 1:, i)/norm2(abs(x(:n, i)))
       end do
-      result%factorizations = result%factorizations + 1
-      result%operator_applications = result%operator_applications + steps*size(group)
-      call result%add_solver(solver)
+      call effort%add_factors(solver)
+      call effort%add_solves(solver)
+      effort%operator_applications = effort%operator_applications + steps*size(group)
    end subroutine iterate_inversely
 
    ! Within equal eigenvalues chi_i^T ((lambda_i + lambda_j) M + R) phi_j = 0 for
    ! i /= j, as between different ones; unit norm, the largest entry real and
    ! positive. Where that spoils the left vectors, as of a defective eigenvalue,
    ! they stay as they are.
-   subroutine biorthogonalize(problem, transposed, result, limits, left)
+   subroutine biorthogonalize(problem, transposed, modes, limits, left)
       type(modal_problem_type), intent(in) :: problem, transposed
-      type(modal_result_type), intent(in) :: result
+      class(modes_type), intent(in) :: modes
       real(wp), intent(in) :: limits(:)
       type(eigenpairs_type), intent(inout) :: left
       type(eigenpairs_type) :: mixed
@@ -184,14 +192,14 @@ contains
       integer, allocatable :: group(:)
       integer :: i, j
 
-      pending = result%kind /= kind_rigid .and. [(is_number(left, j), j=1, size(limits))]
+      pending = abs(modes%lambda) > 0 .and. [(is_number(left, j), j=1, size(limits))]
       do i = 1, size(limits)
          if (.not. pending(i)) cycle
          group = pack([(j, j=1, size(limits))], pending .and. &
             abs(left%lambda - left%lambda(i)) <= same_value*abs(left%lambda(i)))
          pending(group) = .false.
          if (size(group) == 1) cycle
-         call decouple(problem, result, left, group, mixture)
+         call decouple(problem, modes, left, group, mixture)
          if (.not. allocated(mixture)) cycle
          allocate (mixed%lambda(size(group)), source=left%lambda(group))
          allocate (mixed%phi(size(left%phi, 1), size(group)), source=matmul(left%phi(:, group), mixture))
@@ -210,9 +218,9 @@ contains
    ! The mixture of the left vectors of a group that makes
    ! G = chi_i^T ((lambda_i + lambda_j) M + R) phi_j the unit matrix: G^{-T}.
    ! Not allocated where G is singular.
-   subroutine decouple(problem, result, left, group, mixture)
+   subroutine decouple(problem, modes, left, group, mixture)
       type(modal_problem_type), intent(in) :: problem
-      type(modal_result_type), intent(in) :: result
+      class(modes_type), intent(in) :: modes
       type(eigenpairs_type), intent(in) :: left
       integer, intent(in) :: group(:)
       complex(wp), allocatable, intent(out) :: mixture(:, :)
@@ -224,8 +232,8 @@ contains
 
       k = size(group)
       allocate (mass_phi(size(left%phi, 1), k), damping_phi(size(left%phi, 1), k), source=(0.0_wp, 0.0_wp))
-      call problem%mass%add_product((1.0_wp, 0.0_wp), result%eigenvectors(:, group), mass_phi)
-      call problem%damping%add_product((1.0_wp, 0.0_wp), result%eigenvectors(:, group), damping_phi)
+      call problem%mass%add_product((1.0_wp, 0.0_wp), modes%phi(:, group), mass_phi)
+      call problem%damping%add_product((1.0_wp, 0.0_wp), modes%phi(:, group), damping_phi)
       do j = 1, k
          do i = 1, k
             g(i, j) = sum(left%phi(:, group(i))* &
@@ -244,22 +252,23 @@ contains
    ! Normwise relative condition numbers (Tisseur 2000): infinite for a zero
    ! eigenvalue, for one that rounding could take anywhere, and for a defective
    ! one, that is where rounding could merge it with a neighbour of the same shape.
-   subroutine set_conditions(problem, left, result)
+   subroutine set_conditions(problem, left, modes)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: left
-      type(modal_result_type), intent(inout) :: result
+      class(modes_type), intent(inout) :: modes
       integer :: j
 
-      allocate (result%condition(size(left%lambda)), source=ieee_value(1.0_wp, ieee_positive_inf))
+      allocate (modes%condition(size(left%lambda)), source=ieee_value(1.0_wp, ieee_positive_inf))
       do j = 1, size(left%lambda)
-         associate (lambda => left%lambda(j), phi => result%eigenvectors(:, j), condition => result%condition(j))
+         associate (lambda => left%lambda(j), phi => modes%phi(:, j), condition => modes%condition(j))
             if (.not. is_number(left, j)) condition = ieee_value(1.0_wp, ieee_quiet_nan)
             if (.not. (is_number(left, j) .and. abs(lambda) > 0)) cycle
             condition = condition_number(problem, lambda, left%phi(:, j), phi)
             if (condition > huge(condition)) cycle
-            if (merges(result, j, rounding*condition*abs(lambda))) condition = ieee_value(1.0_wp, ieee_positive_inf)
-            if (condition <= huge(condition) .and. .not. result%error_bound(j) >= 0) result%error_bound(j) = &
-               condition*max(result%backward_error(j), epsilon(1.0_wp))*abs(lambda)
+            if (merges(modes%lambda, modes%phi, j, rounding*condition*abs(lambda))) &
+               condition = ieee_value(1.0_wp, ieee_positive_inf)
+            if (condition <= huge(condition) .and. .not. modes%error_bound(j) >= 0) modes%error_bound(j) = &
+               condition*max(modes%backward_error(j), epsilon(1.0_wp))*abs(lambda)
          end associate
       end do
    end subroutine set_conditions
@@ -284,23 +293,22 @@ contains
    end function condition_number
 
    !> Whether an eigenvalue within a distance of that of mode j has its shape.
-   pure logical function merges(result, j, distance)
-      type(modal_result_type), intent(in) :: result
+   pure logical function merges(lambda, phi, j, distance)
+      !> Eigenvalues and their shapes, of unit norm.
+      complex(wp), intent(in) :: lambda(:), phi(:, :)
       integer, intent(in) :: j
       real(wp), intent(in) :: distance
       integer :: i
 
       merges = .true.
-      associate (lambda => result%eigenvalues, phi => result%eigenvectors)
-         do i = 1, size(lambda)
-            if (i /= j .and. abs(lambda(i) - lambda(j)) <= distance) then
-               if (1 - abs(dot_product(phi(:, i), phi(:, j)))**2 <= parallel) return
-            end if
-         end do
-         if (abs(aimag(lambda(j))) > 0 .and. 2*abs(aimag(lambda(j))) <= distance) then
-            if (1 - abs(sum(phi(:, j)**2))**2 <= parallel) return
+      do i = 1, size(lambda)
+         if (i /= j .and. abs(lambda(i) - lambda(j)) <= distance) then
+            if (1 - abs(dot_product(phi(:, i), phi(:, j)))**2 <= parallel) return
          end if
-      end associate
+      end do
+      if (abs(aimag(lambda(j))) > 0 .and. 2*abs(aimag(lambda(j))) <= distance) then
+         if (1 - abs(sum(phi(:, j)**2))**2 <= parallel) return
+      end if
       merges = .false.
    end function merges
 

@@ -5,15 +5,13 @@ module kschur_notes
    use kschur_lapack, only: dgesvd
    use kschur_left, only: condition_number, merges
    use kschur_options, only: method_arpack
-   use kschur_presolve, only: presolve_type
    use kschur_problem, only: modal_problem_type, damping_proportional
-   use kschur_redundancy, only: count_redundant
-   use kschur_result, only: modal_result_type, certified_unknown, kind_rigid, inaccurate_above, note_length, &
+   use kschur_result, only: modal_result_type, append_note, certified_unknown, kind_rigid, inaccurate_above, note_length, &
       reason_max_restarts
    use kschur_text, only: magnitude, text
    implicit none
    private
-   public :: note_inaccurate, note_modes, note_problem, note_redundant
+   public :: note_inaccurate, note_modes, note_problem
 
    ! Backward errors above this are worth a note.
    real(wp), parameter :: noted_above = 1.0e-10_wp
@@ -22,32 +20,20 @@ module kschur_notes
 
 contains
 
-   !> Redundant constraints, counted in result%redundant_constraints, and unknowns without mass.
-   subroutine note_problem(work, plan, result, error)
-      !> What presolve left of the problem.
+   !> What presolve left of the problem: constraints that follow from the others, and unknowns without mass.
+   subroutine note_problem(work, constraints, redundant, notes)
       type(modal_problem_type), intent(in) :: work
-      type(presolve_type), intent(in) :: plan
-      type(modal_result_type), intent(inout) :: result
-      type(error_type), allocatable, intent(out) :: error
-      integer :: redundant, massless
+      !> Of the problem as given; how many of them follow from the others.
+      integer, intent(in) :: constraints, redundant
+      character(len=note_length), allocatable, intent(inout) :: notes(:)
+      integer :: massless
 
-      call count_redundant(work%constraints, redundant, error)
-      if (allocated(error)) return
-      call note_redundant(plan%redundant + redundant, result)
+      if (redundant > 0) call append_note(notes, text(redundant)//" of "//text(constraints)// &
+         " constraints "//either(redundant == 1, "follows", "follow")//" from the others")
       massless = count(.not. work%mass%row_maxima() > 0)
-      if (massless > 0) call result%add_note("the mass matrix is singular: "//text(massless)// &
+      if (massless > 0) call append_note(notes, "the mass matrix is singular: "//text(massless)// &
          either(massless == 1, " unknown has", " unknowns have")//" no mass")
    end subroutine note_problem
-
-   !> Constraints that follow from the others.
-   subroutine note_redundant(redundant, result)
-      integer, intent(in) :: redundant
-      type(modal_result_type), intent(inout) :: result
-
-      result%redundant_constraints = redundant
-      if (redundant > 0) call result%add_note(text(redundant)//" of "//text(result%constraints)// &
-         " constraints "//either(redundant == 1, "follows", "follow")//" from the others")
-   end subroutine note_redundant
 
    !> Double zeros, eigenvalues that nearly have no eigenvectors of their own or accumulate, and copies that may be missing.
    subroutine note_modes(problem, result, error)
@@ -120,14 +106,14 @@ contains
       do j = 1, size(pending)
          if (.not. pending(j)) cycle
          pending(j) = .false.
-         if (.not. merges(result, j, nearly_equal*abs(result%eigenvalues(j)))) cycle
+         if (.not. merges(result%eigenvalues, result%eigenvectors, j, nearly_equal*abs(result%eigenvalues(j)))) cycle
          allocate (group(size(pending)), source=pending)
          group(j) = .true.
          worst = 0
          do i = 1, size(group)
             if (.not. group(i)) cycle
             group(i) = abs(result%eigenvalues(i) - result%eigenvalues(j)) <= nearly_equal*abs(result%eigenvalues(j)) &
-               .and. merges(result, i, nearly_equal*abs(result%eigenvalues(j)))
+               .and. merges(result%eigenvalues, result%eigenvectors, i, nearly_equal*abs(result%eigenvalues(j)))
             if (group(i)) worst = max(worst, condition_of(problem, result, i))
          end do
          pending = pending .and. .not. group

@@ -1,6 +1,7 @@
 !> Polishing of modes whose backward error is larger than it need be, as of modes
 !> far from the shift or with a massless part.
 module kschur_refine
+   use kschur_effort, only: effort_type
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type, error_convergence, error_singular
    use kschur_kinds, only: wp
@@ -32,7 +33,7 @@ contains
    !> is solved by y = phi/(s - lambda), eta = xi/(s - lambda) if the pair is exact (the
    !> divided difference of P: Ruhe, SIAM J. Numer. Anal. 10 (1973)). What gets no better, or
    !> turns into a neighbour, which is there already, is left as it was.
-   subroutine refine(problem, factors, above, solver, pairs, errors, factorizations, error)
+   subroutine refine(problem, factors, above, solver, pairs, errors, effort, error)
       type(modal_problem_type), intent(in) :: problem
       !> Factor of each constraint.
       real(wp), intent(in) :: factors(:)
@@ -42,8 +43,7 @@ contains
       type(eigenpairs_type), intent(inout) :: pairs
       !> The backward error of each pair.
       real(wp), intent(inout) :: errors(:)
-      !> The number of factorisations is added.
-      integer, intent(inout) :: factorizations
+      class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: blocks(3)
       complex(wp), allocatable :: shape(:)
@@ -63,7 +63,7 @@ contains
             deallocate (error)
             cycle
          end if
-         factorizations = factorizations + 1
+         call effort%add_factors(solver)
          shape = pairs%phi(:, j)
          do step = 1, steps
             call improve(problem, factors, solver, s, j, shape, pairs, errors(j), better, error)
@@ -81,7 +81,7 @@ contains
    !> or to a shape that has it, as where the stiffness of a fine mesh rounds low eigenvalues away.
    !> Where the matrices hardly see a shape, as that of an infinite eigenvalue, its backward error is small wherever
    !> rounding put it.
-   subroutine confirm(problem, scaling, solver, pairs, doubtful, confirmed, factorizations, error)
+   subroutine confirm(problem, scaling, solver, pairs, doubtful, confirmed, effort, error)
       type(modal_problem_type), intent(in) :: problem
       !> Of the constraints: one of `scaling_*`.
       integer, intent(in) :: scaling
@@ -90,8 +90,7 @@ contains
       logical, intent(in) :: doubtful(:)
       !> Also those that are not doubtful.
       logical, intent(out) :: confirmed(:)
-      !> The number of factorisations is added.
-      integer, intent(inout) :: factorizations
+      class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
       ! So far beside it, relative to it: rounding of the factors must not hide how near it is.
       real(wp), parameter :: beside = 5.0e-4_wp
@@ -110,7 +109,7 @@ contains
          if (allocated(error)) return
          call factor_at(problem, blocks, s, solver, error)
          if (.not. allocated(error)) then
-            factorizations = factorizations + 1
+            call effort%add_factors(solver)
             call step_from(problem, solver, s, pairs, j, y, returned, error)
          end if
          if (.not. allocated(error)) then

@@ -7,7 +7,7 @@ module kschur_result
    use kschur_options, only: modal_options_type, formulation_auto
    implicit none
    private
-   public :: modal_result_type, history_type, timings_type
+   public :: append_note, modal_result_type, history_type, timings_type
    public :: certified_names, certified_no, certified_unknown, certified_yes
    public :: reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, &
       reason_inaccurate, inaccurate_above
@@ -113,14 +113,21 @@ contains
    pure subroutine add_note(self, sentence)
       class(modal_result_type), intent(inout) :: self
       character(len=*), intent(in) :: sentence
-      character(len=note_length), allocatable :: notes(:)
+
+      call append_note(self%notes, sentence)
+   end subroutine add_note
+
+   pure subroutine append_note(notes, sentence)
+      character(len=note_length), allocatable, intent(inout) :: notes(:)
+      character(len=*), intent(in) :: sentence
+      character(len=note_length), allocatable :: longer(:)
       integer :: before
 
       before = 0
-      if (allocated(self%notes)) before = size(self%notes)
-      allocate (notes(before + 1))
-      if (before > 0) notes(:before) = self%notes
-      notes(before + 1) = sentence
-      call move_alloc(notes, self%notes)
-   end subroutine add_note
+      if (allocated(notes)) before = size(notes)
+      allocate (longer(before + 1))
+      if (before > 0) longer(:before) = notes
+      longer(before + 1) = sentence
+      call move_alloc(longer, notes)
+   end subroutine append_note
 end module kschur_result

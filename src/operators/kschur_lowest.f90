@@ -1,7 +1,9 @@
 !> The lowest undamped frequencies, roughly, from the factors in which rigid motions are looked for.
 module kschur_lowest
    use kschur_deflation, only: deflation_type
+   use kschur_effort, only: effort_type
    use kschur_error, only: error_type
+   use kschur_examination, only: examination_type
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_krylov_real, only: krylov_schur
@@ -28,15 +30,14 @@ contains
 
    !> Those frequencies of the undamped problem, among so many modes nearest to zero, that twenty
    !> Krylov vectors tell to a tenth or so.
-   subroutine find_lowest_frequencies(problem, stiffness, deflation, modes, seed, frequencies, operator_applications, error)
+   subroutine find_lowest_frequencies(problem, known, modes, seed, frequencies, effort, error)
       type(modal_problem_type), target, intent(in) :: problem
-      type(scaled_stiffness_type), target, intent(inout) :: stiffness
-      !> All rigid motions.
-      type(deflation_type), target, intent(in) :: deflation
+      !> Its rigid motions and its factored stiffness.
+      type(examination_type), target, intent(inout) :: known
       integer, intent(in) :: modes, seed
       !> In 1/s, those that are found; rigid motions are none of them.
       real(wp), allocatable, intent(out) :: frequencies(:)
-      integer, intent(out) :: operator_applications
+      class(effort_type), intent(inout) :: effort
       !> As far as the solver fails.
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: roughly = 0.1_wp
@@ -45,13 +46,14 @@ contains
       complex(wp), allocatable :: mu(:), vectors(:, :)
 
       flexibility%problem => problem
-      flexibility%deflation => deflation
-      flexibility%stiffness => stiffness
+      flexibility%deflation => known%deflation
+      flexibility%stiffness => known%stiffness
       call krylov_schur(flexibility, modal_selection_type(modes, spectral_map_type(oscillator=.true.), &
-         known=deflation%eigenvalues()), krylov_options_type(tolerance=roughly, max_restarts=1, seed=seed, verify=.false.), &
-         mu, vectors, statistics, error)
-      operator_applications = statistics%operator_applications
+         known=known%deflation%eigenvalues()), krylov_options_type(tolerance=roughly, max_restarts=1, seed=seed, &
+         verify=.false.), mu, vectors, statistics, error)
+      effort%operator_applications = effort%operator_applications + statistics%operator_applications
       if (allocated(error)) return
+      effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds
       allocate (frequencies, source=1/sqrt(pack(abs(mu), abs(mu) > tiny(1.0_wp))))
    end subroutine find_lowest_frequencies
 

@@ -7,72 +7,110 @@ module kschur_pencil_transform
    use kschur_root_invariant, only: zero_and_infinite
    use kschur_kinds, only: wp
    use kschur_krylov_complex, only: krylov_schur
-   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
    use kschur_options, only: method_arpack
    use kschur_pencil, only: pencil_type, new_pencil
+   use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
+   use kschur_quadratic_transform_complex, only: new_quadratic_transform, quadratic_transform_type
    use kschur_shift_invert, only: shift_invert_type, new_shift_invert
    use kschur_transform, only: transform_type
+   use kschur_transposed_solver, only: transposed_complex_type
    implicit none
    private
    public :: pencil_transform_type, new_pencil_transform
 
    type, extends(transform_type) :: pencil_transform_type
       type(shift_invert_type), allocatable :: operator
+      ! Where it is factored (1/s); `shift` is its theta.
+      complex(wp), private :: lambda = (0.0_wp, 0.0_wp)
    contains
       procedure :: iterate
       procedure :: recover
       procedure :: linear_solver
       procedure :: order
+      procedure :: transposed
    end type pencil_transform_type
 
 contains
 
-   !> Builds the pencil and factors it at a lambda.
-   subroutine new_pencil_transform(transform, problem, deflation, formulation, factors, unit, lambda, solver, error, raw)
+   !> Builds the pencil and factors it.
+   subroutine new_pencil_transform(transform, problem, deflation, placement, solver, error)
       type(pencil_transform_type), intent(out) :: transform
       type(modal_problem_type), intent(in) :: problem
       type(deflation_type), target, intent(in) :: deflation
-      integer, intent(in) :: formulation
-      real(wp), intent(in) :: factors(:), unit
-      complex(wp), intent(in) :: lambda
+      type(placement_type), intent(in) :: placement
       class(complex_linear_solver_type), allocatable, intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
-      !> Whether vectors carry multipliers, and are taken as they come from the iteration.
-      logical, optional, intent(in) :: raw
       type(pencil_type) :: pencil
 
-      call new_pencil(pencil, problem, formulation, factors, unit, error)
+      call new_pencil(pencil, problem, placement%formulation, placement%factors, placement%unit, error)
       if (allocated(error)) return
       transform%map = pencil%map
-      transform%shift = pencil%theta(lambda)
+      transform%shift = pencil%theta(placement%lambda)
       allocate (transform%operator)
       call new_shift_invert(transform%operator, pencil, transform%shift, solver, error, deflation)
-      if (present(raw)) transform%operator%with_multipliers = raw
-      transform%recover_applies = .not. transform%operator%with_multipliers
+      transform%lambda = placement%lambda
+      transform%operator%with_multipliers = placement%raw
+      transform%recover_applies = .not. placement%raw
    end subroutine new_pencil_transform
 
-   subroutine iterate(self, selection, options, mu, vectors, statistics, error, monitor)
+   ! The transposes of the damped pencils are no such pencils: there it is the structured quadratic form, with factors of
+   ! its own.
+   subroutine transposed(self, problem, deflation, solver, adjoint, error)
+      class(pencil_transform_type), target, intent(in) :: self
+      type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
+      class(complex_linear_solver_type), intent(in) :: solver
+      class(transform_type), allocatable, intent(out) :: adjoint
+      type(error_type), allocatable, intent(out) :: error
+      type(pencil_transform_type), allocatable :: pencil
+      type(quadratic_transform_type), allocatable :: quadratic
+      type(transposed_complex_type), allocatable :: borrowed
+      class(complex_linear_solver_type), allocatable :: factors
+      type(placement_type) :: placement
+
+      associate (given => self%operator%pencil)
+         placement%formulation = given%formulation
+         placement%lambda = self%lambda
+         placement%unit = given%unit
+         allocate (placement%factors, source=given%factors)
+         if (given%is_damped()) then
+            allocate (quadratic)
+            allocate (factors, source=solver)
+            call new_quadratic_transform(quadratic, problem, deflation, placement, factors, error)
+            call move_alloc(quadratic, adjoint)
+         else
+            allocate (pencil, borrowed)
+            borrowed%original => self%operator%solver
+            call move_alloc(borrowed, factors)
+            call new_pencil_transform(pencil, problem, deflation, placement, factors, error)
+            pencil%borrows = .true.
+            call move_alloc(pencil, adjoint)
+         end if
+      end associate
+   end subroutine transposed
+
+   subroutine iterate(self, selection, options, ritz, error, monitor)
       class(pencil_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
-      complex(wp), allocatable, intent(out) :: mu(:), vectors(:, :)
-      type(krylov_statistics_type), intent(out) :: statistics
+      type(ritz_pairs_type), intent(out) :: ritz
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
 
       if (options%method == method_arpack) then
-         call arpack(self%operator, selection, options, mu, vectors, statistics, error, monitor)
+         call arpack(self%operator, selection, options, ritz%mu, ritz%vectors, ritz%statistics, error, monitor)
          return
       end if
       if (self%operator%with_multipliers) then
-         call krylov_schur(self%operator, selection, options, mu, vectors, statistics, error, monitor)
+         call krylov_schur(self%operator, selection, options, ritz%mu, ritz%vectors, ritz%statistics, error, monitor)
       else
          associate (deflation => self%operator%deflation, pencil => self%operator%pencil)
-            call krylov_schur(self%operator, selection, options, mu, vectors, statistics, error, monitor, &
+            call krylov_schur(self%operator, selection, options, ritz%mu, ritz%vectors, ritz%statistics, error, monitor, &
                zero_and_infinite(deflation%zero, deflation%infinite, self%operator%order(), self%shift, pencil%unit, &
                pencil%map%oscillator))
          end associate

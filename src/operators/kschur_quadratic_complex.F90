@@ -5,6 +5,7 @@ module kschur_quadratic_complex
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
    use kschur_operator, only: complex_operator_type
+   use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
    use kschur_saddle, only: saddle_blocks
@@ -14,6 +15,7 @@ module kschur_quadratic_complex
    public :: quadratic_operator_type, new_quadratic_operator
 
 #define SCALAR complex(wp)
+#define FROM_COMPLEX(z) z
 #define MATRIX_TYPE complex_csr_matrix_type
 #define OPERATOR_TYPE complex_operator_type
 #define SOLVER_TYPE complex_linear_solver_type

@@ -5,6 +5,7 @@ module kschur_quadratic_real
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_operator, only: real_operator_type
+   use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
    use kschur_saddle, only: saddle_blocks
@@ -14,6 +15,7 @@ module kschur_quadratic_real
    public :: quadratic_operator_type, new_quadratic_operator
 
 #define SCALAR real(wp)
+#define FROM_COMPLEX(z) real(z, wp)
 #define MATRIX_TYPE csr_matrix_type
 #define OPERATOR_TYPE real_operator_type
 #define SOLVER_TYPE real_linear_solver_type

@@ -6,15 +6,17 @@ module kschur_quadratic_transform_complex
    use kschur_root_invariant, only: undamped_zeros, zero_and_infinite
    use kschur_kinds, only: wp
    use kschur_krylov_complex, only: krylov_schur
-   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
    use kschur_options, only: method_arpack
+   use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_quadratic_complex, only: quadratic_operator_type, new_quadratic_operator
    use kschur_root_space, only: root_space_type
    use kschur_transform, only: transform_type
+   use kschur_transposed_solver, only: transposed_complex_type
    use kschur_two_level_complex, only: two_level_basis_type
    implicit none
    private
@@ -22,6 +24,8 @@ module kschur_quadratic_transform_complex
 
 #define SCALAR complex(wp)
 #define SOLVER_TYPE complex_linear_solver_type
+#define TRANSPOSED_SOLVER_TYPE transposed_complex_type
+#define FROM_COMPLEX(z) z
 #include "kschur_quadratic_transform.inc"
 
    subroutine extend_complex(operator, x, v, x_plus, xi_plus, error)

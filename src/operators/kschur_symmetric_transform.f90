@@ -4,24 +4,27 @@
 module kschur_symmetric_transform
    use kschur_arpack, only: arpack_symmetric
    use kschur_certificate, only: inertia_census_type, new_inertia_census
-   use kschur_decomposition, only: decomposition_type
+   use kschur_lanczos_decomposition, only: decomposition_type
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_kinds, only: wp, long
-   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_lanczos, only: lanczos
    use kschur_lapack, only: dznrm2
-   use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
+   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, matrix_structure_type, &
+      real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
    use kschur_outcome, only: certified_unknown
    use kschur_operator, only: symmetric_operator_type
    use kschur_options, only: method_arpack
+   use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
    use kschur_saddle, only: symmetric_saddle
    use kschur_sparse, only: csr_matrix_type
    use kschur_transform, only: transform_type
+   use kschur_transposed_solver, only: transposed_real_type
    implicit none
    private
    public :: symmetric_transform_type, new_symmetric_transform
@@ -50,19 +53,19 @@ module kschur_symmetric_transform
       procedure :: recover
       procedure :: linear_solver
       procedure :: order
+      procedure :: transposed
    end type symmetric_transform_type
 
 contains
 
    !> Factors [K - s M, Cq^T; Cq, 0] where s = theta(lambda) is the square of a
    !> frequency (1/s^2); of a complex lambda it takes the real part.
-   subroutine new_symmetric_transform(transform, problem, deflation, factors, lambda, solver, error, counting_solver)
+   subroutine new_symmetric_transform(transform, problem, deflation, placement, solver, error, counting_solver)
       type(symmetric_transform_type), intent(out) :: transform
       type(modal_problem_type), target, intent(in) :: problem
       !> The motions to be kept out of the iteration.
       type(deflation_type), target, intent(in) :: deflation
-      real(wp), intent(in) :: factors(:)
-      complex(wp), intent(in) :: lambda
+      type(placement_type), intent(in) :: placement
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
       !> A solver that tells the inertia of indefinite matrices: with it, allocated, iterations are certified.
@@ -73,13 +76,13 @@ contains
       transform%map%oscillator = .true.
       transform%map%alpha = problem%alpha
       transform%map%beta = problem%beta
-      transform%shift = real(transform%map%theta(lambda), wp)
+      transform%shift = real(transform%map%theta(placement%lambda), wp)
       transform%operator%problem => problem
       transform%operator%deflation => deflation
-      transform%recover_applies = size(factors) > 0
-      allocate (transform%operator%factors(size(factors)), source=factors)
+      transform%recover_applies = size(placement%factors) > 0
+      allocate (transform%operator%factors, source=placement%factors)
       call move_alloc(solver, transform%operator%solver)
-      call symmetric_saddle(problem, factors, real(transform%shift, wp), matrix, structure, error)
+      call symmetric_saddle(problem, placement%factors, real(transform%shift, wp), matrix, structure, error)
       if (allocated(error)) return
       call transform%operator%solver%factorize(matrix, structure, error)
       if (allocated(error)) return
@@ -197,12 +200,11 @@ contains
       end do
    end subroutine apply_with_multipliers
 
-   subroutine iterate(self, selection, options, mu, vectors, statistics, error, monitor)
+   subroutine iterate(self, selection, options, ritz, error, monitor)
       class(symmetric_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
-      complex(wp), allocatable, intent(out) :: mu(:), vectors(:, :)
-      type(krylov_statistics_type), intent(out) :: statistics
+      type(ritz_pairs_type), intent(out) :: ritz
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
       ! Infinite eigenvalues come in Jordan blocks of size 2 at most.
@@ -220,27 +222,52 @@ contains
       lanczos_options = options
       lanczos_options%filter = filter
       if (options%method == method_arpack) then
-         call arpack_symmetric(self%operator, selection, lanczos_options, values, shapes, statistics, error, monitor)
+         call arpack_symmetric(self%operator, selection, lanczos_options, values, shapes, ritz%statistics, error, monitor)
          if (allocated(error)) return
          wanted = min(selection%needed(cmplx(values, 0, wp)), size(values))
          if (allocated(self%census)) call self%census%examine(values, 0*values, wanted, complete)
          values = values(:wanted)
          shapes = shapes(:, :wanted)
       else
-         call lanczos(self%operator, selection, lanczos_options, values, shapes, statistics, error, monitor, &
+         call lanczos(self%operator, selection, lanczos_options, values, shapes, ritz%statistics, error, monitor, &
             options%verify, self%census, self%decomposition)
       end if
       if (allocated(error)) return
       if (allocated(self%census)) self%certificate = self%census%certificate
-      if (options%verify .and. .not. self%recover_applies) call purify(self, values, shapes, statistics, error)
+      if (options%verify .and. .not. self%recover_applies) call purify(self, values, shapes, ritz%statistics, error)
       if (allocated(error)) return
-      allocate (mu(size(values)), source=cmplx(values, 0, wp))
-      allocate (vectors(size(shapes, 1), size(shapes, 2)))
+      allocate (ritz%mu(size(values)), source=cmplx(values, 0, wp))
+      allocate (ritz%vectors(size(shapes, 1), size(shapes, 2)))
       ! A column at a time, without a copy of all.
       do j = 1, size(shapes, 2)
-         vectors(:, j) = cmplx(shapes(:, j), 0, wp)
+         ritz%vectors(:, j) = cmplx(shapes(:, j), 0, wp)
       end do
    end subroutine iterate
+
+   ! The problem is its own transpose, and so are its factors.
+   subroutine transposed(self, problem, deflation, solver, adjoint, error)
+      class(symmetric_transform_type), target, intent(in) :: self
+      type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
+      class(complex_linear_solver_type), intent(in) :: solver
+      class(transform_type), allocatable, intent(out) :: adjoint
+      type(error_type), allocatable, intent(out) :: error
+      type(symmetric_transform_type), allocatable :: own
+      type(transposed_real_type), allocatable :: borrowed
+      class(real_linear_solver_type), allocatable :: factors
+      type(placement_type) :: placement
+
+      associate (unused => solver)
+      end associate
+      allocate (own, borrowed)
+      borrowed%original => self%operator%solver
+      call move_alloc(borrowed, factors)
+      placement%lambda = sqrt(self%shift)
+      allocate (placement%factors, source=self%operator%factors)
+      call new_symmetric_transform(own, problem, deflation, placement, factors, error)
+      own%borrows = .true.
+      call move_alloc(own, adjoint)
+   end subroutine transposed
 
    ! C x / mu in place of those x that are not accurate to rounding, and of those
    ! that may be rigid-body shapes: these store no energy but that of rounding.

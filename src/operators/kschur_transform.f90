@@ -4,10 +4,12 @@ module kschur_transform
    use kschur_certificate, only: certificate_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
-   use kschur_linear_solver, only: linear_solver_type
+   use kschur_deflation, only: deflation_type
+   use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
+   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
+   use kschur_problem, only: modal_problem_type
    use kschur_spectral_map, only: spectral_map_type
    implicit none
    private
@@ -21,8 +23,10 @@ module kschur_transform
       logical :: recover_applies = .true.
       !> What the last iteration proved of its completeness.
       type(certificate_type) :: certificate
+      !> Whether the factors are those of another transform.
+      logical :: borrows = .false.
    contains
-      !> Ritz values and vectors, most wanted first.
+      !> The wanted Ritz pairs.
       procedure(iterate_interface), deferred :: iterate
       !> Shapes and multipliers of Ritz vectors, without what rounding left of
       !> infinite eigenvalues; by one more application where it takes one.
@@ -31,19 +35,19 @@ module kschur_transform
       procedure(solver_interface), deferred :: linear_solver
       !> Order of the factored matrix.
       procedure(order_interface), deferred :: order
+      !> The same of the transposed problem, on the factors of this one: it must live as long.
+      procedure(transposed_interface), deferred :: transposed
       !> theta of a Ritz value, eq. (42).
       procedure :: theta
    end type transform_type
 
    abstract interface
-      subroutine iterate_interface(self, selection, options, mu, vectors, statistics, error, monitor)
-         import :: transform_type, modal_selection_type, krylov_options_type, krylov_statistics_type, wp, &
-            error_type, monitor_type
+      subroutine iterate_interface(self, selection, options, ritz, error, monitor)
+         import :: transform_type, modal_selection_type, krylov_options_type, ritz_pairs_type, error_type, monitor_type
          class(transform_type), target, intent(inout) :: self
          type(modal_selection_type), intent(in) :: selection
          type(krylov_options_type), intent(in) :: options
-         complex(wp), allocatable, intent(out) :: mu(:), vectors(:, :)
-         type(krylov_statistics_type), intent(out) :: statistics
+         type(ritz_pairs_type), intent(out) :: ritz
          type(error_type), allocatable, intent(out) :: error
          class(monitor_type), intent(inout), optional :: monitor
       end subroutine iterate_interface
@@ -63,6 +67,19 @@ module kschur_transform
          class(transform_type), target, intent(in) :: self
          class(linear_solver_type), pointer :: solver
       end function solver_interface
+
+      subroutine transposed_interface(self, problem, deflation, solver, adjoint, error)
+         import :: transform_type, modal_problem_type, deflation_type, complex_linear_solver_type, error_type
+         class(transform_type), target, intent(in) :: self
+         !> The transposed problem.
+         type(modal_problem_type), target, intent(in) :: problem
+         !> Its motions to be kept out of the iteration.
+         type(deflation_type), target, intent(in) :: deflation
+         !> A prototype for the transforms that cannot borrow factors.
+         class(complex_linear_solver_type), intent(in) :: solver
+         class(transform_type), allocatable, intent(out) :: adjoint
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine transposed_interface
 
       integer function order_interface(self)
          import :: transform_type

@@ -1,8 +1,9 @@
 !> What keeps a mass matrix from being an inner product: negative eigenvalues,
 !> and motions without mass.
 module kschur_mass
+   use kschur_effort, only: effort_type
    use kschur_error, only: error_type
-   use kschur_inner_solvers, only: inner_solvers_type
+   use kschur_solver_choice, only: inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_random, only: random_vector
@@ -16,7 +17,7 @@ contains
    !> By the signs of the pivots of a factorisation, which prove it; where no solver tells
    !> them, by a few steps of Lanczos, to which a matrix with eigenvalues next to zero is
    !> not semidefinite either.
-   subroutine examine_mass(mass, inner, semidefinite, nullity, error)
+   subroutine examine_mass(mass, inner, semidefinite, nullity, error, effort)
       !> Symmetric.
       type(csr_matrix_type), intent(in) :: mass
       type(inner_solvers_type), intent(in) :: inner
@@ -25,6 +26,7 @@ contains
       !> How many are zero.
       integer, intent(out) :: nullity
       type(error_type), allocatable, intent(out) :: error
+      class(effort_type), optional, intent(inout) :: effort
       class(real_linear_solver_type), allocatable :: solver
       type(matrix_structure_type) :: structure
 
@@ -38,11 +40,13 @@ contains
       allocate (solver, source=inner%unshifted)
       call solver%factorize(mass, structure, error)
       if (allocated(error)) return
+      if (present(effort)) call effort%add_factors(solver)
       if (solver%negative_pivots < 0) then
          deallocate (solver)
          allocate (solver, source=inner%counting)
          call solver%factorize(mass, structure, error)
          if (allocated(error)) return
+         if (present(effort)) call effort%add_factors(solver)
       end if
       semidefinite = solver%negative_pivots == 0
       nullity = solver%null_pivots

@@ -1,8 +1,9 @@
 !> How many constraints follow from the others.
 module kschur_redundancy
+   use kschur_effort, only: effort_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_linear_solver, only: matrix_structure_type
+   use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_mumps_real, only: mumps_real_type
    use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
    implicit none
@@ -18,12 +19,16 @@ contains
    !> The number of rows of Cq less its rank. Pivots that vanish do not tell it for certain;
    !> an inertia does: [I C^T; C tau I], C the scaled Cq, has a negative eigenvalue for each
    !> singular value of C above sqrt(tau) (Sylvester, by the Schur complement tau I - C C^T).
-   subroutine count_redundant(constraints, redundant, error)
+   subroutine count_redundant(constraints, redundant, error, effort, counting)
       !> Cq, m x n, without empty rows.
       type(csr_matrix_type), intent(in) :: constraints
       integer, intent(out) :: redundant
       type(error_type), allocatable, intent(out) :: error
-      type(mumps_real_type) :: solver
+      class(effort_type), optional, intent(inout) :: effort
+      !> A solver that tells the inertia of indefinite matrices, a copy of which is used. MUMPS does where there is none, or
+      !> where it does not tell.
+      class(real_linear_solver_type), allocatable, optional, intent(in) :: counting
+      class(real_linear_solver_type), allocatable :: solver
       type(matrix_structure_type) :: structure
       type(csr_matrix_type) :: matrix
       real(wp), allocatable :: value(:)
@@ -44,8 +49,22 @@ contains
          [[(i, i=1, n + m)], column, n + row], [spread(1.0_wp, 1, n), spread(negligible, 1, m), value, value], error)
       if (allocated(error)) return
       structure%symmetric = .true.
-      call solver%factorize(matrix, structure, error)
-      if (.not. allocated(error)) redundant = m - solver%negative_pivots
+      if (present(counting)) then
+         if (allocated(counting)) allocate (solver, source=counting)
+      end if
+      if (allocated(solver)) then
+         call solver%factorize(matrix, structure, error)
+         if (allocated(error)) return
+         if (present(effort)) call effort%add_factors(solver)
+         if (solver%negative_pivots < 0) deallocate (solver)
+      end if
+      if (.not. allocated(solver)) then
+         allocate (mumps_real_type :: solver)
+         call solver%factorize(matrix, structure, error)
+         if (allocated(error)) return
+         if (present(effort)) call effort%add_factors(solver)
+      end if
+      redundant = m - solver%negative_pivots
    end subroutine count_redundant
 
    ! Numbers the columns that are not empty: of each entry its new column.

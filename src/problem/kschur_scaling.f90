@@ -7,7 +7,7 @@ module kschur_scaling
    use kschur_problem, only: modal_problem_type
    implicit none
    private
-   public :: constraint_factors, typical_rate
+   public :: constraint_factors, first_scale, typical_rate
 
 contains
 
@@ -70,6 +70,22 @@ contains
       if (any(mass > 0 .and. other > 0)) &
          rate = scale(1.0_wp, median(pack(exponent(other) - exponent(mass), mass > 0 .and. other > 0))/power)
    end function typical_rate
+
+   !> A frequency that the matrices suggest (1/s): far above the lowest modes of a fine mesh, but of
+   !> their units. Low where there are heavy parts: from below, low modes are told apart.
+   pure real(wp) function first_scale(problem)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), parameter :: below_the_highest = 1.0e-3_wp, heaviest = 1.0e-2_wp
+      real(wp) :: typical, of_norms
+
+      typical = typical_rate(problem)
+      of_norms = typical
+      if (.not. problem%mass%is_zero()) then
+         of_norms = sqrt(problem%stiffness%infinity_norm()/problem%mass%infinity_norm())
+         if (.not. of_norms > 0) of_norms = problem%damping%infinity_norm()/problem%mass%infinity_norm()
+      end if
+      first_scale = below_the_highest*min(typical, max(of_norms, heaviest*typical))
+   end function first_scale
 
    ! Of at least one small integer.
    pure integer function median(numbers)

@@ -5,6 +5,7 @@
 !> and changes nothing else if no combination of columns of N is one of Cq: Cq phi + N eta = 0 is Cq phi = 0 then,
 !> and N^T xi = 0 chooses one of the multipliers that do the same. Random columns are like that.
 module kschur_bordered_determinant
+   use kschur_effort, only: effort_type
    use kschur_error, only: error_type, error_singular
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: dznrm2
@@ -26,8 +27,7 @@ module kschur_bordered_determinant
 
    !> Evaluated by a factorisation each time.
    type, extends(analytic_function_type) :: bordered_determinant_type
-      integer :: factorizations = 0
-      real(wp) :: analyze_seconds = 0, factorize_seconds = 0, solve_seconds = 0
+      type(effort_type) :: effort
       ! Times lambda^2, lambda and 1.
       type(csr_matrix_type), private :: blocks(3)
       type(matrix_structure_type), private :: structure
@@ -120,10 +120,8 @@ contains
       doubt = huge(doubt)
       before = self%solver%solve_seconds
       call self%solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp)], self%blocks), self%structure, error)
-      self%factorizations = self%factorizations + 1
+      call self%effort%add_factors(self%solver)
       if (.not. allocated(error)) then
-         self%analyze_seconds = self%analyze_seconds + self%solver%analyze_seconds
-         self%factorize_seconds = self%factorize_seconds + self%solver%factorize_seconds
          reason = "the solver does not tell determinants"
          if (self%solver%null_pivots > 0) reason = "the matrix is singular on the curve"
          if (.not. self%solver%determinant%known) return
@@ -133,7 +131,7 @@ contains
          call self%blocks(2)%add_product(lambda, x, y)
          call self%blocks(3)%add_product((1.0_wp, 0.0_wp), x, y)
          call self%solver%solve(y, error)
-         self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - before)
+         self%effort%seconds%solve = self%effort%seconds%solve + (self%solver%solve_seconds - before)
       end if
       if (allocated(error)) then
          reason = error%message

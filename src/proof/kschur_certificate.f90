@@ -9,6 +9,7 @@
 !> matrices Gould, Math. Prog. 32, 1985.)
 module kschur_certificate
    use kschur_census, only: census_type
+   use kschur_effort, only: effort_type
    use kschur_inertia, only: count_below
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: linear_solver_type, real_linear_solver_type
@@ -31,13 +32,11 @@ module kschur_certificate
    real(wp), parameter :: infinity = huge(1.0_wp)
 
    !> What is proved, and what it took.
-   type :: certificate_type
+   type, extends(effort_type) :: certificate_type
       !> One of `certified_*`.
       integer :: verdict = certified_unknown
       !> No eigenvalue nearer to the target than this is missing (1/s).
       real(wp) :: reach = 0
-      integer :: factorizations = 0
-      real(wp) :: analyze_seconds = 0, factorize_seconds = 0
    end type certificate_type
 
    !> Compares the Ritz values with a count of the eigenvalues about the target.
@@ -288,10 +287,6 @@ contains
 
       allocate (solver, source=self%solver)
       call count_below(self%problem, theta, solver, negative)
-      associate (c => self%certificate)
-         c%factorizations = c%factorizations + 1
-         c%analyze_seconds = c%analyze_seconds + solver%analyze_seconds
-         c%factorize_seconds = c%factorize_seconds + solver%factorize_seconds
-      end associate
+      call self%certificate%add_factors(solver)
    end function negative_at
 end module kschur_certificate

@@ -7,6 +7,7 @@
 module kschur_winding_certificate
    use kschur_bordered_determinant, only: bordered_determinant_type, new_bordered_determinant
    use kschur_closed_curve, only: closed_curve_type, new_closed_curve
+   use kschur_effort, only: effort_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type
@@ -29,7 +30,7 @@ module kschur_winding_certificate
    integer, parameter :: largest_border = 5000000
 
    !> What is proved, and what it took.
-   type :: winding_certificate_type
+   type, extends(effort_type) :: winding_certificate_type
       !> One of `certified_*`.
       integer :: verdict = certified_unknown
       !> Where the verdict is no: eigenvalues that are not listed and nearer to the target than `reach`, both of
@@ -39,8 +40,6 @@ module kschur_winding_certificate
       real(wp) :: reach = 0
       !> Why the verdict is unknown; else blank.
       character(len=reason_length) :: reason = ""
-      integer :: factorizations = 0
-      real(wp) :: analyze_seconds = 0, factorize_seconds = 0, solve_seconds = 0
    end type winding_certificate_type
 
 contains
@@ -87,10 +86,7 @@ contains
       if (present(zeros_at_least) .and. certificate%verdict == certified_no) then
          if (zeros_at_least) certificate = winding_certificate_type(reason="the multiplicity of the zero is not known")
       end if
-      certificate%factorizations = determinant%factorizations
-      certificate%analyze_seconds = determinant%analyze_seconds
-      certificate%factorize_seconds = determinant%factorize_seconds
-      certificate%solve_seconds = determinant%solve_seconds
+      call certificate%add_effort(determinant%effort)
    end subroutine certify_by_winding
 
    subroutine compare(determinant, listed, beyond, zeros, target, reach, certificate)

@@ -3,25 +3,26 @@ module kschur_band
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur_band_parts, only: count_parts, half_gap, part_type
    use kschur_clock, only: clock, seconds_since
-   use kschur_deflation, only: deflation_type
+   use kschur_context, only: begin, solve_context_type
+   use kschur_description, only: describe, undamped_tolerance
    use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_error, only: error_type, new_error, error_singular, error_usage
-   use kschur_formulation, only: choose_formulation
-   use kschur_inner_solvers, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp, long
-   use kschur_balance, only: balance
-   use kschur_method, only: check_options
-   use kschur_modes, only: orthonormalize_zeros, select_modes, sort_by_distance
-   use kschur_left, only: set_left_modes
+   use kschur_left_run, only: find_left_modes
+   use kschur_mode_selection, only: accept_pairs, nearest_first, wanted_type
+   use kschur_modes, only: modes_type, no_modes
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_proportional, formulation_symmetric, &
       method_krylov_schur
-   use kschur_presolve, only: presolve, presolve_type
+   use kschur_outcome, only: certified_no, certified_unknown, certified_yes, history_type, reason_cancelled, &
+      reason_converged, reason_fewer_modes
+   use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type, damping_none
-   use kschur_result, only: modal_result_type, certified_no, certified_unknown, certified_yes, kind_rigid, &
-      kind_undamped, reason_cancelled, reason_converged, reason_fewer_modes
-   use kschur_rigid_modes, only: find_rigid
-   use kschur_solver, only: modes_of, solve_modes, undo_presolve
+   use kschur_report, only: report
+   use kschur_result, only: modal_result_type
+   use kschur_search, only: find_modes, take_rigid
+   use kschur_shift, only: place_shift
+   use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: empty_csr_matrix
    use kschur_spectral_map, only: spectral_map_type
    use kschur_text, only: text
@@ -61,7 +62,7 @@ contains
    !> Fails as `solve_modes` does, and where there are more than 10,000 modes in the
    !> band, or 2,000 below its end where they cannot be counted.
    subroutine solve_band(problem, first, last, options, result, error, monitor, solvers)
-      type(modal_problem_type), intent(in) :: problem
+      type(modal_problem_type), target, intent(in) :: problem
       !> The edges (Hz), 0 <= first < last.
       real(wp), intent(in) :: first, last
       !> The number of modes, target and shift are not looked at.
@@ -69,189 +70,212 @@ contains
       type(modal_result_type), intent(out) :: result
       type(error_type), allocatable, intent(out) :: error
       !> Watches the iterations and may end them.
-      class(monitor_type), intent(inout), optional :: monitor
+      class(monitor_type), target, intent(inout), optional :: monitor
       !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
       type(inner_solvers_type), intent(in), optional :: solvers
-      type(inner_solvers_type) :: inner
+      type(solve_context_type), target :: s
       type(modal_options_type) :: own
+      type(modes_type) :: modes
       real(wp) :: band(2)
       logical :: counted
       integer(long) :: started
 
       started = clock()
-      if (.not. (first >= 0 .and. last > first .and. ieee_is_finite(last))) then
-         call new_error(error, error_usage, "a band wants two frequencies, the first at least 0, the second above the first")
-         return
-      end if
       own = options
       own%modes = 1
       own%target = cmplx(0, 2*pi*first, wp)
       if (allocated(own%shift)) deallocate (own%shift)
-      call check_options(own, error)
-      if (.not. allocated(error)) call choose_inner_solvers(own, inner, error, solvers)
-      if (allocated(error)) return
-      if (own%method /= method_krylov_schur) then
-         call new_error(error, error_usage, "the modes of a band are found by krylov-schur only")
-      else if (options%certify) then
-         call new_error(error, error_usage, "certify counts about a target, and a band has none")
-      end if
+      call check_band(first, last, own, error)
+      if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers)
       if (allocated(error)) return
       band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
-      call choose_formulation(problem, own%formulation, result%formulation, result%decision, error, inner)
+      counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
+         min(problem%alpha, problem%beta) >= 0 .and. allocated(s%inner%counting)
+      call reduce(s, error)
+      if (.not. allocated(error)) call examine(s, error)
+      if (.not. allocated(error) .and. counted) call solve_counted(s, band, modes, counted, error)
+      if (.not. allocated(error) .and. .not. counted) call solve_disc(s, band, modes, error)
+      if (.not. allocated(error) .and. own%left) call find_left_modes(s, modes, error)
       if (allocated(error)) return
-      counted = any(result%formulation == [formulation_symmetric, formulation_proportional]) .and. &
-         min(problem%alpha, problem%beta) >= 0 .and. allocated(inner%counting)
-      if (counted) call solve_counted(problem, band, own, inner, counted, result, error, monitor, solvers)
-      if (.not. allocated(error) .and. .not. counted) call solve_disc(problem, band, own, result, error, monitor, solvers)
-      if (allocated(error)) return
-      result%options = own
-      result%options%modes = result%modes_asked
-      result%target = own%target
+      own%modes = size(modes%lambda)
+      if (counted) own%modes = modes%found
+      s%options%target = own%target
+      call report(s, own, modes, result, error)
       allocate (result%band(2), source=[first, last])
       call result%set_total(seconds_since(started))
    end subroutine solve_band
 
-   ! The undamped modes of each part, from which the damped ones follow.
-   subroutine solve_counted(problem, band, options, inner, counted, result, error, monitor, solvers)
-      type(modal_problem_type), intent(in) :: problem
-      real(wp), intent(in) :: band(2)
+   subroutine check_band(first, last, options, error)
+      real(wp), intent(in) :: first, last
       type(modal_options_type), intent(in) :: options
-      type(inner_solvers_type), intent(in) :: inner
-      !> False where it turned out that the modes cannot be counted.
-      logical, intent(inout) :: counted
-      type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      class(monitor_type), intent(inout), optional :: monitor
-      type(inner_solvers_type), intent(in), optional :: solvers
+
+      if (.not. (first >= 0 .and. last > first .and. ieee_is_finite(last))) then
+         call new_error(error, error_usage, "a band wants two frequencies, the first at least 0, the second above the first")
+      else if (options%method /= method_krylov_schur) then
+         call new_error(error, error_usage, "the modes of a band are found by krylov-schur only")
+      else if (options%certify) then
+         call new_error(error, error_usage, "certify counts about a target, and a band has none")
+      end if
+   end subroutine check_band
+
+   ! The undamped modes of each part, from which the damped ones follow.
+   subroutine solve_counted(s, band, modes, counted, error)
+      type(solve_context_type), target, intent(inout) :: s
+      real(wp), intent(in) :: band(2)
+      !> `found` is how many the band holds, listed or not.
+      type(modes_type), intent(out) :: modes
+      !> False where it turned out that the modes cannot be counted.
+      logical, intent(out) :: counted
+      type(error_type), allocatable, intent(out) :: error
       ! So many that it takes a while.
       integer, parameter :: many = 1000
-      type(modal_problem_type) :: undamped
+      type(modal_problem_type), target :: undamped
+      type(modal_problem_type), pointer :: given
       type(part_type), allocatable :: parts(:)
       type(eigenpairs_type) :: rigid, pairs
       type(oscillators_type) :: oscillators
-      integer :: total, i
+      integer :: formulation, total
 
-      call describe_problem(problem, result)
-      call find_parts(problem, band, options, inner, rigid, parts, counted, result, error)
+      counted = .true.
+      rigid = s%known%rigid
+      allocate (parts(0))
+      if (s%plan%unknowns_after > 0) &
+         call count_parts(s, band, count(.not. abs(rigid%lambda) > 0), parts, counted, error)
       if (allocated(error) .or. .not. counted) return
+      total = sum(parts%below_to - parts%below_from)
+      if (associated(s%monitor) .and. total >= many) &
+         call s%monitor%announce("the band holds "//text(total)//" oscillating modes")
+      modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
+      modes%certified = certified_yes
+      allocate (oscillators%omega(total), oscillators%phi(s%problem%unknowns(), total), &
+         oscillators%xi(s%problem%multipliers(), total))
+
+      given => s%problem
+      undamped = without_damping(given)
+      formulation = s%formulation
+      call solve_parts(s, undamped, parts, oscillators, modes, counted, error)
+      s%problem => given
+      s%formulation = formulation
+      s%known%rigid = rigid
+      if (allocated(error) .or. .not. counted) return
+      call damp(oscillators, spectral_map_type(.true., 1.0_wp, given%alpha, given%beta), pairs)
+      rigid = only(rigid, abs(rigid%lambda) >= band(1) .and. abs(rigid%lambda) <= band(2))
+      total = total - oscillators%found + size(pairs%lambda) + size(rigid%lambda)
+      call append_pairs(pairs, rigid)
+      call accept_pairs(given, wanted_type(target=cmplx(0, band(1)/(1 - edge), wp), most=2*given%unknowns(), &
+         rigid=size(rigid%lambda)), pairs, modes)
+      if (size(modes%lambda) /= total .and. modes%certified == certified_yes) modes%certified = certified_no
+      modes%found = total
+   end subroutine solve_counted
+
+   ! Without its damping the problem is iterated part by part.
+   subroutine solve_parts(s, undamped, parts, oscillators, modes, counted, error)
+      type(solve_context_type), target, intent(inout) :: s
+      !> The problem as given, without its damping.
+      type(modal_problem_type), target, intent(in) :: undamped
+      type(part_type), intent(in) :: parts(:)
+      type(oscillators_type), intent(inout) :: oscillators
+      type(modes_type), intent(inout) :: modes
+      logical, intent(inout) :: counted
+      type(error_type), allocatable, intent(out) :: error
+      type(modal_problem_type) :: work
+      real(wp), allocatable :: decay(:)
+      integer :: i
+
+      work = s%work
+      allocate (decay, source=s%known%deflation%decay)
+      s%problem => undamped
+      s%work = without_damping(work)
+      s%formulation = formulation_symmetric
+      s%known%rigid = only(s%known%rigid, .not. abs(s%known%rigid%lambda) > 0)
+      s%known%deflation%decay = 0
+      do i = 1, size(parts)
+         call solve_part(s, parts(i), oscillators, counted, modes, error)
+         if (allocated(error)) exit
+         if (.not. counted .or. modes%reason == reason_cancelled) exit
+      end do
+      s%work = work
+      s%known%deflation%decay = decay
+   end subroutine solve_parts
+
+   function without_damping(problem) result(undamped)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_problem_type) :: undamped
+
       undamped = problem
       undamped%damping = empty_csr_matrix(problem%unknowns(), problem%unknowns())
       undamped%damping_kind = damping_none
       undamped%alpha = 0
       undamped%beta = 0
-      total = sum(parts%below_to - parts%below_from)
-      if (present(monitor) .and. total >= many) &
-         call monitor%announce("the band holds "//text(total)//" oscillating modes")
-      allocate (oscillators%omega(total), oscillators%phi(problem%unknowns(), total), &
-         oscillators%xi(problem%multipliers(), total))
-      result%reason = reason_converged
-      result%certified = certified_yes
-      do i = 1, size(parts)
-         call solve_part(undamped, parts(i), options, oscillators, counted, result, error, monitor, solvers)
-         if (allocated(error) .or. .not. counted) return
-         if (result%reason == reason_cancelled) exit
-      end do
-      call damp(oscillators, spectral_map_type(.true., 1.0_wp, problem%alpha, problem%beta), pairs)
-      call keep_pairs(rigid, pack([(i, i=1, size(rigid%lambda))], &
-         abs(rigid%lambda) >= band(1) .and. abs(rigid%lambda) <= band(2)))
-      total = total - oscillators%found + size(pairs%lambda) + size(rigid%lambda)
-      call select_all(problem, options, pairs, rigid, result)
-      if (size(result%eigenvalues) /= total .and. result%certified == certified_yes) result%certified = certified_no
-      result%modes_asked = total
-      if (options%left) call set_left_modes(problem, problem, modes_of(result), .false., inner, result, error)
-   end subroutine solve_counted
-
-   ! Zeros and what decays without stiffness, all of them, and the parts with all else of the band.
-   subroutine find_parts(problem, band, options, inner, rigid, parts, counted, result, error)
-      type(modal_problem_type), intent(in) :: problem
-      real(wp), intent(in) :: band(2)
-      type(modal_options_type), intent(in) :: options
-      type(inner_solvers_type), intent(in) :: inner
-      type(eigenpairs_type), intent(out) :: rigid
-      type(part_type), allocatable, intent(out) :: parts(:)
-      logical, intent(out) :: counted
-      type(modal_result_type), intent(inout) :: result
-      type(error_type), allocatable, intent(out) :: error
-      type(modal_problem_type) :: work
-      type(presolve_type) :: plan
-      type(deflation_type) :: deflation
-
-      counted = .true.
-      call presolve(problem, work, plan, error, eliminating=options%presolve)
-      if (plan%unknowns_after == 0) then
-         ! The constraints leave no motion.
-         if (allocated(error)) deallocate (error)
-         allocate (parts(0))
-         rigid = no_pairs(problem)
-         return
-      end if
-      if (allocated(error)) return
-      call balance(work, plan)
-      call find_rigid(work, formulation_symmetric, .true., 0, inner, deflation, rigid, result%effort_type, error)
-      if (allocated(error)) return
-      call count_parts(work, band, count(.not. abs(rigid%lambda) > 0), inner%counting, parts, counted, &
-         result, error)
-      if (allocated(error) .or. .not. counted) return
-      call undo_presolve(problem, plan, rigid)
-      call orthonormalize_zeros(rigid)
-   end subroutine find_parts
+   end function without_damping
 
    ! Adds the modes of a part to the oscillators.
-   subroutine solve_part(undamped, part, options, oscillators, counted, result, error, monitor, solvers)
-      type(modal_problem_type), intent(in) :: undamped
+   subroutine solve_part(s, part, oscillators, counted, modes, error)
+      !> Undamped.
+      type(solve_context_type), target, intent(inout) :: s
       type(part_type), intent(in) :: part
-      type(modal_options_type), intent(in) :: options
       type(oscillators_type), intent(inout) :: oscillators
       logical, intent(out) :: counted
-      type(modal_result_type), intent(inout) :: result
+      !> Gathers how it went.
+      type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
-      class(monitor_type), intent(inout), optional :: monitor
-      type(inner_solvers_type), intent(in), optional :: solvers
       ! A shift is an eigenvalue once at most.
       real(wp), parameter :: offsets(3) = [0.0_wp, 1.0e-3_wp, -2.0e-3_wp]
-      type(modal_options_type) :: own
-      type(modal_result_type) :: found
+      type(modes_type) :: found
       integer, allocatable :: inside(:)
-      integer :: expected, first, last, attempt, i
+      integer :: expected, first, last, attempt, before, i
 
-      own = options
-      own%formulation = formulation_symmetric
-      own%left = .false.
       expected = part%below_to - part%below_from
+      before = s%effort%operator_applications
+      if (allocated(s%options%shift)) deallocate (s%options%shift)
       if (part%is_lowest()) then
-         own%modes = part%below_to
-         own%target = 0
-         call solve_modes(undamped, own, found, error, monitor, solvers)
+         s%options%modes = part%below_to
+         s%options%target = 0
+         call place_shift(s, error)
       else
-         own%modes = expected
-         own%target = cmplx(0, (part%from + part%to)/2, wp)
+         s%options%modes = expected
+         s%options%target = cmplx(0, (part%from + part%to)/2, wp)
          do attempt = 1, size(offsets)
-            own%shift = (1 + offsets(attempt))*own%target
-            call solve_modes(undamped, own, found, error, monitor, solvers)
+            s%options%shift = (1 + offsets(attempt))*s%options%target
+            call place_shift(s, error)
             if (.not. allocated(error)) exit
             if (error%code /= error_singular) return
          end do
       end if
+      if (.not. allocated(error)) call find_modes(s, found, error)
       if (allocated(error)) return
-      call add_run(found, result)
-      counted = all(found%kind == kind_rigid .or. found%kind == kind_undamped)
+      call add_history(modes%history, found%history, before)
+      modes%locking_error = max(modes%locking_error, found%locking_error)
+      counted = all(abs(real(found%lambda, wp)) <= undamped_tolerance*abs(found%lambda))
       if (.not. counted) return
-      allocate (inside, source=pack([(i, i=1, size(found%kind))], found%kind == kind_undamped .and. &
-         aimag(found%eigenvalues) > (1 - half_gap)*part%from .and. aimag(found%eigenvalues) < (1 + half_gap)*part%to))
+      inside = pack([(i, i=1, size(found%lambda))], aimag(found%lambda) > (1 - half_gap)*part%from .and. &
+         aimag(found%lambda) < (1 + half_gap)*part%to .and. abs(found%lambda) > 0)
       if (size(inside) > expected) inside = inside(:expected)
       first = oscillators%found + 1
       last = oscillators%found + size(inside)
-      oscillators%omega(first:last) = aimag(found%eigenvalues(inside))
-      oscillators%phi(:, first:last) = found%eigenvectors(:, inside)
-      oscillators%xi(:, first:last) = found%multipliers(:, inside)
+      oscillators%omega(first:last) = aimag(found%lambda(inside))
+      oscillators%phi(:, first:last) = found%phi(:, inside)
+      oscillators%xi(:, first:last) = found%xi(:, inside)
       oscillators%found = last
       if (found%reason /= reason_converged) then
-         result%reason = found%reason
-         result%certified = certified_unknown
-      else if (size(inside) < expected .and. result%certified == certified_yes) then
-         result%certified = certified_no
+         modes%reason = found%reason
+         modes%certified = certified_unknown
+      else if (size(inside) < expected .and. modes%certified == certified_yes) then
+         modes%certified = certified_no
       end if
    end subroutine solve_part
+
+   subroutine add_history(history, more, before)
+      type(history_type), intent(inout) :: history
+      type(history_type), intent(in) :: more
+      !> Applications before it began.
+      integer, intent(in) :: before
+
+      history%converged = [history%converged, more%converged]
+      history%operator_applications = [history%operator_applications, before + more%operator_applications]
+      history%residual = [history%residual, more%residual]
+   end subroutine add_history
 
    ! Both roots of each oscillator, of a conjugate pair one.
    subroutine damp(oscillators, map, pairs)
@@ -278,139 +302,82 @@ contains
    end subroutine damp
 
    ! Modes nearest to zero, more and more of them until they reach beyond the band.
-   subroutine solve_disc(problem, band, options, result, error, monitor, solvers)
-      type(modal_problem_type), intent(in) :: problem
+   subroutine solve_disc(s, band, modes, error)
+      type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(in) :: band(2)
-      type(modal_options_type), intent(in) :: options
-      !> What was done before is kept in its counts.
-      type(modal_result_type), intent(inout) :: result
+      type(modes_type), intent(out) :: modes
       type(error_type), allocatable, intent(out) :: error
-      class(monitor_type), intent(inout), optional :: monitor
-      type(inner_solvers_type), intent(in), optional :: solvers
       integer, parameter :: at_first = 20
-      type(modal_options_type) :: own
-      type(modal_result_type) :: found
+      type(history_type) :: history
       integer, allocatable :: order(:)
-      real(wp) :: reach
-      integer :: i
+      real(wp), allocatable :: omega(:)
+      integer :: before, i
 
-      own = options
-      own%target = 0
-      own%modes = at_first
+      modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
+      history = modes%history
+      s%options%target = 0
+      s%options%modes = at_first
+      if (allocated(s%options%shift)) deallocate (s%options%shift)
       do
-         call solve_modes(problem, own, found, error, monitor, solvers)
+         before = s%effort%operator_applications
+         if (s%only_rigid()) then
+            call take_rigid(s, modes)
+            exit
+         end if
+         call place_shift(s, error)
+         if (.not. allocated(error)) call find_modes(s, modes, error)
          if (allocated(error)) return
-         call add_run(found, result)
-         reach = 0
-         if (size(found%eigenvalues) > 0) reach = maxval(abs(found%eigenvalues))
-         if (found%reason /= reason_converged .or. reach > band(2)) exit
-         if (own%modes == most_uncounted) then
+         call add_history(history, modes%history, before)
+         if (modes%reason /= reason_converged .or. maxval([0.0_wp, abs(modes%lambda)]) > band(2)) exit
+         if (s%options%modes == most_uncounted) then
             call new_error(error, error_usage, "more than "//text(most_uncounted)//" modes lie below the end of the band, "// &
                "and they cannot be counted: end it lower, or ask for modes near a target")
             return
          end if
-         own%modes = min(most_uncounted, larger(own%modes, reach))
+         s%options%modes = min(most_uncounted, larger(s%options%modes, maxval([0.0_wp, abs(modes%lambda)])/band(2)))
       end do
-      call describe_problem(problem, result)
-      result%formulation = found%formulation
-      result%decision = found%decision
-      result%reason = found%reason
-      if (found%reason == reason_fewer_modes) result%reason = reason_converged
-      result%certified = certified_unknown
-      allocate (order, source=pack([(i, i=1, size(found%eigenvalues))], abs(found%eigenvalues) <= band(2) .and. &
-         2*pi*found%frequency_hz >= band(1) .and. 2*pi*found%frequency_hz <= band(2)))
-      call sort_by_distance(found%eigenvalues, options%target, order)
-      result%eigenvalues = found%eigenvalues(order)
-      result%eigenvectors = found%eigenvectors(:, order)
-      result%multipliers = found%multipliers(:, order)
-      result%frequency_hz = found%frequency_hz(order)
-      result%damped_frequency_hz = found%damped_frequency_hz(order)
-      result%damping_ratio = found%damping_ratio(order)
-      result%backward_error = found%backward_error(order)
-      result%error_bound = found%error_bound(order)
-      result%kind = found%kind(order)
-      result%modes_asked = size(order)
-      if (.not. options%left) return
-      result%left_eigenvectors = found%left_eigenvectors(:, order)
-      result%left_multipliers = found%left_multipliers(:, order)
-      result%condition = found%condition(order)
-
-   contains
-
-      ! As many as there would be if their number grew with the square of |lambda|.
-      integer function larger(modes, reach)
-         integer, intent(in) :: modes
-         real(wp), intent(in) :: reach
-         real(wp), parameter :: least = 1.25_wp, most = 4
-
-         larger = ceiling(modes*min(most, max(least, (1.1_wp*band(2)/max(reach, tiny(1.0_wp)))**2)))
-      end function larger
+      modes%history = history
+      if (modes%reason == reason_fewer_modes) modes%reason = reason_converged
+      modes%certified = certified_unknown
+      omega = frequencies(s%problem, modes)
+      order = pack([(i, i=1, size(omega))], abs(modes%lambda) <= band(2) .and. omega >= band(1) .and. omega <= band(2))
+      order = order(nearest_first(modes%lambda(order), cmplx(0, band(1)/(1 - edge), wp)))
+      call modes%take(order)
    end subroutine solve_disc
 
-   ! Modes of pairs and of rigid motions, all that there are.
-   subroutine select_all(problem, options, pairs, rigid, result)
+   ! As many as there would be if their number grew with the square of |lambda|.
+   integer function larger(modes, reach)
+      integer, intent(in) :: modes
+      !> Part of the band that they cover.
+      real(wp), intent(in) :: reach
+      real(wp), parameter :: least = 1.25_wp, most = 4
+
+      larger = ceiling(modes*min(most, max(least, (1.1_wp/max(reach, tiny(1.0_wp)))**2)))
+   end function larger
+
+   ! The undamped frequencies (rad/s) that a result tells.
+   function frequencies(problem, modes) result(omega)
       type(modal_problem_type), intent(in) :: problem
-      type(modal_options_type), intent(in) :: options
-      type(eigenpairs_type), intent(inout) :: pairs
-      type(eigenpairs_type), intent(in) :: rigid
-      type(modal_result_type), intent(inout) :: result
-      type(modal_options_type) :: own
+      type(modes_type), intent(in) :: modes
+      real(wp) :: omega(size(modes%lambda))
+      type(modal_result_type) :: told
 
-      own = options
-      own%modes = huge(1)
-      call append_pairs(pairs, rigid)
-      call select_modes(problem, own, 2*problem%unknowns(), pairs, size(rigid%lambda), 0.0_wp, huge(1.0_wp), result)
-   end subroutine select_all
+      allocate (told%eigenvalues, source=modes%lambda)
+      allocate (told%eigenvectors, source=modes%phi)
+      call describe(problem, told)
+      omega = 2*pi*told%frequency_hz
+   end function frequencies
 
-   subroutine keep_pairs(pairs, kept)
-      type(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: kept(:)
+   function only(pairs, chosen) result(kept)
+      type(eigenpairs_type), intent(in) :: pairs
+      logical, intent(in) :: chosen(:)
+      type(eigenpairs_type) :: kept
+      integer :: i
 
-      pairs%lambda = pairs%lambda(kept)
-      pairs%phi = pairs%phi(:, kept)
-      pairs%xi = pairs%xi(:, kept)
-   end subroutine keep_pairs
-
-   function no_pairs(problem) result(pairs)
-      type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type) :: pairs
-
-      allocate (pairs%lambda(0), pairs%phi(problem%unknowns(), 0), pairs%xi(problem%multipliers(), 0))
-   end function no_pairs
-
-   ! What a result says of its problem, and a history without looks.
-   subroutine describe_problem(problem, result)
-      type(modal_problem_type), intent(in) :: problem
-      type(modal_result_type), intent(inout) :: result
-
-      result%method = "krylov-schur"
-      result%unknowns = problem%unknowns()
-      result%constraints = problem%multipliers()
-      result%damping_kind = problem%damping_kind
-      result%symmetric = problem%symmetric
-      if (.not. allocated(result%inner)) result%inner = "none: nothing was solved"
-      if (.not. allocated(result%history%converged)) allocate (result%history%converged(0), &
-         result%history%operator_applications(0), result%history%residual(0))
-   end subroutine describe_problem
-
-   ! Adds what a run took; of the last one the shift and what was factored.
-   subroutine add_run(run, result)
-      type(modal_result_type), intent(in) :: run
-      type(modal_result_type), intent(inout) :: result
-
-      if (.not. allocated(result%history%converged)) then
-         result%history = run%history
-      else
-         result%history%converged = [result%history%converged, run%history%converged]
-         result%history%operator_applications = [result%history%operator_applications, &
-            result%operator_applications + run%history%operator_applications]
-         result%history%residual = [result%history%residual, run%history%residual]
-      end if
-      result%shift = run%shift
-      result%inner = run%inner
-      result%factored_order = run%factored_order
-      result%factor_entries = run%factor_entries
-      call result%add_effort(run)
-      result%locking_error = max(result%locking_error, run%locking_error)
-   end subroutine add_run
+      associate (order => pack([(i, i=1, size(chosen))], chosen))
+         allocate (kept%lambda, source=pairs%lambda(order))
+         allocate (kept%phi, source=pairs%phi(:, order))
+         allocate (kept%xi, source=pairs%xi(:, order))
+      end associate
+   end function only
 end module kschur_band

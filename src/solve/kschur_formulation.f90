@@ -1,8 +1,9 @@
 !> Which formulation of a problem is solved: the one that was asked for, if it
 !> fits, or the smallest exact one.
 module kschur_formulation
+   use kschur_effort, only: effort_type
    use kschur_error, only: error_type, new_error, error_usage
-   use kschur_inner_solvers, only: inner_solvers_type, choose_inner_solvers
+   use kschur_solver_choice, only: inner_solvers_type, choose_inner_solvers
    use kschur_mass, only: examine_mass
    use kschur_options, only: modal_options_type, formulation_auto, formulation_names, formulation_proportional, &
       formulation_quadratic, formulation_symmetric, formulation_undamped, formulation_undamped_constrained
@@ -44,7 +45,7 @@ contains
 
    !> The formulation that was asked for, or the smallest exact one for
    !> `formulation_auto`. Fails where it does not fit the problem, with the reason.
-   subroutine choose_formulation(problem, asked, formulation, decision, error, inner)
+   subroutine choose_formulation(problem, asked, formulation, decision, error, inner, effort)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
       integer, intent(in) :: asked
@@ -54,6 +55,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> What factors the mass; absent: the library's own.
       type(inner_solvers_type), intent(in), optional :: inner
+      !> What that takes is added.
+      class(effort_type), intent(inout), optional :: effort
       type(inner_solvers_type) :: own
       character(len=:), allocatable :: obstacle
 
@@ -64,10 +67,10 @@ contains
          if (allocated(error)) return
       end if
       if (present(inner)) then
-         call find_obstacle(problem, formulation, inner, obstacle, error)
+         call find_obstacle(problem, formulation, inner, obstacle, error, effort)
       else
          call choose_inner_solvers(modal_options_type(), own, error)
-         call find_obstacle(problem, formulation, own, obstacle, error)
+         call find_obstacle(problem, formulation, own, obstacle, error, effort)
       end if
       if (allocated(error)) return
       if (len(obstacle) > 0 .and. asked /= formulation_auto) then
@@ -90,12 +93,13 @@ contains
    end subroutine choose_formulation
 
    ! What keeps a problem from a formulation for symmetric matrices; empty where nothing does.
-   subroutine find_obstacle(problem, formulation, inner, obstacle, error)
+   subroutine find_obstacle(problem, formulation, inner, obstacle, error, effort)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation
       type(inner_solvers_type), intent(in) :: inner
       character(len=:), allocatable, intent(out) :: obstacle
       type(error_type), allocatable, intent(out) :: error
+      class(effort_type), intent(inout), optional :: effort
       logical :: semidefinite
       integer :: nullity
 
@@ -108,7 +112,7 @@ contains
       else if (problem%damping_kind == damping_general) then
          obstacle = "its damping is not proportional"
       else
-         call examine_mass(problem%mass, inner, semidefinite, nullity, error)
+         call examine_mass(problem%mass, inner, semidefinite, nullity, error, effort)
          if (allocated(error)) return
          if (.not. (semidefinite .or. allocated(inner%counting))) then
             obstacle = "its mass matrix has eigenvalues that are negative or next to zero"

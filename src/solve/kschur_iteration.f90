@@ -1,15 +1,13 @@
-!> One run of the iteration on a transform: Ritz pairs become eigenpairs of the problem.
+!> One run of the iteration on a transform: Ritz pairs become eigenpairs of what is iterated.
 module kschur_iteration
+   use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
-   use kschur_method, only: iteration_options
+   use kschur_krylov_options, only: krylov_statistics_type, ritz_pairs_type
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type
    use kschur_outcome, only: reason_converged
-   use kschur_result, only: modal_result_type
+   use kschur_settings, only: iteration_options
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -19,74 +17,83 @@ contains
 
    !> Runs the iteration and purifies what it found by one more application,
    !> which removes what is left of infinite eigenvalues.
-   subroutine iterate(transform, options, known, asked, pairs, reach, statistics, result, error, monitor)
-      class(transform_type), target, intent(inout) :: transform
-      type(modal_options_type), intent(in) :: options
-      !> Eigenvalues of modes that are not to be found, but count.
-      complex(wp), intent(in) :: known(:)
+   subroutine iterate(s, asked, pairs, reach, statistics, error)
+      type(solve_context_type), target, intent(inout) :: s
+      !> How many modes are wanted.
       integer, intent(in) :: asked
       type(eigenpairs_type), intent(out) :: pairs
       !> All eigenvalues nearer to the target than this are among the pairs.
       real(wp), intent(out) :: reach
       type(krylov_statistics_type), intent(out) :: statistics
-      type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      class(monitor_type), intent(inout), optional :: monitor
       type(modal_selection_type) :: selection
-      type(krylov_options_type) :: krylov
-      complex(wp), allocatable :: mu(:), vectors(:, :), phi(:, :), xi(:, :)
-      complex(wp) :: roots(2)
-      integer, allocatable :: of(:)
+      type(ritz_pairs_type) :: ritz
+      ! Eigenvalues of modes that are not to be found, but count.
+      complex(wp), allocatable :: known(:)
       logical, allocatable :: paired(:)
       integer :: j
 
-      selection = modal_selection_type(asked, transform%map, transform%shift, options%target, known)
-      krylov = iteration_options(options, result%formulation, asked, &
-         count(abs(known - options%target) <= abs(result%shift - options%target)), transform%map%oscillator)
-      call transform%iterate(selection, krylov, mu, vectors, statistics, error, monitor)
+      allocate (known, source=s%known%deflation%eigenvalues())
+      selection = modal_selection_type(asked, s%transform%map, s%transform%shift, s%options%target, known)
+      call s%transform%iterate(selection, iteration_options(s%options, s%formulation, asked, &
+         count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator), &
+         ritz, error, s%monitor)
       if (allocated(error)) return
-      result%operator_applications = result%operator_applications + statistics%operator_applications
-      if (transform%recover_applies) result%operator_applications = result%operator_applications + size(mu)
-      if (abs(aimag(transform%shift)) > 0) then
-         allocate (paired(size(mu)), source=.false.)
+      statistics = ritz%statistics
+      associate (effort => s%effort)
+         effort%operator_applications = effort%operator_applications + statistics%operator_applications
+         if (s%transform%recover_applies) effort%operator_applications = effort%operator_applications + size(ritz%mu)
+         effort%restarts = effort%restarts + statistics%restarts
+         effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds
+      end associate
+      if (abs(aimag(s%transform%shift)) > 0) then
+         allocate (paired(size(ritz%mu)), source=.false.)
       else
-         call drop_conjugates(mu, vectors, paired)
+         call drop_conjugates(ritz%mu, ritz%vectors, paired)
       end if
-      call transform%recover(mu, vectors, phi, xi, error)
+      call s%transform%recover(ritz%mu, ritz%vectors, pairs%phi, pairs%xi, error)
       if (allocated(error)) return
-
-      allocate (pairs%lambda(0), of(0))
       reach = huge(1.0_wp)
-      if (statistics%reason == reason_converged) reach = 0
+      if (statistics%reason == reason_converged) reach = maxval([0.0_wp, (selection%key(ritz%mu(j)), j=1, size(ritz%mu))])
+      call set_eigenvalues(s%transform, ritz%mu, paired, pairs)
+   end subroutine iterate
+
+   ! An oscillator has two eigenvalues with one shape; of a conjugate pair one is enough.
+   subroutine set_eigenvalues(transform, mu, paired, pairs)
+      class(transform_type), intent(in) :: transform
+      complex(wp), intent(in) :: mu(:)
+      logical, intent(in) :: paired(:)
+      !> Its shapes and multipliers are those of mu.
+      type(eigenpairs_type), intent(inout) :: pairs
+      complex(wp) :: lambda(2*size(mu)), roots(2)
+      integer :: of(2*size(mu)), j, k
+
+      k = 0
       do j = 1, size(mu)
-         reach = max(reach, selection%key(mu(j)))
          roots = transform%map%lambdas(transform%theta(mu(j)))
-         pairs%lambda = [pairs%lambda, roots(1)]
-         of = [of, j]
-         ! Of a conjugate pair one is enough.
+         k = k + 1
+         lambda(k) = roots(1)
+         of(k) = j
          if (.not. transform%map%oscillator) cycle
          if (abs(aimag(roots(1))) > 0 .and. .not. abs(roots(2) - conjg(roots(1))) > 0) cycle
-         pairs%lambda = [pairs%lambda, roots(2)]
-         of = [of, j]
+         k = k + 1
+         lambda(k) = roots(2)
+         of(k) = j
       end do
-      if (size(of) == size(mu)) then
-         call move_alloc(phi, pairs%phi)
-         call move_alloc(xi, pairs%xi)
-      else
-         allocate (pairs%phi(size(phi, 1), size(of)), source=phi(:, of))
-         allocate (pairs%xi(size(xi, 1), size(of)), source=xi(:, of))
+      allocate (pairs%lambda(k), source=lambda(:k))
+      if (k > size(mu)) then
+         pairs%phi = pairs%phi(:, of(:k))
+         pairs%xi = pairs%xi(:, of(:k))
       end if
       if (transform%map%oscillator) then
-         allocate (pairs%paired(size(of)), source=[(count(of == of(j)) == 1, j=1, size(of))])
+         allocate (pairs%paired(k), source=[(count(of(:k) == of(j)) == 1, j=1, k)])
       else
-         allocate (pairs%paired(size(of)), source=paired(of))
+         allocate (pairs%paired(k), source=paired(of(:k)))
       end if
-      do j = 1, size(of)
-         pairs%xi(:, j) = transform%map%reaction(pairs%lambda(j))*pairs%xi(:, j)
+      do j = 1, k
+         pairs%xi(:, j) = transform%map%reaction(lambda(j))*pairs%xi(:, j)
       end do
-      result%restarts = result%restarts + statistics%restarts
-      result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
-   end subroutine iterate
+   end subroutine set_eigenvalues
 
    ! Keeps one of each conjugate pair that a real operator gave.
    subroutine drop_conjugates(mu, vectors, paired)

@@ -1,32 +1,22 @@
-!> Where a formulation is factored: at the shift that was given, or at one
-!> chosen at the scale of the wanted modes.
+!> Where a formulation is factored: at the shift that was given, next to a target, or at the scale of the wanted modes.
+!>
+!> Each place has candidates, and the first that is no eigenvalue is factored. A scale is what was observed: by a few
+!> steps on the stiffness, by a few at the shift, by the modes that were found from there.
 module kschur_shift
-   use kschur_deflation, only: deflation_type
+   use kschur_context, only: solve_context_type
    use kschur_error, only: error_type, new_error, error_convergence, error_singular, error_usage
+   use kschur_factoring, only: factor_at
    use kschur_formulation, only: is_structured
-   use kschur_inner_solvers, only: inner_solvers_type
    use kschur_kinds, only: wp
-   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
-   use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
+   use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
    use kschur_lowest, only: find_lowest_frequencies
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_options, only: modal_options_type, formulation_names, formulation_proportional, formulation_quadratic, &
-      formulation_symmetric, inner_ldl
-   use kschur_pencil_transform, only: pencil_transform_type, new_pencil_transform
-   use kschur_problem, only: modal_problem_type
-   use kschur_quadratic_transform_complex, only: complex_quadratic_type => quadratic_transform_type, &
-      new_complex_quadratic => new_quadratic_transform
-   use kschur_quadratic_transform_real, only: real_quadratic_type => quadratic_transform_type, &
-      new_real_quadratic => new_quadratic_transform
-   use kschur_result, only: modal_result_type
-   use kschur_scaled_stiffness, only: scaled_stiffness_type
-   use kschur_scaling, only: constraint_factors, typical_rate
-   use kschur_symmetric_transform, only: symmetric_transform_type, new_symmetric_transform
+   use kschur_options, only: formulation_quadratic
+   use kschur_scaling, only: first_scale, typical_rate
    use kschur_text, only: magnitude
-   use kschur_transform, only: transform_type
    implicit none
    private
-   public :: factor_beside, place_shift
+   public :: factor_beside, move_to_modes, place_shift
 
    ! A shift within this factor of that place is left where it is.
    real(wp), parameter :: close_enough = 4
@@ -34,151 +24,150 @@ module kschur_shift
    ! Beyond this, relative to the shift or to the lowest, an eigenvalue may be an infinite one that rounding
    ! blurred; that is far above a rate typical of the matrices.
    real(wp), parameter :: too_far = 1.0e5_wp, above_the_typical = 100
+   ! A few steps tell a scale to this part of it.
+   real(wp), parameter :: roughly = 0.1_wp
    ! Where to, by what factors, should it be an eigenvalue.
    real(wp), parameter :: moved(3) = [1.0_wp, 1.1_wp, 1.3_wp]
+   ! To the right of a target a stable system has no eigenvalue.
+   real(wp), parameter :: off_axis(3) = [0.01_wp, 0.03_wp, 0.1_wp]
 
 contains
 
    !> Factors at the shift that was given, next to a target, or, where that is
-   !> small, at the scale of the lowest modes. Sets result%shift.
-   subroutine place_shift(problem, stiffness, free, deflation, options, inner, transform, result, error)
-      type(modal_problem_type), target, intent(in) :: problem
-      !> Factored, as far as it is known. Gone on return.
-      type(scaled_stiffness_type), allocatable, intent(inout) :: stiffness
-      !> Whether zero is an eigenvalue.
-      logical, intent(in) :: free
-      type(deflation_type), target, intent(in) :: deflation
-      type(modal_options_type), intent(in) :: options
-      type(inner_solvers_type), intent(in) :: inner
-      class(transform_type), allocatable, intent(out) :: transform
-      type(modal_result_type), intent(inout) :: result
+   !> small, at the scale of the lowest modes. Sets s%transform and s%shift.
+   subroutine place_shift(s, error)
+      type(solve_context_type), target, intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: scale
       integer :: search
-      logical :: at_scale
-      ! Whether the shift is one that rounding does not tell from the eigenvalue zero.
-      logical :: hidden
 
-      at_scale = .not. allocated(options%shift) .and. abs(options%target) <= first_scale(problem)
-      scale = max(first_scale(problem), deflation%blur)
-      if (at_scale .and. allocated(stiffness)) call estimate_scale(problem, stiffness, deflation, options, scale, result, error)
-      if (allocated(stiffness)) deallocate (stiffness)
+      scale = max(first_scale(s%work), s%known%deflation%blur)
+      if (.not. allocated(s%options%shift) .and. abs(s%options%target) <= first_scale(s%work)) &
+         call observe_stiffness(s, scale, error)
+      call drop_stiffness(s)
       if (allocated(error)) return
-
-      if (options%inner == inner_ldl .and. .not. is_structured(result%formulation)) then
-         call refuse_complex(result%formulation, error)
-      else if (allocated(options%shift)) then
-         hidden = free .and. .not. abs(options%shift) > 0
-         if (is_structured(result%formulation)) hidden = hidden .or. abs(options%shift) < deflation%blur
-         call factor_at_first(problem, deflation, options, inner, result%formulation, &
-            beside(problem, deflation, options%shift), transform, result, error, known=hidden)
-      else if (.not. at_scale) then
-         call factor_near_target(problem, deflation, options, inner, transform, result, error)
-      else
+      if (allocated(s%options%shift)) then
+         call factor_first(s, s%formulation, s%options%shift, beside(s, s%options%shift), error)
+         return
+      end if
+      if (abs(s%options%target) <= first_scale(s%work)) then
          ! A pencil has infinite eigenvalues and costs more: the structured form tells the scale.
-         search = merge(result%formulation, formulation_quadratic, is_structured(result%formulation))
-         call factor_at_scale(problem, deflation, options, inner, search, transform, scale, result, error)
-         if (allocated(error) .or. (abs(options%target) <= scale .and. search == result%formulation)) return
-         call result%add_solver(transform%linear_solver())
-         if (abs(options%target) <= scale) then
-            call factor_at_first(problem, deflation, options, inner, result%formulation, cmplx(moved*scale, 0, wp), transform, &
-               result, error)
-         else
-            call factor_near_target(problem, deflation, options, inner, transform, result, error)
-         end if
+         search = merge(s%formulation, formulation_quadratic, is_structured(s%formulation))
+         call factor_at_scale(s, search, scale, error)
+         if (allocated(error)) return
+         if (abs(s%options%target) <= scale .and. search == s%formulation) return
+         call s%drop_transform()
+      else
+         scale = 0
+      end if
+      if (abs(s%options%target) <= scale) then
+         call factor_first(s, s%formulation, cmplx(scale, 0, wp), cmplx(moved*scale, 0, wp), error)
+      else
+         associate (target => s%options%target, first => s%options%target + off_axis(1)*abs(s%options%target))
+            call factor_first(s, s%formulation, first, target + off_axis*abs(target), error)
+         end associate
       end if
    end subroutine place_shift
 
-   ! To the right of the target, where a stable system has no eigenvalue.
-   subroutine factor_near_target(problem, deflation, options, inner, transform, result, error)
-      type(modal_problem_type), target, intent(in) :: problem
-      type(deflation_type), target, intent(in) :: deflation
-      type(modal_options_type), intent(in) :: options
-      type(inner_solvers_type), intent(in) :: inner
-      class(transform_type), allocatable, intent(out) :: transform
-      type(modal_result_type), intent(inout) :: result
+   !> Factors at a shift, or beside it if it is an eigenvalue.
+   subroutine factor_beside(s, shift, error)
+      type(solve_context_type), target, intent(inout) :: s
+      complex(wp), intent(in) :: shift
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: off_axis(3) = [0.01_wp, 0.03_wp, 0.1_wp]
+      integer :: i
 
-      call factor_at_first(problem, deflation, options, inner, result%formulation, &
-         options%target + off_axis*abs(options%target), transform, result, error)
-   end subroutine factor_near_target
+      do i = 1, size(moved)
+         call factor_at(s, s%formulation, moved(i)*shift, error)
+         if (.not. allocated(error)) return
+         if (error%code /= error_singular) return
+      end do
+   end subroutine factor_beside
+
+   !> Goes to the scale of eigenvalues that were found, where from target and shift most of them look alike.
+   subroutine move_to_modes(s, lambda, has_moved, error)
+      type(solve_context_type), target, intent(inout) :: s
+      complex(wp), intent(in) :: lambda(:)
+      logical, intent(out) :: has_moved
+      type(error_type), allocatable, intent(out) :: error
+      ! Wanted eigenvalues of this part of the shift all look alike from there.
+      real(wp), parameter :: much_smaller = 1.0e-2_wp, above_them = 2
+      real(wp) :: limit
+
+      limit = much_smaller*min(abs(s%options%target), abs(s%shift))
+      has_moved = .not. allocated(s%options%shift) .and. 2*count(abs(lambda) < limit) > size(lambda) .and. &
+         maxval(abs(lambda), abs(lambda) < limit) > 0
+      if (.not. has_moved) return
+      associate (target => s%options%target)
+         call factor_beside(s, above_them*maxval(abs(lambda), abs(lambda) < limit)*target/abs(target), error)
+      end associate
+   end subroutine move_to_modes
 
    ! The shift of a user and, should it be an eigenvalue, others next to it. Zeros are double: next
    ! to zero it is the square of a shift that rounding must leave visible.
-   function beside(problem, deflation, shift) result(shifts)
-      type(modal_problem_type), intent(in) :: problem
-      type(deflation_type), intent(in) :: deflation
+   function beside(s, shift) result(shifts)
+      type(solve_context_type), intent(in) :: s
       complex(wp), intent(in) :: shift
-      complex(wp) :: shifts(6)
+      complex(wp), allocatable :: shifts(:)
       real(wp), parameter :: steps(5) = [1.0e-8_wp, 1.0e-7_wp, 1.0e-6_wp, 1.0e-5_wp, 1.0e-4_wp], &
          above_zero(5) = [1, 2, 5, 10, 20]
       real(wp) :: visible
+      logical :: hidden
 
-      visible = max(0.01_wp*first_scale(problem), deflation%blur)
+      ! Whether rounding does not tell it from the eigenvalue zero.
+      hidden = size(s%known%rigid%lambda) > 0 .and. .not. abs(shift) > 0
+      if (is_structured(s%formulation)) hidden = hidden .or. abs(shift) < s%known%deflation%blur
+      visible = max(0.01_wp*first_scale(s%work), s%known%deflation%blur)
+      allocate (shifts(6))
       shifts(1) = shift
       shifts(2:) = shift*(1 + steps)
       if (abs(shift) < visible) shifts(2:) = above_zero*visible
+      if (hidden) shifts = shifts(2:)
    end function beside
 
    ! At the first of some shifts that is neither an eigenvalue nor so near to one that
    ! it blurs the others.
-   subroutine factor_at_first(problem, deflation, options, inner, formulation, shifts, transform, result, error, known)
-      type(modal_problem_type), target, intent(in) :: problem
-      type(deflation_type), target, intent(in) :: deflation
-      type(modal_options_type), intent(in) :: options
-      type(inner_solvers_type), intent(in) :: inner
+   subroutine factor_first(s, formulation, wanted, shifts, error)
+      type(solve_context_type), target, intent(inout) :: s
       integer, intent(in) :: formulation
-      complex(wp), intent(in) :: shifts(:)
-      class(transform_type), allocatable, intent(out) :: transform
-      type(modal_result_type), intent(inout) :: result
+      !> Where it should be, and where it may be.
+      complex(wp), intent(in) :: wanted, shifts(:)
       type(error_type), allocatable, intent(out) :: error
-      ! Whether it is known that the first one is an eigenvalue.
-      logical, optional, intent(in) :: known
-      integer :: i, first
+      integer :: i
 
-      first = 1
-      if (present(known)) first = merge(2, 1, known)
-      do i = first, size(shifts)
-         call factor_at(problem, deflation, options, inner, formulation, shifts(i), transform, result, error)
+      do i = 1, size(shifts)
+         call factor_at(s, formulation, shifts(i), error)
          if (.not. allocated(error)) exit
          if (error%code /= error_singular) return
       end do
       if (allocated(error)) then
          call new_error(error, error_singular, "the problem is singular for every lambda, "// &
             "as it seems: it is at each shift that was tried")
-      else if (i > 1) then
-         call result%add_note("the shift is an eigenvalue, or next to one: it was moved by "// &
-            magnitude(abs(shifts(i) - shifts(1)))//" 1/s")
+      else if (abs(shifts(i) - wanted) > 0) then
+         call s%add_note("the shift is an eigenvalue, or next to one: it was moved by "// &
+            magnitude(abs(shifts(i) - wanted))//" 1/s")
       end if
-   end subroutine factor_at_first
+   end subroutine factor_first
 
    ! At the scale of the lowest modes, found by trial.
-   subroutine factor_at_scale(problem, deflation, options, inner, formulation, transform, scale, result, error)
-      type(modal_problem_type), target, intent(in) :: problem
-      type(deflation_type), target, intent(in) :: deflation
-      type(modal_options_type), intent(in) :: options
-      type(inner_solvers_type), intent(in) :: inner
+   subroutine factor_at_scale(s, formulation, scale, error)
+      type(solve_context_type), target, intent(inout) :: s
       integer, intent(in) :: formulation
-      class(transform_type), allocatable, intent(out) :: transform
       !> The shift (1/s): the first one to be tried, and the one that was taken.
       real(wp), intent(inout) :: scale
-      type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: decades = 100
-      real(wp) :: previous, proposed
+      real(wp) :: previous, observed
       integer :: attempt
       logical :: placed
 
       previous = scale
       placed = .false.
       do attempt = 1, shift_attempts
-         call factor_at_first(problem, deflation, options, inner, formulation, cmplx(moved*scale, 0, wp), transform, result, error)
-         scale = real(result%shift, wp)
-         proposed = 0
+         call factor_first(s, formulation, cmplx(scale, 0, wp), cmplx(moved*scale, 0, wp), error)
+         scale = real(s%shift, wp)
+         observed = 0
          placed = placed .or. .not. allocated(error)
-         if (.not. allocated(error) .and. attempt < shift_attempts) &
-            call propose_scale(transform, deflation, options, typical_rate(problem), result, proposed, error)
+         if (.not. allocated(error) .and. attempt < shift_attempts) call observe_here(s, observed, error)
          if (allocated(error)) then
             if (error%code == error_singular .and. .not. placed .and. attempt < shift_attempts) then
                ! At a low shift rounding may drown all but the rigid motions.
@@ -188,194 +177,93 @@ contains
             end if
             if (all(error%code /= [error_singular, error_convergence]) .or. attempt == 1) return
             scale = previous
-            call factor_at(problem, deflation, options, inner, formulation, cmplx(scale, 0, wp), transform, result, error)
+            call factor_at(s, formulation, cmplx(scale, 0, wp), error)
             return
          end if
-         if (.not. proposed > 0) return
-         proposed = max(proposed, deflation%blur)
-         if (proposed >= scale/close_enough .and. proposed <= scale*close_enough) return
-         call result%add_solver(transform%linear_solver())
+         if (.not. observed > 0) return
+         observed = max(observed, s%known%deflation%blur)
+         if (observed >= scale/close_enough .and. observed <= scale*close_enough) return
          previous = scale
-         scale = proposed
+         scale = observed
       end do
    end subroutine factor_at_scale
 
-   ! The scale of the lowest undamped frequencies in place of the one that is given; damping
-   ! may put the eigenvalues elsewhere.
-   subroutine estimate_scale(problem, stiffness, deflation, options, scale, result, error)
-      type(modal_problem_type), target, intent(in) :: problem
-      type(scaled_stiffness_type), target, intent(inout) :: stiffness
-      type(deflation_type), target, intent(in) :: deflation
-      type(modal_options_type), intent(in) :: options
+   ! The scale of the lowest undamped frequencies in place of the one that is given; damping may put the eigenvalues
+   ! elsewhere.
+   subroutine observe_stiffness(s, scale, error)
+      type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(inout) :: scale
-      type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       ! One that is far below all others hides them.
       integer, parameter :: enough = 4
       real(wp), allocatable :: frequencies(:)
-      real(wp) :: before
-      integer :: applications, movable
+      integer :: movable
 
+      if (.not. allocated(s%known%stiffness)) return
       ! Rigid motions that stay in the iteration are all that it would see.
-      if (deflation%others > 0) return
-      before = stiffness%solver%solve_seconds
-      call find_lowest_frequencies(problem, stiffness, deflation, options%modes, options%seed, frequencies, applications, error)
-      if (allocated(error)) then
-         ! The stiffness may be nearer to singular than the problem is at any shift.
-         if (any(error%code == [error_convergence, error_singular])) deallocate (error)
-         return
+      if (s%known%deflation%others == 0) then
+         call find_lowest_frequencies(s%work, s%known, s%options%modes, s%options%seed, frequencies, s%effort, error)
+         if (allocated(error)) then
+            ! The stiffness may be nearer to singular than the problem is at any shift.
+            if (all(error%code /= [error_convergence, error_singular])) return
+            deallocate (error)
+         else
+            movable = s%work%unknowns() - s%work%multipliers() - size(s%known%deflation%decay)
+            call observe(frequencies, 0.0_wp, min(too_far*minval([huge(1.0_wp), frequencies]), &
+               above_the_typical*typical_rate(s%work)), &
+               max(1, min(enough, s%options%modes - size(s%known%deflation%eigenvalues()), movable)), scale)
+         end if
       end if
-      result%operator_applications = result%operator_applications + applications
-      result%seconds%solve = result%seconds%solve + (stiffness%solver%solve_seconds - before)
-      if (size(frequencies) > 0) frequencies = pack(frequencies, &
-         frequencies <= min(too_far*minval(frequencies), above_the_typical*typical_rate(problem)))
-      movable = problem%unknowns() - problem%multipliers() - size(deflation%decay)
-      if (size(frequencies) >= max(1, min(enough, options%modes - size(deflation%eigenvalues()), movable))) &
-         scale = middle(frequencies)
-   end subroutine estimate_scale
+   end subroutine observe_stiffness
 
-   ! In the middle of the wanted |lambda|, by ratio, both ends are found with the same digits.
-   real(wp) function middle(magnitudes)
-      real(wp), intent(in) :: magnitudes(:)
-      ! What is far below the shift looks alike, and is lower than it looks; what is far beyond is lost.
-      real(wp), parameter :: above_the_smallest = 10, below_the_largest = 1.0e-2_wp
+   ! It is needed for its scale only.
+   subroutine drop_stiffness(s)
+      type(solve_context_type), intent(inout) :: s
 
-      associate (smallest => minval(magnitudes), largest => maxval(magnitudes))
-         middle = max(min(sqrt(smallest*largest), above_the_smallest*smallest), below_the_largest*largest)
-      end associate
-   end function middle
+      if (.not. allocated(s%known%stiffness)) return
+      call s%effort%add_solves(s%known%stiffness%solver)
+      deallocate (s%known%stiffness)
+   end subroutine drop_stiffness
 
-   ! A frequency that the matrices suggest (1/s): far above the lowest modes of a fine mesh, but of
-   ! their units. Low where there are heavy parts: from below, low modes are told apart.
-   real(wp) function first_scale(problem)
-      type(modal_problem_type), intent(in) :: problem
-      real(wp), parameter :: below_the_highest = 1.0e-3_wp, heaviest = 1.0e-2_wp
-      real(wp) :: typical, of_norms
-
-      typical = typical_rate(problem)
-      of_norms = typical
-      if (.not. problem%mass%is_zero()) then
-         of_norms = sqrt(problem%stiffness%infinity_norm()/problem%mass%infinity_norm())
-         if (.not. of_norms > 0) of_norms = problem%damping%infinity_norm()/problem%mass%infinity_norm()
-      end if
-      first_scale = below_the_highest*min(typical, max(of_norms, heaviest*typical))
-   end function first_scale
-
-   !> At a shift, or beside it if it is an eigenvalue.
-   subroutine factor_beside(problem, deflation, options, inner, shift, transform, result, error)
-      type(modal_problem_type), target, intent(in) :: problem
-      type(deflation_type), target, intent(in) :: deflation
-      type(modal_options_type), intent(in) :: options
-      type(inner_solvers_type), intent(in) :: inner
-      complex(wp), intent(in) :: shift
-      class(transform_type), allocatable, intent(out) :: transform
-      type(modal_result_type), intent(inout) :: result
+   ! The scale of what a few steps at the shift tell; zero where they do not tell.
+   subroutine observe_here(s, scale, error)
+      type(solve_context_type), target, intent(inout) :: s
+      real(wp), intent(out) :: scale
       type(error_type), allocatable, intent(out) :: error
-      integer :: i
-
-      do i = 1, size(moved)
-         call factor_at(problem, deflation, options, inner, result%formulation, moved(i)*shift, transform, result, error)
-         if (.not. allocated(error)) return
-         if (error%code /= error_singular) return
-      end do
-   end subroutine factor_beside
-
-   ! Factors at a shift, and nowhere else. Fails where it is an eigenvalue.
-   subroutine factor_at(problem, deflation, options, inner, formulation, shift, transform, result, error)
-      type(modal_problem_type), target, intent(in) :: problem
-      type(deflation_type), target, intent(in) :: deflation
-      type(modal_options_type), intent(in) :: options
-      type(inner_solvers_type), intent(in) :: inner
-      integer, intent(in) :: formulation
-      complex(wp), intent(in) :: shift
-      class(transform_type), allocatable, intent(out) :: transform
-      type(modal_result_type), intent(inout) :: result
-      type(error_type), allocatable, intent(out) :: error
-      class(complex_linear_solver_type), allocatable :: solver
-      class(real_linear_solver_type), allocatable :: real_solver, counting_solver
-      type(pencil_transform_type), allocatable :: pencil
-      type(complex_quadratic_type), allocatable :: quadratic
-      type(real_quadratic_type), allocatable :: real_quadratic
-      type(symmetric_transform_type), allocatable :: symmetric
-      ! What is deflated cannot be seen in the factors.
-      real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
-      real(wp) :: factors(problem%multipliers()), unit
-
-      result%shift = shift
-      if (any(abs(deflation%eigenvalues() - shift) <= rounding*abs(shift))) then
-         call new_error(error, error_singular, "the shift is the eigenvalue of a rigid motion; move it a little")
-         return
-      end if
-      factors = constraint_factors(problem, options%constraint_scaling, shift)
-      unit = scale(1.0_wp, exponent(max(abs(shift), first_scale(problem))))
-      if (options%is_plain()) unit = 1
-      allocate (solver, source=inner%complex)
-      allocate (real_solver, source=inner%real)
-      if (allocated(inner%counting)) allocate (counting_solver, source=inner%counting)
-      if (any(formulation == [formulation_symmetric, formulation_proportional])) then
-         allocate (symmetric)
-         call new_symmetric_transform(symmetric, problem, deflation, factors, shift, real_solver, error, counting_solver)
-         call move_alloc(symmetric, transform)
-      else if (formulation == formulation_quadratic .and. .not. abs(aimag(shift)) > 0) then
-         allocate (real_quadratic)
-         call new_real_quadratic(real_quadratic, problem, deflation, factors, unit, real(shift, wp), real_solver, error)
-         call move_alloc(real_quadratic, transform)
-      else if (options%inner == inner_ldl) then
-         call refuse_complex(formulation, error)
-      else if (formulation == formulation_quadratic) then
-         allocate (quadratic)
-         call new_complex_quadratic(quadratic, problem, deflation, factors, unit, shift, solver, error)
-         call move_alloc(quadratic, transform)
-      else
-         allocate (pencil)
-         call new_pencil_transform(pencil, problem, deflation, formulation, factors, unit, shift, solver, error, &
-            options%is_plain())
-         call move_alloc(pencil, transform)
-      end if
-      if (allocated(error)) return
-      result%factorizations = result%factorizations + 1
-   end subroutine factor_at
-
-   subroutine refuse_complex(formulation, error)
-      integer, intent(in) :: formulation
-      type(error_type), allocatable, intent(out) :: error
-
-      call new_error(error, error_usage, "the inner solver ldl does not fit: the formulation "// &
-         trim(formulation_names(formulation))//" factors a complex matrix here")
-   end subroutine refuse_complex
-
-   ! Where the shift had better be, from a few steps at the shift that is; zero where
-   ! they do not tell.
-   subroutine propose_scale(transform, deflation, options, typical, result, proposed, error)
-      class(transform_type), target, intent(inout) :: transform
-      type(deflation_type), intent(in) :: deflation
-      type(modal_options_type), intent(in) :: options
-      !> A rate typical of the matrices (1/s).
-      real(wp), intent(in) :: typical
-      type(modal_result_type), intent(inout) :: result
-      real(wp), intent(out) :: proposed
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: roughly = 0.1_wp
       ! So far below the shift a zero may be blurred by rounding.
       real(wp), parameter :: too_near = 1.0e-4_wp
       type(modal_selection_type) :: selection
-      type(krylov_statistics_type) :: statistics
-      complex(wp), allocatable :: mu(:), vectors(:, :)
-      real(wp), allocatable :: magnitudes(:)
-      real(wp) :: furthest
+      type(ritz_pairs_type) :: ritz
       integer :: i
 
-      proposed = 0
-      selection = modal_selection_type(options%modes, transform%map, transform%shift, options%target, deflation%eigenvalues())
+      scale = 0
+      selection = modal_selection_type(s%options%modes, s%transform%map, s%transform%shift, s%options%target, &
+         s%known%deflation%eigenvalues())
       ! A mode is one value of an oscillator, and two otherwise.
-      call transform%iterate(selection, krylov_options_type(subspace=merge(20, 30, transform%map%oscillator), &
-         tolerance=roughly, max_restarts=1, seed=options%seed, verify=.false.), mu, vectors, statistics, error)
+      call s%transform%iterate(selection, krylov_options_type(subspace=merge(20, 30, s%transform%map%oscillator), &
+         tolerance=roughly, max_restarts=1, seed=s%options%seed, verify=.false.), ritz, error)
       if (allocated(error)) return
-      result%operator_applications = result%operator_applications + statistics%operator_applications
-      result%seconds%orthogonalize = result%seconds%orthogonalize + statistics%orthogonalize_seconds
-      furthest = min(too_far*abs(result%shift), above_the_typical*typical)
-      allocate (magnitudes, source=[(maxval(abs(transform%map%lambdas(transform%theta(mu(i))))), i=1, size(mu))])
-      magnitudes = pack(magnitudes, magnitudes >= too_near*abs(result%shift) .and. magnitudes <= furthest)
-      if (size(magnitudes) > 0) proposed = middle(magnitudes)
-   end subroutine propose_scale
+      s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
+      s%effort%seconds%orthogonalize = s%effort%seconds%orthogonalize + ritz%statistics%orthogonalize_seconds
+      call observe([(maxval(abs(s%transform%map%lambdas(s%transform%theta(ritz%mu(i))))), i=1, size(ritz%mu))], &
+         too_near*abs(s%shift), min(too_far*abs(s%shift), above_the_typical*typical_rate(s%work)), 1, scale)
+   end subroutine observe_here
+
+   ! The middle, by ratio, of those of some |lambda| that lie between two bounds, if they are enough: from there both ends
+   ! are found with the same digits.
+   subroutine observe(magnitudes, least, most, enough, scale)
+      real(wp), intent(in) :: magnitudes(:), least, most
+      integer, intent(in) :: enough
+      real(wp), intent(inout) :: scale
+      ! What is far below the shift looks alike, and is lower than it looks; what is far beyond is lost.
+      real(wp), parameter :: above_the_smallest = 10, below_the_largest = 1.0e-2_wp
+      real(wp) :: smallest, largest
+      logical :: seen(size(magnitudes))
+
+      seen = magnitudes >= least .and. magnitudes <= most
+      if (count(seen) < enough) return
+      smallest = minval(magnitudes, seen)
+      largest = maxval(magnitudes, seen)
+      scale = max(min(sqrt(smallest*largest), above_the_smallest*smallest), below_the_largest*largest)
+   end subroutine observe
 end module kschur_shift

@@ -5,7 +5,7 @@
 !> Daniel, Gragg, Kaufman, Stewart, Math. Comp. 30 (1976), orthogonalisation twice
 !> where needed; Hernandez, Roman, Tomas, Parallel Computing 33 (2007), its norm
 !> from Pythagoras.
-module kschur_decomposition
+module kschur_lanczos_decomposition
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory
    use kschur_kinds, only: wp, long
@@ -219,4 +219,4 @@ contains
       coefficients(k - 1) = d%beta
       d%basis(:, k + 1) = d%basis(:, k + 1) - d%beta*d%basis(:, k - 1)
    end subroutine subtract_neighbours
-end module kschur_decomposition
+end module kschur_lanczos_decomposition

@@ -1,6 +1,6 @@
 !> What a method asks of everything around it: Krylov-Schur, ARPACK in its place, or ARPACK as
 !> the paper compares with it.
-module kschur_method
+module kschur_settings
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_formulation, only: is_structured
    use kschur_kinds, only: wp
@@ -124,4 +124,4 @@ contains
       krylov%max_restarts = options%max_restarts
       krylov%seed = options%seed
    end function iteration_options
-end module kschur_method
+end module kschur_settings

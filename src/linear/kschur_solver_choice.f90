@@ -1,6 +1,6 @@
 !> The linear solvers of a computation: those of the library, as an option
 !> names them, or a user's own.
-module kschur_inner_solvers
+module kschur_solver_choice
    use kschur_direct_solver, only: direct_real_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_iterative_complex, only: iterative_complex_type
@@ -75,4 +75,4 @@ contains
       allocate (inner%real, source=iterative_real_type(tolerance=own, accuracy=acceptable))
       allocate (inner%complex, source=iterative_complex_type(tolerance=own, accuracy=acceptable))
    end subroutine choose_iterative
-end module kschur_inner_solvers
+end module kschur_solver_choice

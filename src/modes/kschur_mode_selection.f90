@@ -1,0 +1,429 @@
+!> From eigenpairs to modes: which of them are the same, how accurate they are, which are wanted.
+module kschur_mode_selection
+   use kschur_backward_error, only: backward_errors, settle_pairs
+   use kschur_description, only: form, no_energy
+   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: dznrm2
+   use kschur_modes, only: eigenvalues_of, modes_type, take_columns
+   use kschur_problem, only: modal_problem_type
+   use kschur_tolerances, only: same_value
+   implicit none
+   private
+   public :: accept_pairs, drop_spurious, highest, nearest_first, orthonormalize_zeros, replace_pairs, wanted_type
+
+   ! What is left of a unit vector that depends on others.
+   real(wp), parameter :: dependent = 1.0e-3_wp
+   ! A pair above this backward error is no mode of the problem.
+   real(wp), parameter :: spurious = 1.0e-5_wp
+   ! Infinite eigenvalues are further off than the modes by this factor, whatever rounding made of them.
+   real(wp), parameter :: far = 10
+   ! A zero eigenvalue found by iteration is below this, relative to the shift
+   ! or to the first one that is not rigid.
+   real(wp), parameter :: nearly_zero = 1.0e-4_wp
+   ! Two roots closer than this may be one found twice if their shapes are parallel.
+   real(wp), parameter :: same_pair = 1.0e-2_wp
+   ! Rounding tells a copy from a root of a defective eigenvalue beyond this.
+   real(wp), parameter :: same_place = 1.0e-11_wp
+   ! Where an eigenvalue is while it is iterated, and so its distance from the target, is known no better than this.
+   real(wp), parameter :: blurred = 1.0e-4_wp
+
+   !> Which modes are wanted, and what is known of where they are.
+   type :: wanted_type
+      integer :: modes = huge(1)
+      !> The modes nearest to this lambda (1/s).
+      complex(wp) :: target = (0.0_wp, 0.0_wp)
+      !> There are no more finite eigenvalues than this, both of a conjugate pair counted. What is beyond
+      !> belongs to multipliers, however small its backward error is.
+      integer :: most = huge(1)
+      !> The last so many pairs are rigid motions, known exactly: all of the eigenvalue zero, with
+      !> orthonormal shapes, and others.
+      integer :: rigid = 0
+      !> A size of lambda (1/s), as the shift, against which zeros are seen.
+      real(wp) :: reference = 0
+      !> Eigenvalues are known as far as this from the target (1/s).
+      real(wp) :: reach = huge(1.0_wp)
+   end type wanted_type
+
+contains
+
+   !> Modes from eigenpairs: conjugate pairs once, spurious pairs dropped, nearest to the target first, no more than
+   !> are wanted.
+   subroutine accept_pairs(problem, wanted, pairs, modes)
+      type(modal_problem_type), intent(in) :: problem
+      type(wanted_type), intent(in) :: wanted
+      !> Used up.
+      type(eigenpairs_type), intent(inout) :: pairs
+      type(modes_type), intent(inout) :: modes
+      logical, allocatable :: again(:), accepted(:), doubtful(:)
+      integer, allocatable :: order(:)
+      integer :: k
+
+      k = size(pairs%lambda) - wanted%rigid
+      call make_canonical(pairs, k, again)
+      call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound)
+      call normalize(pairs, k)
+      ! On the real axis there are no conjugates: each eigenvalue is one of its own.
+      again = [again .and. abs(aimag(pairs%lambda(:k))) > 0, spread(.false., 1, size(pairs%lambda) - k)]
+      if (allocated(pairs%again)) again = again .or. pairs%again
+      allocate (accepted(size(pairs%lambda)), source=.true.)
+      accepted(:k) = .not. repeats_zero(problem, pairs, k, wanted)
+      call drop_found_again(pairs, again, accepted)
+      call judge(problem, wanted, k, pairs, modes, accepted, doubtful)
+      modes%found = eigenvalues_of(pairs%lambda, accepted)
+      call rank(wanted, pairs%lambda, accepted, order)
+      ! Beyond the furthest of all that are wanted they do not matter.
+      if (size(order) == wanted%modes) doubtful = doubtful .and. distances(pairs%lambda, wanted%target) <= &
+         maxval(distances(pairs%lambda(order), wanted%target))
+      modes%inaccurate = count(doubtful)
+      call move_pairs(pairs, modes)
+      call modes%take(order)
+   end subroutine accept_pairs
+
+   ! The first k in the upper half plane, of unit norm, the largest entry real and positive.
+   subroutine make_canonical(pairs, k, lower)
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: k
+      !> Which of them were conjugated.
+      logical, allocatable, intent(out) :: lower(:)
+      integer :: j
+
+      allocate (lower(k), source=aimag(pairs%lambda(:k)) < 0)
+      do j = 1, k
+         if (.not. lower(j)) cycle
+         pairs%lambda(j) = conjg(pairs%lambda(j))
+         pairs%phi(:, j) = conjg(pairs%phi(:, j))
+         pairs%xi(:, j) = conjg(pairs%xi(:, j))
+      end do
+      call normalize(pairs, k)
+   end subroutine make_canonical
+
+   ! Of pairs that may be known already those that are.
+   subroutine drop_found_again(pairs, again, accepted)
+      type(eigenpairs_type), intent(in) :: pairs
+      logical, intent(in) :: again(:)
+      logical, intent(inout) :: accepted(:)
+      logical :: others(size(again))
+      integer :: j
+
+      do j = 1, size(again)
+         if (.not. (accepted(j) .and. again(j))) cycle
+         ! Among each other those of a defective eigenvalue share a shape, but not the last digits of their places.
+         others = accepted .and. (.not. again .or. abs(pairs%lambda - pairs%lambda(j)) <= same_place*abs(pairs%lambda(j)))
+         others(j:) = others(j:) .and. .not. again(j:)
+         accepted(j) = .not. depends(pairs, others, j)
+      end do
+   end subroutine drop_found_again
+
+   ! Accepts what has a small backward error, no more than there are; what has not is doubtful if it may be a mode.
+   subroutine judge(problem, wanted, k, pairs, modes, accepted, doubtful)
+      type(modal_problem_type), intent(in) :: problem
+      type(wanted_type), intent(in) :: wanted
+      !> The first so many are of an iteration.
+      integer, intent(in) :: k
+      type(eigenpairs_type), intent(in) :: pairs
+      type(modes_type), intent(inout) :: modes
+      logical, intent(inout) :: accepted(:)
+      logical, allocatable, intent(out) :: doubtful(:)
+      real(wp) :: limit
+      logical :: dropped
+
+      associate (lambda => pairs%lambda, errors => modes%backward_error)
+         limit = max(highest(problem), far*max(wanted%reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
+         allocate (doubtful, source=accepted .and. errors > spurious .and. abs(lambda) <= limit)
+         modes%beyond = any(errors > spurious .and. .not. abs(lambda) <= limit)
+         accepted = accepted .and. errors <= spurious
+         if (eigenvalues_of(lambda, accepted) > wanted%most) call drop_repeated(pairs, k, wanted%most, accepted)
+         call drop_beyond(lambda, modes%error_bound, wanted%most, accepted, dropped)
+      end associate
+      if (dropped) doubtful = .false.
+      if (dropped) modes%beyond = .true.
+   end subroutine judge
+
+   ! The wanted ones of those that are accepted and so near that none can lie between them.
+   subroutine rank(wanted, lambda, accepted, order)
+      type(wanted_type), intent(in) :: wanted
+      complex(wp), intent(in) :: lambda(:)
+      logical, intent(in) :: accepted(:)
+      integer, allocatable, intent(out) :: order(:)
+      integer :: known, j
+
+      allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
+      order = order(nearest_first(lambda(order), wanted%target))
+      known = size(order)
+      if (eigenvalues_of(lambda, accepted) < wanted%most) known = count(distances(lambda(order), wanted%target) <= &
+         wanted%reach + blurred*min(wanted%reach, abs(lambda(order))))
+      order = order(:min(known, wanted%modes))
+   end subroutine rank
+
+   subroutine move_pairs(pairs, modes)
+      type(eigenpairs_type), intent(inout) :: pairs
+      type(modes_type), intent(inout) :: modes
+
+      call move_alloc(pairs%lambda, modes%lambda)
+      call move_alloc(pairs%phi, modes%phi)
+      call move_alloc(pairs%xi, modes%xi)
+      if (allocated(pairs%weights)) call move_alloc(pairs%weights, modes%weights)
+   end subroutine move_pairs
+
+   !> Takes out what is no eigenpair of a problem.
+   subroutine drop_spurious(problem, pairs)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, allocatable :: order(:)
+      real(wp) :: errors(size(pairs%lambda))
+      integer :: j
+
+      errors = backward_errors(problem, pairs)
+      allocate (order, source=pack([(j, j=1, size(errors))], errors <= spurious))
+      if (size(order) == size(errors)) return
+      call take_columns(pairs%phi, order)
+      call take_columns(pairs%xi, order)
+      pairs%lambda = pairs%lambda(order)
+      if (allocated(pairs%paired)) pairs%paired = pairs%paired(order)
+      if (allocated(pairs%again)) pairs%again = pairs%again(order)
+   end subroutine drop_spurious
+
+   ! Takes out of a list of more eigenvalues than there are those that have the shapes of others: an eigenvalue
+   ! found twice, if it is not a defective one, which counts as often.
+   subroutine drop_repeated(pairs, k, most, accepted)
+      type(eigenpairs_type), intent(in) :: pairs
+      !> The first so many may be repeated.
+      integer, intent(in) :: k, most
+      logical, intent(inout) :: accepted(:)
+      logical :: others(size(accepted))
+      integer :: j
+
+      do j = k, 1, -1
+         if (.not. accepted(j)) cycle
+         if (eigenvalues_of(pairs%lambda, accepted) <= most) return
+         others = accepted
+         others(j) = .false.
+         accepted(j) = .not. depends(pairs, others, j)
+      end do
+   end subroutine drop_repeated
+
+   ! Takes out of a list of more eigenvalues than there are those that may be anything, and then the largest: they
+   ! are infinite ones that rounding blurred.
+   pure subroutine drop_beyond(lambda, bounds, most, accepted, dropped)
+      complex(wp), intent(in) :: lambda(:)
+      real(wp), intent(in) :: bounds(:)
+      integer, intent(in) :: most
+      logical, intent(inout) :: accepted(:)
+      logical, intent(out) :: dropped
+      real(wp), parameter :: anything = 1.0e-2_wp
+      logical :: doubtful(size(lambda))
+
+      dropped = .false.
+      do while (eigenvalues_of(lambda, accepted) > most)
+         doubtful = accepted .and. bounds > anything*abs(lambda)
+         if (any(doubtful)) then
+            accepted(maxloc(bounds/max(abs(lambda), tiny(1.0_wp)), 1, doubtful)) = .false.
+         else
+            accepted(maxloc(abs(lambda), 1, accepted)) = .false.
+         end if
+         dropped = .true.
+      end do
+   end subroutine drop_beyond
+
+   !> Puts pairs in the place of modes: the same ones, but better. Those that became others of the list go.
+   subroutine replace_pairs(problem, pairs, modes)
+      type(modal_problem_type), intent(in) :: problem
+      !> Used up.
+      type(eigenpairs_type), intent(inout) :: pairs
+      type(modes_type), intent(inout) :: modes
+      type(eigenpairs_type) :: before
+      logical :: repeated(size(pairs%lambda)), others(size(pairs%lambda))
+      integer :: j
+
+      allocate (before%lambda, source=modes%lambda)
+      call move_alloc(modes%phi, before%phi)
+      if (allocated(pairs%weights)) allocate (before%weights, source=pairs%weights)
+      call settle_pairs(problem, pairs, 0, modes%backward_error, modes%error_bound)
+      call normalize(pairs, size(pairs%lambda))
+      repeated = .false.
+      do j = 1, size(repeated)
+         others = .not. repeated
+         others(j) = .false.
+         ! Shapes of a defective eigenvalue were the same before.
+         if (depends(pairs, others, j)) repeated(j) = .not. depends(before, others, j)
+      end do
+      call move_pairs(pairs, modes)
+      call modes%drop(repeated)
+   end subroutine replace_pairs
+
+   !> About the highest frequency or decay (1/s) that the matrices have.
+   pure real(wp) function highest(problem)
+      type(modal_problem_type), intent(in) :: problem
+
+      highest = 0
+      associate (mass => problem%mass%infinity_norm())
+         if (mass > 0) highest = max(sqrt(problem%stiffness%infinity_norm()/mass), problem%damping%infinity_norm()/mass)
+      end associate
+   end function highest
+
+   ! The first k: unit norm, the largest entry real and positive.
+   subroutine normalize(pairs, k)
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: k
+      complex(wp) :: factor
+      integer :: j, largest
+
+      do j = 1, k
+         associate (phi => pairs%phi(:, j))
+            largest = maxloc(real(phi, wp)**2 + aimag(phi)**2, 1)
+            if (.not. abs(phi(largest)) > 0) cycle
+            factor = conjg(phi(largest))/abs(phi(largest))/length(phi)
+         end associate
+         pairs%phi(:, j) = factor*pairs%phi(:, j)
+         pairs%xi(:, j) = factor*pairs%xi(:, j)
+      end do
+   end subroutine normalize
+
+   real(wp) function length(x)
+      complex(wp), contiguous, intent(in) :: x(:)
+
+      length = dznrm2(size(x), x, 1)
+   end function length
+
+   !> Makes the shapes of the pairs with eigenvalue zero orthonormal, and normalises all.
+   subroutine orthonormalize_zeros(pairs)
+      type(eigenpairs_type), intent(inout) :: pairs
+      complex(wp) :: factor
+      integer :: i, j, pass
+
+      do j = 1, size(pairs%lambda)
+         if (abs(pairs%lambda(j)) > 0) cycle
+         do pass = 1, 2
+            do i = 1, j - 1
+               if (abs(pairs%lambda(i)) > 0) cycle
+               factor = dot_product(pairs%phi(:, i), pairs%phi(:, j))
+               pairs%phi(:, j) = pairs%phi(:, j) - factor*pairs%phi(:, i)
+               pairs%xi(:, j) = pairs%xi(:, j) - factor*pairs%xi(:, i)
+            end do
+            factor = 1/length(pairs%phi(:, j))
+            pairs%phi(:, j) = factor*pairs%phi(:, j)
+            pairs%xi(:, j) = factor*pairs%xi(:, j)
+         end do
+      end do
+      call normalize(pairs, size(pairs%lambda))
+   end subroutine orthonormalize_zeros
+
+   ! Which of the first k pairs are a zero that the rigid motions, the others, stand for already. Such a motion has the
+   ! roots 0 and -r/m of lambda^2 m + lambda r = 0: it is the nearer one that an iteration blurred.
+   function repeats_zero(problem, pairs, k, wanted) result(repeats)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: k
+      type(wanted_type), intent(in) :: wanted
+      logical :: repeats(k)
+      complex(wp), allocatable :: rest(:)
+      ! A root whose inertia is less than this part of the terms of stiffness is made of their rounding.
+      real(wp), parameter :: blurring = 100*epsilon(1.0_wp)
+      complex(wp) :: m, r, s
+      real(wp) :: m_terms, r_terms, k_terms, largest
+      integer :: i, j
+
+      repeats = .false.
+      if (wanted%rigid == 0) return
+      do j = 1, size(repeats)
+         rest = pairs%phi(:, j)
+         do i = k + 1, k + wanted%rigid
+            if (abs(pairs%lambda(i)) > 0) cycle
+            rest = rest - dot_product(pairs%phi(:, i), rest)*pairs%phi(:, i)
+         end do
+         repeats(j) = length(rest) <= dependent
+      end do
+      largest = minval(abs(pairs%lambda(:k)), .not. repeats)
+      if (all(repeats)) largest = 0
+      largest = max(wanted%reference, largest)
+      do j = 1, size(repeats)
+         if (.not. repeats(j)) cycle
+         call form(problem%mass, pairs%phi(:, j), m, m_terms)
+         call form(problem%damping, pairs%phi(:, j), r, r_terms)
+         call form(problem%stiffness, pairs%phi(:, j), s, k_terms)
+         repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= no_energy*r_terms .or. &
+            abs(pairs%lambda(j)**2)*m_terms <= blurring*k_terms .or. &
+            abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r))
+      end do
+   end function repeats_zero
+
+   ! Whether the shape of pair j lies in the span of those of `others` that share its eigenvalue.
+   logical function depends(pairs, others, j)
+      type(eigenpairs_type), intent(in) :: pairs
+      logical, intent(in) :: others(:)
+      integer, intent(in) :: j
+      complex(wp), allocatable :: u(:), v(:), span(:, :)
+      integer :: i, l, pass, kept
+
+      allocate (span(size(pairs%phi, 1), 0))
+      allocate (u(size(pairs%phi, 1)), v(size(pairs%phi, 1)))
+      depends = .true.
+      call take_shape(j, v)
+      do i = 1, size(others)
+         if (.not. others(i)) cycle
+         if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_pair*abs(pairs%lambda(j))) cycle
+         call take_shape(i, u)
+         u = v - dot_product(u, v)*u
+         if (length(u) <= dependent) return
+      end do
+      do i = 1, size(others) + 1
+         if (i <= size(others)) then
+            if (.not. others(i)) cycle
+            if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_value*abs(pairs%lambda(j))) cycle
+         end if
+         call take_shape(merge(j, i, i > size(others)), u)
+         kept = size(span, 2)
+         do pass = 1, 2
+            do l = 1, kept
+               u = u - dot_product(span(:, l), u)*span(:, l)
+            end do
+         end do
+         if (i > size(others)) exit
+         if (length(u) <= epsilon(1.0_wp)/dependent) cycle
+         span = reshape([span, u/length(u)], [size(u), kept + 1])
+      end do
+      depends = length(u) <= dependent
+
+   contains
+
+      subroutine take_shape(i, shape)
+         integer, intent(in) :: i
+         complex(wp), contiguous, intent(out) :: shape(:)
+
+         shape = pairs%phi(:, i)
+         if (.not. allocated(pairs%weights)) return
+         shape = pairs%weights*shape
+         shape = shape/max(length(shape), tiny(1.0_wp))
+      end subroutine take_shape
+   end function depends
+
+   ! Of the nearer one of lambda and its conjugate.
+   elemental real(wp) function distances(lambda, target)
+      complex(wp), intent(in) :: lambda, target
+
+      distances = min(abs(lambda - target), abs(conjg(lambda) - target))
+   end function distances
+
+   !> The positions in a list of eigenvalues, by the distance of the nearer of the pair from a target.
+   function nearest_first(lambda, target) result(order)
+      complex(wp), intent(in) :: lambda(:), target
+      integer :: order(size(lambda))
+      real(wp) :: distance(size(lambda))
+      integer :: i, j
+
+      do i = 1, size(lambda)
+         associate (d => distances(lambda(i), target))
+            j = i - 1
+            do while (j > 0)
+               if (distance(j) <= d) exit
+               distance(j + 1) = distance(j)
+               order(j + 1) = order(j)
+               j = j - 1
+            end do
+            distance(j + 1) = d
+            order(j + 1) = i
+         end associate
+      end do
+   end function nearest_first
+end module kschur_mode_selection

@@ -1,0 +1,21 @@
+!> Where a formulation is factored, and in what units.
+module kschur_placement
+   use kschur_kinds, only: wp
+   use kschur_options, only: formulation_quadratic
+   implicit none
+   private
+   public :: placement_type
+
+   type :: placement_type
+      !> One of `formulation_*`.
+      integer :: formulation = formulation_quadratic
+      !> The shift (1/s).
+      complex(wp) :: lambda = (0.0_wp, 0.0_wp)
+      !> Unit of lambda (1/s) where vectors carry velocities.
+      real(wp) :: unit = 1
+      !> Factor of each constraint.
+      real(wp), allocatable :: factors(:)
+      !> Whether the vectors of a pencil carry multipliers, and are taken as they come from the iteration.
+      logical :: raw = .false.
+   end type placement_type
+end module kschur_placement

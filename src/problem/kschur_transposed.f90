@@ -1,0 +1,22 @@
+!> The problem with M, R and K transposed, whose modes are the conjugated left ones of the problem.
+module kschur_transposed
+   use kschur_error, only: error_type
+   use kschur_problem, only: modal_problem_type, new_modal_problem
+   use kschur_sparse, only: transpose_csr
+   implicit none
+   private
+   public :: transpose_problem
+
+contains
+
+   !> (M^T, R^T, K^T, Cq): P(lambda)^T chi + Cq^T zeta = 0 makes psi = conj(chi)
+   !> and eta = conj(zeta) the left vectors of the problem, psi^* P(lambda) + eta^* Cq = 0.
+   subroutine transpose_problem(problem, transposed, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_problem_type), intent(out) :: transposed
+      type(error_type), allocatable, intent(out) :: error
+
+      call new_modal_problem(transposed, transpose_csr(problem%mass), transpose_csr(problem%stiffness), error, &
+         transpose_csr(problem%damping), problem%constraints, kind_of=problem)
+   end subroutine transpose_problem
+end module kschur_transposed

@@ -1,0 +1,125 @@
+!> What belongs to one solve: the steps share it, and each changes its own part.
+module kschur_context
+   use kschur_effort, only: effort_type
+   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_error, only: error_type
+   use kschur_examination, only: examination_type
+   use kschur_formulation, only: choose_formulation
+   use kschur_solver_choice, only: choose_inner_solvers, inner_solvers_type
+   use kschur_kinds, only: wp
+   use kschur_monitor, only: monitor_type
+   use kschur_options, only: modal_options_type, formulation_auto
+   use kschur_presolve, only: presolve_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_result, only: append_note, note_length
+   use kschur_settings, only: check_options, settings_of
+   use kschur_transform, only: transform_type
+   implicit none
+   private
+   public :: begin, solve_context_type
+
+   !> A transform points to parts of it: its variables are targets.
+   type :: solve_context_type
+      !> What was asked for: the problem as given, the options as the method sets them, whose solvers, who watches.
+      type(modal_problem_type), pointer :: problem => null()
+      type(modal_options_type) :: options
+      type(inner_solvers_type) :: inner
+      class(monitor_type), pointer :: monitor => null()
+      !> One of `formulation_*`, and why it was chosen.
+      integer :: formulation = formulation_auto
+      character(len=:), allocatable :: decision
+      !> What is iterated: what presolve and balance left of the problem, and the way back.
+      type(modal_problem_type) :: work
+      type(presolve_type) :: plan
+      !> What is known of it beforehand; the rigid motions in it are those of the problem as given.
+      type(examination_type) :: known
+      !> The formulation of it that was factored, and where (1/s).
+      class(transform_type), allocatable :: transform
+      complex(wp) :: shift = (0.0_wp, 0.0_wp)
+      !> What all that took.
+      type(effort_type) :: effort
+      character(len=note_length), allocatable :: notes(:)
+   contains
+      !> Appends a sentence to the notes.
+      procedure :: add_note
+      !> Shapes and multipliers of the problem as given.
+      procedure :: expand
+      !> Shapes and multipliers of what is iterated, from those of the problem as given.
+      procedure :: contract
+      !> Whether rigid motions are all there is, or not even these.
+      procedure :: only_rigid
+      !> Leaves the factors, and accounts for what they took.
+      procedure :: drop_transform
+   end type solve_context_type
+
+contains
+
+   !> Checks the options and chooses solvers and formulation.
+   subroutine begin(s, problem, options, error, monitor, solvers)
+      type(solve_context_type), intent(inout) :: s
+      type(modal_problem_type), target, intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, optional, intent(inout) :: monitor
+      !> Linear solvers of the caller's own.
+      type(inner_solvers_type), intent(in), optional :: solvers
+
+      allocate (s%notes(0))
+      s%problem => problem
+      if (present(monitor)) s%monitor => monitor
+      call check_options(options, error)
+      if (.not. allocated(error)) call choose_inner_solvers(options, s%inner, error, solvers)
+      if (allocated(error)) return
+      s%options = settings_of(options)
+      call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort)
+      if (allocated(error)) return
+      if (s%options%formulation /= options%formulation) s%decision = "it is the one that plain ARPACK iterates"
+   end subroutine begin
+
+   subroutine add_note(self, sentence)
+      class(solve_context_type), intent(inout) :: self
+      character(len=*), intent(in) :: sentence
+
+      call append_note(self%notes, sentence)
+   end subroutine add_note
+
+   subroutine expand(self, pairs)
+      class(solve_context_type), intent(in) :: self
+      type(eigenpairs_type), intent(inout) :: pairs
+      complex(wp), allocatable :: phi(:, :), xi(:, :)
+
+      allocate (phi(self%problem%unknowns(), size(pairs%lambda)), xi(self%problem%multipliers(), size(pairs%lambda)))
+      call self%plan%expand_shapes(pairs%phi, phi)
+      deallocate (pairs%phi)
+      call self%plan%expand_multipliers(self%problem, pairs%lambda, phi, pairs%xi, xi)
+      call move_alloc(phi, pairs%phi)
+      call move_alloc(xi, pairs%xi)
+      pairs%weights = self%plan%weights()
+   end subroutine expand
+
+   function contract(self, given) result(pairs)
+      class(solve_context_type), intent(in) :: self
+      class(eigenpairs_type), intent(in) :: given
+      type(eigenpairs_type) :: pairs
+
+      allocate (pairs%lambda, source=given%lambda)
+      allocate (pairs%phi(self%plan%unknowns_after, size(pairs%lambda)), &
+         pairs%xi(self%plan%constraints_after, size(pairs%lambda)))
+      call self%plan%contract(given%phi, given%xi, pairs%phi, pairs%xi)
+   end function contract
+
+   pure logical function only_rigid(self)
+      class(solve_context_type), intent(in) :: self
+
+      only_rigid = self%plan%unknowns_after == 0 .or. &
+         (self%known%total%number == size(self%known%rigid%lambda) .and. .not. self%options%is_plain())
+   end function only_rigid
+
+   subroutine drop_transform(self)
+      class(solve_context_type), intent(inout) :: self
+
+      if (.not. allocated(self%transform)) return
+      call self%effort%add_solves(self%transform%linear_solver())
+      deallocate (self%transform)
+   end subroutine drop_transform
+end module kschur_context

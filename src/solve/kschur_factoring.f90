@@ -1,0 +1,110 @@
+!> The transform of each formulation.
+module kschur_factoring
+   use kschur_context, only: solve_context_type
+   use kschur_error, only: error_type, new_error, error_singular, error_usage
+   use kschur_kinds, only: wp
+   use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
+   use kschur_options, only: formulation_names, formulation_proportional, formulation_quadratic, formulation_symmetric, &
+      inner_ldl
+   use kschur_pencil_transform, only: pencil_transform_type, new_pencil_transform
+   use kschur_placement, only: placement_type
+   use kschur_quadratic_transform_complex, only: complex_quadratic_type => quadratic_transform_type, &
+      new_complex_quadratic => new_quadratic_transform
+   use kschur_quadratic_transform_real, only: real_quadratic_type => quadratic_transform_type, &
+      new_real_quadratic => new_quadratic_transform
+   use kschur_scaling, only: constraint_factors, first_scale
+   use kschur_symmetric_transform, only: symmetric_transform_type, new_symmetric_transform
+   implicit none
+   private
+   public :: factor_at
+
+contains
+
+   !> Factors a formulation at a shift, and nowhere else: s%transform and s%shift. Fails where it is an eigenvalue.
+   subroutine factor_at(s, formulation, shift, error)
+      type(solve_context_type), target, intent(inout) :: s
+      !> One of `formulation_*`.
+      integer, intent(in) :: formulation
+      complex(wp), intent(in) :: shift
+      type(error_type), allocatable, intent(out) :: error
+      ! What is deflated cannot be seen in the factors.
+      real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
+      type(placement_type) :: placement
+
+      call s%drop_transform()
+      s%shift = shift
+      if (any(abs(s%known%deflation%eigenvalues() - shift) <= rounding*abs(shift))) then
+         call new_error(error, error_singular, "the shift is the eigenvalue of a rigid motion; move it a little")
+         return
+      end if
+      placement%formulation = formulation
+      placement%lambda = shift
+      placement%raw = s%options%is_plain()
+      placement%factors = constraint_factors(s%work, s%options%constraint_scaling, shift)
+      if (.not. placement%raw) placement%unit = scale(1.0_wp, exponent(max(abs(shift), first_scale(s%work))))
+      if (any(formulation == [formulation_symmetric, formulation_proportional])) then
+         call factor_symmetric(s, placement, error)
+      else if (formulation == formulation_quadratic .and. .not. abs(aimag(shift)) > 0) then
+         call factor_real_quadratic(s, placement, error)
+      else if (s%options%inner == inner_ldl) then
+         call new_error(error, error_usage, "the inner solver ldl does not fit: the formulation "// &
+            trim(formulation_names(formulation))//" factors a complex matrix here")
+      else
+         call factor_complex(s, placement, error)
+      end if
+      if (.not. allocated(s%transform)) return
+      if (allocated(error)) then
+         if (error%code /= error_singular) return
+      end if
+      call s%effort%add_factors(s%transform%linear_solver())
+   end subroutine factor_at
+
+   subroutine factor_symmetric(s, placement, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(placement_type), intent(in) :: placement
+      type(error_type), allocatable, intent(out) :: error
+      type(symmetric_transform_type), allocatable :: symmetric
+      class(real_linear_solver_type), allocatable :: solver, counting_solver
+
+      allocate (symmetric)
+      allocate (solver, source=s%inner%real)
+      if (allocated(s%inner%counting)) allocate (counting_solver, source=s%inner%counting)
+      call new_symmetric_transform(symmetric, s%work, s%known%deflation, placement, solver, error, counting_solver)
+      call move_alloc(symmetric, s%transform)
+   end subroutine factor_symmetric
+
+   subroutine factor_real_quadratic(s, placement, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(placement_type), intent(in) :: placement
+      type(error_type), allocatable, intent(out) :: error
+      type(real_quadratic_type), allocatable :: quadratic
+      class(real_linear_solver_type), allocatable :: solver
+
+      allocate (quadratic)
+      allocate (solver, source=s%inner%real)
+      call new_real_quadratic(quadratic, s%work, s%known%deflation, placement, solver, error)
+      call move_alloc(quadratic, s%transform)
+   end subroutine factor_real_quadratic
+
+   ! The quadratic form at a complex shift, or a pencil.
+   subroutine factor_complex(s, placement, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(placement_type), intent(in) :: placement
+      type(error_type), allocatable, intent(out) :: error
+      type(complex_quadratic_type), allocatable :: quadratic
+      type(pencil_transform_type), allocatable :: pencil
+      class(complex_linear_solver_type), allocatable :: solver
+
+      allocate (solver, source=s%inner%complex)
+      if (placement%formulation == formulation_quadratic) then
+         allocate (quadratic)
+         call new_complex_quadratic(quadratic, s%work, s%known%deflation, placement, solver, error)
+         call move_alloc(quadratic, s%transform)
+      else
+         allocate (pencil)
+         call new_pencil_transform(pencil, s%work, s%known%deflation, placement, solver, error)
+         ! Without an operator there is nothing to be left.
+         if (allocated(pencil%operator)) call move_alloc(pencil, s%transform)
+      end if
+   end subroutine factor_complex
+end module kschur_factoring

@@ -1,0 +1,118 @@
+!> What may be wrong with pairs and modes that an iteration found is looked at again, one by one, and mended or dropped.
+module kschur_mending
+   use kschur_backward_error, only: backward_errors
+   use kschur_context, only: solve_context_type
+   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_linear_solver, only: complex_linear_solver_type
+   use kschur_mode_selection, only: drop_spurious, highest, replace_pairs
+   use kschur_modes, only: modes_type
+   use kschur_outcome, only: inaccurate_above
+   use kschur_refine, only: confirm, refine
+   use kschur_scaling, only: constraint_factors
+   use kschur_tolerances, only: same_value
+   implicit none
+   private
+   public :: drop_unfounded, mend, save_hidden
+
+   ! Units that are further apart than this hide errors.
+   real(wp), parameter :: uneven = 1.0e6_wp
+
+contains
+
+   !> Errors that uneven units would hide from the judge: what is refined is no longer wrong, the rest is dropped.
+   subroutine save_hidden(s, pairs, error)
+      type(solve_context_type), intent(inout) :: s
+      !> Of what is iterated.
+      type(eigenpairs_type), intent(inout) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: beyond_all = 10
+      class(complex_linear_solver_type), allocatable :: solver
+      complex(wp), allocatable :: before(:)
+      real(wp), allocatable :: errors(:)
+
+      if (.not. s%plan%spread_of_units() > uneven) return
+      allocate (errors, source=backward_errors(s%work, pairs))
+      where (abs(pairs%lambda) > beyond_all*highest(s%work)) errors = 0
+      if (any(errors > inaccurate_above)) then
+         allocate (solver, source=s%inner%complex)
+         allocate (before, source=pairs%lambda)
+         call refine(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), inaccurate_above, &
+            solver, pairs, errors, s%effort, error)
+         if (allocated(error)) return
+         call s%effort%add_solves(solver)
+         ! It may have become one that is there.
+         allocate (pairs%again(size(before)), source=abs(pairs%lambda - before) > same_value*abs(pairs%lambda))
+      end if
+      call drop_spurious(s%work, pairs)
+   end subroutine save_hidden
+
+   !> Polishes the modes, and drops those that remain inaccurate or may be anything, if they are not eigenvalues.
+   subroutine mend(s, modes, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
+
+      call polish(s, modes, error)
+      if (.not. allocated(error)) call drop_unfounded(s, modes, error, also=modes%backward_error > inaccurate_above)
+   end subroutine mend
+
+   !> Drops modes whose error bounds let them be anything, if they are not eigenvalues after all; those of rigid motions
+   !> are known.
+   subroutine drop_unfounded(s, modes, error, also)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      !> Others that are doubtful.
+      logical, optional, intent(in) :: also(:)
+      real(wp), parameter :: anything = 1.0e-2_wp
+      class(complex_linear_solver_type), allocatable :: solver
+      complex(wp), allocatable :: known(:)
+      logical :: doubtful(size(modes%lambda)), confirmed(size(modes%lambda))
+      integer :: i
+
+      allocate (known, source=s%known%deflation%eigenvalues())
+      doubtful = modes%error_bound > anything*abs(modes%lambda)
+      do i = 1, size(known)
+         doubtful = doubtful .and. abs(modes%lambda - known(i)) > same_value*abs(known(i))
+      end do
+      if (present(also)) doubtful = doubtful .or. also
+      if (.not. any(doubtful)) return
+      allocate (solver, source=s%inner%complex)
+      call confirm(s%work, s%options%constraint_scaling, solver, s%contract(modes), doubtful, confirmed, s%effort, error)
+      if (allocated(error)) return
+      call s%effort%add_solves(solver)
+      call modes%drop(.not. confirmed)
+   end subroutine drop_unfounded
+
+   ! Modes far from the shift are known less well than those near to it. Judged and refined in the units that
+   ! balance has found: in those as given errors may hide behind a few large entries.
+   subroutine polish(s, modes, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: nearly_rounding = 1.0e-13_wp
+      class(complex_linear_solver_type), allocatable :: solver
+      type(eigenpairs_type) :: pairs
+      real(wp), allocatable :: errors(:)
+      real(wp) :: good_enough
+      integer :: before
+
+      good_enough = max(nearly_rounding, s%options%tolerance/10)
+      if (all(modes%backward_error <= good_enough) .and. s%plan%spread_of_units() <= uneven) return
+      pairs = s%contract(modes)
+      allocate (errors, source=backward_errors(s%work, pairs))
+      where (modes%backward_error > good_enough) errors = max(errors, modes%backward_error)
+      if (.not. any(errors > good_enough)) return
+      before = s%effort%factorizations
+      allocate (solver, source=s%inner%complex)
+      call refine(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough, &
+         solver, pairs, errors, s%effort, error)
+      if (allocated(error)) return
+      call s%effort%add_solves(solver)
+      if (s%effort%factorizations == before) return
+      call s%expand(pairs)
+      call replace_pairs(s%problem, pairs, modes)
+   end subroutine polish
+end module kschur_mending

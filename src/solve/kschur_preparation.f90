@@ -1,0 +1,74 @@
+!> What is done to a problem before it is iterated: it is reduced, and examined.
+module kschur_preparation
+   use kschur_balance, only: balance
+   use kschur_context, only: solve_context_type
+   use kschur_eigenvalue_count, only: count_eigenvalues
+   use kschur_error, only: error_type
+   use kschur_examination, only: find_rigid, suppose_none
+   use kschur_formulation, only: is_structured
+   use kschur_mode_selection, only: orthonormalize_zeros
+   use kschur_modes, only: modes_type, no_modes
+   use kschur_notes, only: note_problem
+   use kschur_presolve, only: presolve
+   use kschur_redundancy, only: count_redundant
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: examine, reduce
+
+contains
+
+   !> Eliminates clamped and tied unknowns, and balances what is left. The pencils of Table 1 keep all unknowns, those of
+   !> plain ARPACK as they are.
+   subroutine reduce(s, error)
+      type(solve_context_type), intent(inout) :: s
+      type(error_type), allocatable, intent(out) :: error
+
+      call presolve(s%problem, s%work, s%plan, error, eliminating=s%options%presolve .and. is_structured(s%formulation))
+      if (s%plan%unknowns_after == 0 .and. allocated(error)) deallocate (error)
+      if (allocated(error) .or. s%plan%unknowns_after == 0) return
+      if (.not. s%options%is_plain()) call balance(s%work, s%plan)
+   end subroutine reduce
+
+   !> Finds redundant constraints and rigid motions, and counts the eigenvalues: none where the constraints leave no
+   !> motion.
+   subroutine examine(s, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(error_type), allocatable, intent(out) :: error
+      type(modes_type) :: none
+
+      s%known%redundant = s%plan%redundant
+      if (s%plan%unknowns_after == 0) then
+         none = no_modes(s%problem%unknowns(), s%problem%multipliers())
+         s%known%rigid = none%eigenpairs_type
+         call note_problem(s%work, s%problem%multipliers(), s%known%redundant, s%notes)
+         return
+      end if
+      call count_redundant(s%work%constraints, s%known%redundant, error, s%effort, s%inner%counting)
+      if (allocated(error)) return
+      call note_problem(s%work, s%problem%multipliers(), s%plan%redundant + s%known%redundant, s%notes)
+      if (s%options%is_plain()) then
+         call suppose_none(s%work, s%known)
+      else
+         call find_rigid(s%work, s%formulation, s%options%modes, s%inner, s%known, s%effort, error)
+      end if
+      if (allocated(error)) return
+      call s%expand(s%known%rigid)
+      call orthonormalize_zeros(s%known%rigid)
+      s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant, size(s%known%rigid%lambda))
+      call announce_number(s)
+      s%known%redundant = s%plan%redundant + s%known%redundant
+   end subroutine examine
+
+   subroutine announce_number(s)
+      type(solve_context_type), intent(inout) :: s
+
+      associate (number => s%known%total%number)
+         if (s%options%modes <= number .or. s%options%is_plain()) return
+         call s%add_note("of "//text(s%options%modes)//" modes there are "//text(number)// &
+            " at most: so many eigenvalues the problem has, both of a conjugate pair counted")
+         if (associated(s%monitor)) call s%monitor%announce("the problem has "//text(number)// &
+            " eigenvalues, both of a conjugate pair counted: no more modes are looked for")
+      end associate
+   end subroutine announce_number
+end module kschur_preparation

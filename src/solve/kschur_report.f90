@@ -1,0 +1,90 @@
+!> What the caller gets, in the end.
+module kschur_report
+   use kschur_context, only: solve_context_type
+   use kschur_description, only: describe
+   use kschur_error, only: error_type
+   use kschur_linear_solver, only: linear_solver_type
+   use kschur_modes, only: modes_type
+   use kschur_notes, only: note_inaccurate, note_modes
+   use kschur_options, only: modal_options_type
+   use kschur_result, only: modal_result_type
+   use kschur_settings, only: method_name
+   implicit none
+   private
+   public :: report
+
+contains
+
+   !> Fills the result from modes, which are used up, and from the context.
+   subroutine report(s, options, modes, result, error)
+      type(solve_context_type), intent(inout) :: s
+      !> As the caller gave them.
+      type(modal_options_type), intent(in) :: options
+      type(modes_type), intent(inout) :: modes
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+
+      call report_problem(s, options, result)
+      call report_modes(modes, result)
+      call report_factors(s, result)
+      call move_alloc(s%notes, result%notes)
+      call describe(s%problem, result)
+      call note_inaccurate(modes%inaccurate, result)
+      call note_modes(s%problem, result, error)
+   end subroutine report
+
+   subroutine report_problem(s, options, result)
+      type(solve_context_type), intent(in) :: s
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+
+      result%options = options
+      result%method = method_name(options)
+      result%modes_asked = options%modes
+      result%unknowns = s%problem%unknowns()
+      result%constraints = s%problem%multipliers()
+      result%damping_kind = s%problem%damping_kind
+      result%symmetric = s%problem%symmetric
+      result%redundant_constraints = s%known%redundant
+      result%target = s%options%target
+      result%formulation = s%formulation
+      result%decision = s%decision
+   end subroutine report_problem
+
+   subroutine report_modes(modes, result)
+      type(modes_type), intent(inout) :: modes
+      type(modal_result_type), intent(inout) :: result
+
+      call move_alloc(modes%lambda, result%eigenvalues)
+      call move_alloc(modes%phi, result%eigenvectors)
+      call move_alloc(modes%xi, result%multipliers)
+      call move_alloc(modes%backward_error, result%backward_error)
+      call move_alloc(modes%error_bound, result%error_bound)
+      call move_alloc(modes%left_phi, result%left_eigenvectors)
+      call move_alloc(modes%left_xi, result%left_multipliers)
+      call move_alloc(modes%condition, result%condition)
+      result%reason = modes%reason
+      result%certified = modes%certified
+      result%missing = modes%missing
+      result%locking_error = modes%locking_error
+      result%history = modes%history
+   end subroutine report_modes
+
+   ! Where the last factors were, and what all took.
+   subroutine report_factors(s, result)
+      type(solve_context_type), intent(inout) :: s
+      type(modal_result_type), intent(inout) :: result
+      class(linear_solver_type), pointer :: solver
+
+      result%shift = s%shift
+      result%inner = "none: nothing was factored"
+      if (allocated(s%transform)) then
+         result%factored_order = s%transform%order()
+         solver => s%transform%linear_solver()
+         result%factor_entries = solver%factor_entries
+         result%inner = trim(solver%description)
+         call s%drop_transform()
+      end if
+      result%effort_type = s%effort
+   end subroutine report_factors
+end module kschur_report

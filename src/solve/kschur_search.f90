@@ -1,0 +1,215 @@
+!> The search for the wanted modes: it ends when they are there, or when it is known that there are no more.
+module kschur_search
+   use kschur_certificate, only: same_distance
+   use kschur_context, only: solve_context_type
+   use kschur_eigenpairs, only: append_pairs, eigenpairs_type
+   use kschur_error, only: error_type, error_singular
+   use kschur_iteration, only: iterate
+   use kschur_kinds, only: wp
+   use kschur_krylov_options, only: krylov_statistics_type
+   use kschur_mending, only: drop_unfounded, mend, save_hidden
+   use kschur_mode_selection, only: accept_pairs, highest, wanted_type
+   use kschur_modes, only: modes_type, no_modes
+   use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_converged, reason_fewer_modes, &
+      reason_inaccurate
+   use kschur_shift, only: factor_beside, move_to_modes
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: find_modes, take_rigid
+
+contains
+
+   !> The wanted modes, from the transform that was factored.
+   subroutine find_modes(s, modes, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(modes_type), intent(out) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      ! Whether it is certain that the iteration has no more modes to give.
+      logical :: complete
+
+      modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
+      call search_here(s, modes, complete, error)
+      if (allocated(error)) return
+      if (.not. s%options%is_plain()) then
+         call mend(s, modes, error)
+         if (allocated(error)) return
+         ! What refinement could not mend may be infinite.
+         if (fewer(s, modes) .and. s%known%total%exact) call modes%drop(modes%backward_error > inaccurate_above)
+         if (fewer(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
+            call search_elsewhere(s, modes, error)
+         if (allocated(error)) return
+      end if
+      call give_reason(s, complete, modes)
+      call certify_by_count(s, modes)
+   end subroutine find_modes
+
+   !> Where rigid motions are all there is, or as many as are wanted of nothing else.
+   subroutine take_rigid(s, modes)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(out) :: modes
+      type(eigenpairs_type) :: pairs
+
+      modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
+      pairs = s%known%rigid
+      call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, size(pairs%lambda), size(pairs%lambda)), &
+         pairs, modes)
+      if (fewer(s, modes)) modes%reason = reason_fewer_modes
+   end subroutine take_rigid
+
+   pure logical function fewer(s, modes)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+
+      fewer = size(modes%lambda) < s%options%modes
+   end function fewer
+
+   ! Ritz values near zero cannot be told apart while they iterate: where they make fewer modes
+   ! than they seemed to, more are asked for, as long as that helps.
+   subroutine search_here(s, modes, complete, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      logical, intent(out) :: complete
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: rounds = 5
+      type(eigenpairs_type) :: pairs
+      type(krylov_statistics_type) :: statistics
+      integer :: asked, missing, before, round, places
+      logical :: moved, all_asked
+      real(wp) :: reach
+
+      complete = .false.
+      asked = min(s%options%modes, s%known%total%number)
+      before = s%options%modes + 1
+      places = 0
+      round = 1
+      do
+         call iterate(s, asked, pairs, reach, statistics, error)
+         if (allocated(error)) return
+         moved = .false.
+         if (places < rounds) call move_to_modes(s, pairs%lambda, moved, error)
+         if (allocated(error)) return
+         if (moved) then
+            places = places + 1
+            cycle
+         end if
+         call save_hidden(s, pairs, error)
+         if (allocated(error)) return
+         call s%expand(pairs)
+         call append_pairs(pairs, s%known%rigid)
+         call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
+            size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
+         if (.not. s%options%is_plain()) call drop_unfounded(s, modes, error)
+         if (allocated(error)) return
+         all_asked = asked == s%known%total%number
+         missing = s%options%modes - size(modes%lambda)
+         if (missing == 0 .or. missing >= before .or. all_asked .or. statistics%reason /= reason_converged &
+            .or. s%options%is_plain() .or. round == rounds) exit
+         round = round + 1
+         before = missing
+         asked = min(asked + max(missing, asked/4), s%known%total%number)
+      end do
+      complete = statistics%reason == reason_fewer_modes .or. modes%beyond .or. all_asked
+      modes%reason = statistics%reason
+      modes%locking_error = statistics%locking_error
+      modes%history = statistics%history
+   end subroutine search_here
+
+   ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as
+   ! the problem has: what is far from the first shift is filtered out there as infinite eigenvalues are.
+   subroutine search_elsewhere(s, modes, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: steps(8) = [1.0_wp, 1.0e2_wp, 1.0e-2_wp, 1.0e4_wp, 1.0e-4_wp, 1.0e6_wp, 1.0e-6_wp, 1.0e8_wp]
+      ! Off the first shift itself; beyond so many times the spectrum all eigenvalues look alike.
+      real(wp), parameter :: off = 3, beyond_all = 10
+      type(eigenpairs_type) :: more
+      type(krylov_statistics_type) :: statistics
+      real(wp) :: scale, reach
+      complex(wp) :: shift
+      integer :: i
+
+      shift = s%shift
+      scale = abs(shift)
+      do i = 1, size(steps)
+         if (modes%found >= s%known%total%number) exit
+         if (steps(i) > 1 .and. off*steps(i)*scale > beyond_all*highest(s%work)) cycle
+         call factor_beside(s, cmplx(off*steps(i)*scale, 0, wp), error)
+         if (allocated(error)) then
+            if (error%code /= error_singular) return
+            deallocate (error)
+            cycle
+         end if
+         call iterate(s, s%known%total%number, more, reach, statistics, error)
+         if (.not. allocated(error)) call save_hidden(s, more, error)
+         if (allocated(error)) return
+         call s%expand(more)
+         call add_pairs(s, more, scale, modes)
+         call drop_unfounded(s, modes, error)
+         if (allocated(error)) return
+      end do
+      s%shift = shift
+      call mend(s, modes, error)
+      if (.not. allocated(error)) call modes%drop(modes%backward_error > inaccurate_above)
+   end subroutine search_elsewhere
+
+   ! Accepts more pairs beside the modes that there are.
+   subroutine add_pairs(s, more, reference, modes)
+      type(solve_context_type), intent(in) :: s
+      type(eigenpairs_type), intent(in) :: more
+      real(wp), intent(in) :: reference
+      type(modes_type), intent(inout) :: modes
+      type(eigenpairs_type) :: all
+      integer :: k
+
+      all = modes%eigenpairs_type
+      all%weights = s%plan%weights()
+      k = size(all%lambda)
+      all%paired = spread(.false., 1, k)
+      call append_pairs(all, more)
+      all%paired(k + 1:) = more%paired
+      all%again = spread(.true., 1, size(all%lambda))
+      all%again(:k) = .false.
+      call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
+         reference=reference), all, modes)
+   end subroutine add_pairs
+
+   ! Why the search ended.
+   subroutine give_reason(s, complete, modes)
+      type(solve_context_type), intent(inout) :: s
+      logical, intent(in) :: complete
+      type(modes_type), intent(inout) :: modes
+      logical :: all_found
+
+      associate (total => s%known%total)
+         if (.not. fewer(s, modes)) then
+            modes%reason = merge(reason_inaccurate, reason_converged, &
+               modes%inaccurate > 0 .or. any(modes%backward_error > inaccurate_above))
+         else if (any(modes%reason == [reason_converged, reason_fewer_modes])) then
+            all_found = complete .and. modes%inaccurate == 0
+            if (total%exact) all_found = modes%found == total%number
+            modes%reason = merge(reason_fewer_modes, reason_inaccurate, all_found)
+            if (total%exact .and. .not. all_found) call s%add_note(text(total%number)//" eigenvalues exist and "// &
+               text(modes%found)//" were found")
+         end if
+      end associate
+   end subroutine give_reason
+
+   ! The modes are the nearest to the target if they are no further than what is proved.
+   subroutine certify_by_count(s, modes)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      real(wp) :: furthest
+
+      associate (certificate => s%transform%certificate)
+         call s%effort%add_effort(certificate)
+         modes%certified = certified_unknown
+         if (modes%reason /= reason_converged) return
+         modes%certified = certificate%verdict
+         if (certificate%verdict /= certified_yes) return
+         furthest = maxval(min(abs(modes%lambda - s%options%target), abs(conjg(modes%lambda) - s%options%target)))
+         if (furthest > (1 + 2*same_distance)*certificate%reach) modes%certified = certified_unknown
+      end associate
+   end subroutine certify_by_count
+end module kschur_search
