@@ -83,18 +83,31 @@ contains
       call append_note(self%notes, sentence)
    end subroutine add_note
 
-   subroutine expand(self, pairs)
+   subroutine expand(self, pairs, more)
       class(solve_context_type), intent(in) :: self
       type(eigenpairs_type), intent(inout) :: pairs
+      !> Pairs of the problem as given, to stand behind: so many columns are not copied again.
+      type(eigenpairs_type), optional, intent(in) :: more
       complex(wp), allocatable :: phi(:, :), xi(:, :)
+      integer :: k, l
 
-      allocate (phi(self%problem%unknowns(), size(pairs%lambda)), xi(self%problem%multipliers(), size(pairs%lambda)))
-      call self%plan%expand_shapes(pairs%phi, phi)
+      k = size(pairs%lambda)
+      l = 0
+      if (present(more)) l = size(more%lambda)
+      allocate (phi(self%problem%unknowns(), k + l), xi(self%problem%multipliers(), k + l))
+      call self%plan%expand_shapes(pairs%phi, phi(:, :k))
       deallocate (pairs%phi)
-      call self%plan%expand_multipliers(self%problem, pairs%lambda, phi, pairs%xi, xi)
+      call self%plan%expand_multipliers(self%problem, pairs%lambda, phi(:, :k), pairs%xi, xi(:, :k))
+      pairs%weights = self%plan%weights()
+      if (l > 0) then
+         phi(:, k + 1:) = more%phi
+         xi(:, k + 1:) = more%xi
+         pairs%lambda = [pairs%lambda, more%lambda]
+         if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, l)]
+         if (allocated(pairs%again)) pairs%again = [pairs%again, spread(.false., 1, l)]
+      end if
       call move_alloc(phi, pairs%phi)
       call move_alloc(xi, pairs%xi)
-      pairs%weights = self%plan%weights()
    end subroutine expand
 
    function contract(self, given) result(pairs)

@@ -95,8 +95,7 @@ contains
          end if
          call save_hidden(s, pairs, error)
          if (allocated(error)) return
-         call s%expand(pairs)
-         call append_pairs(pairs, s%known%rigid)
+         call s%expand(pairs, s%known%rigid)
          call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
             size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
          if (.not. s%options%is_plain()) call drop_unfounded(s, modes, error)
