@@ -7,7 +7,7 @@ module kschur_left
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use kschur_backward_error, only: backward_errors
    use kschur_effort, only: effort_type
-   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_eigenpairs, only: eigenpairs_type, near, normalize
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: zgesvd
@@ -69,7 +69,7 @@ contains
       allocate (pending, source=missing .and. present(inverse))
       do j = 1, k
          if (.not. pending(j)) cycle
-         group = pack([(i, i=1, k)], pending .and. abs(left%lambda - left%lambda(j)) <= equal*abs(left%lambda(j)))
+         group = pack([(i, i=1, k)], pending .and. near(left%lambda, j, equal))
          call iterate_inversely(transposed, group, inverse, left, effort, error)
          if (allocated(error)) return
          pending(group) = .false.
@@ -195,8 +195,7 @@ contains
       pending = abs(modes%lambda) > 0 .and. [(is_number(left, j), j=1, size(limits))]
       do i = 1, size(limits)
          if (.not. pending(i)) cycle
-         group = pack([(j, j=1, size(limits))], pending .and. &
-            abs(left%lambda - left%lambda(i)) <= same_value*abs(left%lambda(i)))
+         group = pack([(j, j=1, size(limits))], pending .and. near(left%lambda, i, same_value))
          pending(group) = .false.
          if (size(group) == 1) cycle
          call decouple(problem, modes, left, group, mixture)
@@ -320,16 +319,6 @@ contains
       level = abs(lambda)**2*problem%mass%infinity_norm() + abs(lambda)*problem%damping%infinity_norm() &
          + problem%stiffness%infinity_norm()
    end function level
-
-   pure subroutine normalize(chi, zeta)
-      complex(wp), intent(inout) :: chi(:), zeta(:)
-      complex(wp) :: factor
-
-      factor = chi(maxloc(abs(chi), 1))
-      factor = conjg(factor)/abs(factor)/norm2(abs(chi))
-      chi = factor*chi
-      zeta = factor*zeta
-   end subroutine normalize
 
    pure logical function is_number(left, j)
       type(eigenpairs_type), intent(in) :: left

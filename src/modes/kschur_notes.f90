@@ -1,5 +1,6 @@
 !> What a user must know of a problem and of its modes, in sentences.
 module kschur_notes
+   use kschur_eigenpairs, only: near
    use kschur_error, only: error_type, error_library, new_error
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesvd
@@ -107,13 +108,13 @@ contains
          if (.not. pending(j)) cycle
          pending(j) = .false.
          if (.not. merges(result%eigenvalues, result%eigenvectors, j, nearly_equal*abs(result%eigenvalues(j)))) cycle
-         allocate (group(size(pending)), source=pending)
+         allocate (group(size(pending)), source=pending .and. near(result%eigenvalues, j, nearly_equal))
          group(j) = .true.
          worst = 0
          do i = 1, size(group)
             if (.not. group(i)) cycle
-            group(i) = abs(result%eigenvalues(i) - result%eigenvalues(j)) <= nearly_equal*abs(result%eigenvalues(j)) &
-               .and. merges(result%eigenvalues, result%eigenvectors, i, nearly_equal*abs(result%eigenvalues(j)))
+            group(i) = merges(result%eigenvalues, result%eigenvectors, i, &
+               nearly_equal*abs(result%eigenvalues(j)))
             if (group(i)) worst = max(worst, condition_of(problem, result, i))
          end do
          pending = pending .and. .not. group

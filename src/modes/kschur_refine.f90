@@ -2,7 +2,7 @@
 !> far from the shift or with a massless part.
 module kschur_refine
    use kschur_effort, only: effort_type
-   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_eigenpairs, only: eigenpairs_type, normalize
    use kschur_error, only: error_type, error_convergence, error_singular
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
@@ -201,21 +201,18 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(eigenpairs_type) :: pair
       complex(wp), allocatable :: rhs(:, :)
-      complex(wp) :: factor
       real(wp) :: errors(1)
-      integer :: n, largest
+      integer :: n
 
       n = problem%unknowns()
       better = .false.
       allocate (pair%lambda(1))
       call step_from(problem, solver, s, pairs, j, rhs, pair%lambda(1), error)
       if (allocated(error) .or. abs(pair%lambda(1)) >= huge(1.0_wp)) return
-      ! Unit norm, the largest entry real and positive.
-      largest = maxloc(abs(rhs(:n, 1)), 1)
-      factor = conjg(rhs(largest, 1))/abs(rhs(largest, 1))/dznrm2(n, rhs, 1)
-      allocate (pair%phi(n, 1), source=factor*rhs(:n, :))
+      allocate (pair%phi(n, 1), source=rhs(:n, :))
       allocate (pair%xi(size(factors), 1))
-      pair%xi(:, 1) = factors*(factor*rhs(n + 1:, 1))
+      pair%xi(:, 1) = factors*rhs(n + 1:, 1)
+      call normalize(pair%phi(:, 1), pair%xi(:, 1))
       errors = backward_errors(problem, pair)
       better = errors(1) < error_before .and. abs(dot_product(shape, pair%phi(:, 1))) >= same_shape*norm2(abs(shape))
       if (.not. better) return

@@ -1,9 +1,10 @@
 !> Eigenpairs on their way from the iteration to the modes.
 module kschur_eigenpairs
    use kschur_kinds, only: wp
+   use kschur_lapack, only: dznrm2
    implicit none
    private
-   public :: append_pairs, eigenpairs_type
+   public :: append_pairs, eigenpairs_type, near, normalize
 
    !> Eigenpairs of a modal problem.
    type :: eigenpairs_type
@@ -36,6 +37,29 @@ contains
          pairs%again = [marks(size(pairs%lambda), pairs%again), marks(size(more%lambda), more%again)]
       pairs%lambda = [pairs%lambda, more%lambda]
    end subroutine append_pairs
+
+   !> A shape of unit norm, its largest entry real and positive; a shape of nothing stays.
+   subroutine normalize(phi, xi)
+      complex(wp), contiguous, intent(inout) :: phi(:), xi(:)
+      complex(wp) :: factor
+      integer :: largest
+
+      largest = maxloc(real(phi, wp)**2 + aimag(phi)**2, 1)
+      if (.not. abs(phi(largest)) > 0) return
+      factor = conjg(phi(largest))/abs(phi(largest))/dznrm2(size(phi), phi, 1)
+      phi = factor*phi
+      xi = factor*xi
+   end subroutine normalize
+
+   !> Which of some eigenvalues lie within a distance of one of them, relative to it.
+   pure function near(lambda, j, distance)
+      complex(wp), intent(in) :: lambda(:)
+      integer, intent(in) :: j
+      real(wp), intent(in) :: distance
+      logical :: near(size(lambda))
+
+      near = abs(lambda - lambda(j)) <= distance*abs(lambda(j))
+   end function near
 
    ! The marks of n pairs; not allocated: of none.
    pure function marks(n, given)
