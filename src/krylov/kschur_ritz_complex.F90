@@ -1,0 +1,14 @@
+!> Ritz pairs of complex Krylov-Schur decompositions.
+module kschur_ritz_complex
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp, long
+   use kschur_krylov_options, only: krylov_options_type
+   use kschur_projected, only: join_pairs, schur_form, schur_values, triangular_eigenvectors
+   use kschur_selection, only: order_by_preference, selection_type
+   implicit none
+   private
+   public :: choose, decomposition_type, project, ritz_type
+
+#define SCALAR complex(wp)
+#include "kschur_ritz.inc"
+end module kschur_ritz_complex

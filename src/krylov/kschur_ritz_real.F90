@@ -1,0 +1,14 @@
+!> Ritz pairs of real Krylov-Schur decompositions.
+module kschur_ritz_real
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp, long
+   use kschur_krylov_options, only: krylov_options_type
+   use kschur_projected, only: join_pairs, schur_form, schur_values, triangular_eigenvectors
+   use kschur_selection, only: order_by_preference, selection_type
+   implicit none
+   private
+   public :: choose, decomposition_type, project, ritz_type
+
+#define SCALAR real(wp)
+#include "kschur_ritz.inc"
+end module kschur_ritz_real
