@@ -4,7 +4,7 @@ module kschur_problem
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur_error, only: error_type, new_error, error_input
    use kschur_kinds, only: wp
-   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, linear_combination
+   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_text, only: text
    implicit none
    private
@@ -144,43 +144,80 @@ contains
    subroutine classify_damping(problem)
       type(modal_problem_type), intent(inout) :: problem
       real(wp), parameter :: rounding = 1.0e-13_wp
-      type(csr_matrix_type) :: fitted
-      real(wp), allocatable :: m(:), r(:), k(:), row_level(:)
+      ! The entries of M, R and K where any of them has one, and their rows.
+      real(wp), allocatable :: entries(:, :), row_level(:)
+      integer, allocatable :: row(:)
       real(wp) :: alpha, beta
 
       problem%damping_kind = damping_none
       if (problem%damping%is_zero()) return
       problem%damping_kind = damping_general
-
-      allocate (m, source=values_on_union([1.0_wp, 0.0_wp, 0.0_wp]))
-      allocate (r, source=values_on_union([0.0_wp, 1.0_wp, 0.0_wp]))
-      allocate (k, source=values_on_union([0.0_wp, 0.0_wp, 1.0_wp]))
-      call fit(pack(m, abs(r) > 0), pack(k, abs(r) > 0), pack(r, abs(r) > 0), alpha, beta)
-      ! A share of the size of rounding is none.
-      if (maxval(abs(alpha*m)) <= rounding*maxval(abs(r))) alpha = 0
-      if (maxval(abs(beta*k)) <= rounding*maxval(abs(r))) beta = 0
-      fitted = linear_combination([-alpha, 1.0_wp, -beta], &
-         [csr_matrix_type :: problem%mass, problem%damping, problem%stiffness])
-      allocate (row_level, source=problem%damping%row_maxima())
-      row_level = row_level(fitted%row_indices())
-      if (.not. all(abs(fitted%value) <= rounding*(abs(r) + abs(alpha*m) + abs(beta*k)) &
-         .and. abs(fitted%value) <= 10*rounding*row_level)) return
+      call align(problem%mass, problem%damping, problem%stiffness, row, entries)
+      associate (m => entries(:, 1), r => entries(:, 2), k => entries(:, 3))
+         call fit(pack(m, abs(r) > 0), pack(k, abs(r) > 0), pack(r, abs(r) > 0), alpha, beta)
+         ! A share of the size of rounding is none.
+         if (maxval(abs(alpha*m)) <= rounding*maxval(abs(r))) alpha = 0
+         if (maxval(abs(beta*k)) <= rounding*maxval(abs(r))) beta = 0
+         allocate (row_level, source=problem%damping%row_maxima())
+         if (.not. all(abs(r - alpha*m - beta*k) <= rounding*(abs(r) + abs(alpha*m) + abs(beta*k)) &
+            .and. abs(r - alpha*m - beta*k) <= 10*rounding*row_level(row))) return
+      end associate
       problem%damping_kind = damping_proportional
       problem%alpha = alpha
       problem%beta = beta
+   end subroutine classify_damping
+
+   ! The entries of three matrices of one shape, wherever any of them has one.
+   subroutine align(a, b, c, row, entries)
+      type(csr_matrix_type), intent(in) :: a, b, c
+      integer, allocatable, intent(out) :: row(:)
+      real(wp), allocatable, intent(out) :: entries(:, :)
+      integer :: next(3), column, i, total
+
+      call walk(filling=.false.)
+      allocate (row(total))
+      allocate (entries(total, 3), source=0.0_wp)
+      call walk(filling=.true.)
 
    contains
 
-      function values_on_union(coefficients) result(values)
-         real(wp), intent(in) :: coefficients(3)
-         real(wp), allocatable :: values(:)
-         type(csr_matrix_type) :: combined
+      subroutine walk(filling)
+         logical, intent(in) :: filling
 
-         combined = linear_combination(coefficients, &
-            [csr_matrix_type :: problem%mass, problem%damping, problem%stiffness])
-         call move_alloc(combined%value, values)
-      end function values_on_union
-   end subroutine classify_damping
+         total = 0
+         do i = 1, a%rows
+            next = [a%row_start(i), b%row_start(i), c%row_start(i)]
+            do
+               column = min(column_of(a, next(1)), column_of(b, next(2)), column_of(c, next(3)))
+               if (column == huge(1)) exit
+               total = total + 1
+               if (filling) row(total) = i
+               call take(a, 1, filling)
+               call take(b, 2, filling)
+               call take(c, 3, filling)
+            end do
+         end do
+      end subroutine walk
+
+      ! Of entry k, as long as it is of row i.
+      integer function column_of(matrix, k)
+         type(csr_matrix_type), intent(in) :: matrix
+         integer, intent(in) :: k
+
+         column_of = huge(1)
+         if (k < matrix%row_start(i + 1)) column_of = matrix%column(k)
+      end function column_of
+
+      subroutine take(matrix, j, filling)
+         type(csr_matrix_type), intent(in) :: matrix
+         integer, intent(in) :: j
+         logical, intent(in) :: filling
+
+         if (column_of(matrix, next(j)) /= column) return
+         if (filling) entries(total, j) = matrix%value(next(j))
+         next(j) = next(j) + 1
+      end subroutine take
+   end subroutine align
 
    ! alpha m + beta k = r, least squares relative to r, by orthogonalisation: the normal equations would lose
    ! alpha. Where m and k are parallel to rounding, as of K = c M, only one of them is taken.
