@@ -3,7 +3,7 @@ module kschur_krylov_complex
    use kschur_basis_complex, only: basis_type, plain_basis_type
    use kschur_error, only: error_type
    use kschur_invariant, only: invariant_type
-   use kschur_kinds, only: wp, long
+   use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_monitor, only: monitor_type
    use kschur_operator, only: complex_operator_type

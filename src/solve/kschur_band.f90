@@ -6,6 +6,7 @@ module kschur_band
    use kschur_context, only: begin, solve_context_type
    use kschur_description, only: describe, undamped_tolerance
    use kschur_eigenpairs, only: append_pairs, eigenpairs_type
+   use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_kinds, only: wp, long
    use kschur_left_run, only: find_left_modes
@@ -17,9 +18,9 @@ module kschur_band
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes, history_type, reason_cancelled, &
       reason_converged, reason_fewer_modes
    use kschur_preparation, only: examine, reduce
-   use kschur_problem, only: modal_problem_type, damping_none
+   use kschur_problem, only: modal_problem_type
    use kschur_report, only: report
-   use kschur_result, only: modal_result_type
+   use kschur_result, only: modal_result_type, note_length
    use kschur_search, only: find_modes, take_rigid
    use kschur_shift, only: place_shift
    use kschur_solver_choice, only: inner_solvers_type
@@ -131,6 +132,7 @@ contains
       ! So many that it takes a while.
       integer, parameter :: many = 1000
       type(modal_problem_type), target :: undamped
+      type(modal_problem_type) :: damped
       type(modal_problem_type), pointer :: given
       type(part_type), allocatable :: parts(:)
       type(eigenpairs_type) :: rigid, pairs
@@ -152,9 +154,10 @@ contains
          oscillators%xi(s%problem%multipliers(), total))
 
       given => s%problem
-      undamped = without_damping(given)
+      undamped = given
+      call exchange_damping(undamped, damped)
       formulation = s%formulation
-      call solve_parts(s, undamped, parts, oscillators, modes, counted, error)
+      if (size(parts) > 0) call solve_parts(s, undamped, parts, oscillators, modes, counted, error)
       s%problem => given
       s%formulation = formulation
       s%known%rigid = rigid
@@ -179,36 +182,50 @@ contains
       type(modes_type), intent(inout) :: modes
       logical, intent(inout) :: counted
       type(error_type), allocatable, intent(out) :: error
-      type(modal_problem_type) :: work
+      type(modal_problem_type) :: damped
+      type(eigenvalue_count_type) :: total
       real(wp), allocatable :: decay(:)
       integer :: i
 
-      work = s%work
+      call exchange_damping(s%work, damped)
       allocate (decay, source=s%known%deflation%decay)
+      total = s%known%total
       s%problem => undamped
-      s%work = without_damping(work)
       s%formulation = formulation_symmetric
       s%known%rigid = only(s%known%rigid, .not. abs(s%known%rigid%lambda) > 0)
       s%known%deflation%decay = 0
+      s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
+         size(s%known%rigid%lambda))
       do i = 1, size(parts)
          call solve_part(s, parts(i), oscillators, counted, modes, error)
          if (allocated(error)) exit
          if (.not. counted .or. modes%reason == reason_cancelled) exit
       end do
-      s%work = work
+      call exchange_damping(s%work, damped)
       s%known%deflation%decay = decay
+      s%known%total = total
    end subroutine solve_parts
 
-   function without_damping(problem) result(undamped)
-      type(modal_problem_type), intent(in) :: problem
-      type(modal_problem_type) :: undamped
+   ! Two problems give each other their damping: at first the second one has none, in no matrix at all.
+   subroutine exchange_damping(first, second)
+      type(modal_problem_type), intent(inout) :: first, second
+      type(modal_problem_type) :: third
 
-      undamped = problem
-      undamped%damping = empty_csr_matrix(problem%unknowns(), problem%unknowns())
-      undamped%damping_kind = damping_none
-      undamped%alpha = 0
-      undamped%beta = 0
-   end function without_damping
+      if (.not. allocated(second%damping%value)) second%damping = empty_csr_matrix(first%unknowns(), first%unknowns())
+      call give_damping(first, third)
+      call give_damping(second, first)
+      call give_damping(third, second)
+   end subroutine exchange_damping
+
+   subroutine give_damping(from, to)
+      type(modal_problem_type), intent(in) :: from
+      type(modal_problem_type), intent(inout) :: to
+
+      to%damping = from%damping
+      to%damping_kind = from%damping_kind
+      to%alpha = from%alpha
+      to%beta = from%beta
+   end subroutine give_damping
 
    ! Adds the modes of a part to the oscillators.
    subroutine solve_part(s, part, oscillators, counted, modes, error)
@@ -223,11 +240,14 @@ contains
       ! A shift is an eigenvalue once at most.
       real(wp), parameter :: offsets(3) = [0.0_wp, 1.0e-3_wp, -2.0e-3_wp]
       type(modes_type) :: found
+      character(len=note_length), allocatable :: notes(:)
       integer, allocatable :: inside(:)
       integer :: expected, first, last, attempt, before, i
 
       expected = part%below_to - part%below_from
       before = s%effort%operator_applications
+      ! Where a part is factored is nobody's matter.
+      allocate (notes, source=s%notes)
       if (allocated(s%options%shift)) deallocate (s%options%shift)
       if (part%is_lowest()) then
          s%options%modes = part%below_to
@@ -243,7 +263,9 @@ contains
             if (error%code /= error_singular) return
          end do
       end if
-      if (.not. allocated(error)) call find_modes(s, found, error)
+      if (allocated(error)) return
+      call move_alloc(notes, s%notes)
+      call find_modes(s, found, error)
       if (allocated(error)) return
       call add_history(modes%history, found%history, before)
       modes%locking_error = max(modes%locking_error, found%locking_error)
@@ -339,7 +361,7 @@ contains
       modes%history = history
       if (modes%reason == reason_fewer_modes) modes%reason = reason_converged
       modes%certified = certified_unknown
-      omega = frequencies(s%problem, modes)
+      call tell_frequencies(s%problem, modes, omega)
       order = pack([(i, i=1, size(omega))], abs(modes%lambda) <= band(2) .and. omega >= band(1) .and. omega <= band(2))
       order = order(nearest_first(modes%lambda(order), cmplx(0, band(1)/(1 - edge), wp)))
       call modes%take(order)
@@ -356,17 +378,20 @@ contains
    end function larger
 
    ! The undamped frequencies (rad/s) that a result tells.
-   function frequencies(problem, modes) result(omega)
+   subroutine tell_frequencies(problem, modes, omega)
       type(modal_problem_type), intent(in) :: problem
-      type(modes_type), intent(in) :: modes
-      real(wp) :: omega(size(modes%lambda))
+      !> As it was, on return.
+      type(modes_type), intent(inout) :: modes
+      real(wp), allocatable, intent(out) :: omega(:)
       type(modal_result_type) :: told
 
-      allocate (told%eigenvalues, source=modes%lambda)
-      allocate (told%eigenvectors, source=modes%phi)
+      call move_alloc(modes%lambda, told%eigenvalues)
+      call move_alloc(modes%phi, told%eigenvectors)
       call describe(problem, told)
-      omega = 2*pi*told%frequency_hz
-   end function frequencies
+      call move_alloc(told%eigenvalues, modes%lambda)
+      call move_alloc(told%eigenvectors, modes%phi)
+      allocate (omega, source=2*pi*told%frequency_hz)
+   end subroutine tell_frequencies
 
    function only(pairs, chosen) result(kept)
       type(eigenpairs_type), intent(in) :: pairs

@@ -36,6 +36,8 @@ module kschur_context
       !> The formulation of it that was factored, and where (1/s).
       class(transform_type), allocatable :: transform
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
+      !> The scale of the lowest modes that was observed (1/s); 0: not yet.
+      real(wp) :: scale = 0
       !> What all that took.
       type(effort_type) :: effort
       character(len=note_length), allocatable :: notes(:)
@@ -50,6 +52,8 @@ module kschur_context
       procedure :: only_rigid
       !> Leaves the factors, and accounts for what they took.
       procedure :: drop_transform
+      !> The same of the stiffness, which tells a scale, and is then no longer needed.
+      procedure :: drop_stiffness
    end type solve_context_type
 
 contains
@@ -133,6 +137,15 @@ contains
 
       if (.not. allocated(self%transform)) return
       call self%effort%add_solves(self%transform%linear_solver())
+      call self%effort%add_effort(self%transform%certificate)
       deallocate (self%transform)
    end subroutine drop_transform
+
+   subroutine drop_stiffness(self)
+      class(solve_context_type), intent(inout) :: self
+
+      if (.not. allocated(self%known%stiffness)) return
+      call self%effort%add_solves(self%known%stiffness%solver)
+      deallocate (self%known%stiffness)
+   end subroutine drop_stiffness
 end module kschur_context

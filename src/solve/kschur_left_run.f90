@@ -1,14 +1,15 @@
 !> Left vectors are conjugated modes of the transposed problem: the modes themselves where the problem is symmetric.
 module kschur_left_run
    use kschur_context, only: solve_context_type
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_examination, only: find_rigid, suppose_none
    use kschur_left, only: inverse_iteration_type, set_left_modes
    use kschur_mode_selection, only: orthonormalize_zeros
-   use kschur_modes, only: modes_type
+   use kschur_modes, only: modes_type, no_modes
    use kschur_outcome, only: reason_cancelled
    use kschur_problem, only: modal_problem_type
-   use kschur_scaling, only: constraint_factors
+   use kschur_scaling, only: constraint_factors, first_scale
    use kschur_search, only: find_modes
    use kschur_transposed, only: transpose_problem
    implicit none
@@ -27,20 +28,26 @@ contains
       type(modes_type) :: found
       type(inverse_iteration_type) :: inverse
 
-      if (s%problem%symmetric .or. size(modes%lambda) == 0 .or. .not. allocated(s%transform)) then
+      if (s%problem%symmetric .or. size(modes%lambda) == 0) then
          call set_left_modes(s%problem, s%problem, modes%eigenpairs_type, modes, s%effort, error)
          return
       end if
       call transpose_problem(s%problem, transposed, error)
-      if (.not. allocated(error)) call begin_transposed(s, transposed, adjoint, error)
-      if (.not. allocated(error)) call find_modes(adjoint, found, error)
       if (allocated(error)) return
+      if (allocated(s%transform)) then
+         call begin_transposed(s, transposed, adjoint, error)
+         if (.not. allocated(error)) call find_modes(adjoint, found, error)
+         if (allocated(error)) return
+      else
+         ! Nothing was iterated.
+         found = no_modes(transposed%unknowns(), transposed%multipliers())
+      end if
       if (found%reason == reason_cancelled) then
          call set_left_modes(s%problem, transposed, found, modes, s%effort, error)
       else
          allocate (inverse%solver, source=s%inner%complex)
          allocate (inverse%factors, source=constraint_factors(transposed, s%options%constraint_scaling, s%shift))
-         inverse%reference = abs(s%shift)
+         inverse%reference = max(abs(s%shift), first_scale(transposed))
          call set_left_modes(s%problem, transposed, found, modes, s%effort, error, inverse)
       end if
       call adjoint%drop_transform()
@@ -53,6 +60,7 @@ contains
       type(modal_problem_type), target, intent(in) :: transposed
       type(solve_context_type), target, intent(inout) :: adjoint
       type(error_type), allocatable, intent(out) :: error
+      type(eigenpairs_type) :: rigid
 
       allocate (adjoint%notes(0))
       adjoint%problem => transposed
@@ -62,7 +70,7 @@ contains
       adjoint%formulation = s%formulation
       adjoint%plan = s%plan
       adjoint%shift = s%shift
-      adjoint%known%redundant = s%known%redundant
+      adjoint%known%redundant = s%known%redundant - s%plan%redundant
       call transpose_problem(s%work, adjoint%work, error)
       if (allocated(error)) return
       if (size(s%known%rigid%lambda) > 0) then
@@ -72,12 +80,11 @@ contains
          call suppose_none(adjoint%work, adjoint%known)
       end if
       if (allocated(error)) return
-      if (allocated(adjoint%known%stiffness)) then
-         call adjoint%effort%add_solves(adjoint%known%stiffness%solver)
-         deallocate (adjoint%known%stiffness)
-      end if
-      call adjoint%expand(adjoint%known%rigid)
-      call orthonormalize_zeros(adjoint%known%rigid)
+      call adjoint%drop_stiffness()
+      rigid = adjoint%known%rigid
+      call adjoint%expand(rigid)
+      call orthonormalize_zeros(rigid)
+      adjoint%known%rigid = rigid
       adjoint%known%total = s%known%total
       call s%transform%transposed(adjoint%work, adjoint%known%deflation, adjoint%inner%complex, adjoint%transform, error)
       if (allocated(error)) return

@@ -2,6 +2,7 @@
 module kschur_preparation
    use kschur_balance, only: balance
    use kschur_context, only: solve_context_type
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_eigenvalue_count, only: count_eigenvalues
    use kschur_error, only: error_type
    use kschur_examination, only: find_rigid, suppose_none
@@ -36,6 +37,7 @@ contains
       type(solve_context_type), target, intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
       type(modes_type) :: none
+      type(eigenpairs_type) :: rigid
 
       s%known%redundant = s%plan%redundant
       if (s%plan%unknowns_after == 0) then
@@ -53,8 +55,10 @@ contains
          call find_rigid(s%work, s%formulation, s%options%modes, s%inner, s%known, s%effort, error)
       end if
       if (allocated(error)) return
-      call s%expand(s%known%rigid)
-      call orthonormalize_zeros(s%known%rigid)
+      rigid = s%known%rigid
+      call s%expand(rigid)
+      call orthonormalize_zeros(rigid)
+      s%known%rigid = rigid
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant, size(s%known%rigid%lambda))
       call announce_number(s)
       s%known%redundant = s%plan%redundant + s%known%redundant

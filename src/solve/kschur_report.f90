@@ -30,7 +30,7 @@ contains
       call move_alloc(s%notes, result%notes)
       call describe(s%problem, result)
       call note_inaccurate(modes%inaccurate, result)
-      call note_modes(s%problem, result, error)
+      if (size(result%eigenvalues) > 0) call note_modes(s%problem, result, error)
    end subroutine report
 
    subroutine report_problem(s, options, result)
@@ -85,6 +85,7 @@ contains
          result%inner = trim(solver%description)
          call s%drop_transform()
       end if
+      call s%drop_stiffness()
       result%effort_type = s%effort
    end subroutine report_factors
 end module kschur_report

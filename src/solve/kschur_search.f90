@@ -14,6 +14,7 @@ module kschur_search
       reason_inaccurate
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_text, only: text
+   use kschur_transform, only: transform_type
    implicit none
    private
    public :: find_modes, take_rigid
@@ -125,10 +126,13 @@ contains
       real(wp), parameter :: off = 3, beyond_all = 10
       type(eigenpairs_type) :: more
       type(krylov_statistics_type) :: statistics
+      class(transform_type), allocatable :: first
       real(wp) :: scale, reach
       complex(wp) :: shift
       integer :: i
 
+      ! What comes after takes the factors for those at the shift.
+      call move_alloc(s%transform, first)
       shift = s%shift
       scale = abs(shift)
       do i = 1, size(steps)
@@ -148,6 +152,8 @@ contains
          call drop_unfounded(s, modes, error)
          if (allocated(error)) return
       end do
+      call s%drop_transform()
+      call move_alloc(first, s%transform)
       s%shift = shift
       call mend(s, modes, error)
       if (.not. allocated(error)) call modes%drop(modes%backward_error > inaccurate_above)
@@ -197,12 +203,11 @@ contains
 
    ! The modes are the nearest to the target if they are no further than what is proved.
    subroutine certify_by_count(s, modes)
-      type(solve_context_type), intent(inout) :: s
+      type(solve_context_type), intent(in) :: s
       type(modes_type), intent(inout) :: modes
       real(wp) :: furthest
 
       associate (certificate => s%transform%certificate)
-         call s%effort%add_effort(certificate)
          modes%certified = certified_unknown
          if (modes%reason /= reason_converged) return
          modes%certified = certificate%verdict

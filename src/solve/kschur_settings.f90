@@ -7,8 +7,6 @@ module kschur_settings
    use kschur_krylov_options, only: krylov_options_type, subspace_dimension
    use kschur_options, only: modal_options_type, arpack_names, formulation_auto, formulation_damped_constrained, &
       formulation_damped_constrained_zero, formulation_names, inner_names, scaling_names, &
-      formulation_proportional, formulation_quadratic, &
-      formulation_symmetric, &
       formulation_undamped_constrained_zero, method_arpack, method_names, scaling_none
    implicit none
    private
@@ -115,8 +113,8 @@ contains
             values = values + merge(2, max(values/4, 2), oscillator)
          end if
          krylov%values = values
-      else if (krylov%subspace == 0 .and. any(formulation == [formulation_symmetric, formulation_proportional])) then
-         ! So much that a restart is rare.
+      else if (krylov%subspace == 0 .and. is_structured(formulation)) then
+         ! So much that a restart is rare; memory is touched as far as it is used.
          krylov%subspace = 3*values + 40
       end if
       krylov%subspace = subspace_dimension(krylov%subspace, values)

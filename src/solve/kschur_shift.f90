@@ -4,7 +4,7 @@
 !> steps on the stiffness, by a few at the shift, by the modes that were found from there.
 module kschur_shift
    use kschur_context, only: solve_context_type
-   use kschur_error, only: error_type, new_error, error_convergence, error_singular, error_usage
+   use kschur_error, only: error_type, new_error, error_convergence, error_singular
    use kschur_factoring, only: factor_at
    use kschur_formulation, only: is_structured
    use kschur_kinds, only: wp
@@ -41,13 +41,14 @@ contains
       real(wp) :: scale
       integer :: search
 
-      scale = max(first_scale(s%work), s%known%deflation%blur)
+      scale = s%scale
+      if (.not. scale > 0) scale = max(first_scale(s%work), s%known%deflation%blur)
       if (.not. allocated(s%options%shift) .and. abs(s%options%target) <= first_scale(s%work)) &
          call observe_stiffness(s, scale, error)
-      call drop_stiffness(s)
+      call s%drop_stiffness()
       if (allocated(error)) return
       if (allocated(s%options%shift)) then
-         call factor_first(s, s%formulation, s%options%shift, beside(s, s%options%shift), error)
+         call factor_first(s, s%formulation, beside(s, s%options%shift), error, s%options%shift)
          return
       end if
       if (abs(s%options%target) <= first_scale(s%work)) then
@@ -55,17 +56,16 @@ contains
          search = merge(s%formulation, formulation_quadratic, is_structured(s%formulation))
          call factor_at_scale(s, search, scale, error)
          if (allocated(error)) return
+         s%scale = scale
          if (abs(s%options%target) <= scale .and. search == s%formulation) return
          call s%drop_transform()
       else
          scale = 0
       end if
       if (abs(s%options%target) <= scale) then
-         call factor_first(s, s%formulation, cmplx(scale, 0, wp), cmplx(moved*scale, 0, wp), error)
+         call factor_first(s, s%formulation, cmplx(moved*scale, 0, wp), error)
       else
-         associate (target => s%options%target, first => s%options%target + off_axis(1)*abs(s%options%target))
-            call factor_first(s, s%formulation, first, target + off_axis*abs(target), error)
-         end associate
+         call factor_first(s, s%formulation, s%options%target + off_axis*abs(s%options%target), error)
       end if
    end subroutine place_shift
 
@@ -126,14 +126,18 @@ contains
 
    ! At the first of some shifts that is neither an eigenvalue nor so near to one that
    ! it blurs the others.
-   subroutine factor_first(s, formulation, wanted, shifts, error)
+   subroutine factor_first(s, formulation, shifts, error, given)
       type(solve_context_type), target, intent(inout) :: s
       integer, intent(in) :: formulation
-      !> Where it should be, and where it may be.
-      complex(wp), intent(in) :: wanted, shifts(:)
+      complex(wp), intent(in) :: shifts(:)
       type(error_type), allocatable, intent(out) :: error
+      !> Where it should be; absent: at the first.
+      complex(wp), optional, intent(in) :: given
+      complex(wp) :: wanted
       integer :: i
 
+      wanted = shifts(1)
+      if (present(given)) wanted = given
       do i = 1, size(shifts)
          call factor_at(s, formulation, shifts(i), error)
          if (.not. allocated(error)) exit
@@ -142,9 +146,9 @@ contains
       if (allocated(error)) then
          call new_error(error, error_singular, "the problem is singular for every lambda, "// &
             "as it seems: it is at each shift that was tried")
-      else if (abs(shifts(i) - wanted) > 0) then
+      else if (abs(s%shift - wanted) > 0) then
          call s%add_note("the shift is an eigenvalue, or next to one: it was moved by "// &
-            magnitude(abs(shifts(i) - wanted))//" 1/s")
+            magnitude(abs(s%shift - wanted))//" 1/s")
       end if
    end subroutine factor_first
 
@@ -163,7 +167,7 @@ contains
       previous = scale
       placed = .false.
       do attempt = 1, shift_attempts
-         call factor_first(s, formulation, cmplx(scale, 0, wp), cmplx(moved*scale, 0, wp), error)
+         call factor_first(s, formulation, cmplx(moved*scale, 0, wp), error)
          scale = real(s%shift, wp)
          observed = 0
          placed = placed .or. .not. allocated(error)
@@ -215,15 +219,6 @@ contains
          end if
       end if
    end subroutine observe_stiffness
-
-   ! It is needed for its scale only.
-   subroutine drop_stiffness(s)
-      type(solve_context_type), intent(inout) :: s
-
-      if (.not. allocated(s%known%stiffness)) return
-      call s%effort%add_solves(s%known%stiffness%solver)
-      deallocate (s%known%stiffness)
-   end subroutine drop_stiffness
 
    ! The scale of what a few steps at the shift tell; zero where they do not tell.
    subroutine observe_here(s, scale, error)
