@@ -2,7 +2,6 @@
 !> real and complex operators alike.
 module kschur_krylov_options
    use kschur_kinds, only: wp
-   use kschur_options, only: method_krylov_schur
    use kschur_outcome, only: history_type, reason_converged
    implicit none
    private
@@ -24,13 +23,6 @@ module kschur_krylov_options
       !> Whether to look for copies of multiple eigenvalues with fresh random
       !> vectors: one vector finds one copy, and others through rounding only.
       logical :: verify = .true.
-      !> One of `method_*`.
-      integer :: method = method_krylov_schur
-      !> ARPACK only: how many eigenvalues it is asked for at first, those nearest to the shift.
-      integer :: values = 6
-      !> ARPACK only: no filtered start vector, and no second run where the nearest to
-      !> the shift are not the wanted ones.
-      logical :: raw = .false.
    end type krylov_options_type
 
    type :: krylov_statistics_type

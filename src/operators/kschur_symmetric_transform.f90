@@ -3,6 +3,7 @@
 !> inner product of M, which may be singular.
 module kschur_symmetric_transform
    use kschur_arpack, only: arpack_symmetric
+   use kschur_arpack_options, only: arpack_options_type
    use kschur_certificate, only: inertia_census_type, new_inertia_census
    use kschur_lanczos_decomposition, only: decomposition_type
    use kschur_deflation, only: deflation_type
@@ -17,7 +18,6 @@ module kschur_symmetric_transform
    use kschur_monitor, only: monitor_type
    use kschur_outcome, only: certified_unknown
    use kschur_operator, only: symmetric_operator_type
-   use kschur_options, only: method_arpack
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
@@ -203,13 +203,13 @@ contains
    subroutine iterate(self, selection, options, ritz, error, monitor)
       class(symmetric_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
-      type(krylov_options_type), intent(in) :: options
+      class(krylov_options_type), intent(in) :: options
       type(ritz_pairs_type), intent(out) :: ritz
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
       ! Infinite eigenvalues come in Jordan blocks of size 2 at most.
       integer, parameter :: filter = 2
-      type(krylov_options_type) :: lanczos_options
+      class(krylov_options_type), allocatable :: filtered
       logical :: complete
       integer :: wanted, j
       real(wp), allocatable :: values(:), shapes(:, :)
@@ -219,19 +219,20 @@ contains
          self%census%target = selection%target
          self%census%certificate%verdict = certified_unknown
       end if
-      lanczos_options = options
-      lanczos_options%filter = filter
-      if (options%method == method_arpack) then
-         call arpack_symmetric(self%operator, selection, lanczos_options, values, shapes, ritz%statistics, error, monitor)
+      allocate (filtered, source=options)
+      filtered%filter = filter
+      select type (filtered)
+      type is (arpack_options_type)
+         call arpack_symmetric(self%operator, selection, filtered, values, shapes, ritz%statistics, error, monitor)
          if (allocated(error)) return
          wanted = min(selection%needed(cmplx(values, 0, wp)), size(values))
          if (allocated(self%census)) call self%census%examine(values, 0*values, wanted, complete)
          values = values(:wanted)
          shapes = shapes(:, :wanted)
-      else
-         call lanczos(self%operator, selection, lanczos_options, values, shapes, ritz%statistics, error, monitor, &
+      class default
+         call lanczos(self%operator, selection, filtered, values, shapes, ritz%statistics, error, monitor, &
             options%verify, self%census, self%decomposition)
-      end if
+      end select
       if (allocated(error)) return
       if (allocated(self%census)) self%certificate = self%census%certificate
       if (options%verify .and. .not. self%recover_applies) call purify(self, values, shapes, ritz%statistics, error)
