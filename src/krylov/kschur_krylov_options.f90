@@ -5,7 +5,7 @@ module kschur_krylov_options
    use kschur_outcome, only: history_type, reason_converged
    implicit none
    private
-   public :: krylov_options_type, krylov_statistics_type, ritz_pairs_type, subspace_dimension
+   public :: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type, ritz_pairs_type, subspace_dimension
 
    type :: krylov_options_type
       !> Largest dimension of the Krylov space. Convergence is looked at before it
@@ -42,6 +42,12 @@ module kschur_krylov_options
       complex(wp), allocatable :: mu(:), vectors(:, :)
       type(krylov_statistics_type) :: statistics
    end type ritz_pairs_type
+
+   !> The same of a self-adjoint operator.
+   type :: real_ritz_pairs_type
+      real(wp), allocatable :: values(:), vectors(:, :)
+      type(krylov_statistics_type) :: statistics
+   end type real_ritz_pairs_type
 
 contains
 
