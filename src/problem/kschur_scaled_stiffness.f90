@@ -5,6 +5,7 @@ module kschur_scaled_stiffness
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
+   use kschur_saddle, only: saddle_structure
    use kschur_sparse, only: csr_matrix_type, identity_csr_matrix, linear_combination, new_csr_from_triplets, transpose_csr
    implicit none
    private
@@ -70,7 +71,7 @@ contains
       seed = 1
       if (present(attempt)) seed = attempt
       self%regularization = 3.0_wp**(seed - 1)*self%regularization
-      structure%symmetric = problem%symmetric
+      structure = saddle_structure(problem)
       if (.not. problem%symmetric) structure%symmetric = k%is_symmetric()
       associate (cq => problem%constraints)
          allocate (level(n), source=k%row_maxima())
@@ -98,8 +99,6 @@ contains
          self%matrix = linear_combination([1.0_wp, 1.0_wp], [csr_matrix_type :: self%matrix, self%random])
       end if
       if (allocated(error)) return
-      structure%multipliers = m
-      allocate (structure%node(n), source=[(i, i=1, n)])
       call self%solver%factorize(self%matrix, structure, error)
       if (allocated(error) .or. structure%symmetric) return
       allocate (trial(n + m, 1), source=0.0_wp)
