@@ -41,15 +41,10 @@ contains
 #define MESSAGE kschur_options_get_message
 #include "kschur_capi_handle.inc"
 
-   integer(c_int) function kschur_options_set_modes(address, modes) bind(c) result(status)
-      type(c_ptr), value :: address
-      integer(c_int64_t), value :: modes
-      type(change_type) :: change
-
-      call begin(change, address)
-      call take_integer(modes, "number of modes", change%options%modes, change%error)
-      status = accept(change)
-   end function kschur_options_set_modes
+#define SETTER kschur_options_set_modes
+#define GIVEN_TYPE integer(c_int64_t)
+#define CHANGE call take_integer(given, "number of modes", change%options%modes, change%error)
+#include "kschur_capi_options.inc"
 
    integer(c_int) function kschur_options_set_target(address, re, im) bind(c) result(status)
       type(c_ptr), value :: address
@@ -91,120 +86,65 @@ contains
       status = accept(change)
    end function kschur_options_clear_shift
 
-   integer(c_int) function kschur_options_set_method(address, name) bind(c) result(status)
-      type(c_ptr), value :: address, name
-      type(change_type) :: change
+#define SETTER kschur_options_set_method
+#define GIVEN_TYPE type(c_ptr)
+#define CHANGE call take_name(given, "method", method_names, change%options%method, change%error)
+#include "kschur_capi_options.inc"
 
-      call begin(change, address)
-      call take_name(name, "method", method_names, change%options%method, change%error)
-      status = accept(change)
-   end function kschur_options_set_method
+#define SETTER kschur_options_set_arpack
+#define GIVEN_TYPE type(c_ptr)
+#define CHANGE call take_name(given, "setting of ARPACK", arpack_names, change%options%arpack, change%error)
+#include "kschur_capi_options.inc"
 
-   integer(c_int) function kschur_options_set_arpack(address, name) bind(c) result(status)
-      type(c_ptr), value :: address, name
-      type(change_type) :: change
+#define SETTER kschur_options_set_formulation
+#define GIVEN_TYPE type(c_ptr)
+#define CHANGE call take_name(given, "formulation", formulation_names, change%options%formulation, change%error)
+#include "kschur_capi_options.inc"
 
-      call begin(change, address)
-      call take_name(name, "setting of ARPACK", arpack_names, change%options%arpack, change%error)
-      status = accept(change)
-   end function kschur_options_set_arpack
+#define SETTER kschur_options_set_constraint_scaling
+#define GIVEN_TYPE type(c_ptr)
+#define CHANGE call take_name(given, "constraint scaling", scaling_names, change%options%constraint_scaling, change%error)
+#include "kschur_capi_options.inc"
 
-   integer(c_int) function kschur_options_set_formulation(address, name) bind(c) result(status)
-      type(c_ptr), value :: address, name
-      type(change_type) :: change
+#define SETTER kschur_options_set_inner
+#define GIVEN_TYPE type(c_ptr)
+#define CHANGE call take_name(given, "inner solver", inner_names, change%options%inner, change%error)
+#include "kschur_capi_options.inc"
 
-      call begin(change, address)
-      call take_name(name, "formulation", formulation_names, change%options%formulation, change%error)
-      status = accept(change)
-   end function kschur_options_set_formulation
+#define SETTER kschur_options_set_subspace
+#define GIVEN_TYPE integer(c_int64_t)
+#define CHANGE call take_integer(given, "subspace dimension", change%options%subspace, change%error)
+#include "kschur_capi_options.inc"
 
-   integer(c_int) function kschur_options_set_constraint_scaling(address, name) bind(c) result(status)
-      type(c_ptr), value :: address, name
-      type(change_type) :: change
+#define SETTER kschur_options_set_tolerance
+#define GIVEN_TYPE real(c_double)
+#define CHANGE change%options%tolerance = given
+#include "kschur_capi_options.inc"
 
-      call begin(change, address)
-      call take_name(name, "constraint scaling", scaling_names, change%options%constraint_scaling, change%error)
-      status = accept(change)
-   end function kschur_options_set_constraint_scaling
+#define SETTER kschur_options_set_max_restarts
+#define GIVEN_TYPE integer(c_int64_t)
+#define CHANGE call take_integer(given, "number of restarts", change%options%max_restarts, change%error)
+#include "kschur_capi_options.inc"
 
-   integer(c_int) function kschur_options_set_inner(address, name) bind(c) result(status)
-      type(c_ptr), value :: address, name
-      type(change_type) :: change
+#define SETTER kschur_options_set_presolve
+#define GIVEN_TYPE integer(c_int)
+#define CHANGE change%options%presolve = given /= 0
+#include "kschur_capi_options.inc"
 
-      call begin(change, address)
-      call take_name(name, "inner solver", inner_names, change%options%inner, change%error)
-      status = accept(change)
-   end function kschur_options_set_inner
+#define SETTER kschur_options_set_left
+#define GIVEN_TYPE integer(c_int)
+#define CHANGE change%options%left = given /= 0
+#include "kschur_capi_options.inc"
 
-   integer(c_int) function kschur_options_set_subspace(address, dimension) bind(c) result(status)
-      type(c_ptr), value :: address
-      integer(c_int64_t), value :: dimension
-      type(change_type) :: change
+#define SETTER kschur_options_set_certify
+#define GIVEN_TYPE integer(c_int)
+#define CHANGE change%options%certify = given /= 0
+#include "kschur_capi_options.inc"
 
-      call begin(change, address)
-      call take_integer(dimension, "subspace dimension", change%options%subspace, change%error)
-      status = accept(change)
-   end function kschur_options_set_subspace
-
-   integer(c_int) function kschur_options_set_tolerance(address, tolerance) bind(c) result(status)
-      type(c_ptr), value :: address
-      real(c_double), value :: tolerance
-      type(change_type) :: change
-
-      call begin(change, address)
-      change%options%tolerance = tolerance
-      status = accept(change)
-   end function kschur_options_set_tolerance
-
-   integer(c_int) function kschur_options_set_max_restarts(address, restarts) bind(c) result(status)
-      type(c_ptr), value :: address
-      integer(c_int64_t), value :: restarts
-      type(change_type) :: change
-
-      call begin(change, address)
-      call take_integer(restarts, "number of restarts", change%options%max_restarts, change%error)
-      status = accept(change)
-   end function kschur_options_set_max_restarts
-
-   integer(c_int) function kschur_options_set_presolve(address, flag) bind(c) result(status)
-      type(c_ptr), value :: address
-      integer(c_int), value :: flag
-      type(change_type) :: change
-
-      call begin(change, address)
-      change%options%presolve = flag /= 0
-      status = accept(change)
-   end function kschur_options_set_presolve
-
-   integer(c_int) function kschur_options_set_left(address, flag) bind(c) result(status)
-      type(c_ptr), value :: address
-      integer(c_int), value :: flag
-      type(change_type) :: change
-
-      call begin(change, address)
-      change%options%left = flag /= 0
-      status = accept(change)
-   end function kschur_options_set_left
-
-   integer(c_int) function kschur_options_set_certify(address, flag) bind(c) result(status)
-      type(c_ptr), value :: address
-      integer(c_int), value :: flag
-      type(change_type) :: change
-
-      call begin(change, address)
-      change%options%certify = flag /= 0
-      status = accept(change)
-   end function kschur_options_set_certify
-
-   integer(c_int) function kschur_options_set_seed(address, seed) bind(c) result(status)
-      type(c_ptr), value :: address
-      integer(c_int64_t), value :: seed
-      type(change_type) :: change
-
-      call begin(change, address)
-      call take_integer(seed, "seed", change%options%seed, change%error)
-      status = accept(change)
-   end function kschur_options_set_seed
+#define SETTER kschur_options_set_seed
+#define GIVEN_TYPE integer(c_int64_t)
+#define CHANGE call take_integer(given, "seed", change%options%seed, change%error)
+#include "kschur_capi_options.inc"
 
    integer(c_int) function kschur_options_set_progress(address, callback, context) bind(c) result(status)
       type(c_ptr), value :: address, context

@@ -8,12 +8,13 @@
 module kschur_arpack
    use kschur_arpack_complex, only: complex_process_type
    use kschur_arpack_messages, only: arpack_error, info_exhausted, info_no_shifts, info_restarts, info_zero_start
+   use kschur_arpack_options, only: arpack_options_type
    use kschur_arpack_process, only: arpack_process_type, ido_done
    use kschur_arpack_real, only: real_process_type
    use kschur_arpack_symmetric, only: symmetric_process_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
-   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_krylov_options, only: krylov_statistics_type
    use kschur_lock, only: acquire_lock, release_lock, lock_arpack
    use kschur_monitor, only: monitor_type
    use kschur_operator, only: complex_operator_type, real_operator_type, symmetric_operator_type
@@ -55,7 +56,7 @@ contains
    recursive subroutine arpack_of_real(operator, selection, options, values, vectors, statistics, error, monitor)
       class(real_operator_type), target, intent(inout) :: operator
       class(selection_type), intent(in) :: selection
-      type(krylov_options_type), intent(in) :: options
+      type(arpack_options_type), intent(in) :: options
       complex(wp), allocatable, intent(out) :: values(:)
       complex(wp), allocatable, intent(out) :: vectors(:, :)
       type(krylov_statistics_type), intent(out) :: statistics
@@ -72,7 +73,7 @@ contains
    recursive subroutine arpack_of_complex(operator, selection, options, values, vectors, statistics, error, monitor)
       class(complex_operator_type), target, intent(inout) :: operator
       class(selection_type), intent(in) :: selection
-      type(krylov_options_type), intent(in) :: options
+      type(arpack_options_type), intent(in) :: options
       complex(wp), allocatable, intent(out) :: values(:)
       complex(wp), allocatable, intent(out) :: vectors(:, :)
       type(krylov_statistics_type), intent(out) :: statistics
@@ -101,7 +102,7 @@ contains
    recursive subroutine arpack_symmetric(operator, selection, options, values, vectors, statistics, error, monitor)
       class(symmetric_operator_type), target, intent(inout) :: operator
       class(selection_type), intent(in) :: selection
-      type(krylov_options_type), intent(in) :: options
+      type(arpack_options_type), intent(in) :: options
       real(wp), allocatable, intent(out) :: values(:)
       real(wp), allocatable, intent(out) :: vectors(:, :)
       type(krylov_statistics_type), intent(out) :: statistics
@@ -133,7 +134,7 @@ contains
    recursive subroutine iterate(process, selection, options, values, vectors, statistics, error, monitor)
       class(arpack_process_type), intent(inout) :: process
       class(selection_type), intent(in) :: selection
-      type(krylov_options_type), intent(in) :: options
+      type(arpack_options_type), intent(in) :: options
       complex(wp), allocatable, intent(out) :: values(:)
       complex(wp), allocatable, intent(out) :: vectors(:, :)
       type(krylov_statistics_type), intent(out) :: statistics
@@ -187,7 +188,7 @@ contains
    subroutine set_limits(process, wanted, most_columns, options)
       class(arpack_process_type), intent(inout) :: process
       integer, intent(in) :: wanted, most_columns
-      type(krylov_options_type), intent(in) :: options
+      type(arpack_options_type), intent(in) :: options
       integer, parameter :: beyond = 2
 
       process%wanted = wanted
@@ -200,7 +201,7 @@ contains
    ! process%info only.
    recursive subroutine run_once(process, options, run, statistics, error, monitor)
       class(arpack_process_type), intent(inout) :: process
-      type(krylov_options_type), intent(in) :: options
+      type(arpack_options_type), intent(in) :: options
       type(run_type), intent(out) :: run
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error

@@ -223,20 +223,29 @@ contains
       if (type >= 0) call h5tclose_f(type, ignored)
    end subroutine read_words
 
+   subroutine write_values(file, name, type, extents, address, error)
+      integer(hid_t), intent(in) :: file, type
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: extents(:)
+      type(c_ptr), intent(in) :: address
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: dataset
+      integer :: status
+
+      call create_dataset(dataset, file, name, type, extents, error)
+      if (allocated(error)) return
+      status = 0
+      if (all(extents > 0)) call h5dwrite_f(dataset, type, address, status)
+      call close_dataset(dataset, status, name//" cannot be written", error)
+   end subroutine write_values
+
    subroutine write_integers(file, name, values, error)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: name
       integer, target, contiguous, intent(in) :: values(:)
       type(error_type), allocatable, intent(inout) :: error
-      integer(hid_t) :: dataset, type
-      integer :: status
 
-      type = h5kind_to_type(kind(values), H5_INTEGER_KIND)
-      call create_dataset(dataset, file, name, type, shape(values), error)
-      if (allocated(error)) return
-      status = 0
-      if (size(values) > 0) call h5dwrite_f(dataset, type, c_loc(values), status)
-      call close_dataset(dataset, status, name//" cannot be written", error)
+      call write_values(file, name, h5kind_to_type(kind(values), H5_INTEGER_KIND), shape(values), c_loc(values), error)
    end subroutine write_integers
 
    subroutine write_reals(file, name, values, error)
@@ -244,14 +253,8 @@ contains
       character(len=*), intent(in) :: name
       real(wp), target, contiguous, intent(in) :: values(:)
       type(error_type), allocatable, intent(inout) :: error
-      integer(hid_t) :: dataset
-      integer :: status
 
-      call create_dataset(dataset, file, name, real_type(), shape(values), error)
-      if (allocated(error)) return
-      status = 0
-      if (size(values) > 0) call h5dwrite_f(dataset, real_type(), c_loc(values), status)
-      call close_dataset(dataset, status, name//" cannot be written", error)
+      call write_values(file, name, real_type(), shape(values), c_loc(values), error)
    end subroutine write_reals
 
    subroutine write_complexes(file, name, values, error)
@@ -259,16 +262,11 @@ contains
       character(len=*), intent(in) :: name
       complex(wp), target, contiguous, intent(in) :: values(:)
       type(error_type), allocatable, intent(inout) :: error
-      integer(hid_t) :: dataset, type
-      integer :: status, ignored
+      integer(hid_t) :: type
+      integer :: ignored
 
       call new_complex_type(type, error)
-      call create_dataset(dataset, file, name, type, shape(values), error)
-      if (.not. allocated(error)) then
-         status = 0
-         if (size(values) > 0) call h5dwrite_f(dataset, type, c_loc(values), status)
-         call close_dataset(dataset, status, name//" cannot be written", error)
-      end if
+      call write_values(file, name, type, shape(values), c_loc(values), error)
       if (type >= 0) call h5tclose_f(type, ignored)
    end subroutine write_complexes
 
@@ -277,16 +275,11 @@ contains
       character(len=*), intent(in) :: name
       complex(wp), target, contiguous, intent(in) :: values(:, :)
       type(error_type), allocatable, intent(inout) :: error
-      integer(hid_t) :: dataset, type
-      integer :: status, ignored
+      integer(hid_t) :: type
+      integer :: ignored
 
       call new_complex_type(type, error)
-      call create_dataset(dataset, file, name, type, shape(values), error)
-      if (.not. allocated(error)) then
-         status = 0
-         if (size(values) > 0) call h5dwrite_f(dataset, type, c_loc(values), status)
-         call close_dataset(dataset, status, name//" cannot be written", error)
-      end if
+      call write_values(file, name, type, shape(values), c_loc(values), error)
       if (type >= 0) call h5tclose_f(type, ignored)
    end subroutine write_complex_block
 
@@ -295,16 +288,11 @@ contains
       character(len=*), intent(in) :: name
       character(len=word_length), target, contiguous, intent(in) :: values(:)
       type(error_type), allocatable, intent(inout) :: error
-      integer(hid_t) :: dataset, type
-      integer :: status, ignored
+      integer(hid_t) :: type
+      integer :: ignored
 
       call new_word_type(type, error)
-      call create_dataset(dataset, file, name, type, shape(values), error)
-      if (.not. allocated(error)) then
-         status = 0
-         if (size(values) > 0) call h5dwrite_f(dataset, type, c_loc(values), status)
-         call close_dataset(dataset, status, name//" cannot be written", error)
-      end if
+      call write_values(file, name, type, shape(values), c_loc(values), error)
       if (type >= 0) call h5tclose_f(type, ignored)
    end subroutine write_words
 

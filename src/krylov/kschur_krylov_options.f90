@@ -2,11 +2,10 @@
 !> real and complex operators alike.
 module kschur_krylov_options
    use kschur_kinds, only: wp
-   use kschur_options, only: method_krylov_schur
    use kschur_outcome, only: history_type, reason_converged
    implicit none
    private
-   public :: krylov_options_type, krylov_statistics_type, ritz_pairs_type, subspace_dimension
+   public :: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type, ritz_pairs_type, subspace_dimension
 
    type :: krylov_options_type
       !> Largest dimension of the Krylov space. Convergence is looked at before it
@@ -24,13 +23,6 @@ module kschur_krylov_options
       !> Whether to look for copies of multiple eigenvalues with fresh random
       !> vectors: one vector finds one copy, and others through rounding only.
       logical :: verify = .true.
-      !> One of `method_*`.
-      integer :: method = method_krylov_schur
-      !> ARPACK only: how many eigenvalues it is asked for at first, those nearest to the shift.
-      integer :: values = 6
-      !> ARPACK only: no filtered start vector, and no second run where the nearest to
-      !> the shift are not the wanted ones.
-      logical :: raw = .false.
    end type krylov_options_type
 
    type :: krylov_statistics_type
@@ -50,6 +42,12 @@ module kschur_krylov_options
       complex(wp), allocatable :: mu(:), vectors(:, :)
       type(krylov_statistics_type) :: statistics
    end type ritz_pairs_type
+
+   !> The same of a self-adjoint operator.
+   type :: real_ritz_pairs_type
+      real(wp), allocatable :: values(:), vectors(:, :)
+      type(krylov_statistics_type) :: statistics
+   end type real_ritz_pairs_type
 
 contains
 

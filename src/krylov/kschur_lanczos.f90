@@ -10,7 +10,7 @@ module kschur_lanczos
    use kschur_lanczos_decomposition, only: decomposition_type, breakdown, expand, fresh_direction, start
    use kschur_error, only: error_type, new_error, error_library
    use kschur_kinds, only: wp, long
-   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type
    use kschur_lapack, only: dgemm, dsyevd
    use kschur_monitor, only: monitor_type
    use kschur_operator, only: symmetric_operator_type
@@ -19,7 +19,14 @@ module kschur_lanczos
    use kschur_text, only: text
    implicit none
    private
-   public :: lanczos
+   public :: lanczos, lanczos_state_type
+
+   !> What one call leaves to the next with the same operator.
+   type :: lanczos_state_type
+      type(decomposition_type) :: decomposition
+      !> Ends the search for copies where it knows that nothing is missing.
+      class(census_type), pointer :: census => null()
+   end type lanczos_state_type
 
    ! Rows of the basis rotated at a time, so that a panel stays in the cache.
    integer, parameter :: panel = 256
@@ -46,78 +53,78 @@ module kschur_lanczos
 contains
 
    !> Wanted eigenvalues and eigenvectors of a self-adjoint operator, most wanted
-   !> first: those that converged. `vectors` is B-orthonormal. The basis has
+   !> first: those that converged, with B-orthonormal vectors. The basis has
    !> `options%subspace` columns, but at least `selection%wanted` + 2. Convergence
    !> is tested within a restart too, so that no more steps are made than needed.
    !> Not converging is `statistics%reason`, not an error.
-   subroutine lanczos(operator, selection, options, values, vectors, statistics, error, monitor, verify, census, kept)
+   subroutine lanczos(operator, selection, options, state, found, error, monitor)
       class(symmetric_operator_type), intent(inout) :: operator
       class(selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
-      real(wp), allocatable, intent(out) :: values(:)
-      real(wp), allocatable, intent(out) :: vectors(:, :)
-      type(krylov_statistics_type), intent(out) :: statistics
+      !> Of a first call, or what an earlier one left: then it is gone on with.
+      type(lanczos_state_type), intent(inout) :: state
+      type(real_ritz_pairs_type), intent(out) :: found
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), optional, intent(inout) :: monitor
-      !> Whether to search the complement of what was found, from a fresh random
-      !> vector, until nothing wanted is there: one Krylov space holds one copy
-      !> only of a multiple eigenvalue. .true. where absent.
-      logical, optional, intent(in) :: verify
-      !> Ends that search where it knows that nothing is missing.
-      class(census_type), optional, intent(inout) :: census
-      !> The decomposition of an earlier call with this operator, to go on from.
-      type(decomposition_type), optional, target, intent(inout) :: kept
-      type(decomposition_type), target :: own
-      type(decomposition_type), pointer :: d
       type(ritz_type) :: ritz
-      logical :: proceed, search, complete
-      integer :: restart
+      logical :: proceed, over
 
-      search = .true.
-      if (present(verify)) search = verify
-      d => own
-      if (present(kept)) d => kept
-      call start(operator, selection%wanted, options, d, statistics, error)
-      if (allocated(error)) return
-      allocate (statistics%history%converged(0), statistics%history%operator_applications(0), &
-         statistics%history%residual(0))
-      proceed = .true.
-      do restart = 1, max(options%max_restarts, 1)
-         do
-            call expand(operator, selection%wanted, options, d, statistics, error)
-            if (.not. allocated(error)) call project(d, selection, options, ritz, error)
-            if (allocated(error)) return
-            call record(statistics, ritz)
-            if (present(monitor)) call monitor%report(statistics%restarts, ritz%converged, ritz%needed, &
-               maxval([0.0_wp, ritz%residuals(:ritz%wanted)]), proceed)
-            if (ritz%settled .or. d%exhausted .or. d%dimension == size(d%projected, 2) .or. .not. proceed) exit
-         end do
-
-         complete = .not. search
-         if (ritz%settled .and. search .and. present(census)) &
-            call census%examine(ritz%all_values, ritz%all_residuals, ritz%needed, complete)
-         if (ritz%settled .and. (complete .or. d%exhausted .or. ritz%wanted == 0)) then
-            statistics%reason = reason_converged
-            exit
-         else if (d%exhausted) then
-            statistics%reason = reason_fewer_modes
-            exit
-         else if (.not. proceed) then
-            statistics%reason = reason_cancelled
-            exit
-         else if (restart >= options%max_restarts) then
-            statistics%reason = reason_max_restarts
-            exit
-         end if
-         statistics%restarts = statistics%restarts + 1
-         call truncate(d, ritz, options, statistics)
-         if (ritz%settled) call fresh_direction(operator, options, d, d%locked, statistics, error)
+      associate (d => state%decomposition, statistics => found%statistics)
+         call start(operator, selection%wanted, options, d, statistics, error)
          if (allocated(error)) return
-      end do
-      call extract(d, ritz, selection, options, statistics, values, vectors)
-      call purify(operator, options, d%scale, values, vectors, statistics, error)
-      statistics%locking_error = d%dropped/max(d%scale, tiny(1.0_wp))
+         allocate (statistics%history%converged(0), statistics%history%operator_applications(0), &
+            statistics%history%residual(0))
+         proceed = .true.
+         do
+            do
+               call expand(operator, selection%wanted, options, d, statistics, error)
+               if (.not. allocated(error)) call project(d, selection, options, ritz, error)
+               if (allocated(error)) return
+               call record(statistics, ritz)
+               if (present(monitor)) call monitor%report(statistics%restarts, ritz%converged, ritz%needed, &
+                  maxval([0.0_wp, ritz%residuals(:ritz%wanted)]), proceed)
+               if (ritz%settled .or. d%exhausted .or. d%dimension == size(d%projected, 2) .or. .not. proceed) exit
+            end do
+            call conclude(state, ritz, options, proceed, statistics, over)
+            if (over) exit
+            statistics%restarts = statistics%restarts + 1
+            call truncate(d, ritz, options, statistics)
+            if (ritz%settled) call fresh_direction(operator, options, d, d%locked, statistics, error)
+            if (allocated(error)) return
+         end do
+         call extract(d, ritz, selection, options, found)
+         call purify(operator, options, d%scale, found, error)
+         statistics%locking_error = d%dropped/max(d%scale, tiny(1.0_wp))
+      end associate
    end subroutine lanczos
+
+   ! Whether the iteration ends, and why. One Krylov space holds one copy only of a multiple eigenvalue: a
+   ! verification searches the complement of what was found, from a fresh random vector, until nothing wanted is there.
+   subroutine conclude(state, ritz, options, proceed, statistics, over)
+      type(lanczos_state_type), intent(in) :: state
+      type(ritz_type), intent(in) :: ritz
+      type(krylov_options_type), intent(in) :: options
+      logical, intent(in) :: proceed
+      type(krylov_statistics_type), intent(inout) :: statistics
+      logical, intent(out) :: over
+      logical :: complete
+
+      complete = .not. options%verify
+      if (ritz%settled .and. options%verify .and. associated(state%census)) &
+         call state%census%examine(ritz%all_values, ritz%all_residuals, ritz%needed, complete)
+      over = .true.
+      if (ritz%settled .and. (complete .or. state%decomposition%exhausted .or. ritz%wanted == 0)) then
+         statistics%reason = reason_converged
+      else if (state%decomposition%exhausted) then
+         statistics%reason = reason_fewer_modes
+      else if (.not. proceed) then
+         statistics%reason = reason_cancelled
+      else if (statistics%restarts + 1 >= options%max_restarts) then
+         statistics%reason = reason_max_restarts
+      else
+         over = .false.
+      end if
+   end subroutine conclude
 
    ! Ritz pairs of the active part, and how far they are from what is wanted.
    subroutine project(d, selection, options, ritz, error)
@@ -239,14 +246,13 @@ contains
    end subroutine rotate
 
    ! The locked pairs and the active ones that converged, as far as they are wanted.
-   subroutine extract(d, ritz, selection, options, statistics, values, vectors)
+   subroutine extract(d, ritz, selection, options, pairs)
       type(decomposition_type), intent(in) :: d
       type(ritz_type), intent(in) :: ritz
       class(selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
-      type(krylov_statistics_type), intent(inout) :: statistics
-      real(wp), allocatable, intent(out) :: values(:), vectors(:, :)
-      real(wp), allocatable :: u(:, :)
+      type(real_ritz_pairs_type), intent(inout) :: pairs
+      real(wp), allocatable :: values(:), u(:, :)
       integer :: n, k, i, active, found
       integer(long) :: started
 
@@ -270,42 +276,43 @@ contains
          end if
       end do
       found = min(found, selection%needed(cmplx(values(:found), 0.0_wp, wp)))
-      values = values(:found)
-      allocate (vectors(n, found))
-      if (found > 0) call dgemm("N", "N", n, found, k, 1.0_wp, d%basis, n, u, k, 0.0_wp, vectors, n)
-      statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
+      allocate (pairs%values, source=values(:found))
+      allocate (pairs%vectors(n, found))
+      if (found > 0) call dgemm("N", "N", n, found, k, 1.0_wp, d%basis, n, u, k, 0.0_wp, pairs%vectors, n)
+      pairs%statistics%orthogonalize_seconds = pairs%statistics%orthogonalize_seconds + seconds_since(started)
    end subroutine extract
 
    ! C x / theta is x without the component that the metric does not see, where
    ! rounding accumulates (Nour-Omid et al.). It is worth an application for every
    ! vector if it changes the one that would have gathered most.
-   subroutine purify(operator, options, scale, values, vectors, statistics, error)
+   subroutine purify(operator, options, scale, pairs, error)
       class(symmetric_operator_type), intent(inout) :: operator
       type(krylov_options_type), intent(in) :: options
-      real(wp), intent(in) :: scale, values(:)
-      real(wp), allocatable, intent(inout) :: vectors(:, :)
-      type(krylov_statistics_type), intent(inout) :: statistics
+      real(wp), intent(in) :: scale
+      type(real_ritz_pairs_type), intent(inout) :: pairs
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: images(:, :)
-      logical :: large(size(values))
+      logical :: large(size(pairs%values))
       integer :: j
 
-      large = abs(values) > epsilon(1.0_wp)/options%tolerance*scale
-      j = minloc(abs(values), 1, large)
-      if (j == 0) return
-      allocate (images(size(vectors, 1), 1))
-      call operator%apply(vectors(:, j:j), images, error)
-      if (allocated(error)) return
-      statistics%operator_applications = statistics%operator_applications + 1
-      if (norm2(images(:, 1)/values(j) - vectors(:, j)) <= 10*options%tolerance*norm2(vectors(:, j))) return
-      deallocate (images)
-      allocate (images(size(vectors, 1), size(values)))
-      call operator%apply(vectors, images, error)
-      if (allocated(error)) return
-      statistics%operator_applications = statistics%operator_applications + size(values)
-      do j = 1, size(values)
-         if (large(j)) vectors(:, j) = images(:, j)/values(j)
-      end do
+      associate (values => pairs%values, vectors => pairs%vectors, applications => pairs%statistics%operator_applications)
+         large = abs(values) > epsilon(1.0_wp)/options%tolerance*scale
+         j = minloc(abs(values), 1, large)
+         if (j == 0) return
+         allocate (images(size(vectors, 1), 1))
+         call operator%apply(vectors(:, j:j), images, error)
+         if (allocated(error)) return
+         applications = applications + 1
+         if (norm2(images(:, 1)/values(j) - vectors(:, j)) <= 10*options%tolerance*norm2(vectors(:, j))) return
+         deallocate (images)
+         allocate (images(size(vectors, 1), size(values)))
+         call operator%apply(vectors, images, error)
+         if (allocated(error)) return
+         applications = applications + size(values)
+         do j = 1, size(values)
+            if (large(j)) vectors(:, j) = images(:, j)/values(j)
+         end do
+      end associate
    end subroutine purify
 
    subroutine record(statistics, ritz)

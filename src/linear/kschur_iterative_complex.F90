@@ -9,7 +9,7 @@ module kschur_iterative_complex
    use kschur_text, only: magnitude
    implicit none
    private
-   public :: iterative_complex_type, acceptable
+   public :: iterative_complex_type
 
 #define SCALAR complex(wp)
 #define MATRIX_TYPE complex_csr_matrix_type

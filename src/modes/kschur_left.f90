@@ -11,11 +11,11 @@ module kschur_left
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: zgesvd
-   use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
+   use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_modes, only: modes_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
-   use kschur_saddle, only: saddle_blocks
+   use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_sparse, only: complex_combination, csr_matrix_type, new_csr_from_triplets
    use kschur_tolerances, only: same_value
    implicit none
@@ -127,7 +127,6 @@ contains
       real(wp), parameter :: tiny_part = 1.0e-13_wp
       class(complex_linear_solver_type), allocatable :: solver
       type(csr_matrix_type) :: blocks(4)
-      type(matrix_structure_type) :: structure
       complex(wp), allocatable :: x(:, :)
       real(wp), allocatable :: random(:), e(:), factors(:)
       integer(long) :: state
@@ -148,12 +147,9 @@ contains
       if (.not. allocated(error)) call new_csr_from_triplets(blocks(4), size(x, 1), size(x, 1), [(i, i=1, n)], &
          [(i, i=1, n)], e, error)
       if (allocated(error)) return
-      structure%symmetric = problem%symmetric
-      structure%multipliers = size(factors)
-      allocate (structure%node(n), source=[(i, i=1, n)])
       allocate (solver, source=inverse%solver)
       call solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp), (1.0_wp, 0.0_wp)], blocks), &
-         structure, error)
+         saddle_structure(problem), error)
       if (allocated(error)) return
 
       do i = 1, size(group)

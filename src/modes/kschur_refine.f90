@@ -6,10 +6,10 @@ module kschur_refine
    use kschur_error, only: error_type, error_convergence, error_singular
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
-   use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
+   use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_backward_error, only: backward_errors, settle_pairs
    use kschur_problem, only: modal_problem_type
-   use kschur_saddle, only: saddle_blocks
+   use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_scaling, only: constraint_factors
    use kschur_sparse, only: complex_combination, csr_matrix_type
    use kschur_tolerances, only: same_value
@@ -147,13 +147,8 @@ contains
       complex(wp), intent(in) :: s
       class(complex_linear_solver_type), intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
-      type(matrix_structure_type) :: structure
-      integer :: i
 
-      structure%symmetric = problem%symmetric
-      structure%multipliers = problem%multipliers()
-      allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
-      call solver%factorize(complex_combination([s**2, s, (1.0_wp, 0.0_wp)], blocks), structure, error)
+      call solver%factorize(complex_combination([s**2, s, (1.0_wp, 0.0_wp)], blocks), saddle_structure(problem), error)
    end subroutine factor_at
 
    ! [y; eta] of pair j, and the eigenvalue that it tells.

@@ -8,6 +8,7 @@ module kschur_pencil
       formulation_names, formulation_undamped, formulation_undamped_constrained, &
       formulation_undamped_constrained_zero, formulation_undamped_negative
    use kschur_problem, only: modal_problem_type, damping_none
+   use kschur_saddle, only: saddle_structure
    use kschur_spectral_map, only: spectral_map_type
    use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets, identity_csr_matrix
    implicit none
@@ -108,13 +109,13 @@ contains
          call a%add(n, n, unit, identity_csr_matrix(n))
          call b%add(0, n, unit, problem%mass)
          call b%add(n, 0, 1.0_wp, identity_csr_matrix(n))
+         pencil%structure%multipliers = m
          allocate (pencil%structure%node(2*n), source=[(i, i=1, n), (i, i=1, n)])
       else
          order = n + m
          call a%add(0, 0, pencil%map%sign, problem%stiffness)
          call b%add(0, 0, 1.0_wp, problem%mass)
-         pencil%structure%symmetric = problem%symmetric
-         allocate (pencil%structure%node(n), source=[(i, i=1, n)])
+         pencil%structure = saddle_structure(problem)
       end if
       if (pencil%has_spurious_zeros()) then
          call b%add(0, order - m, 1/pencil%multiplier_unit(), cq, transposed=.true.)
@@ -123,7 +124,6 @@ contains
          call a%add(0, order - m, -1.0_wp, cq, transposed=.true.)
          call a%add(order - m, 0, -1.0_wp, cq)
       end if
-      pencil%structure%multipliers = m
       call new_csr_from_triplets(pencil%a, order, order, a%row, a%column, a%value, error)
       if (.not. allocated(error)) call new_csr_from_triplets(pencil%b, order, order, b%row, b%column, b%value, error)
    end subroutine new_pencil

@@ -2,6 +2,7 @@
 !> (A - sigma B)^{-1} B.
 module kschur_pencil_transform
    use kschur_arpack, only: arpack
+   use kschur_arpack_options, only: arpack_options_type
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
    use kschur_root_invariant, only: zero_and_infinite
@@ -11,7 +12,6 @@ module kschur_pencil_transform
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: method_arpack
    use kschur_pencil, only: pencil_type, new_pencil
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
@@ -97,24 +97,21 @@ contains
    subroutine iterate(self, selection, options, ritz, error, monitor)
       class(pencil_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
-      type(krylov_options_type), intent(in) :: options
+      class(krylov_options_type), intent(in) :: options
       type(ritz_pairs_type), intent(out) :: ritz
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
 
-      if (options%method == method_arpack) then
+      select type (options)
+      type is (arpack_options_type)
          call arpack(self%operator, selection, options, ritz%mu, ritz%vectors, ritz%statistics, error, monitor)
-         return
-      end if
-      if (self%operator%with_multipliers) then
-         call krylov_schur(self%operator, selection, options, ritz%mu, ritz%vectors, ritz%statistics, error, monitor)
-      else
+      class default
          associate (deflation => self%operator%deflation, pencil => self%operator%pencil)
             call krylov_schur(self%operator, selection, options, ritz%mu, ritz%vectors, ritz%statistics, error, monitor, &
                zero_and_infinite(deflation%zero, deflation%infinite, self%operator%order(), self%shift, pencil%unit, &
                pencil%map%oscillator))
          end associate
-      end if
+      end select
    end subroutine iterate
 
    subroutine recover(self, mu, vectors, phi, xi, error)

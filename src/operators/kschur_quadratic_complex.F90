@@ -3,12 +3,12 @@ module kschur_quadratic_complex
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_kinds, only: wp, long
-   use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
+   use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_operator, only: complex_operator_type
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
-   use kschur_saddle, only: saddle_blocks
+   use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, complex_combination
    implicit none
    private

@@ -1,6 +1,7 @@
 !> The structured quadratic form as a transform at a real shift.
 module kschur_quadratic_transform_real
    use kschur_arpack, only: arpack
+   use kschur_arpack_options, only: arpack_options_type
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
    use kschur_root_invariant, only: undamped_zeros, zero_and_infinite
@@ -10,7 +11,6 @@ module kschur_quadratic_transform_real
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: method_arpack
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_quadratic_real, only: quadratic_operator_type, new_quadratic_operator

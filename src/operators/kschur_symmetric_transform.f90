@@ -3,13 +3,13 @@
 !> inner product of M, which may be singular.
 module kschur_symmetric_transform
    use kschur_arpack, only: arpack_symmetric
+   use kschur_arpack_options, only: arpack_options_type
    use kschur_certificate, only: inertia_census_type, new_inertia_census
-   use kschur_lanczos_decomposition, only: decomposition_type
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_kinds, only: wp, long
-   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
-   use kschur_lanczos, only: lanczos
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type, ritz_pairs_type
+   use kschur_lanczos, only: lanczos, lanczos_state_type
    use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, matrix_structure_type, &
       real_linear_solver_type
@@ -17,7 +17,6 @@ module kschur_symmetric_transform
    use kschur_monitor, only: monitor_type
    use kschur_outcome, only: certified_unknown
    use kschur_operator, only: symmetric_operator_type
-   use kschur_options, only: method_arpack
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
@@ -46,7 +45,7 @@ module kschur_symmetric_transform
    type, extends(transform_type) :: symmetric_transform_type
       type(symmetric_shift_invert_type) :: operator
       ! What the last iteration left, for the next one to go on from.
-      type(decomposition_type), allocatable, private :: decomposition
+      type(lanczos_state_type), allocatable, private :: state
       type(inertia_census_type), allocatable, private :: census
    contains
       procedure :: iterate
@@ -203,44 +202,47 @@ contains
    subroutine iterate(self, selection, options, ritz, error, monitor)
       class(symmetric_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
-      type(krylov_options_type), intent(in) :: options
+      class(krylov_options_type), intent(in) :: options
       type(ritz_pairs_type), intent(out) :: ritz
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
       ! Infinite eigenvalues come in Jordan blocks of size 2 at most.
       integer, parameter :: filter = 2
-      type(krylov_options_type) :: lanczos_options
+      class(krylov_options_type), allocatable :: filtered
       logical :: complete
       integer :: wanted, j
-      real(wp), allocatable :: values(:), shapes(:, :)
+      type(real_ritz_pairs_type) :: found
 
-      if (.not. allocated(self%decomposition)) allocate (self%decomposition)
+      if (.not. allocated(self%state)) allocate (self%state)
       if (allocated(self%census)) then
          self%census%target = selection%target
          self%census%certificate%verdict = certified_unknown
+         self%state%census => self%census
       end if
-      lanczos_options = options
-      lanczos_options%filter = filter
-      if (options%method == method_arpack) then
-         call arpack_symmetric(self%operator, selection, lanczos_options, values, shapes, ritz%statistics, error, monitor)
+      allocate (filtered, source=options)
+      filtered%filter = filter
+      select type (filtered)
+      type is (arpack_options_type)
+         call arpack_symmetric(self%operator, selection, filtered, found%values, found%vectors, found%statistics, &
+            error, monitor)
          if (allocated(error)) return
-         wanted = min(selection%needed(cmplx(values, 0, wp)), size(values))
-         if (allocated(self%census)) call self%census%examine(values, 0*values, wanted, complete)
-         values = values(:wanted)
-         shapes = shapes(:, :wanted)
-      else
-         call lanczos(self%operator, selection, lanczos_options, values, shapes, ritz%statistics, error, monitor, &
-            options%verify, self%census, self%decomposition)
-      end if
+         wanted = min(selection%needed(cmplx(found%values, 0, wp)), size(found%values))
+         if (allocated(self%census)) call self%census%examine(found%values, 0*found%values, wanted, complete)
+         found%values = found%values(:wanted)
+         found%vectors = found%vectors(:, :wanted)
+      class default
+         call lanczos(self%operator, selection, filtered, self%state, found, error, monitor)
+      end select
       if (allocated(error)) return
       if (allocated(self%census)) self%certificate = self%census%certificate
-      if (options%verify .and. .not. self%recover_applies) call purify(self, values, shapes, ritz%statistics, error)
+      if (options%verify .and. .not. self%recover_applies) call purify(self, found%values, found%vectors, found%statistics, error)
       if (allocated(error)) return
-      allocate (ritz%mu(size(values)), source=cmplx(values, 0, wp))
-      allocate (ritz%vectors(size(shapes, 1), size(shapes, 2)))
+      ritz%statistics = found%statistics
+      allocate (ritz%mu(size(found%values)), source=cmplx(found%values, 0, wp))
+      allocate (ritz%vectors(size(found%vectors, 1), size(found%vectors, 2)))
       ! A column at a time, without a copy of all.
-      do j = 1, size(shapes, 2)
-         ritz%vectors(:, j) = cmplx(shapes(:, j), 0, wp)
+      do j = 1, size(found%vectors, 2)
+         ritz%vectors(:, j) = cmplx(found%vectors(:, j), 0, wp)
       end do
    end subroutine iterate
 

@@ -46,7 +46,8 @@ module kschur_transform
          import :: transform_type, modal_selection_type, krylov_options_type, ritz_pairs_type, error_type, monitor_type
          class(transform_type), target, intent(inout) :: self
          type(modal_selection_type), intent(in) :: selection
-         type(krylov_options_type), intent(in) :: options
+         !> Of which method: that is its type.
+         class(krylov_options_type), intent(in) :: options
          type(ritz_pairs_type), intent(out) :: ritz
          type(error_type), allocatable, intent(out) :: error
          class(monitor_type), intent(inout), optional :: monitor

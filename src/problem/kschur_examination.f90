@@ -189,7 +189,7 @@ contains
          formulation_damped_constrained, formulation_damped_constrained_zero])
       if (deflation%others > 0) then
          if (deflation%oscillator) then
-            call complete(deflation%zero, rigid, signed(problem%mass), nothing)
+            call complete(deflation%zero, rigid, signed(problem%mass, formulation), nothing)
          else
             call complete(deflation%zero, rigid, problem%damping, problem%mass)
          end if
@@ -203,7 +203,7 @@ contains
       call find_null_space(problem, problem%mass, inner, known%redundant, massless, effort, error)
       if (allocated(error)) return
       if (deflation%oscillator) then
-         call complete(deflation%infinite, massless, signed(problem%stiffness), nothing)
+         call complete(deflation%infinite, massless, signed(problem%stiffness, formulation), nothing)
       else
          call complete(deflation%infinite, massless, problem%damping, problem%stiffness)
       end if
@@ -226,14 +226,15 @@ contains
          end if
          call find_root_space(space, null_space%matrix, first, second, null_space%motions, left, error)
       end subroutine complete
-
-      ! The second coefficient of A - theta B, or of B - A/theta, where A is K or -K.
-      function signed(matrix)
-         type(csr_matrix_type), intent(in) :: matrix
-         type(csr_matrix_type) :: signed
-
-         signed = matrix
-         if (formulation == formulation_undamped) signed%value = -signed%value
-      end function signed
    end subroutine find_root_spaces
+
+   ! The second coefficient of A - theta B, or of B - A/theta, where A is K or -K.
+   function signed(matrix, formulation)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: formulation
+      type(csr_matrix_type) :: signed
+
+      signed = matrix
+      if (formulation == formulation_undamped) signed%value = -signed%value
+   end function signed
 end module kschur_examination

@@ -5,6 +5,7 @@
 !> C_rest T) has exactly the modes of the problem. A row of T has one entry at
 !> most: each unknown is a factor, |factor| <= 1, times one master.
 module kschur_presolve
+   use kschur_elimination, only: eliminate, ties_type
    use kschur_error, only: error_type, new_error, add_context, error_input
    use kschur_kinds, only: wp
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_proportional
@@ -13,34 +14,15 @@ module kschur_presolve
    private
    public :: presolve_type, presolve
 
-   ! Unknowns that one master may have tied to it; ties beyond stay multipliers, or T^T K T would fill.
-   integer, parameter :: max_slaves = 64
-   ! A coefficient vanishes at this part of its terms' magnitudes, and as much again for each number they are made of.
-   real(wp), parameter :: rounding = 2*epsilon(1.0_wp)
-
    !> What was eliminated, and the way back; made by `presolve`.
-   type :: presolve_type
+   type, extends(ties_type) :: presolve_type
       !> Unknowns of the problem and of the reduced one, n and n'.
       integer :: unknowns_before = 0, unknowns_after = 0
       !> Constraints of the problem and of the reduced one, m and m'.
       integer :: constraints_before = 0, constraints_after = 0
-      !> Constraints that went with an unknown each.
-      integer :: eliminated = 0
-      !> Constraints that follow from the eliminated ones.
-      integer :: redundant = 0
       ! T: phi(i) = factor(i) y(master(i)), 0 where master(i) = 0.
       integer, allocatable, private :: master(:)
       real(wp), allocatable, private :: factor(:)
-      ! The ties as they were made: phi(i) = ratio(i) phi(parent(i)). A master is its own parent, 0 that of the clamped.
-      integer, allocatable, private :: parent(:)
-      real(wp), allocatable, private :: ratio(:)
-      ! The relative error that each ratio may have gathered, in units of rounding.
-      real(wp), allocatable, private :: noise(:)
-      ! The eliminated rows in their order, the unknown each took and its coefficient then.
-      integer, allocatable, private :: row(:), unknown(:)
-      real(wp), allocatable, private :: pivot(:)
-      ! The rows that stay.
-      integer, allocatable, private :: kept(:)
    contains
       !> phi = T y: shapes of the problem from those of the reduced one.
       procedure :: expand_shapes
@@ -75,8 +57,14 @@ contains
 
       short_rows = .true.
       if (present(eliminating)) short_rows = eliminating
-      call eliminate(problem%constraints, short_rows, plan, constraints, error)
+      call eliminate(problem%constraints, short_rows, plan%ties_type, constraints, error)
       if (allocated(error)) return
+      plan%unknowns_before = problem%unknowns()
+      plan%constraints_before = problem%multipliers()
+      plan%constraints_after = constraints%rows
+      call number_unknowns(plan)
+      constraints%column = plan%master(constraints%column)
+      constraints%columns = plan%unknowns_after
       if (plan%unknowns_after == 0) then
          call new_error(error, error_input, "the constraints leave no motion")
       else if (plan%eliminated == 0) then
@@ -99,182 +87,6 @@ contains
       call add_context(error, "without the clamped and tied unknowns")
    end subroutine presolve
 
-   ! Finds the plan and C_rest T.
-   subroutine eliminate(constraints, short_rows, plan, rest, error)
-      type(csr_matrix_type), intent(in) :: constraints
-      !> Whether to eliminate short rows, or none.
-      logical, intent(in) :: short_rows
-      type(presolve_type), intent(inout) :: plan
-      type(csr_matrix_type), intent(out) :: rest
-      type(error_type), allocatable, intent(out) :: error
-      ! The entries first(i), next(first(i)) ... are those of master i; entry k stands in row(k).
-      integer, allocatable :: first(:), next(:), row(:)
-      ! The rows to be looked at, and how many eliminations each other row can stand before it may be short.
-      integer, allocatable :: stack(:), patience(:)
-      logical, allocatable :: short(:), settled(:)
-      ! The row at hand, `length` masters; of any master its coefficient there, the sum of its terms' sizes and errors.
-      integer, allocatable :: masters(:)
-      real(wp), allocatable :: values(:), errors(:), total(:), weight(:)
-      ! How many unknowns are tied to a master.
-      integer, allocatable :: slaves(:)
-      integer :: i, k, m, n, waiting, length
-
-      m = constraints%rows
-      n = constraints%columns
-      plan%unknowns_before = n
-      plan%constraints_before = m
-      allocate (plan%parent(0:n), source=[(i, i=0, n)])
-      allocate (plan%ratio(n), source=1.0_wp)
-      allocate (plan%noise(n), source=0.0_wp)
-      allocate (plan%row(m), plan%unknown(m), plan%pivot(m))
-      allocate (slaves(0:n), first(0:n), source=0)
-      allocate (row(constraints%nonzeros()), source=constraints%row_indices())
-      allocate (next(constraints%nonzeros()))
-      do k = constraints%nonzeros(), 1, -1
-         next(k) = first(constraints%column(k))
-         first(constraints%column(k)) = k
-      end do
-      allocate (masters(n), values(n), errors(n))
-      allocate (total(n), weight(n), source=0.0_wp)
-      allocate (patience(m), source=0)
-      allocate (settled(m), source=.false.)
-      ! Short rows first, at the end of the stack.
-      allocate (short(m), source=constraints%row_start(m + 1:2:-1) - constraints%row_start(m:1:-1) <= 2)
-      allocate (stack(m), source=[pack([(i, i=m, 1, -1)], .not. short), pack([(i, i=m, 1, -1)], short)])
-      waiting = merge(m, 0, short_rows)
-      do while (waiting > 0)
-         waiting = waiting - 1
-         call consider(stack(waiting + 1))
-      end do
-      allocate (plan%kept(count(.not. settled)), source=pack([(i, i=1, m)], .not. settled))
-      plan%constraints_after = size(plan%kept)
-      call number_unknowns(plan)
-      call rewrite()
-
-   contains
-
-      ! Eliminates an unknown with row r where it is short.
-      subroutine consider(r)
-         ! By value: its place on the stack is free again.
-         integer, value :: r
-         integer :: slave
-
-         call substitute(r)
-         ! One elimination shortens a row by two entries at most: one goes, the one it joins may cancel.
-         patience(r) = max(1, (length - 1)/2)
-         if (length == 0) then
-            plan%redundant = plan%redundant + 1
-            settled(r) = .true.
-         else if (length == 1) then
-            call take(r, 1, 0, 0.0_wp)
-         else if (length == 2 .and. sum(slaves(masters(:2))) < max_slaves) then
-            slave = 1
-            associate (a => abs(values(:2)))
-               if (a(2) > a(1) .or. (.not. a(1) > a(2) .and. slaves(masters(1)) > slaves(masters(2)))) slave = 2
-            end associate
-            call take(r, slave, masters(3 - slave), -values(3 - slave)/values(slave))
-         end if
-      end subroutine consider
-
-      ! Rewrites row r in masters; what vanishes is dropped.
-      subroutine substitute(r)
-         integer, intent(in) :: r
-         real(wp) :: factor, noise, term
-         integer :: found, k, master
-
-         found = 0
-         do k = constraints%row_start(r), constraints%row_start(r + 1) - 1
-            call find_master(plan, constraints%column(k), master, factor, noise)
-            term = factor*constraints%value(k)
-            if (.not. abs(term) > 0) cycle
-            if (.not. weight(master) > 0) then
-               found = found + 1
-               masters(found) = master
-            end if
-            total(master) = total(master) + term
-            weight(master) = weight(master) + (1 + noise)*abs(term)
-         end do
-
-         length = 0
-         do k = 1, found
-            master = masters(k)
-            if (abs(total(master)) > rounding*weight(master)) then
-               length = length + 1
-               masters(length) = master
-               values(length) = total(master)
-               errors(length) = weight(master)/abs(total(master))
-            end if
-            total(master) = 0
-            weight(master) = 0
-         end do
-      end subroutine substitute
-
-      ! Ties entry j of row r, at hand, to a master, or clamps it (master 0, ratio 0); wakes the rows it stands in.
-      subroutine take(r, j, master, ratio)
-         integer, intent(in) :: r, j, master
-         real(wp), intent(in) :: ratio
-         integer :: slave, k, last
-
-         slave = masters(j)
-         plan%eliminated = plan%eliminated + 1
-         plan%row(plan%eliminated) = r
-         plan%unknown(plan%eliminated) = slave
-         plan%pivot(plan%eliminated) = values(j)
-         plan%parent(slave) = master
-         plan%ratio(slave) = ratio
-         plan%noise(slave) = sum(errors(:length))
-         slaves(master) = slaves(master) + slaves(slave) + 1
-         settled(r) = .true.
-         k = first(slave)
-         last = k
-         do while (k > 0)
-            last = k
-            patience(row(k)) = patience(row(k)) - 1
-            if (patience(row(k)) == 0 .and. .not. settled(row(k))) then
-               waiting = waiting + 1
-               stack(waiting) = row(k)
-            end if
-            k = next(k)
-         end do
-         next(last) = first(master)
-         first(master) = first(slave)
-      end subroutine take
-
-      ! The rows that stay.
-      subroutine rewrite()
-         integer :: row(size(next)), column(size(next)), i, entries
-         real(wp) :: value(size(next))
-
-         entries = 0
-         do i = 1, size(plan%kept)
-            call substitute(plan%kept(i))
-            row(entries + 1:entries + length) = i
-            column(entries + 1:entries + length) = plan%master(masters(:length))
-            value(entries + 1:entries + length) = values(:length)
-            entries = entries + length
-         end do
-         call new_csr_from_triplets(rest, size(plan%kept), plan%unknowns_after, row(:entries), column(:entries), &
-            value(:entries), error)
-      end subroutine rewrite
-   end subroutine eliminate
-
-   ! x_i = factor x_master, a product of at most max_slaves + 1 ratios; where x_i is clamped both are 0.
-   pure subroutine find_master(plan, i, master, factor, noise)
-      type(presolve_type), intent(in) :: plan
-      integer, intent(in) :: i
-      integer, intent(out) :: master
-      real(wp), intent(out) :: factor, noise
-
-      master = i
-      factor = 1
-      noise = 0
-      do while (plan%parent(master) /= master)
-         factor = factor*plan%ratio(master)
-         noise = noise + plan%noise(master)
-         master = plan%parent(master)
-      end do
-   end subroutine find_master
-
    ! T.
    subroutine number_unknowns(plan)
       type(presolve_type), intent(inout) :: plan
@@ -286,7 +98,7 @@ contains
       do i = 1, plan%unknowns_before
          if (plan%parent(i) == i) plan%unknowns_after = plan%unknowns_after + 1
          number(i) = plan%unknowns_after
-         call find_master(plan, i, plan%master(i), plan%factor(i), noise)
+         call plan%find_master(i, plan%master(i), plan%factor(i), noise)
       end do
       plan%master = number(plan%master)
    end subroutine number_unknowns

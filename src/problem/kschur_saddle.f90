@@ -7,7 +7,7 @@ module kschur_saddle
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
    implicit none
    private
-   public :: saddle_blocks, symmetric_saddle
+   public :: saddle_blocks, saddle_structure, symmetric_saddle
 
 contains
 
@@ -22,16 +22,25 @@ contains
       type(matrix_structure_type), intent(out) :: structure
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: parts(2)
-      integer :: i
 
       parts(1) = problem%stiffness
       parts(2) = problem%mass
       call border(linear_combination([1.0_wp, -s], parts), problem%constraints, factors, matrix, error)
       if (allocated(error)) return
+      structure = saddle_structure(problem)
       structure%symmetric = .true.
-      structure%multipliers = size(factors)
-      allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
    end subroutine symmetric_saddle
+
+   !> What a solver may know of [A, Cq^T; Cq, 0] where A is made of M, R and K.
+   pure function saddle_structure(problem) result(structure)
+      type(modal_problem_type), intent(in) :: problem
+      type(matrix_structure_type) :: structure
+      integer :: i
+
+      structure%symmetric = problem%symmetric
+      structure%multipliers = problem%multipliers()
+      allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
+   end function saddle_structure
 
    !> [M 0; 0 0], [R 0; 0 0] and [K Cq^T D; D Cq 0], D a diagonal of
    !> factors: sigma^2, sigma and 1 times them is the matrix to be factored.

@@ -5,6 +5,7 @@ module kschur_scaled_stiffness
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
+   use kschur_saddle, only: saddle_structure
    use kschur_sparse, only: csr_matrix_type, identity_csr_matrix, linear_combination, new_csr_from_triplets, transpose_csr
    implicit none
    private
@@ -55,8 +56,7 @@ contains
       integer, optional, intent(in) :: attempt
       type(csr_matrix_type) :: k
       type(matrix_structure_type) :: structure
-      real(wp), allocatable :: level(:), borders(:)
-      real(wp), allocatable :: trial(:, :)
+      real(wp), allocatable :: borders(:), trial(:, :)
       integer, allocatable :: row(:), constraint(:)
       integer :: n, m, i, seed
       integer(long) :: state
@@ -70,24 +70,13 @@ contains
       seed = 1
       if (present(attempt)) seed = attempt
       self%regularization = 3.0_wp**(seed - 1)*self%regularization
-      structure%symmetric = problem%symmetric
+      structure = saddle_structure(problem)
       if (.not. problem%symmetric) structure%symmetric = k%is_symmetric()
       associate (cq => problem%constraints)
-         allocate (level(n), source=k%row_maxima())
-         if (all(.not. level > 0)) level = 1
-         where (.not. level > 0) level = maxval(level)
-         ! Powers of two: scaling rounds nothing.
-         allocate (self%scaling(n), source=scale(1.0_wp, -exponent(level)/2))
+         call set_scalings(self, k, cq)
          allocate (row(k%nonzeros()), source=k%row_indices())
          allocate (constraint(cq%nonzeros()), source=cq%row_indices())
-         allocate (borders(cq%nonzeros()), source=cq%value*self%scaling(cq%column))
-         allocate (self%constraint_scaling(m))
-         do i = 1, m
-            associate (border => borders(cq%row_start(i):cq%row_start(i + 1) - 1))
-               self%constraint_scaling(i) = scale(1.0_wp, -exponent(maxval(abs(border))))
-               border = self%constraint_scaling(i)*border
-            end associate
-         end do
+         allocate (borders(cq%nonzeros()), source=self%constraint_scaling(constraint)*(cq%value*self%scaling(cq%column)))
          call new_csr_from_triplets(self%matrix, n + m, n + m, &
             [row, [(i, i=1, n)], n + constraint, cq%column], [k%column, [(i, i=1, n)], cq%column, n + constraint], &
             [self%scaling(row)*k%value*self%scaling(k%column), &
@@ -98,8 +87,6 @@ contains
          self%matrix = linear_combination([1.0_wp, 1.0_wp], [csr_matrix_type :: self%matrix, self%random])
       end if
       if (allocated(error)) return
-      structure%multipliers = m
-      allocate (structure%node(n), source=[(i, i=1, n)])
       call self%solver%factorize(self%matrix, structure, error)
       if (allocated(error) .or. structure%symmetric) return
       allocate (trial(n + m, 1), source=0.0_wp)
@@ -109,6 +96,26 @@ contains
       call self%solver%solve(trial, error)
       if (.not. allocated(error)) self%too_singular = .not. norm2(trial(:n, :)) <= too_large/self%regularization
    end subroutine new_scaled_stiffness
+
+   ! D and S. Powers of two: scaling rounds nothing.
+   subroutine set_scalings(self, k, constraints)
+      type(scaled_stiffness_type), intent(inout) :: self
+      type(csr_matrix_type), intent(in) :: k, constraints
+      real(wp) :: level(k%rows)
+      integer :: i
+
+      level = k%row_maxima()
+      if (all(.not. level > 0)) level = 1
+      where (.not. level > 0) level = maxval(level)
+      allocate (self%scaling(k%rows), source=scale(1.0_wp, -exponent(level)/2))
+      allocate (self%constraint_scaling(constraints%rows))
+      do i = 1, constraints%rows
+         associate (first => constraints%row_start(i), last => constraints%row_start(i + 1) - 1)
+            self%constraint_scaling(i) = scale(1.0_wp, -exponent(maxval( &
+               abs(constraints%value(first:last)*self%scaling(constraints%column(first:last))))))
+         end associate
+      end do
+   end subroutine set_scalings
 
    ! Numbers of a size, of either sign, where M, R or K or their transposes have entries.
    function random_on_pattern(problem, size_of_entries, order, seed) result(matrix)

@@ -14,7 +14,7 @@ module kschur_band_parts
    !> Half of the width of the gaps where a band is cut, relative to their place.
    real(wp), parameter, public :: half_gap = 1.0e-5_wp
    !> No more modes than this are computed at once.
-   integer, parameter, public :: most_modes = 10000
+   integer, parameter :: most_modes = 10000
    ! A part with more modes than this is cut.
    integer, parameter :: enough = 100
    ! A part narrower than this, relative to its place, is not cut.

@@ -4,10 +4,10 @@ module kschur_iteration
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_krylov_options, only: krylov_statistics_type, ritz_pairs_type
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_outcome, only: reason_converged
-   use kschur_settings, only: iteration_options
+   use kschur_settings, only: set_iteration_options
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -27,6 +27,7 @@ contains
       type(krylov_statistics_type), intent(out) :: statistics
       type(error_type), allocatable, intent(out) :: error
       type(modal_selection_type) :: selection
+      class(krylov_options_type), allocatable :: options
       type(ritz_pairs_type) :: ritz
       ! Eigenvalues of modes that are not to be found, but count.
       complex(wp), allocatable :: known(:)
@@ -35,9 +36,9 @@ contains
 
       allocate (known, source=s%known%deflation%eigenvalues())
       selection = modal_selection_type(asked, s%transform%map, s%transform%shift, s%options%target, known)
-      call s%transform%iterate(selection, iteration_options(s%options, s%formulation, asked, &
-         count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator), &
-         ritz, error, s%monitor)
+      call set_iteration_options(s%options, s%formulation, asked, &
+         count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
+      call s%transform%iterate(selection, options, ritz, error, s%monitor)
       if (allocated(error)) return
       statistics = ritz%statistics
       associate (effort => s%effort)

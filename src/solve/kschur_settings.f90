@@ -1,6 +1,7 @@
 !> What a method asks of everything around it: Krylov-Schur, ARPACK in its place, or ARPACK as
 !> the paper compares with it.
 module kschur_settings
+   use kschur_arpack_options, only: arpack_options_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_formulation, only: is_structured
    use kschur_kinds, only: wp
@@ -10,7 +11,7 @@ module kschur_settings
       formulation_undamped_constrained_zero, method_arpack, method_names, scaling_none
    implicit none
    private
-   public :: check_options, iteration_options, method_name, settings_of
+   public :: check_options, set_iteration_options, method_name, settings_of
 
 contains
 
@@ -91,35 +92,34 @@ contains
    end function method_name
 
    !> What the iteration is told.
-   pure function iteration_options(options, formulation, asked, known, oscillator) result(krylov)
+   subroutine set_iteration_options(options, formulation, asked, known, oscillator, krylov)
       type(modal_options_type), intent(in) :: options
       integer, intent(in) :: formulation
       !> How many modes are wanted; how many of them are known beforehand.
       integer, intent(in) :: asked, known
       !> Whether a mode is one eigenvalue; otherwise it is two.
       logical, intent(in) :: oscillator
-      type(krylov_options_type) :: krylov
-      integer :: values
+      class(krylov_options_type), allocatable, intent(out) :: krylov
+      integer :: values, subspace
 
       values = merge(1, 2, oscillator)*asked
-      krylov%method = options%method
-      krylov%raw = options%is_plain()
-      krylov%subspace = options%subspace
+      subspace = options%subspace
       if (options%method == method_arpack) then
-         if (.not. krylov%raw) then
+         if (.not. options%is_plain()) then
             values = max(values - merge(1, 2, oscillator)*known, 1)
             ! The wanted eigenvalues are nearest to the target, those of ARPACK to the shift. A certificate
             ! wants to see the next ones.
             values = values + merge(2, max(values/4, 2), oscillator)
          end if
-         krylov%values = values
-      else if (krylov%subspace == 0 .and. is_structured(formulation)) then
+         allocate (krylov, source=arpack_options_type(values=values, raw=options%is_plain()))
+      else
+         allocate (krylov_options_type :: krylov)
          ! So much that a restart is rare; memory is touched as far as it is used.
-         krylov%subspace = 3*values + 40
+         if (subspace == 0 .and. is_structured(formulation)) subspace = 3*values + 40
       end if
-      krylov%subspace = subspace_dimension(krylov%subspace, values)
+      krylov%subspace = subspace_dimension(subspace, values)
       krylov%tolerance = options%tolerance
       krylov%max_restarts = options%max_restarts
       krylov%seed = options%seed
-   end function iteration_options
+   end subroutine set_iteration_options
 end module kschur_settings

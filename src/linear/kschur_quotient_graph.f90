@@ -1,0 +1,280 @@
+!> The graph that is ordered instead of a constrained matrix: nodes in place of unknowns, and edges or vertices
+!> of their own in place of constraints.
+module kschur_quotient_graph
+   use, intrinsic :: iso_c_binding, only: c_int32_t
+   use kschur_error, only: error_type, new_error, error_library
+   use kschur_kinds, only: long
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: graph_type, merge_nodes, quotient_graph, stable_order
+
+   !> The neighbours of vertex v are neighbour(start(v):start(v+1)-1).
+   type :: graph_type
+      integer, allocatable :: start(:), neighbour(:)
+   end type graph_type
+
+   ! A constraint of more entries than this, in its row and its column together,
+   ! becomes a vertex of the graph; a shorter one joins the nodes it touches, as
+   ! eliminating it would.
+   integer, parameter :: longest_clique = 48
+
+contains
+
+   !> Gives nodes with the same neighbours one number: what they are best eliminated after is the same too, and
+   !> the graph of a solid has a third of the vertices (C. Ashcraft, SIAM J. Sci. Comput. 16 (1995)).
+   subroutine merge_nodes(row_start, column, unknowns, nodes, node)
+      integer, intent(in) :: row_start(:), column(:), unknowns
+      !> How many there are, and the one of each unknown.
+      integer, intent(inout) :: nodes, node(:)
+      integer(long), parameter :: prime = 2147483647_long
+      ! The unknowns by node, first(v) ... first(v+1)-1 those of v.
+      integer, allocatable :: order(:), first(:)
+      ! Of each set of neighbours, the node itself included: how many they are, and two sums that tell sets apart.
+      integer(long), allocatable :: marks(:, :)
+      ! Node v is next in the chain of those whose sums fall on one head.
+      integer, allocatable :: head(:), next(:), seen(:), number(:)
+      integer :: merged, v, r
+
+      call stable_order(node(:unknowns), nodes, order)
+      allocate (first(nodes + 1), head(nodes), next(nodes), number(nodes), source=0)
+      allocate (seen(nodes + size(row_start) - 1 - unknowns), source=0)
+      allocate (marks(3, nodes))
+      first = unknowns + 1
+      do v = unknowns, 1, -1
+         first(node(order(v))) = v
+      end do
+      merged = 0
+      do v = 1, nodes
+         call look()
+         associate (place => head(1 + modulo(sum(marks(:, v)), int(nodes, long))))
+            r = place
+            do while (r > 0)
+               if (all(marks(:, r) == marks(:, v))) then
+                  if (neighbours_are_those_of(r)) exit
+               end if
+               r = next(r)
+            end do
+            if (r == 0) then
+               next(v) = place
+               place = v
+               merged = merged + 1
+               number(v) = merged
+            else
+               number(v) = number(r)
+            end if
+         end associate
+      end do
+      nodes = merged
+      node(:unknowns) = number(node(:unknowns))
+
+   contains
+
+      ! A node, or a multiplier, by number.
+      integer function neighbour(k)
+         integer, intent(in) :: k
+
+         if (column(k) <= unknowns) then
+            neighbour = node(column(k))
+         else
+            neighbour = nodes + column(k) - unknowns
+         end if
+      end function neighbour
+
+      ! Marks the neighbours of node v as seen from there.
+      subroutine look()
+         integer :: i, k
+
+         marks(:, v) = 0
+         call see(v)
+         do i = first(v), first(v + 1) - 1
+            do k = row_start(order(i)), row_start(order(i) + 1) - 1
+               call see(neighbour(k))
+            end do
+         end do
+      end subroutine look
+
+      subroutine see(w)
+         integer, intent(in) :: w
+
+         if (seen(w) == v) return
+         seen(w) = v
+         marks(:, v) = marks(:, v) + [1_long, int(w, long), modulo(int(w, long)**2, prime)]
+      end subroutine see
+
+      ! As many are seen from v.
+      logical function neighbours_are_those_of(r) result(same)
+         integer, intent(in) :: r
+         integer :: i, k
+
+         same = seen(r) == v
+         do i = first(r), first(r + 1) - 1
+            do k = row_start(order(i)), row_start(order(i) + 1) - 1
+               same = same .and. seen(neighbour(k)) == v
+            end do
+         end do
+      end function neighbours_are_those_of
+   end subroutine merge_nodes
+
+   !> The symmetric graph of nodes and long constraints, without loops and
+   !> repetitions. Gives long constraints vertices of their own.
+   subroutine quotient_graph(row_start, column, unknowns, vertices, vertex, graph, error)
+      integer, intent(in) :: row_start(:), column(:), unknowns
+      integer, intent(inout) :: vertices, vertex(:)
+      type(graph_type), intent(out) :: graph
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: from(:), to(:), members(:), touching_start(:), touching(:)
+      integer(long) :: edges
+      integer :: n, pass, i, j, k
+
+      n = size(row_start) - 1
+      call constraint_members(row_start, column, unknowns, touching_start, touching)
+      do i = unknowns + 1, n
+         if (touching_start(i - unknowns + 1) - touching_start(i - unknowns) > longest_clique) then
+            vertices = vertices + 1
+            vertex(i) = vertices
+         end if
+      end do
+
+      do pass = 1, 2
+         edges = 0
+         do i = 1, n
+            if (vertex(i) == 0) cycle
+            do k = row_start(i), row_start(i + 1) - 1
+               j = column(k)
+               if (vertex(j) > 0) call add_edge(vertex(i), vertex(j))
+            end do
+         end do
+         do i = unknowns + 1, n
+            if (vertex(i) > 0) cycle
+            members = touching(touching_start(i - unknowns):touching_start(i - unknowns + 1) - 1)
+            do j = 1, size(members)
+               do k = 1, j - 1
+                  call add_edge(vertex(members(j)), vertex(members(k)))
+               end do
+            end do
+         end do
+         if (pass == 2) exit
+         ! METIS counts in 32 bits.
+         if (2*edges > huge(1_c_int32_t)) then
+            call new_error(error, error_library, "METIS could not order the matrix: its graph has more than "// &
+               text(huge(1_c_int32_t))//" entries")
+            return
+         end if
+         allocate (from(2*edges), to(2*edges))
+      end do
+
+      call new_graph(graph, vertices, from, to)
+
+   contains
+
+      subroutine add_edge(a, b)
+         integer, intent(in) :: a, b
+
+         if (a == b) return
+         edges = edges + 1
+         if (pass == 1) return
+         from(2*edges - 1) = a
+         to(2*edges - 1) = b
+         from(2*edges) = b
+         to(2*edges) = a
+      end subroutine add_edge
+   end subroutine quotient_graph
+
+   ! A graph from its edges, each of which may be there several times.
+   subroutine new_graph(graph, vertices, from, to)
+      type(graph_type), intent(out) :: graph
+      integer, intent(in) :: vertices
+      integer, intent(inout) :: from(:), to(:)
+      integer, allocatable :: order(:), last(:)
+      integer :: edges, k, v
+
+      call stable_order(to, vertices, order)
+      to = to(order)
+      from = from(order)
+      call stable_order(from, vertices, order)
+      allocate (graph%start(vertices + 1), last(vertices), source=0)
+      allocate (graph%neighbour(size(order)))
+      edges = 0
+      do k = 1, size(order)
+         associate (a => from(order(k)), b => to(order(k)))
+            if (last(a) == b) cycle
+            last(a) = b
+            edges = edges + 1
+            graph%neighbour(edges) = b
+            graph%start(a + 1) = graph%start(a + 1) + 1
+         end associate
+      end do
+      graph%neighbour = graph%neighbour(:edges)
+      graph%start(1) = 1
+      do v = 1, vertices
+         graph%start(v + 1) = graph%start(v + 1) + graph%start(v)
+      end do
+   end subroutine new_graph
+
+   ! The unknowns each multiplier touches, by its row or by its column.
+   subroutine constraint_members(row_start, column, unknowns, start, member)
+      integer, intent(in) :: row_start(:), column(:), unknowns
+      integer, allocatable, intent(out) :: start(:), member(:)
+      integer :: pass, i, k, n
+      integer, allocatable :: next(:)
+
+      n = size(row_start) - 1
+      allocate (start(n - unknowns + 1), source=0)
+      allocate (next(n - unknowns), source=0)
+      do pass = 1, 2
+         do i = unknowns + 1, n
+            do k = row_start(i), row_start(i + 1) - 1
+               if (column(k) <= unknowns) call place(i - unknowns, column(k))
+            end do
+         end do
+         do i = 1, unknowns
+            do k = row_start(i), row_start(i + 1) - 1
+               if (column(k) > unknowns) call place(column(k) - unknowns, i)
+            end do
+         end do
+         if (pass == 2) exit
+         start(1) = 1
+         do i = 1, n - unknowns
+            start(i + 1) = start(i + 1) + start(i)
+         end do
+         next = start(:n - unknowns)
+         allocate (member(start(n - unknowns + 1) - 1))
+      end do
+
+   contains
+
+      subroutine place(constraint, unknown)
+         integer, intent(in) :: constraint, unknown
+
+         if (pass == 1) then
+            start(constraint + 1) = start(constraint + 1) + 1
+         else
+            member(next(constraint)) = unknown
+            next(constraint) = next(constraint) + 1
+         end if
+      end subroutine place
+   end subroutine constraint_members
+
+   !> Positions 1..size(key) by ascending key (1..keys), equal keys in their order.
+   subroutine stable_order(key, keys, order)
+      integer, intent(in) :: key(:), keys
+      integer, allocatable, intent(out) :: order(:)
+      integer, allocatable :: next(:)
+      integer :: i
+
+      allocate (next(keys + 1), source=0)
+      allocate (order(size(key)))
+      do i = 1, size(key)
+         next(key(i) + 1) = next(key(i) + 1) + 1
+      end do
+      next(1) = 1
+      do i = 1, keys
+         next(i + 1) = next(i + 1) + next(i)
+      end do
+      do i = 1, size(key)
+         order(next(key(i))) = i
+         next(key(i)) = next(key(i)) + 1
+      end do
+   end subroutine stable_order
+end module kschur_quotient_graph
