@@ -227,29 +227,48 @@ contains
    end subroutine drop_beyond
 
    !> Puts pairs in the place of modes: the same ones, but better. Those that became others of the list go.
-   subroutine replace_pairs(problem, pairs, modes)
+   subroutine replace_pairs(problem, wanted, pairs, modes)
       type(modal_problem_type), intent(in) :: problem
+      !> No more modes than this.
+      integer, intent(in) :: wanted
       !> Used up.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
       type(eigenpairs_type) :: before
       logical :: repeated(size(pairs%lambda)), others(size(pairs%lambda))
-      integer :: j
+      ! A copy follows the mode that it is one of.
+      integer, allocatable :: order(:), origin(:)
+      integer :: j, k, copies
 
+      k = size(repeated)
       allocate (before%lambda, source=modes%lambda)
       call move_alloc(modes%phi, before%phi)
       if (allocated(pairs%weights)) allocate (before%weights, source=pairs%weights)
+      ! A pair that comes to the real axis is two eigenvalues there.
+      allocate (pairs%paired(k), source=abs(aimag(before%lambda)) > 0)
       call settle_pairs(problem, pairs, 0, modes%backward_error, modes%error_bound)
       call normalize(pairs, size(pairs%lambda))
       repeated = .false.
-      do j = 1, size(repeated)
+      do j = 1, k
          others = .not. repeated
          others(j) = .false.
          ! Shapes of a defective eigenvalue were the same before.
          if (depends(pairs, others, j)) repeated(j) = .not. depends(before, others, j)
       end do
+      allocate (order(0), origin(0))
+      copies = 0
+      do j = 1, k
+         order = [order, j]
+         origin = [origin, j]
+         if (.not. pairs%paired(j) .or. abs(aimag(pairs%lambda(j))) > 0) cycle
+         copies = copies + 1
+         order = [order, k + copies]
+         origin = [origin, j]
+      end do
       call move_pairs(pairs, modes)
-      call modes%drop(repeated)
+      call modes%take(order)
+      call modes%drop(repeated(origin))
+      if (size(modes%lambda) > wanted) call modes%take([(j, j=1, wanted)])
    end subroutine replace_pairs
 
    !> About the highest frequency or decay (1/s) that the matrices have.
@@ -317,7 +336,7 @@ contains
       integer, intent(in) :: k
       type(wanted_type), intent(in) :: wanted
       logical :: repeats(k)
-      complex(wp), allocatable :: rest(:)
+      complex(wp), allocatable :: zeros(:, :), shape(:)
       ! A root whose inertia is less than this part of the terms of stiffness is made of their rounding.
       real(wp), parameter :: blurring = 100*epsilon(1.0_wp)
       complex(wp) :: m, r, s
@@ -326,13 +345,16 @@ contains
 
       repeats = .false.
       if (wanted%rigid == 0) return
-      do j = 1, size(repeats)
-         rest = pairs%phi(:, j)
-         do i = k + 1, k + wanted%rigid
-            if (abs(pairs%lambda(i)) > 0) cycle
-            rest = rest - dot_product(pairs%phi(:, i), rest)*pairs%phi(:, i)
-         end do
-         repeats(j) = length(rest) <= dependent
+      allocate (zeros(size(pairs%phi, 1), 0), shape(size(pairs%phi, 1)))
+      do i = k + 1, k + wanted%rigid
+         if (abs(pairs%lambda(i)) > 0) cycle
+         call take_rest(pairs, i, zeros, shape)
+         if (length(shape) > epsilon(1.0_wp)/dependent) zeros = reshape([zeros, shape/length(shape)], &
+            [size(zeros, 1), size(zeros, 2) + 1])
+      end do
+      do j = 1, k
+         call take_rest(pairs, j, zeros, shape)
+         repeats(j) = length(shape) <= dependent
       end do
       largest = minval(abs(pairs%lambda(:k)), .not. repeats)
       if (all(repeats)) largest = 0
@@ -344,8 +366,28 @@ contains
          call form(problem%stiffness, pairs%phi(:, j), s, k_terms)
          repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= no_energy*r_terms .or. &
             abs(pairs%lambda(j)**2)*m_terms <= blurring*k_terms .or. &
-            abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r))
+            abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r)) .and. .not. is_decay(j)
       end do
+
+   contains
+
+      ! Whether damping and inertia balance each other. Of an unsymmetric problem shape^* R shape does not tell.
+      logical function is_decay(j)
+         integer, intent(in) :: j
+         real(wp), parameter :: most = 0.5_wp
+         complex(wp), dimension(size(pairs%phi, 1), 1) :: inertia, total
+         real(wp) :: units(size(pairs%phi, 1))
+
+         inertia = 0
+         call problem%mass%add_product(pairs%lambda(j), pairs%phi(:, j:j), inertia)
+         total = inertia
+         call problem%damping%add_product((1.0_wp, 0.0_wp), pairs%phi(:, j:j), total)
+         units = 1
+         if (allocated(pairs%weights)) then
+            where (pairs%weights > 0) units = 1/pairs%weights
+         end if
+         is_decay = norm2(units*abs(total(:, 1))) < most*norm2(units*abs(inertia(:, 1)))
+      end function is_decay
    end function repeats_zero
 
    ! Whether the shape of pair j lies in the span of those of `others` that share its eigenvalue.
@@ -354,16 +396,16 @@ contains
       logical, intent(in) :: others(:)
       integer, intent(in) :: j
       complex(wp), allocatable :: u(:), v(:), span(:, :)
-      integer :: i, l, pass, kept
+      integer :: i
 
       allocate (span(size(pairs%phi, 1), 0))
       allocate (u(size(pairs%phi, 1)), v(size(pairs%phi, 1)))
       depends = .true.
-      call take_shape(j, v)
+      call take_rest(pairs, j, span, v)
       do i = 1, size(others)
          if (.not. others(i)) cycle
          if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_pair*abs(pairs%lambda(j))) cycle
-         call take_shape(i, u)
+         call take_rest(pairs, i, span, u)
          u = v - dot_product(u, v)*u
          if (length(u) <= dependent) return
       end do
@@ -372,31 +414,32 @@ contains
             if (.not. others(i)) cycle
             if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_value*abs(pairs%lambda(j))) cycle
          end if
-         call take_shape(merge(j, i, i > size(others)), u)
-         kept = size(span, 2)
-         do pass = 1, 2
-            do l = 1, kept
-               u = u - dot_product(span(:, l), u)*span(:, l)
-            end do
-         end do
+         call take_rest(pairs, merge(j, i, i > size(others)), span, u)
          if (i > size(others)) exit
          if (length(u) <= epsilon(1.0_wp)/dependent) cycle
-         span = reshape([span, u/length(u)], [size(u), kept + 1])
+         span = reshape([span, u/length(u)], [size(u), size(span, 2) + 1])
       end do
       depends = length(u) <= dependent
-
-   contains
-
-      subroutine take_shape(i, shape)
-         integer, intent(in) :: i
-         complex(wp), contiguous, intent(out) :: shape(:)
-
-         shape = pairs%phi(:, i)
-         if (.not. allocated(pairs%weights)) return
-         shape = pairs%weights*shape
-         shape = shape/max(length(shape), tiny(1.0_wp))
-      end subroutine take_shape
    end function depends
+
+   ! What the shape of pair i, of unit norm in the units in which shapes are compared, has outside a span.
+   subroutine take_rest(pairs, i, span, rest)
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: i
+      !> Orthonormal columns.
+      complex(wp), intent(in) :: span(:, :)
+      complex(wp), contiguous, intent(out) :: rest(:)
+      integer :: l, pass
+
+      rest = pairs%phi(:, i)
+      if (allocated(pairs%weights)) rest = pairs%weights*rest
+      rest = rest/max(length(rest), tiny(1.0_wp))
+      do pass = 1, 2
+         do l = 1, size(span, 2)
+            rest = rest - dot_product(span(:, l), rest)*span(:, l)
+         end do
+      end do
+   end subroutine take_rest
 
    ! Of the nearer one of lambda and its conjugate.
    elemental real(wp) function distances(lambda, target)

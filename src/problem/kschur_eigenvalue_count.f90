@@ -33,6 +33,9 @@ contains
       total%exact = deflation%infinite_is_known
       if (total%exact) then
          total%number = 2*motions - each*deflation%infinite%multiplicity()
+         ! Where damping is proportional, a motion without mass has one root (1 + beta lambda) k = 0.
+         if (deflation%oscillator .and. abs(problem%beta) > 0) &
+            total%number = total%number + deflation%infinite%multiplicity()
       else
          with_mass = min(motions, count(problem%mass%row_maxima() > 0))
          total%number = with_mass + merge(with_mass, motions, problem%damping%is_zero())

@@ -46,7 +46,7 @@ module kschur_examination
 
 contains
 
-   !> Finds the eigenvalue zero, and what can be deflated or locked with it. `known%redundant` is looked at.
+   !> Finds the eigenvalue zero, and what can be deflated or locked with it.
    subroutine find_rigid(problem, formulation, modes, inner, known, effort, error)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
@@ -60,7 +60,7 @@ contains
       type(null_space_type) :: null_space
       logical :: nearly_all
 
-      call find_null_space(problem, problem%stiffness, inner, known%redundant, null_space, effort, error)
+      call find_null_space(problem, problem%stiffness, inner, null_space, effort, error)
       if (.not. allocated(error)) call check_inertia(problem, null_space%motions, error)
       if (allocated(error)) return
       call set_rigid(problem, null_space, known)
@@ -104,11 +104,10 @@ contains
    end subroutine set_rigid
 
    ! The null space of a matrix of the problem on the motions that the constraints allow.
-   subroutine find_null_space(problem, matrix, inner, redundant, null_space, effort, error)
+   subroutine find_null_space(problem, matrix, inner, null_space, effort, error)
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
       type(inner_solvers_type), intent(in) :: inner
-      integer, intent(in) :: redundant
       type(null_space_type), intent(out) :: null_space
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
@@ -123,8 +122,8 @@ contains
          if (allocated(error)) exit
          associate (factored => null_space%matrix)
             call effort%add_factors(factored%solver)
-            ! A null pivot that is not that of a redundant constraint hides a motion.
-            if (.not. factored%too_singular .and. factored%solver%null_pivots <= redundant) exit
+            ! A null pivot hides a motion.
+            if (.not. factored%too_singular .and. factored%solver%null_pivots == 0) exit
          end associate
       end do
       if (.not. allocated(error)) &
@@ -200,7 +199,7 @@ contains
          deflation%infinite_is_known = .true.
          return
       end if
-      call find_null_space(problem, problem%mass, inner, known%redundant, massless, effort, error)
+      call find_null_space(problem, problem%mass, inner, massless, effort, error)
       if (allocated(error)) return
       if (deflation%oscillator) then
          call complete(deflation%infinite, massless, signed(problem%stiffness, formulation), nothing)

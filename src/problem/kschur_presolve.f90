@@ -36,6 +36,8 @@ module kschur_presolve
       procedure :: weights
       !> The largest unit of a reduced unknown in those as given over the smallest.
       procedure :: spread_of_units
+      !> Leaves constraints of the reduced problem out that follow from its others.
+      procedure :: leave_out
       !> Measures the reduced unknowns in other units: y(i) is now units(i) times as much.
       procedure :: change_units
    end type presolve_type
@@ -174,6 +176,31 @@ contains
       spread_of_units = 1
       if (size(units) > 0) spread_of_units = maxval(units)/minval(units)
    end function spread_of_units
+
+   subroutine leave_out(self, follows, reduced, error)
+      class(presolve_type), intent(inout) :: self
+      logical, intent(in) :: follows(:)
+      type(modal_problem_type), intent(inout) :: reduced
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: rest
+      integer, allocatable :: row(:), number(:)
+      logical, allocatable :: stays(:)
+      integer :: i
+
+      if (.not. any(follows)) return
+      associate (cq => reduced%constraints)
+         allocate (row(cq%nonzeros()), source=cq%row_indices())
+         allocate (number(cq%rows), source=[(count(.not. follows(:i)), i=1, cq%rows)])
+         allocate (stays(size(row)), source=.not. follows(row))
+         call new_csr_from_triplets(rest, count(.not. follows), cq%columns, pack(number(row), stays), &
+            pack(cq%column, stays), pack(cq%value, stays), error)
+      end associate
+      if (allocated(error)) return
+      reduced%constraints = rest
+      self%kept = pack(self%kept, .not. follows)
+      self%constraints_after = size(self%kept)
+      self%redundant = self%redundant + count(follows)
+   end subroutine leave_out
 
    pure subroutine change_units(self, units)
       class(presolve_type), intent(inout) :: self

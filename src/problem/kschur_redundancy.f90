@@ -1,14 +1,15 @@
-!> How many constraints follow from the others.
+!> How many constraints follow from the others, and which.
 module kschur_redundancy
    use kschur_effort, only: effort_type
    use kschur_error, only: error_type
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_mumps_real, only: mumps_real_type
+   use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
    implicit none
    private
-   public :: count_redundant
+   public :: count_redundant, find_redundant
 
    ! A singular value of the scaled Cq below the root of this is zero.
    real(wp), parameter :: negligible = 1.0e-13_wp
@@ -31,22 +32,11 @@ contains
       class(real_linear_solver_type), allocatable :: solver
       type(matrix_structure_type) :: structure
       type(csr_matrix_type) :: matrix
-      real(wp), allocatable :: value(:)
-      integer, allocatable :: row(:), column(:)
-      integer :: m, n, i
+      integer :: columns
 
       redundant = 0
-      m = constraints%rows
-      if (m == 0) return
-      call number_columns(constraints, column, n)
-      allocate (row(size(column)), source=constraints%row_indices())
-      allocate (value(size(column)), source=constraints%value)
-      do i = 1, scalings
-         call equilibrate(column, n, value)
-         call equilibrate(row, m, value)
-      end do
-      call new_csr_from_triplets(matrix, n + m, n + m, [[(i, i=1, n + m)], n + row, column], &
-         [[(i, i=1, n + m)], column, n + row], [spread(1.0_wp, 1, n), spread(negligible, 1, m), value, value], error)
+      if (constraints%rows == 0) return
+      call bordered(constraints, negligible, matrix, columns, error)
       if (allocated(error)) return
       structure%symmetric = .true.
       if (present(counting)) then
@@ -64,8 +54,101 @@ contains
          if (allocated(error)) return
          if (present(effort)) call effort%add_factors(solver)
       end if
-      redundant = m - solver%negative_pivots
+      redundant = constraints%rows - solver%negative_pivots
    end subroutine count_redundant
+
+   !> Which rows follow from the others: the combinations of rows that vanish are found by inverse iteration on
+   !> C C^T + tau I, and each takes the row that has the largest share in it.
+   subroutine find_redundant(constraints, redundant, follows, error, effort)
+      !> Cq, m x n, without empty rows.
+      type(csr_matrix_type), intent(in) :: constraints
+      !> How many they are.
+      integer, intent(in) :: redundant
+      !> m answers.
+      logical, allocatable, intent(out) :: follows(:)
+      type(error_type), allocatable, intent(out) :: error
+      class(effort_type), intent(inout) :: effort
+      integer, parameter :: iterations = 2
+      type(mumps_real_type) :: solver
+      type(matrix_structure_type) :: structure
+      type(csr_matrix_type) :: matrix
+      real(wp), allocatable :: x(:, :), shares(:, :)
+      integer(long) :: state
+      integer :: i, j, n, place(2)
+
+      allocate (follows(constraints%rows), source=.false.)
+      if (redundant == 0) return
+      call bordered(constraints, -negligible, matrix, n, error)
+      if (allocated(error)) return
+      structure%symmetric = .true.
+      call solver%factorize(matrix, structure, error)
+      if (allocated(error)) return
+      call effort%add_factors(solver)
+      allocate (x(matrix%rows, redundant), source=0.0_wp)
+      state = 1
+      do j = 1, redundant
+         call random_vector(state, x(n + 1:, j))
+      end do
+      do i = 1, iterations
+         x(:n, :) = 0
+         call solver%solve(x, error)
+         if (allocated(error)) return
+         call orthonormalize(x(n + 1:, :))
+      end do
+      call effort%add_solves(solver)
+      allocate (shares, source=x(n + 1:, :))
+      do i = 1, redundant
+         place = maxloc(abs(shares))
+         associate (row => place(1), column => place(2))
+            follows(row) = .true.
+            x(n + 1:, 1) = shares(:, column)/shares(row, column)
+            do j = 1, redundant
+               shares(:, j) = shares(:, j) - shares(row, j)*x(n + 1:, 1)
+            end do
+            ! Rounding must not bring them back.
+            shares(row, :) = 0
+            shares(:, column) = 0
+         end associate
+      end do
+   end subroutine find_redundant
+
+   pure subroutine orthonormalize(x)
+      real(wp), intent(inout) :: x(:, :)
+      integer :: j, pass
+
+      do j = 1, size(x, 2)
+         do pass = 1, 2
+            x(:, j) = x(:, j)/norm2(x(:, j))
+            x(:, j) = x(:, j) - matmul(x(:, :j - 1), matmul(x(:, j), x(:, :j - 1)))
+         end do
+         x(:, j) = x(:, j)/norm2(x(:, j))
+      end do
+   end subroutine orthonormalize
+
+   ! [I C^T; C tau I], C without empty columns and of rows and columns of one size.
+   subroutine bordered(constraints, tau, matrix, columns, error)
+      type(csr_matrix_type), intent(in) :: constraints
+      real(wp), intent(in) :: tau
+      type(csr_matrix_type), intent(out) :: matrix
+      integer, intent(out) :: columns
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: value(:)
+      integer, allocatable :: row(:), column(:)
+      integer :: m, i
+
+      m = constraints%rows
+      call number_columns(constraints, column, columns)
+      allocate (row(size(column)), source=constraints%row_indices())
+      allocate (value(size(column)), source=constraints%value)
+      do i = 1, scalings
+         call equilibrate(column, columns, value)
+         call equilibrate(row, m, value)
+      end do
+      associate (n => columns)
+         call new_csr_from_triplets(matrix, n + m, n + m, [[(i, i=1, n + m)], n + row, column], &
+            [[(i, i=1, n + m)], column, n + row], [spread(1.0_wp, 1, n), spread(tau, 1, m), value, value], error)
+      end associate
+   end subroutine bordered
 
    ! Numbers the columns that are not empty: of each entry its new column.
    subroutine number_columns(matrix, column, columns)

@@ -40,7 +40,7 @@ contains
       real(wp), allocatable :: found(:, :)
       integer(long) :: state
       integer :: block_size, n, i, before
-      logical :: doubtful
+      logical :: doubtful, alone
 
       n = problem%unknowns()
       transposed = .false.
@@ -53,9 +53,11 @@ contains
          block_size = min(block_size, n - before)
          call find_more(stiffness, block_size, transposed, state, found, doubtful, error)
          if (allocated(error)) return
+         ! A block tells better than a single vector what is zero.
+         alone = block_size == 1
          if (size(found, 2) == n .or. (size(found, 2) < before + block_size .and. &
-            .not. (doubtful .and. size(found, 2) > before))) exit
-         if (size(found, 2) == before + block_size) block_size = 8*block_size
+            .not. (doubtful .and. (alone .or. size(found, 2) > before)))) exit
+         if (alone .or. size(found, 2) == before + block_size) block_size = 8*block_size
       end do
       allocate (motions(n, size(found, 2)), multipliers(problem%multipliers(), size(found, 2)))
       do i = 1, size(found, 2)
@@ -144,7 +146,6 @@ contains
       end do
       ! What the turn from left to right left of the regularisation.
       rhs = stiffness%regularizer(x, transposed)
-      rhs(n + 1:, :) = 0
       x = rhs
       call stiffness%solve(x, transposed, error)
       if (allocated(error)) return

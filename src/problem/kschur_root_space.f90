@@ -36,9 +36,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       ! Of the terms that a force, and its product with a left vector, is made of.
       real(wp), parameter :: rounding = 1.0e-12_wp
-      real(wp), allocatable :: forces(:, :), terms(:, :), coupling(:, :), used(:, :), fresh(:, :)
-      real(wp) :: level
-      integer :: n, k, s
+      real(wp), allocatable :: forces(:, :), terms(:, :), level(:, :), coupling(:, :), used(:, :), fresh(:, :)
+      real(wp) :: size_of_terms
+      integer :: n, k, s, j, scaled
 
       n = size(motions, 1)
       k = size(motions, 2)
@@ -46,6 +46,7 @@ contains
       allocate (space%v(n, k), space%links(k, k), source=0.0_wp)
       if (k == 0 .or. size(left, 2) /= k) return
       allocate (used(k, 0))
+      scaled = 0
       do
          s = size(space%x, 2)
          allocate (forces(n, s), terms(n, s), source=0.0_wp)
@@ -54,14 +55,27 @@ contains
          call add_magnitudes(first, magnitudes(space%x), terms)
          call add_magnitudes(second, magnitudes(space%v), terms)
          where (abs(forces) <= rounding*terms) forces = 0
-         level = maxval(matmul(transpose(magnitudes(left)), terms))
-         allocate (coupling(k, s), source=matmul(transpose(left), forces))
-         call find_fresh(coupling, rounding*level, used, fresh, error)
+         ! A long state would hide what is not zero of others.
+         do j = scaled + 1, s
+            size_of_terms = maxval(matmul(terms(:, j), magnitudes(left)))
+            if (.not. size_of_terms > 0) cycle
+            associate (factor => scale(1.0_wp, -exponent(size_of_terms)))
+               space%x(:, j) = factor*space%x(:, j)
+               space%v(:, j) = factor*space%v(:, j)
+               space%links(:, j) = factor*space%links(:, j)
+               forces(:, j) = factor*forces(:, j)
+               terms(:, j) = factor*terms(:, j)
+            end associate
+         end do
+         scaled = s
+         allocate (level, source=matmul(transpose(magnitudes(left)), terms))
+         allocate (coupling, source=matmul(transpose(left), forces)/spread(max(maxval(level, 2), tiny(1.0_wp)), 2, s))
+         call find_fresh(coupling, rounding, used, fresh, error)
          if (allocated(error) .or. size(fresh, 2) == 0) return
          call extend(space, factored, motions, matmul(forces, fresh), fresh, error)
          if (allocated(error)) return
          call append(used, fresh, size(space%x, 2))
-         deallocate (forces, terms, coupling, fresh)
+         deallocate (forces, terms, level, coupling, fresh)
       end do
    end subroutine find_root_space
 

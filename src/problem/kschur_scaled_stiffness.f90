@@ -11,9 +11,10 @@ module kschur_scaled_stiffness
    private
    public :: scaled_stiffness_type, new_scaled_stiffness
 
-   !> [D K D + delta E, D Cq^T S; S Cq D, 0] with diagonal D and S such that the rows of both blocks are of
+   !> [D K D + delta E, D Cq^T S; S Cq D, -delta I] with diagonal D and S such that the rows of both blocks are of
    !> size one: what is zero does not depend on units, or on heavy and light parts. E is the unit matrix, or, as left
    !> and right rigid motions of an unsymmetric K may be orthogonal to each other, random on the pattern of the problem.
+   !> No pivot is left to be null: one of a redundant constraint could not be told from one of a rigid motion.
    type :: scaled_stiffness_type
       !> D, n numbers, and S, m numbers: powers of two.
       real(wp), allocatable :: scaling(:), constraint_scaling(:)
@@ -29,9 +30,9 @@ module kschur_scaled_stiffness
    contains
       !> x := A^{-1} x, or A^{-T} x.
       procedure :: solve
-      !> A x, or A^T x, without delta E.
+      !> A x, or A^T x, without delta.
       procedure :: forces
-      !> delta E x, or delta E^T x.
+      !> What delta adds to that.
       procedure :: regularizer
       !> The motions y with K y + Cq^T xi = f, Cq y = 0, for forces that have such, without rigid ones.
       procedure :: pseudo_solve
@@ -78,9 +79,10 @@ contains
          allocate (constraint(cq%nonzeros()), source=cq%row_indices())
          allocate (borders(cq%nonzeros()), source=self%constraint_scaling(constraint)*(cq%value*self%scaling(cq%column)))
          call new_csr_from_triplets(self%matrix, n + m, n + m, &
-            [row, [(i, i=1, n)], n + constraint, cq%column], [k%column, [(i, i=1, n)], cq%column, n + constraint], &
+            [row, [(i, i=1, n + m)], n + constraint, cq%column], [k%column, [(i, i=1, n + m)], cq%column, n + constraint], &
             [self%scaling(row)*k%value*self%scaling(k%column), &
-            spread(merge(self%regularization, 0.0_wp, structure%symmetric), 1, n), borders, borders], error)
+            spread(merge(self%regularization, 0.0_wp, structure%symmetric), 1, n), spread(-self%regularization, 1, m), &
+            borders, borders], error)
       end associate
       if (.not. (allocated(error) .or. structure%symmetric)) then
          self%random = random_on_pattern(problem, self%regularization, n + m, seed)
@@ -168,6 +170,7 @@ contains
 
       n = size(self%scaling)
       forces = 0
+      forces(n + 1:, :) = -self%regularization*x(n + 1:, :)
       if (.not. allocated(self%random%value)) then
          forces(:n, :) = self%regularization*x(:n, :)
       else if (transposed) then

@@ -113,6 +113,6 @@ contains
       call s%effort%add_solves(solver)
       if (s%effort%factorizations == before) return
       call s%expand(pairs)
-      call replace_pairs(s%problem, pairs, modes)
+      call replace_pairs(s%problem, s%options%modes, pairs, modes)
    end subroutine polish
 end module kschur_mending

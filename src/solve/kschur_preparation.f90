@@ -11,7 +11,7 @@ module kschur_preparation
    use kschur_modes, only: modes_type, no_modes
    use kschur_notes, only: note_problem
    use kschur_presolve, only: presolve
-   use kschur_redundancy, only: count_redundant
+   use kschur_redundancy, only: count_redundant, find_redundant
    use kschur_text, only: text
    implicit none
    private
@@ -49,6 +49,8 @@ contains
       call count_redundant(s%work%constraints, s%known%redundant, error, s%effort, s%inner%counting)
       if (allocated(error)) return
       call note_problem(s%work, s%problem%multipliers(), s%plan%redundant + s%known%redundant, s%notes)
+      if (s%known%redundant > 0 .and. .not. s%options%is_plain()) call drop_redundant(s, error)
+      if (allocated(error)) return
       if (s%options%is_plain()) then
          call suppose_none(s%work, s%known)
       else
@@ -63,6 +65,17 @@ contains
       call announce_number(s)
       s%known%redundant = s%plan%redundant + s%known%redundant
    end subroutine examine
+
+   ! What their pivots become is up to rounding.
+   subroutine drop_redundant(s, error)
+      type(solve_context_type), intent(inout) :: s
+      type(error_type), allocatable, intent(out) :: error
+      logical, allocatable :: follows(:)
+
+      call find_redundant(s%work%constraints, s%known%redundant, follows, error, s%effort)
+      if (.not. allocated(error)) call s%plan%leave_out(follows, s%work, error)
+      s%known%redundant = 0
+   end subroutine drop_redundant
 
    subroutine announce_number(s)
       type(solve_context_type), intent(inout) :: s
