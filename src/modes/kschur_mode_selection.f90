@@ -1,28 +1,19 @@
 !> From eigenpairs to modes: which of them are the same, how accurate they are, which are wanted.
 module kschur_mode_selection
    use kschur_backward_error, only: backward_errors, settle_pairs
-   use kschur_description, only: form, no_energy
-   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_eigenpairs, only: eigenpairs_type, normalize
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dznrm2
    use kschur_modes, only: eigenvalues_of, modes_type, take_columns
    use kschur_problem, only: modal_problem_type
-   use kschur_tolerances, only: same_value
+   use kschur_shapes, only: depends, repeats_zero
    implicit none
    private
-   public :: accept_pairs, drop_spurious, highest, nearest_first, orthonormalize_zeros, replace_pairs, wanted_type
+   public :: accept_pairs, drop_spurious, highest, nearest_first, replace_pairs, wanted_type
 
-   ! What is left of a unit vector that depends on others.
-   real(wp), parameter :: dependent = 1.0e-3_wp
    ! A pair above this backward error is no mode of the problem.
    real(wp), parameter :: spurious = 1.0e-5_wp
    ! Infinite eigenvalues are further off than the modes by this factor, whatever rounding made of them.
    real(wp), parameter :: far = 10
-   ! A zero eigenvalue found by iteration is below this, relative to the shift
-   ! or to the first one that is not rigid.
-   real(wp), parameter :: nearly_zero = 1.0e-4_wp
-   ! Two roots closer than this may be one found twice if their shapes are parallel.
-   real(wp), parameter :: same_pair = 1.0e-2_wp
    ! Rounding tells a copy from a root of a defective eigenvalue beyond this.
    real(wp), parameter :: same_place = 1.0e-11_wp
    ! Where an eigenvalue is while it is iterated, and so its distance from the target, is known no better than this.
@@ -62,12 +53,12 @@ contains
       k = size(pairs%lambda) - wanted%rigid
       call make_canonical(pairs, k, again)
       call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound)
-      call normalize(pairs, k)
+      call normalize_first(pairs, k)
       ! On the real axis there are no conjugates: each eigenvalue is one of its own.
       again = [again .and. abs(aimag(pairs%lambda(:k))) > 0, spread(.false., 1, size(pairs%lambda) - k)]
       if (allocated(pairs%again)) again = again .or. pairs%again
       allocate (accepted(size(pairs%lambda)), source=.true.)
-      accepted(:k) = .not. repeats_zero(problem, pairs, k, wanted)
+      accepted(:k) = .not. repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference)
       call drop_found_again(pairs, again, accepted)
       call judge(problem, wanted, k, pairs, modes, accepted, doubtful)
       modes%found = eigenvalues_of(pairs%lambda, accepted)
@@ -95,8 +86,18 @@ contains
          pairs%phi(:, j) = conjg(pairs%phi(:, j))
          pairs%xi(:, j) = conjg(pairs%xi(:, j))
       end do
-      call normalize(pairs, k)
+      call normalize_first(pairs, k)
    end subroutine make_canonical
+
+   subroutine normalize_first(pairs, k)
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: k
+      integer :: j
+
+      do j = 1, k
+         call normalize(pairs%phi(:, j), pairs%xi(:, j))
+      end do
+   end subroutine normalize_first
 
    ! Of pairs that may be known already those that are.
    subroutine drop_found_again(pairs, again, accepted)
@@ -247,7 +248,7 @@ contains
       ! A pair that comes to the real axis is two eigenvalues there.
       allocate (pairs%paired(k), source=abs(aimag(before%lambda)) > 0)
       call settle_pairs(problem, pairs, 0, modes%backward_error, modes%error_bound)
-      call normalize(pairs, size(pairs%lambda))
+      call normalize_first(pairs, size(pairs%lambda))
       repeated = .false.
       do j = 1, k
          others = .not. repeated
@@ -280,166 +281,6 @@ contains
          if (mass > 0) highest = max(sqrt(problem%stiffness%infinity_norm()/mass), problem%damping%infinity_norm()/mass)
       end associate
    end function highest
-
-   ! The first k: unit norm, the largest entry real and positive.
-   subroutine normalize(pairs, k)
-      type(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: k
-      complex(wp) :: factor
-      integer :: j, largest
-
-      do j = 1, k
-         associate (phi => pairs%phi(:, j))
-            largest = maxloc(real(phi, wp)**2 + aimag(phi)**2, 1)
-            if (.not. abs(phi(largest)) > 0) cycle
-            factor = conjg(phi(largest))/abs(phi(largest))/length(phi)
-         end associate
-         pairs%phi(:, j) = factor*pairs%phi(:, j)
-         pairs%xi(:, j) = factor*pairs%xi(:, j)
-      end do
-   end subroutine normalize
-
-   real(wp) function length(x)
-      complex(wp), contiguous, intent(in) :: x(:)
-
-      length = dznrm2(size(x), x, 1)
-   end function length
-
-   !> Makes the shapes of the pairs with eigenvalue zero orthonormal, and normalises all.
-   subroutine orthonormalize_zeros(pairs)
-      type(eigenpairs_type), intent(inout) :: pairs
-      complex(wp) :: factor
-      integer :: i, j, pass
-
-      do j = 1, size(pairs%lambda)
-         if (abs(pairs%lambda(j)) > 0) cycle
-         do pass = 1, 2
-            do i = 1, j - 1
-               if (abs(pairs%lambda(i)) > 0) cycle
-               factor = dot_product(pairs%phi(:, i), pairs%phi(:, j))
-               pairs%phi(:, j) = pairs%phi(:, j) - factor*pairs%phi(:, i)
-               pairs%xi(:, j) = pairs%xi(:, j) - factor*pairs%xi(:, i)
-            end do
-            factor = 1/length(pairs%phi(:, j))
-            pairs%phi(:, j) = factor*pairs%phi(:, j)
-            pairs%xi(:, j) = factor*pairs%xi(:, j)
-         end do
-      end do
-      call normalize(pairs, size(pairs%lambda))
-   end subroutine orthonormalize_zeros
-
-   ! Which of the first k pairs are a zero that the rigid motions, the others, stand for already. Such a motion has the
-   ! roots 0 and -r/m of lambda^2 m + lambda r = 0: it is the nearer one that an iteration blurred.
-   function repeats_zero(problem, pairs, k, wanted) result(repeats)
-      type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type), intent(in) :: pairs
-      integer, intent(in) :: k
-      type(wanted_type), intent(in) :: wanted
-      logical :: repeats(k)
-      complex(wp), allocatable :: zeros(:, :), shape(:)
-      ! A root whose inertia is less than this part of the terms of stiffness is made of their rounding.
-      real(wp), parameter :: blurring = 100*epsilon(1.0_wp)
-      complex(wp) :: m, r, s
-      real(wp) :: m_terms, r_terms, k_terms, largest
-      integer :: i, j
-
-      repeats = .false.
-      if (wanted%rigid == 0) return
-      allocate (zeros(size(pairs%phi, 1), 0), shape(size(pairs%phi, 1)))
-      do i = k + 1, k + wanted%rigid
-         if (abs(pairs%lambda(i)) > 0) cycle
-         call take_rest(pairs, i, zeros, shape)
-         if (length(shape) > epsilon(1.0_wp)/dependent) zeros = reshape([zeros, shape/length(shape)], &
-            [size(zeros, 1), size(zeros, 2) + 1])
-      end do
-      do j = 1, k
-         call take_rest(pairs, j, zeros, shape)
-         repeats(j) = length(shape) <= dependent
-      end do
-      largest = minval(abs(pairs%lambda(:k)), .not. repeats)
-      if (all(repeats)) largest = 0
-      largest = max(wanted%reference, largest)
-      do j = 1, size(repeats)
-         if (.not. repeats(j)) cycle
-         call form(problem%mass, pairs%phi(:, j), m, m_terms)
-         call form(problem%damping, pairs%phi(:, j), r, r_terms)
-         call form(problem%stiffness, pairs%phi(:, j), s, k_terms)
-         repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= no_energy*r_terms .or. &
-            abs(pairs%lambda(j)**2)*m_terms <= blurring*k_terms .or. &
-            abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r)) .and. .not. is_decay(j)
-      end do
-
-   contains
-
-      ! Whether damping and inertia balance each other. Of an unsymmetric problem shape^* R shape does not tell.
-      logical function is_decay(j)
-         integer, intent(in) :: j
-         real(wp), parameter :: most = 0.5_wp
-         complex(wp), dimension(size(pairs%phi, 1), 1) :: inertia, total
-         real(wp) :: units(size(pairs%phi, 1))
-
-         inertia = 0
-         call problem%mass%add_product(pairs%lambda(j), pairs%phi(:, j:j), inertia)
-         total = inertia
-         call problem%damping%add_product((1.0_wp, 0.0_wp), pairs%phi(:, j:j), total)
-         units = 1
-         if (allocated(pairs%weights)) then
-            where (pairs%weights > 0) units = 1/pairs%weights
-         end if
-         is_decay = norm2(units*abs(total(:, 1))) < most*norm2(units*abs(inertia(:, 1)))
-      end function is_decay
-   end function repeats_zero
-
-   ! Whether the shape of pair j lies in the span of those of `others` that share its eigenvalue.
-   logical function depends(pairs, others, j)
-      type(eigenpairs_type), intent(in) :: pairs
-      logical, intent(in) :: others(:)
-      integer, intent(in) :: j
-      complex(wp), allocatable :: u(:), v(:), span(:, :)
-      integer :: i
-
-      allocate (span(size(pairs%phi, 1), 0))
-      allocate (u(size(pairs%phi, 1)), v(size(pairs%phi, 1)))
-      depends = .true.
-      call take_rest(pairs, j, span, v)
-      do i = 1, size(others)
-         if (.not. others(i)) cycle
-         if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_pair*abs(pairs%lambda(j))) cycle
-         call take_rest(pairs, i, span, u)
-         u = v - dot_product(u, v)*u
-         if (length(u) <= dependent) return
-      end do
-      do i = 1, size(others) + 1
-         if (i <= size(others)) then
-            if (.not. others(i)) cycle
-            if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_value*abs(pairs%lambda(j))) cycle
-         end if
-         call take_rest(pairs, merge(j, i, i > size(others)), span, u)
-         if (i > size(others)) exit
-         if (length(u) <= epsilon(1.0_wp)/dependent) cycle
-         span = reshape([span, u/length(u)], [size(u), size(span, 2) + 1])
-      end do
-      depends = length(u) <= dependent
-   end function depends
-
-   ! What the shape of pair i, of unit norm in the units in which shapes are compared, has outside a span.
-   subroutine take_rest(pairs, i, span, rest)
-      type(eigenpairs_type), intent(in) :: pairs
-      integer, intent(in) :: i
-      !> Orthonormal columns.
-      complex(wp), intent(in) :: span(:, :)
-      complex(wp), contiguous, intent(out) :: rest(:)
-      integer :: l, pass
-
-      rest = pairs%phi(:, i)
-      if (allocated(pairs%weights)) rest = pairs%weights*rest
-      rest = rest/max(length(rest), tiny(1.0_wp))
-      do pass = 1, 2
-         do l = 1, size(span, 2)
-            rest = rest - dot_product(span(:, l), rest)*span(:, l)
-         end do
-      end do
-   end subroutine take_rest
 
    ! Of the nearer one of lambda and its conjugate.
    elemental real(wp) function distances(lambda, target)

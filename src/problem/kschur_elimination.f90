@@ -16,7 +16,7 @@ module kschur_elimination
    type :: ties_type
       !> Constraints that went with an unknown each.
       integer :: eliminated = 0
-      !> Constraints that follow from the eliminated ones.
+      !> Constraints that follow from others, and were left out.
       integer :: redundant = 0
       !> The ties as they were made: phi(i) = ratio(i) phi(parent(i)). A master is its own parent, 0 that of the clamped.
       integer, allocatable :: parent(:)

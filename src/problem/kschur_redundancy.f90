@@ -1,7 +1,7 @@
 !> How many constraints follow from the others, and which.
 module kschur_redundancy
    use kschur_effort, only: effort_type
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, error_singular
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_mumps_real, only: mumps_real_type
@@ -44,9 +44,14 @@ contains
       end if
       if (allocated(solver)) then
          call solver%factorize(matrix, structure, error)
-         if (allocated(error)) return
-         if (present(effort)) call effort%add_factors(solver)
-         if (solver%negative_pivots < 0) deallocate (solver)
+         if (allocated(error)) then
+            ! It is nearly singular where constraints are redundant.
+            if (error%code /= error_singular) return
+            deallocate (error, solver)
+         else
+            if (present(effort)) call effort%add_factors(solver)
+            if (solver%negative_pivots < 0) deallocate (solver)
+         end if
       end if
       if (.not. allocated(solver)) then
          allocate (mumps_real_type :: solver)

@@ -1,7 +1,7 @@
 !> The whole eigenspace of the eigenvalue zero, or of the infinite one, with its Jordan chains: an iteration would see
 !> a chain of length k as a ring of radius epsilon^(1/k), and what is near zero or far off as one of it.
 module kschur_root_space
-   use kschur_error, only: error_type, error_library, new_error
+   use kschur_error, only: error_type, error_convergence, error_library, new_error
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesvd
    use kschur_scaled_stiffness, only: scaled_stiffness_type
@@ -194,6 +194,9 @@ contains
       allocate (a(max(rows, 1), columns + 1), source=0.0_wp)
       a(:rows, :columns) = matrix
       allocate (work(10*(rows + columns) + 10))
+      ! LAPACK may never end on what is no number.
+      if (.not. all(abs(matrix) <= huge(1.0_wp))) call new_error(error, error_convergence, "a chain of root vectors is not finite")
+      if (allocated(error)) return
       call dgesvd("N", "A", rows, columns, a, max(rows, 1), singular, none, 1, vt, columns, work, size(work), info)
       if (info /= 0) call new_error(error, error_library, "LAPACK's dgesvd did not converge")
    end subroutine right_singular_vectors

@@ -5,12 +5,12 @@ module kschur_left_run
    use kschur_error, only: error_type
    use kschur_examination, only: find_rigid, suppose_none
    use kschur_left, only: inverse_iteration_type, set_left_modes
-   use kschur_mode_selection, only: orthonormalize_zeros
    use kschur_modes, only: modes_type, no_modes
    use kschur_outcome, only: reason_cancelled
    use kschur_problem, only: modal_problem_type
    use kschur_scaling, only: constraint_factors, first_scale
    use kschur_search, only: find_modes
+   use kschur_shapes, only: orthonormalize_zeros
    use kschur_transposed, only: transpose_problem
    implicit none
    private

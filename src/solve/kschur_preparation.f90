@@ -7,11 +7,11 @@ module kschur_preparation
    use kschur_error, only: error_type
    use kschur_examination, only: find_rigid, suppose_none
    use kschur_formulation, only: is_structured
-   use kschur_mode_selection, only: orthonormalize_zeros
    use kschur_modes, only: modes_type, no_modes
    use kschur_notes, only: note_problem
    use kschur_presolve, only: presolve
    use kschur_redundancy, only: count_redundant, find_redundant
+   use kschur_shapes, only: orthonormalize_zeros
    use kschur_text, only: text
    implicit none
    private
@@ -70,8 +70,11 @@ contains
    subroutine drop_redundant(s, error)
       type(solve_context_type), intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
+      ! To find which of more they are costs too much: there solvers pass over pivots that vanish.
+      integer, parameter :: most = 256
       logical, allocatable :: follows(:)
 
+      if (s%known%redundant > most) return
       call find_redundant(s%work%constraints, s%known%redundant, follows, error, s%effort)
       if (.not. allocated(error)) call s%plan%leave_out(follows, s%work, error)
       s%known%redundant = 0

@@ -1,0 +1,168 @@
+!> Shapes compared: which eigenpairs are the same.
+module kschur_shapes
+   use kschur_description, only: form, no_energy
+   use kschur_eigenpairs, only: eigenpairs_type, normalize
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: dznrm2
+   use kschur_problem, only: modal_problem_type
+   use kschur_tolerances, only: same_value
+   implicit none
+   private
+   public :: depends, orthonormalize_zeros, repeats_zero
+
+   ! What is left of a unit vector that depends on others.
+   real(wp), parameter :: dependent = 1.0e-3_wp
+   ! A zero eigenvalue found by iteration is below this, relative to the shift
+   ! or to the first one that is not rigid.
+   real(wp), parameter :: nearly_zero = 1.0e-4_wp
+   ! Two roots closer than this may be one found twice if their shapes are parallel.
+   real(wp), parameter :: same_pair = 1.0e-2_wp
+
+contains
+
+   !> Makes the shapes of the pairs with eigenvalue zero orthonormal, and normalises all.
+   subroutine orthonormalize_zeros(pairs)
+      type(eigenpairs_type), intent(inout) :: pairs
+      complex(wp) :: factor
+      integer :: i, j, pass
+
+      do j = 1, size(pairs%lambda)
+         if (abs(pairs%lambda(j)) > 0) cycle
+         do pass = 1, 2
+            do i = 1, j - 1
+               if (abs(pairs%lambda(i)) > 0) cycle
+               factor = dot_product(pairs%phi(:, i), pairs%phi(:, j))
+               pairs%phi(:, j) = pairs%phi(:, j) - factor*pairs%phi(:, i)
+               pairs%xi(:, j) = pairs%xi(:, j) - factor*pairs%xi(:, i)
+            end do
+            factor = 1/length(pairs%phi(:, j))
+            pairs%phi(:, j) = factor*pairs%phi(:, j)
+            pairs%xi(:, j) = factor*pairs%xi(:, j)
+         end do
+      end do
+      do j = 1, size(pairs%lambda)
+         call normalize(pairs%phi(:, j), pairs%xi(:, j))
+      end do
+   end subroutine orthonormalize_zeros
+
+   !> Which of the first k pairs are a zero that the rigid motions, the others, stand for already. Such a motion has the
+   !> roots 0 and -r/m of lambda^2 m + lambda r = 0: it is the nearer one that an iteration blurred.
+   function repeats_zero(problem, pairs, k, rigid, reference) result(repeats)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(in) :: pairs
+      !> The rigid motions are the next `rigid` pairs.
+      integer, intent(in) :: k, rigid
+      !> A size of lambda (1/s), as the shift, against which zeros are seen.
+      real(wp), intent(in) :: reference
+      logical :: repeats(k)
+      complex(wp), allocatable :: zeros(:, :), shape(:)
+      ! A root whose inertia is less than this part of the terms of stiffness is made of their rounding.
+      real(wp), parameter :: blurring = 100*epsilon(1.0_wp)
+      complex(wp) :: m, r, s
+      real(wp) :: m_terms, r_terms, k_terms, largest
+      integer :: i, j
+
+      repeats = .false.
+      if (rigid == 0) return
+      allocate (zeros(size(pairs%phi, 1), 0), shape(size(pairs%phi, 1)))
+      do i = k + 1, k + rigid
+         if (abs(pairs%lambda(i)) > 0) cycle
+         call take_rest(pairs, i, zeros, shape)
+         if (length(shape) > epsilon(1.0_wp)/dependent) zeros = reshape([zeros, shape/length(shape)], &
+            [size(zeros, 1), size(zeros, 2) + 1])
+      end do
+      do j = 1, k
+         call take_rest(pairs, j, zeros, shape)
+         repeats(j) = length(shape) <= dependent
+      end do
+      largest = minval(abs(pairs%lambda(:k)), .not. repeats)
+      if (all(repeats)) largest = 0
+      largest = max(reference, largest)
+      do j = 1, size(repeats)
+         if (.not. repeats(j)) cycle
+         call form(problem%mass, pairs%phi(:, j), m, m_terms)
+         call form(problem%damping, pairs%phi(:, j), r, r_terms)
+         call form(problem%stiffness, pairs%phi(:, j), s, k_terms)
+         repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= no_energy*r_terms .or. &
+            abs(pairs%lambda(j)**2)*m_terms <= blurring*k_terms .or. &
+            abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r)) .and. .not. is_decay(j)
+      end do
+
+   contains
+
+      ! Whether damping and inertia balance each other. Of an unsymmetric problem shape^* R shape does not tell.
+      logical function is_decay(j)
+         integer, intent(in) :: j
+         real(wp), parameter :: most = 0.5_wp
+         complex(wp), dimension(size(pairs%phi, 1), 1) :: inertia, total
+         real(wp) :: units(size(pairs%phi, 1))
+
+         inertia = 0
+         call problem%mass%add_product(pairs%lambda(j), pairs%phi(:, j:j), inertia)
+         total = inertia
+         call problem%damping%add_product((1.0_wp, 0.0_wp), pairs%phi(:, j:j), total)
+         units = 1
+         if (allocated(pairs%weights)) then
+            where (pairs%weights > 0) units = 1/pairs%weights
+         end if
+         is_decay = norm2(units*abs(total(:, 1))) < most*norm2(units*abs(inertia(:, 1)))
+      end function is_decay
+   end function repeats_zero
+
+   !> Whether the shape of pair j lies in the span of those of `others` that share its eigenvalue.
+   logical function depends(pairs, others, j)
+      type(eigenpairs_type), intent(in) :: pairs
+      logical, intent(in) :: others(:)
+      integer, intent(in) :: j
+      complex(wp), allocatable :: u(:), v(:), span(:, :)
+      integer :: i
+
+      allocate (span(size(pairs%phi, 1), 0))
+      allocate (u(size(pairs%phi, 1)), v(size(pairs%phi, 1)))
+      depends = .true.
+      call take_rest(pairs, j, span, v)
+      do i = 1, size(others)
+         if (.not. others(i)) cycle
+         if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_pair*abs(pairs%lambda(j))) cycle
+         call take_rest(pairs, i, span, u)
+         u = v - dot_product(u, v)*u
+         if (length(u) <= dependent) return
+      end do
+      do i = 1, size(others) + 1
+         if (i <= size(others)) then
+            if (.not. others(i)) cycle
+            if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_value*abs(pairs%lambda(j))) cycle
+         end if
+         call take_rest(pairs, merge(j, i, i > size(others)), span, u)
+         if (i > size(others)) exit
+         if (length(u) <= epsilon(1.0_wp)/dependent) cycle
+         span = reshape([span, u/length(u)], [size(u), size(span, 2) + 1])
+      end do
+      depends = length(u) <= dependent
+   end function depends
+
+   ! What the shape of pair i, of unit norm in the units in which shapes are compared, has outside a span.
+   subroutine take_rest(pairs, i, span, rest)
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: i
+      !> Orthonormal columns.
+      complex(wp), intent(in) :: span(:, :)
+      complex(wp), contiguous, intent(out) :: rest(:)
+      integer :: l, pass
+
+      rest = pairs%phi(:, i)
+      if (allocated(pairs%weights)) rest = pairs%weights*rest
+      rest = rest/max(length(rest), tiny(1.0_wp))
+      do pass = 1, 2
+         do l = 1, size(span, 2)
+            rest = rest - dot_product(span(:, l), rest)*span(:, l)
+         end do
+      end do
+   end subroutine take_rest
+
+   real(wp) function length(x)
+      complex(wp), contiguous, intent(in) :: x(:)
+
+      length = dznrm2(size(x), x, 1)
+   end function length
+end module kschur_shapes
