@@ -36,7 +36,7 @@ contains
 
       allocate (known, source=s%known%deflation%eigenvalues())
       selection = modal_selection_type(asked, s%transform%map, s%transform%shift, s%options%target, known)
-      call set_iteration_options(s%options, s%formulation, asked, &
+      call set_iteration_options(s%options, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), asked, &
          count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
       call s%transform%iterate(selection, options, ritz, error, s%monitor)
       if (allocated(error)) return

@@ -92,9 +92,11 @@ contains
    end function method_name
 
    !> What the iteration is told.
-   subroutine set_iteration_options(options, formulation, asked, known, oscillator, krylov)
+   subroutine set_iteration_options(options, formulation, order, asked, known, oscillator, krylov)
       type(modal_options_type), intent(in) :: options
       integer, intent(in) :: formulation
+      !> Length of the vectors that are iterated.
+      integer, intent(in) :: order
       !> How many modes are wanted; how many of them are known beforehand.
       integer, intent(in) :: asked, known
       !> Whether a mode is one eigenvalue; otherwise it is two.
@@ -115,7 +117,11 @@ contains
       else
          allocate (krylov_options_type :: krylov)
          ! So much that a restart is rare; memory is touched as far as it is used.
-         if (subspace == 0 .and. is_structured(formulation)) subspace = 3*values + 40
+         if (subspace == 0 .and. is_structured(formulation)) then
+            subspace = 3*values + 40
+            ! Of most of all there is the projected problem costs more than a restart.
+            if (.not. oscillator) subspace = min(subspace, max(subspace_dimension(0, values), order/2))
+         end if
       end if
       krylov%subspace = subspace_dimension(subspace, values)
       krylov%tolerance = options%tolerance
