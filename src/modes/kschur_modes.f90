@@ -21,6 +21,8 @@ module kschur_modes
       integer :: inaccurate = 0
       !> Whether some pair lies where infinite eigenvalues are, so that no finite one is left.
       logical :: beyond = .false.
+      !> Whether some modes are listed that may be anything by their error bounds, because the count says that they are.
+      logical :: unsure = .false.
       !> As in the result.
       integer :: reason = reason_converged, certified = certified_unknown, missing = -1
       real(wp) :: locking_error = 0

@@ -4,7 +4,7 @@ module kschur_eigenpairs
    use kschur_lapack, only: dznrm2
    implicit none
    private
-   public :: append_pairs, eigenpairs_type, near, normalize
+   public :: append_pairs, chosen_pairs, eigenpairs_type, near, normalize
 
    !> Eigenpairs of a modal problem.
    type :: eigenpairs_type
@@ -37,6 +37,20 @@ contains
          pairs%again = [marks(size(pairs%lambda), pairs%again), marks(size(more%lambda), more%again)]
       pairs%lambda = [pairs%lambda, more%lambda]
    end subroutine append_pairs
+
+   !> Some of a list, without what is not known of them.
+   function chosen_pairs(pairs, chosen) result(kept)
+      class(eigenpairs_type), intent(in) :: pairs
+      logical, intent(in) :: chosen(:)
+      type(eigenpairs_type) :: kept
+      integer :: i
+
+      associate (order => pack([(i, i=1, size(chosen))], chosen))
+         allocate (kept%lambda, source=pairs%lambda(order))
+         allocate (kept%phi, source=pairs%phi(:, order))
+         allocate (kept%xi, source=pairs%xi(:, order))
+      end associate
+   end function chosen_pairs
 
    !> A shape of unit norm, its largest entry real and positive; a shape of nothing stays.
    subroutine normalize(phi, xi)

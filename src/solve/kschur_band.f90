@@ -5,7 +5,7 @@ module kschur_band
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, solve_context_type
    use kschur_description, only: describe, undamped_tolerance
-   use kschur_eigenpairs, only: append_pairs, eigenpairs_type
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
    use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_kinds, only: wp, long
@@ -163,7 +163,7 @@ contains
       s%known%rigid = rigid
       if (allocated(error) .or. .not. counted) return
       call damp(oscillators, spectral_map_type(.true., 1.0_wp, given%alpha, given%beta), pairs)
-      rigid = only(rigid, abs(rigid%lambda) >= band(1) .and. abs(rigid%lambda) <= band(2))
+      rigid = chosen_pairs(rigid, abs(rigid%lambda) >= band(1) .and. abs(rigid%lambda) <= band(2))
       total = total - oscillators%found + size(pairs%lambda) + size(rigid%lambda)
       call append_pairs(pairs, rigid)
       call accept_pairs(given, wanted_type(target=cmplx(0, band(1)/(1 - edge), wp), most=2*given%unknowns(), &
@@ -192,7 +192,7 @@ contains
       total = s%known%total
       s%problem => undamped
       s%formulation = formulation_symmetric
-      s%known%rigid = only(s%known%rigid, .not. abs(s%known%rigid%lambda) > 0)
+      s%known%rigid = chosen_pairs(s%known%rigid, .not. abs(s%known%rigid%lambda) > 0)
       s%known%deflation%decay = 0
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
          size(s%known%rigid%lambda))
@@ -392,17 +392,4 @@ contains
       call move_alloc(told%eigenvectors, modes%phi)
       allocate (omega, source=2*pi*told%frequency_hz)
    end subroutine tell_frequencies
-
-   function only(pairs, chosen) result(kept)
-      type(eigenpairs_type), intent(in) :: pairs
-      logical, intent(in) :: chosen(:)
-      type(eigenpairs_type) :: kept
-      integer :: i
-
-      associate (order => pack([(i, i=1, size(chosen))], chosen))
-         allocate (kept%lambda, source=pairs%lambda(order))
-         allocate (kept%phi, source=pairs%phi(:, order))
-         allocate (kept%xi, source=pairs%xi(:, order))
-      end associate
-   end function only
 end module kschur_band

@@ -2,7 +2,7 @@
 module kschur_mending
    use kschur_backward_error, only: backward_errors
    use kschur_context, only: solve_context_type
-   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type
@@ -60,12 +60,14 @@ contains
 
    !> Drops modes whose error bounds let them be anything, if they are not eigenvalues after all; those of rigid motions
    !> are known.
-   subroutine drop_unfounded(s, modes, error, also)
+   subroutine drop_unfounded(s, modes, error, also, aside)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
       !> Others that are doubtful.
       logical, optional, intent(in) :: also(:)
+      !> Those that were dropped; not allocated: none.
+      type(eigenpairs_type), optional, intent(out) :: aside
       real(wp), parameter :: anything = 1.0e-2_wp
       class(complex_linear_solver_type), allocatable :: solver
       complex(wp), allocatable :: known(:)
@@ -83,6 +85,7 @@ contains
       call confirm(s%work, s%options%constraint_scaling, solver, s%contract(modes), doubtful, confirmed, s%effort, error)
       if (allocated(error)) return
       call s%effort%add_solves(solver)
+      if (present(aside) .and. .not. all(confirmed)) aside = chosen_pairs(modes, .not. confirmed)
       call modes%drop(.not. confirmed)
    end subroutine drop_unfounded
 

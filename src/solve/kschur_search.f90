@@ -9,7 +9,7 @@ module kschur_search
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_mending, only: drop_unfounded, mend, save_hidden
    use kschur_mode_selection, only: accept_pairs, highest, wanted_type
-   use kschur_modes, only: modes_type, no_modes
+   use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_converged, reason_fewer_modes, &
       reason_inaccurate
    use kschur_shift, only: factor_beside, move_to_modes
@@ -28,9 +28,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       ! Whether it is certain that the iteration has no more modes to give.
       logical :: complete
+      ! Pairs that may be anything.
+      type(eigenpairs_type) :: aside
 
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
-      call search_here(s, modes, complete, error)
+      call search_here(s, modes, aside, complete, error)
       if (allocated(error)) return
       if (.not. s%options%is_plain()) then
          call mend(s, modes, error)
@@ -40,6 +42,7 @@ contains
          if (fewer(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
             call search_elsewhere(s, modes, error)
          if (allocated(error)) return
+         if (allocated(aside%lambda) .and. complete) call take_back(s, aside, modes)
       end if
       call give_reason(s, complete, modes)
       call certify_by_count(s, modes)
@@ -67,9 +70,11 @@ contains
 
    ! Ritz values near zero cannot be told apart while they iterate: where they make fewer modes
    ! than they seemed to, more are asked for, as long as that helps.
-   subroutine search_here(s, modes, complete, error)
+   subroutine search_here(s, modes, aside, complete, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
+      !> Pairs that may be anything and were dropped.
+      type(eigenpairs_type), intent(out) :: aside
       logical, intent(out) :: complete
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: rounds = 5
@@ -99,7 +104,7 @@ contains
          call s%expand(pairs, s%known%rigid)
          call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
             size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
-         if (.not. s%options%is_plain()) call drop_unfounded(s, modes, error)
+         if (.not. s%options%is_plain()) call drop_unfounded(s, modes, error, aside=aside)
          if (allocated(error)) return
          all_asked = asked == s%known%total%number
          missing = s%options%modes - size(modes%lambda)
@@ -159,6 +164,21 @@ contains
       if (.not. allocated(error)) call modes%drop(modes%backward_error > inaccurate_above)
    end subroutine search_elsewhere
 
+   ! What may be anything is what is missing, where nothing else was found anywhere and one eigenvalue is missing; of
+   ! several nobody knows which they are.
+   subroutine take_back(s, aside, modes)
+      type(solve_context_type), intent(inout) :: s
+      type(eigenpairs_type), intent(inout) :: aside
+      type(modes_type), intent(inout) :: modes
+
+      if (.not. s%known%total%exact .or. modes%found + 1 /= s%known%total%number) return
+      if (eigenvalues_of(aside%lambda, spread(.true., 1, size(aside%lambda))) /= 1) return
+      allocate (aside%paired(1), source=.false.)
+      call add_pairs(s, aside, abs(s%shift), modes)
+      modes%unsure = .true.
+      call s%add_note("an eigenvalue may be anything by its error bound; that there is one more than the others is known")
+   end subroutine take_back
+
    ! Accepts more pairs beside the modes that there are.
    subroutine add_pairs(s, more, reference, modes)
       type(solve_context_type), intent(in) :: s
@@ -190,12 +210,12 @@ contains
       associate (total => s%known%total)
          if (.not. fewer(s, modes)) then
             modes%reason = merge(reason_inaccurate, reason_converged, &
-               modes%inaccurate > 0 .or. any(modes%backward_error > inaccurate_above))
+               modes%inaccurate > 0 .or. modes%unsure .or. any(modes%backward_error > inaccurate_above))
          else if (any(modes%reason == [reason_converged, reason_fewer_modes])) then
             all_found = complete .and. modes%inaccurate == 0
-            if (total%exact) all_found = modes%found == total%number
+            if (total%exact) all_found = modes%found == total%number .and. .not. modes%unsure
             modes%reason = merge(reason_fewer_modes, reason_inaccurate, all_found)
-            if (total%exact .and. .not. all_found) call s%add_note(text(total%number)//" eigenvalues exist and "// &
+            if (total%exact .and. modes%found /= total%number) call s%add_note(text(total%number)//" eigenvalues exist and "// &
                text(modes%found)//" were found")
          end if
       end associate
