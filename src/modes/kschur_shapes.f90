@@ -59,7 +59,8 @@ contains
       ! A root whose inertia is less than this part of the terms of stiffness is made of their rounding.
       real(wp), parameter :: blurring = 100*epsilon(1.0_wp)
       complex(wp) :: m, r, s
-      real(wp) :: m_terms, r_terms, k_terms, largest
+      real(wp) :: m_terms, r_terms, k_terms, smallest, largest
+      logical :: pending(k)
       integer :: i, j
 
       repeats = .false.
@@ -71,13 +72,19 @@ contains
          if (length(shape) > epsilon(1.0_wp)/dependent) zeros = reshape([zeros, shape/length(shape)], &
             [size(zeros, 1), size(zeros, 2) + 1])
       end do
-      do j = 1, k
+      ! From the smallest one on, as far as a zero may lie: shapes cost more than places.
+      pending = .true.
+      smallest = huge(1.0_wp)
+      do i = 1, k
+         j = minloc(abs(pairs%lambda(:k)), 1, pending)
+         pending(j) = .false.
+         if (smallest < huge(1.0_wp) .and. abs(pairs%lambda(j)) > nearly_zero*max(reference, smallest)) exit
          call take_rest(pairs, j, zeros, shape)
          repeats(j) = length(shape) <= dependent
+         if (.not. repeats(j)) smallest = min(smallest, abs(pairs%lambda(j)))
       end do
-      largest = minval(abs(pairs%lambda(:k)), .not. repeats)
-      if (all(repeats)) largest = 0
-      largest = max(reference, largest)
+      largest = reference
+      if (smallest < huge(1.0_wp)) largest = max(reference, smallest)
       do j = 1, size(repeats)
          if (.not. repeats(j)) cycle
          call form(problem%mass, pairs%phi(:, j), m, m_terms)
