@@ -100,7 +100,6 @@ contains
       if (allocated(error)) return
       own%modes = size(modes%lambda)
       if (counted) own%modes = modes%found
-      s%options%target = own%target
       call report(s, own, modes, result, error)
       allocate (result%band(2), source=[first, last])
       call result%set_total(seconds_since(started))
@@ -166,7 +165,7 @@ contains
       rigid = chosen_pairs(rigid, abs(rigid%lambda) >= band(1) .and. abs(rigid%lambda) <= band(2))
       total = total - oscillators%found + size(pairs%lambda) + size(rigid%lambda)
       call append_pairs(pairs, rigid)
-      call accept_pairs(given, wanted_type(target=cmplx(0, band(1)/(1 - edge), wp), most=2*given%unknowns(), &
+      call accept_pairs(given, wanted_type(target=s%options%target, most=2*given%unknowns(), &
          rigid=size(rigid%lambda)), pairs, modes)
       if (size(modes%lambda) /= total .and. modes%certified == certified_yes) modes%certified = certified_no
       modes%found = total
@@ -183,10 +182,12 @@ contains
       logical, intent(inout) :: counted
       type(error_type), allocatable, intent(out) :: error
       type(modal_problem_type) :: damped
+      type(modal_options_type) :: asked
       type(eigenvalue_count_type) :: total
       real(wp), allocatable :: decay(:)
       integer :: i
 
+      asked = s%options
       call exchange_damping(s%work, damped)
       allocate (decay, source=s%known%deflation%decay)
       total = s%known%total
@@ -201,6 +202,7 @@ contains
          if (allocated(error)) exit
          if (.not. counted .or. modes%reason == reason_cancelled) exit
       end do
+      s%options = asked
       call exchange_damping(s%work, damped)
       s%known%deflation%decay = decay
       s%known%total = total
@@ -330,6 +332,7 @@ contains
       type(modes_type), intent(out) :: modes
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: at_first = 20
+      type(modal_options_type) :: asked
       type(history_type) :: history
       integer, allocatable :: order(:)
       real(wp), allocatable :: omega(:)
@@ -337,9 +340,9 @@ contains
 
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
       history = modes%history
+      asked = s%options
       s%options%target = 0
       s%options%modes = at_first
-      if (allocated(s%options%shift)) deallocate (s%options%shift)
       do
          before = s%effort%operator_applications
          if (s%only_rigid()) then
@@ -358,12 +361,13 @@ contains
          end if
          s%options%modes = min(most_uncounted, larger(s%options%modes, maxval([0.0_wp, abs(modes%lambda)])/band(2)))
       end do
+      s%options%target = asked%target
       modes%history = history
       if (modes%reason == reason_fewer_modes) modes%reason = reason_converged
       modes%certified = certified_unknown
       call tell_frequencies(s%problem, modes, omega)
       order = pack([(i, i=1, size(omega))], abs(modes%lambda) <= band(2) .and. omega >= band(1) .and. omega <= band(2))
-      order = order(nearest_first(modes%lambda(order), cmplx(0, band(1)/(1 - edge), wp)))
+      order = order(nearest_first(modes%lambda(order), asked%target))
       call modes%take(order)
    end subroutine solve_disc
 

@@ -42,7 +42,7 @@ contains
          if (fewer(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
             call search_elsewhere(s, modes, error)
          if (allocated(error)) return
-         if (allocated(aside%lambda) .and. complete) call take_back(s, aside, modes)
+         if (fewer(s, modes) .and. allocated(aside%lambda) .and. complete) call take_back(s, aside, modes)
       end if
       call give_reason(s, complete, modes)
       call certify_by_count(s, modes)
