@@ -11,6 +11,7 @@ module kschur_shift
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
    use kschur_lowest, only: find_lowest_frequencies
    use kschur_modal_selection, only: modal_selection_type
+   use kschur_mode_selection, only: highest
    use kschur_options, only: formulation_quadratic
    use kschur_scaling, only: first_scale, typical_rate
    use kschur_text, only: magnitude
@@ -41,6 +42,10 @@ contains
       real(wp) :: scale
       integer :: search
 
+      if (s%dense) then
+         call place_dense(s, error)
+         return
+      end if
       scale = s%scale
       if (.not. scale > 0) scale = max(first_scale(s%work), s%known%deflation%blur)
       if (.not. allocated(s%options%shift) .and. abs(s%options%target) <= first_scale(s%work)) &
@@ -69,6 +74,30 @@ contains
       end if
    end subroutine place_shift
 
+   ! At the size of the target or, where that is small, at one that the matrices suggest, and once more where the wanted
+   ! eigenvalues are so much lower or higher that they have lost digits.
+   subroutine place_dense(s, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: digits_below = 1.0e-2_wp, digits_above = 1.0e4_wp
+      integer, parameter :: attempts = 3
+      real(wp) :: scale, observed
+      integer :: attempt
+
+      call s%drop_stiffness()
+      scale = max(first_scale(s%work), s%known%deflation%blur)
+      scale = max(scale, min(abs(s%options%target), highest(s%work)))
+      do attempt = 1, attempts
+         call factor_first(s, s%formulation, cmplx(moved*scale, 0, wp), error)
+         if (allocated(error) .or. attempt == attempts) return
+         call observe_here(s, observed, error)
+         if (allocated(error) .or. .not. observed > 0) return
+         observed = max(observed, s%known%deflation%blur)
+         if (observed >= digits_below*scale .and. observed <= digits_above*scale) return
+         scale = observed
+      end do
+   end subroutine place_dense
+
    !> Factors at a shift, or beside it if it is an eigenvalue.
    subroutine factor_beside(s, shift, error)
       type(solve_context_type), target, intent(inout) :: s
@@ -94,7 +123,7 @@ contains
       real(wp) :: limit
 
       limit = much_smaller*min(abs(s%options%target), abs(s%shift))
-      has_moved = .not. allocated(s%options%shift) .and. 2*count(abs(lambda) < limit) > size(lambda) .and. &
+      has_moved = .not. (s%dense .or. allocated(s%options%shift)) .and. 2*count(abs(lambda) < limit) > size(lambda) .and. &
          maxval(abs(lambda), abs(lambda) < limit) > 0
       if (.not. has_moved) return
       associate (target => s%options%target)
