@@ -34,7 +34,8 @@ module kschur_projected
    end interface triangular_eigenvectors
 
    !> The same, but independent for the copies of a multiple eigenvalue: couplings below `noise`,
-   !> relative to the eigenvalue, which cannot tell a multiple one from a defective one, are none.
+   !> relative to the eigenvalue, which cannot tell a multiple one from a defective one, are none. All of them, or those
+   !> that are chosen by their numbers.
    interface independent_eigenvectors
       module procedure independent_eigenvectors_complex, independent_eigenvectors_real
    end interface independent_eigenvectors
@@ -121,20 +122,25 @@ contains
 
    ! Back substitution, as LAPACK's, but for the copies. What couples a pair to an earlier copy of
    ! its eigenvalue is known only with all that lies between them: the sum of a row, not an entry.
-   subroutine independent_eigenvectors_complex(t, noise, vectors)
+   subroutine independent_eigenvectors_complex(t, noise, vectors, chosen)
       complex(wp), intent(in) :: t(:, :)
       real(wp), intent(in) :: noise
       complex(wp), allocatable, intent(out) :: vectors(:, :)
+      integer, optional, intent(in) :: chosen(:)
       ! Copies whose vectors are further apart than this angle need no help.
       real(wp), parameter :: parallel = 100
+      integer, allocatable :: order(:)
       complex(wp) :: gap
       real(wp) :: smallest
-      integer :: i, j
+      integer :: i, j, k
 
-      allocate (vectors(size(t, 1), size(t, 1)), source=(0.0_wp, 0.0_wp))
+      allocate (order, source=[(j, j=1, size(t, 1))])
+      if (present(chosen)) order = chosen
+      allocate (vectors(size(t, 1), size(order)), source=(0.0_wp, 0.0_wp))
       smallest = max(epsilon(1.0_wp)*maxval([0.0_wp, abs(t)]), tiny(1.0_wp))
-      do j = 1, size(t, 1)
-         associate (y => vectors(:, j))
+      do k = 1, size(order)
+         j = order(k)
+         associate (y => vectors(:, k))
             y(j) = 1
             y(:j - 1) = -t(:j - 1, j)
             do i = j - 1, 1, -1
@@ -264,19 +270,35 @@ contains
       end do
    end subroutine triangular_eigenvectors_real
 
-   subroutine independent_eigenvectors_real(t, noise, vectors)
+   ! The second one of a pair is the conjugate of the first.
+   subroutine independent_eigenvectors_real(t, noise, vectors, chosen)
       real(wp), intent(in) :: t(:, :)
       real(wp), intent(in) :: noise
       complex(wp), allocatable, intent(out) :: vectors(:, :)
+      integer, optional, intent(in) :: chosen(:)
       complex(wp), allocatable :: triangular(:, :), u(:, :), y(:, :)
+      integer, allocatable :: order(:)
+      logical, allocatable :: second(:)
       integer :: j
 
+      allocate (order, source=[(j, j=1, size(t, 1))])
+      if (present(chosen)) order = chosen
+      allocate (second, source=[(is_second(order(j)), j=1, size(order))])
       call make_triangular(t, triangular, u)
-      call independent_eigenvectors(triangular, noise, y)
-      allocate (vectors(size(t, 1), size(t, 1)), source=matmul(u, y))
-      do j = 2, size(t, 1)
-         if (abs(t(j, j - 1)) > 0) vectors(:, j) = conjg(vectors(:, j - 1))
+      call independent_eigenvectors(triangular, noise, y, order - merge(1, 0, second))
+      allocate (vectors(size(t, 1), size(order)), source=matmul(u, y))
+      do j = 1, size(order)
+         if (second(j)) vectors(:, j) = conjg(vectors(:, j))
       end do
+
+   contains
+
+      logical function is_second(i)
+         integer, intent(in) :: i
+
+         is_second = .false.
+         if (i > 1) is_second = abs(t(i, i - 1)) > 0
+      end function is_second
    end subroutine independent_eigenvectors_real
 
    ! The complex Schur form U S U^* of a quasi-triangular matrix, in the same order.

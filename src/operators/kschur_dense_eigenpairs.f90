@@ -17,8 +17,11 @@ module kschur_dense_eigenpairs
       complex(wp), allocatable :: values(:)
       !> Length of the vectors x k.
       real(wp), allocatable :: basis(:, :)
-      !> k x number of values; not allocated: the columns of the basis are the eigenvectors.
-      complex(wp), allocatable :: coordinates(:, :)
+      !> The Schur form in this basis, k x k, whose last eigenvalues are the values; not allocated: the columns of the
+      !> basis are the eigenvectors.
+      real(wp), allocatable :: schur(:, :)
+      !> Of a coupling between copies of an eigenvalue, relative to that.
+      real(wp) :: noise = 0
       !> Vectors that the operator was applied to.
       integer :: applications = 0
    contains
@@ -110,7 +113,6 @@ contains
       type(dense_eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: q(:, :), r(:, :), w(:, :), h(:, :), g(:, :), t(:, :), u(:, :)
-      complex(wp), allocatable :: y(:, :)
       integer :: n, k, s, l
 
       n = size(basis, 1)
@@ -120,22 +122,21 @@ contains
       pairs%applications = l
       call orthogonal_factors(matmul(transpose(dual), invariant%vectors), .false., q, r, error)
       if (allocated(error)) return
-      allocate (pairs%values(l), pairs%coordinates(k, l), pairs%basis(n, k), w(n, l), h(k, l), u(l, l))
+      allocate (pairs%values(l), pairs%basis(n, k), pairs%schur(k, k), g(k, l), h(k, l), t(l, l), u(l, l), w(n, l))
       if (l == 0) return
       call dgemm("N", "N", n, k, k, 1.0_wp, basis, n, q, k, 0.0_wp, pairs%basis, n)
       call operator%apply(pairs%basis(:, s + 1:), w, error)
       if (allocated(error)) return
-      allocate (g(k, l))
       call dgemm("T", "N", k, l, n, 1.0_wp, dual, n, w, n, 0.0_wp, g, k)
       call dgemm("T", "N", k, l, k, 1.0_wp, q, k, g, k, 0.0_wp, h, k)
-      allocate (t(k, k), source=0.0_wp)
-      t(:s, :s) = similar(r(:s, :s), real(invariant%projected, wp))
-      t(s + 1:, s + 1:) = h(s + 1:, :)
-      call schur_form(t(s + 1:, s + 1:), u, pairs%values, error)
+      t = h(s + 1:, :)
+      call schur_form(t, u, pairs%values, error)
       if (allocated(error)) return
-      t(:s, s + 1:) = matmul(h(:s, :), u)
-      call independent_eigenvectors(t, noise, y)
-      pairs%coordinates = y(:, s + 1:)
+      pairs%noise = noise
+      pairs%schur = 0
+      pairs%schur(:s, :s) = similar(r(:s, :s), real(invariant%projected, wp))
+      pairs%schur(:s, s + 1:) = matmul(h(:s, :), u)
+      pairs%schur(s + 1:, s + 1:) = t
       w = pairs%basis(:, s + 1:)
       call dgemm("N", "N", n, l, l, 1.0_wp, w, n, u, l, 0.0_wp, pairs%basis(:, s + 1:), n)
    end subroutine general_eigenpairs
@@ -158,14 +159,16 @@ contains
       integer, intent(in) :: chosen(:)
       complex(wp) :: vectors(size(self%basis, 1), size(chosen))
       real(wp), dimension(size(self%basis, 1), size(chosen)) :: re, im
+      complex(wp), allocatable :: y(:, :)
       integer :: n, k, l, j
 
       n = size(self%basis, 1)
       k = size(self%basis, 2)
       l = size(chosen)
-      if (allocated(self%coordinates)) then
-         if (l > 0) call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, real(self%coordinates(:, chosen), wp), k, 0.0_wp, re, n)
-         if (l > 0) call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, aimag(self%coordinates(:, chosen)), k, 0.0_wp, im, n)
+      if (allocated(self%schur) .and. l > 0) then
+         call independent_eigenvectors(self%schur, self%noise, y, k - size(self%values) + chosen)
+         call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, real(y, wp), k, 0.0_wp, re, n)
+         call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, aimag(y), k, 0.0_wp, im, n)
          vectors = cmplx(re, im, wp)
       else
          vectors = self%basis(:, chosen)

@@ -8,7 +8,12 @@ module kschur_dense_choice
    private
    public :: consider_dense, settle_dense
 
-   integer, parameter :: cheap = 200, cheap_symmetric = 300
+   ! Where both cost as many instructions, measured with 5 to 40 modes of beams and rotors of 100 to 300 states.
+   integer, parameter :: of_states = 80, of_states_a_mode = 6
+   ! The same of motions, whose matrix is symmetric, with 10 to 100 modes of chains of 60 to 240.
+   integer, parameter :: of_motions = 60, of_motions_a_mode = 3
+   ! Beyond this order it was not measured.
+   integer, parameter :: most = 600
 
 contains
 
@@ -20,7 +25,8 @@ contains
          if (o%formulation /= formulation_auto) return
          s%dense = s%may_be_dense .and. is_structured(s%formulation) .and. o%method == method_krylov_schur .and. &
             o%inner == inner_auto .and. o%subspace == 0 .and. .not. allocated(o%shift) .and. &
-            order_of_matrix(s) <= merge(cheap, cheap_symmetric, s%formulation == formulation_quadratic)
+            order_of_matrix(s) <= min(most, merge(of_states + of_states_a_mode*o%modes, &
+            of_motions + of_motions_a_mode*o%modes, s%formulation == formulation_quadratic))
       end associate
    end subroutine consider_dense
 

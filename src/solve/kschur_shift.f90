@@ -42,13 +42,9 @@ contains
       real(wp) :: scale
       integer :: search
 
-      if (s%dense) then
-         call place_dense(s, error)
-         return
-      end if
       scale = s%scale
       if (.not. scale > 0) scale = max(first_scale(s%work), s%known%deflation%blur)
-      if (.not. allocated(s%options%shift) .and. abs(s%options%target) <= first_scale(s%work)) &
+      if (.not. (allocated(s%options%shift) .or. serves_all(s)) .and. abs(s%options%target) <= first_scale(s%work)) &
          call observe_stiffness(s, scale, error)
       call s%drop_stiffness()
       if (allocated(error)) return
@@ -69,34 +65,12 @@ contains
       end if
       if (abs(s%options%target) <= scale) then
          call factor_first(s, s%formulation, cmplx(moved*scale, 0, wp), error)
+      else if (s%dense) then
+         call factor_first(s, s%formulation, cmplx(moved*min(abs(s%options%target), highest(s%work)), 0, wp), error)
       else
          call factor_first(s, s%formulation, s%options%target + off_axis*abs(s%options%target), error)
       end if
    end subroutine place_shift
-
-   ! At the size of the target or, where that is small, at one that the matrices suggest, and once more where the wanted
-   ! eigenvalues are so much lower or higher that they have lost digits.
-   subroutine place_dense(s, error)
-      type(solve_context_type), target, intent(inout) :: s
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: digits_below = 1.0e-2_wp, digits_above = 1.0e4_wp
-      integer, parameter :: attempts = 3
-      real(wp) :: scale, observed
-      integer :: attempt
-
-      call s%drop_stiffness()
-      scale = max(first_scale(s%work), s%known%deflation%blur)
-      scale = max(scale, min(abs(s%options%target), highest(s%work)))
-      do attempt = 1, attempts
-         call factor_first(s, s%formulation, cmplx(moved*scale, 0, wp), error)
-         if (allocated(error) .or. attempt == attempts) return
-         call observe_here(s, observed, error)
-         if (allocated(error) .or. .not. observed > 0) return
-         observed = max(observed, s%known%deflation%blur)
-         if (observed >= digits_below*scale .and. observed <= digits_above*scale) return
-         scale = observed
-      end do
-   end subroutine place_dense
 
    !> Factors at a shift, or beside it if it is an eigenvalue.
    subroutine factor_beside(s, shift, error)
@@ -188,7 +162,7 @@ contains
       !> The shift (1/s): the first one to be tried, and the one that was taken.
       real(wp), intent(inout) :: scale
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: decades = 100
+      real(wp), parameter :: decades = 100, enough_below = 1.0e-2_wp
       real(wp) :: previous, observed
       integer :: attempt
       logical :: placed
@@ -216,10 +190,18 @@ contains
          if (.not. observed > 0) return
          observed = max(observed, s%known%deflation%blur)
          if (observed >= scale/close_enough .and. observed <= scale*close_enough) return
+         if (serves_all(s) .and. observed >= enough_below*scale) return
          previous = scale
          scale = observed
       end do
    end subroutine factor_at_scale
+
+   ! Whether any shift that is low serves all eigenvalues, as their matrix is balanced; rigid motions would drown others.
+   pure logical function serves_all(s)
+      type(solve_context_type), intent(in) :: s
+
+      serves_all = s%dense .and. size(s%known%rigid%lambda) == 0
+   end function serves_all
 
    ! The scale of the lowest undamped frequencies in place of the one that is given; damping may put the eigenvalues
    ! elsewhere.
