@@ -235,7 +235,7 @@ contains
                real_phi(i, j) = self%factor(i)*pairs%real_phi(max(self%master(i), 1), j)
             end do
          end do
-         if (l > 0) real_phi(:, k + 1:) = more%real_phi
+         if (l > 0) real_phi(:, k + 1:) = more%real_phi(:, :l)
          call move_alloc(real_phi, pairs%real_phi)
       else
          allocate (phi(self%unknowns_before, k + l))
