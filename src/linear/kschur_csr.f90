@@ -207,7 +207,7 @@ contains
       class(csr_matrix_type), intent(in) :: self
       real(wp), parameter :: rounding = 64*epsilon(1.0_wp)
       real(wp) :: maxima(self%rows), mirrored
-      ! The entries of row j before next(j) are met: as mirrors of those above the diagonal, or left without one.
+      ! Of each row, the first entry that was not compared: those before it have met row after row.
       integer :: next(self%rows)
       integer :: i, k
 
@@ -215,43 +215,28 @@ contains
       if (.not. is_symmetric) return
       maxima = self%row_maxima()
       next = self%row_start(:self%rows)
-      do i = 1, self%rows
-         call leave_before(i, i, next(i), is_symmetric)
-         do k = next(i), self%row_start(i + 1) - 1
-            associate (j => self%column(k))
-               if (j > i) call leave_before(i, j, next(j), is_symmetric)
-               mirrored = 0
-               if (column_at(next(j), j) == i) then
-                  mirrored = self%value(next(j))
-                  next(j) = next(j) + 1
-               end if
-               is_symmetric = is_symmetric .and. negligible(self%value(k) - mirrored, i, j)
-            end associate
+      associate (start => self%row_start, column => self%column, value => self%value)
+         do i = 1, self%rows
+            do k = next(i), start(i + 1) - 1
+               associate (j => column(k))
+                  mirrored = 0
+                  do while (j >= i .and. next(j) < start(j + 1))
+                     if (column(next(j)) > i) exit
+                     if (column(next(j)) == i) then
+                        mirrored = value(next(j))
+                     else if (.not. negligible(value(next(j)), j, column(next(j)))) then
+                        is_symmetric = .false.
+                     end if
+                     next(j) = next(j) + 1
+                  end do
+                  if (.not. negligible(value(k) - mirrored, i, j)) is_symmetric = .false.
+               end associate
+            end do
+            if (.not. is_symmetric) return
          end do
-         if (.not. is_symmetric) return
-      end do
+      end associate
 
    contains
-
-      ! Of row j, what stands before column i has no mirror.
-      pure subroutine leave_before(i, j, next, symmetric)
-         integer, intent(in) :: i, j
-         integer, intent(inout) :: next
-         logical, intent(inout) :: symmetric
-
-         do while (column_at(next, j) < i)
-            symmetric = symmetric .and. negligible(self%value(next), j, self%column(next))
-            next = next + 1
-         end do
-      end subroutine leave_before
-
-      ! Of entry k, as long as it is of row j.
-      pure integer function column_at(k, j)
-         integer, intent(in) :: k, j
-
-         column_at = huge(1)
-         if (k < self%row_start(j + 1)) column_at = self%column(k)
-      end function column_at
 
       pure logical function negligible(difference, i, j)
          real(wp), intent(in) :: difference

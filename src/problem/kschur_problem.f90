@@ -203,20 +203,22 @@ contains
       real(wp), intent(in) :: m(:), k(:)
       real(wp), intent(out) :: alpha, beta
       real(wp), parameter :: parallel = 1.0e-12_wp
-      real(wp) :: along, step
+      real(wp) :: along, square_of_m, square_of_rest, step
       integer :: pass
 
       ! k - along m is orthogonal to m.
+      square_of_m = sum(m**2)
       along = 0
-      if (any(abs(m) > 0)) along = dot_product(m, k)/sum(m**2)
+      if (square_of_m > 0) along = dot_product(m, k)/square_of_m
+      square_of_rest = sum((k - along*m)**2)
+      if (.not. square_of_rest > parallel**2*sum(k**2)) square_of_rest = 0
       alpha = 0
       beta = 0
       ! The second pass fits what the rounding of long sums left.
       do pass = 1, 2
          step = 0
-         if (sum((k - along*m)**2) > parallel**2*sum(k**2)) &
-            step = dot_product(k - along*m, 1 - alpha*m - beta*k)/sum((k - along*m)**2)
-         if (sum(m**2) > 0) alpha = alpha + dot_product(m, 1 - alpha*m - beta*k - step*k)/sum(m**2)
+         if (square_of_rest > 0) step = dot_product(k - along*m, 1 - alpha*m - beta*k)/square_of_rest
+         if (square_of_m > 0) alpha = alpha + dot_product(m, 1 - alpha*m - beta*k - step*k)/square_of_m
          beta = beta + step
       end do
    end subroutine fit
