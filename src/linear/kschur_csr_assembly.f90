@@ -38,8 +38,8 @@ contains
       integer :: i, k
 
       call check_row_starts(matrix, error)
-      if (.not. allocated(error)) &
-         call check_extents(matrix%rows, matrix%columns, size(matrix%column), size(matrix%value), error)
+      if (.not. allocated(error)) call check_extents(matrix%rows, matrix%columns, size(matrix%column), &
+         size(matrix%column) == size(matrix%value), error)
       if (allocated(error)) return
       ascending = .true.
       do i = 1, matrix%rows
@@ -74,8 +74,10 @@ contains
       end associate
    end subroutine check_row_starts
 
-   subroutine check_extents(rows, columns, entries, values, error)
-      integer, intent(in) :: rows, columns, entries, values
+   subroutine check_extents(rows, columns, entries, complete, error)
+      integer, intent(in) :: rows, columns, entries
+      !> Whether there are as many indices as values.
+      logical, intent(in) :: complete
       type(error_type), allocatable, intent(out) :: error
       ! A wrong size line must not take all the memory there is.
       integer, parameter :: very_large = 100000000, very_sparse = 100
@@ -85,7 +87,7 @@ contains
       else if (max(rows, columns) > very_large .and. max(rows, columns)/very_sparse > entries) then
          call new_error(error, error_input, "a matrix of "//text(rows)//" x "//text(columns)//" with only "// &
             text(entries)//" entries cannot be meant")
-      else if (entries /= values) then
+      else if (.not. complete) then
          call new_error(error, error_input, "row indices, column indices and values differ in number")
       end if
    end subroutine check_extents
@@ -110,7 +112,7 @@ contains
       integer :: k, place
       integer, allocatable :: next(:)
 
-      call check_extents(rows, columns, size(row), merge(size(value), -1, size(row) == size(column)), error)
+      call check_extents(rows, columns, size(row), size(row) == size(column) .and. size(row) == size(value), error)
       if (allocated(error)) return
       do k = 1, size(row)
          if (row(k) < 1 .or. row(k) > rows .or. column(k) < 1 .or. column(k) > columns) then
