@@ -2,7 +2,8 @@
 module hard_judge
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use kschur, only: arpack_fair, arpack_names, arpack_plain, error_type, formulation_auto, formulation_damped_constrained, &
-      formulation_dense, formulation_names, formulation_quadratic, method_arpack, method_krylov_schur, modal_options_type, modal_problem_type, &
+      formulation_dense, formulation_names, formulation_quadratic, method_arpack, method_krylov_schur, modal_options_type, &
+      modal_problem_type, &
       modal_result_type, solve_modes, text, wp
    implicit none
    private

@@ -3,8 +3,8 @@ module kschur_lapack
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: ddot, dznrm2, dgees, dgelsy, dgemm, dgemv, dgeqp3, dgesvd, dorgqr, dpstrf, dsyevd, dsygv, dtrevc, dtrsen, &
-      dtrsm, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
+   public :: ddot, dnrm2, dznrm2, dgees, dgelsy, dgemm, dgemv, dgeqp3, dgesvd, dorgqr, dpstrf, dsyevd, dsygv, dtrevc, &
+      dtrsen, dtrsm, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
 
    interface
       !> C := alpha op(A) op(B) + beta C.
@@ -206,6 +206,12 @@ module kschur_lapack
       end function ddot
 
       !> Euclidean norm of a complex vector.
+      real(wp) function dnrm2(n, x, incx)
+         import :: wp
+         integer, intent(in) :: n, incx
+         real(wp), intent(in) :: x(*)
+      end function dnrm2
+
       real(wp) function dznrm2(n, x, incx)
          import :: wp
          integer, intent(in) :: n, incx

@@ -25,8 +25,8 @@ module kschur_dense_eigenpairs
       !> Vectors that the operator was applied to.
       integer :: applications = 0
    contains
-      !> Some of the eigenvectors, of unit length.
-      procedure :: vectors
+      !> Some of the eigenvectors, of unit length; of a self-adjoint operator they are real.
+      procedure :: vectors, real_vectors
    end type dense_eigenpairs_type
 
 contains
@@ -165,16 +165,23 @@ contains
       n = size(self%basis, 1)
       k = size(self%basis, 2)
       l = size(chosen)
-      if (allocated(self%schur) .and. l > 0) then
-         call independent_eigenvectors(self%schur, self%noise, y, k - size(self%values) + chosen)
-         call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, real(y, wp), k, 0.0_wp, re, n)
-         call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, aimag(y), k, 0.0_wp, im, n)
-         vectors = cmplx(re, im, wp)
-      else
-         vectors = self%basis(:, chosen)
-      end if
+      if (l == 0) return
+      call independent_eigenvectors(self%schur, self%noise, y, k - size(self%values) + chosen)
+      call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, real(y, wp), k, 0.0_wp, re, n)
+      call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, aimag(y), k, 0.0_wp, im, n)
       do j = 1, l
-         vectors(:, j) = vectors(:, j)/norm2(abs(vectors(:, j)))
+         vectors(:, j) = cmplx(re(:, j), im(:, j), wp)/norm2([norm2(re(:, j)), norm2(im(:, j))])
       end do
    end function vectors
+
+   function real_vectors(self, chosen) result(vectors)
+      class(dense_eigenpairs_type), intent(in) :: self
+      integer, intent(in) :: chosen(:)
+      real(wp) :: vectors(size(self%basis, 1), size(chosen))
+      integer :: j
+
+      do j = 1, size(chosen)
+         vectors(:, j) = self%basis(:, chosen(j))/norm2(self%basis(:, chosen(j)))
+      end do
+   end function real_vectors
 end module kschur_dense_eigenpairs

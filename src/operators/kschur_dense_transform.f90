@@ -4,6 +4,7 @@ module kschur_dense_transform
    use kschur_allowed_motions, only: allowed_motions
    use kschur_deflation, only: deflation_type
    use kschur_dense_eigenpairs, only: dense_eigenpairs_type, general_eigenpairs, symmetric_eigenpairs
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_energy_basis, only: new_energy_basis
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -83,8 +84,11 @@ contains
          allocate (ritz%mu(converged), source=values(chosen))
          call set_certificate(self, selection)
       end associate
-      allocate (ritz%vectors(size(self%pairs%basis, 1), converged), source=self%pairs%vectors(chosen))
-      call make_pure(self, ritz, error)
+      if (self%map%oscillator) then
+         call take_real(self, chosen, ritz, error)
+      else
+         allocate (ritz%vectors(size(self%pairs%basis, 1), converged), source=self%pairs%vectors(chosen))
+      end if
       proceed = .true.
       if (present(monitor)) call monitor%report(0, converged, needed, 0.0_wp, proceed)
       if (.not. proceed) ritz%statistics%reason = reason_cancelled
@@ -140,30 +144,28 @@ contains
       self%certificate%distances = reshape(distances(:each, :), [each*size(distances, 2)])
    end subroutine set_certificate
 
-   ! The shapes of a symmetric form without constraints: those with constraints are recovered by an application.
-   subroutine make_pure(self, ritz, error)
+   ! The shapes of a symmetric form: where there are constraints they are recovered by an application.
+   subroutine take_real(self, chosen, ritz, error)
       class(dense_transform_type), intent(inout) :: self
+      integer, intent(in) :: chosen(:)
       type(ritz_pairs_type), intent(inout) :: ritz
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: shapes(:, :)
 
+      allocate (ritz%real_vectors(size(self%pairs%basis, 1), size(chosen)), source=self%pairs%real_vectors(chosen))
       if (self%recover_applies) return
       select type (form => self%form)
       type is (symmetric_transform_type)
-         allocate (shapes, source=real(ritz%vectors, wp))
-         call purify(form, real(ritz%mu, wp), shapes, ritz%statistics, error)
-         ritz%vectors = shapes
+         call purify(form, real(ritz%mu, wp), ritz%real_vectors, ritz%statistics, error)
       end select
-   end subroutine make_pure
+   end subroutine take_real
 
-   subroutine recover(self, mu, vectors, phi, xi, error)
+   subroutine recover(self, ritz, pairs, error)
       class(dense_transform_type), intent(inout) :: self
-      complex(wp), intent(in) :: mu(:)
-      complex(wp), allocatable, intent(inout) :: vectors(:, :)
-      complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
+      type(ritz_pairs_type), intent(inout) :: ritz
+      type(eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
 
-      call self%form%recover(mu, vectors, phi, xi, error)
+      call self%form%recover(ritz, pairs, error)
    end subroutine recover
 
    subroutine transposed(self, problem, deflation, solver, adjoint, error)
