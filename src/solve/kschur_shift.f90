@@ -236,7 +236,7 @@ contains
          s%known%deflation%eigenvalues())
       ! A mode is one value of an oscillator, and two otherwise.
       call s%transform%iterate(selection, krylov_options_type(subspace=merge(20, 30, s%transform%map%oscillator), &
-         tolerance=roughly, max_restarts=1, seed=s%options%seed, verify=.false.), ritz, error)
+         tolerance=roughly, max_restarts=1, seed=s%options%seed, verify=.false., keep=.true.), ritz, error)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
       s%effort%seconds%orthogonalize = s%effort%seconds%orthogonalize + ritz%statistics%orthogonalize_seconds
