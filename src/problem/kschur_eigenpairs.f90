@@ -125,17 +125,17 @@ contains
       class(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: chosen(:)
       type(eigenpairs_type) :: kept
+      integer, allocatable :: order(:)
       integer :: i
 
-      associate (order => pack([(i, i=1, size(chosen))], chosen))
-         allocate (kept%lambda, source=pairs%lambda(order))
-         if (pairs%is_real()) then
-            allocate (kept%real_phi, source=pairs%real_phi(:, order))
-         else
-            allocate (kept%phi, source=pairs%phi(:, order))
-         end if
-         allocate (kept%xi, source=pairs%xi(:, order))
-      end associate
+      allocate (order, source=pack([(i, i=1, size(chosen))], chosen))
+      allocate (kept%lambda(size(order)), source=pairs%lambda(order))
+      if (pairs%is_real()) then
+         allocate (kept%real_phi(pairs%rows(), size(order)), source=pairs%real_phi(:, order))
+      else
+         allocate (kept%phi(pairs%rows(), size(order)), source=pairs%phi(:, order))
+      end if
+      allocate (kept%xi(size(pairs%xi, 1), size(order)), source=pairs%xi(:, order))
    end function chosen_pairs
 
    !> Makes the shape of pair j one of unit norm, its largest entry real and positive; a shape of nothing stays.
