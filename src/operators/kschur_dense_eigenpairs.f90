@@ -166,7 +166,7 @@ contains
       k = size(self%basis, 2)
       l = size(chosen)
       if (l == 0) return
-      call independent_eigenvectors(self%schur, self%noise, y, k - size(self%values) + chosen)
+      call independent_eigenvectors(self%schur, self%noise, k - size(self%values) + chosen, y)
       call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, real(y, wp), k, 0.0_wp, re, n)
       call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, aimag(y), k, 0.0_wp, im, n)
       do j = 1, l
