@@ -9,7 +9,7 @@ module kschur_dense_choice
    public :: consider_dense, settle_dense
 
    ! Where both cost as many instructions, measured with 5 to 40 modes of beams and rotors of 100 to 300 states.
-   integer, parameter :: of_states = 80, of_states_a_mode = 6
+   integer, parameter :: of_states = 40, of_states_a_mode = 6
    ! The same of motions, whose matrix is symmetric, with 10 to 100 modes of chains of 60 to 240.
    integer, parameter :: of_motions = 60, of_motions_a_mode = 3
    ! Beyond this order it was not measured.
