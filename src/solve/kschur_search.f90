@@ -238,7 +238,10 @@ contains
          if (allocated(certificate%distances)) then
             furthest = (1 - 2*same_distance)*furthest
             if (count(certificate%distances < furthest) + nearer_than(furthest, s%known%rigid%lambda) /= &
-               nearer_than(furthest, modes%lambda)) modes%certified = certified_unknown
+               nearer_than(furthest, modes%lambda)) then
+               modes%certified = certified_unknown
+               modes%reason = reason_inaccurate
+            end if
          end if
       end associate
 
