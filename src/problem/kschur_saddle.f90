@@ -5,9 +5,10 @@ module kschur_saddle
    use kschur_problem, only: modal_problem_type
    use kschur_linear_solver, only: matrix_structure_type
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
+   use kschur_symbolic, only: sparse_order
    implicit none
    private
-   public :: saddle_blocks, saddle_structure, symmetric_saddle
+   public :: order_elimination, saddle_blocks, saddle_structure, symmetric_saddle
 
 contains
 
@@ -40,7 +41,23 @@ contains
       structure%symmetric = problem%symmetric
       structure%multipliers = problem%multipliers()
       allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
+      if (allocated(problem%position)) allocate (structure%position, source=problem%position)
    end function saddle_structure
+
+   !> Finds one order for all matrices that are made of M, R, K and Cq: that of the pattern of all.
+   subroutine order_elimination(problem, error)
+      !> Its `position` is set.
+      type(modal_problem_type), intent(inout) :: problem
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: pattern
+      real(wp) :: factors(problem%multipliers())
+
+      factors = 1
+      call border(linear_combination([1.0_wp, 1.0_wp, 1.0_wp], [problem%stiffness, problem%mass, problem%damping]), &
+         problem%constraints, factors, pattern, error)
+      if (.not. allocated(error)) &
+         call sparse_order(pattern%row_start, pattern%column, saddle_structure(problem), problem%position, error)
+   end subroutine order_elimination
 
    !> [M 0; 0 0], [R 0; 0 0] and [K Cq^T D; D Cq 0], D a diagonal of
    !> factors: sigma^2, sigma and 1 times them is the matrix to be factored.

@@ -18,5 +18,6 @@ contains
 
       call new_modal_problem(transposed, transpose_csr(problem%mass), transpose_csr(problem%stiffness), error, &
          transpose_csr(problem%damping), problem%constraints, kind_of=problem)
+      if (allocated(problem%position)) transposed%position = problem%position
    end subroutine transpose_problem
 end module kschur_transposed
