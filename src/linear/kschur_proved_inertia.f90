@@ -102,12 +102,16 @@ contains
       integer(c_int), intent(in) :: row(*)
       real(wp), intent(in) :: column(2, *), z(2)
       real(wp), intent(inout) :: y(2, *)
+      real(wp) :: first, second
       integer :: i, p
 
+      ! So written, the compiler makes one instruction of both.
       do p = 1, entries
          i = row(p)
-         y(1, i) = y(1, i) - column(1, p)*z(1)
-         y(2, i) = y(2, i) - column(2, p)*z(2)
+         first = y(1, i) - column(1, p)*z(1)
+         second = y(2, i) - column(2, p)*z(2)
+         y(1, i) = first
+         y(2, i) = second
       end do
    end subroutine subtract
 
