@@ -3,7 +3,7 @@ module kschur_lapack
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: ddot, dznrm2, dgees, dgelsy, dgemm, dgemv, dgesvd, dsyevd, dsygv, dtrevc, dtrsen, &
+   public :: ddot, dnrm2, dznrm2, dgees, dgelsy, dgemm, dgemv, dgesvd, dsyevd, dsygv, dtrevc, dtrsen, &
       zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
 
    interface
@@ -166,6 +166,12 @@ module kschur_lapack
       end function ddot
 
       !> Euclidean norm of a complex vector.
+      real(wp) function dnrm2(n, x, incx)
+         import :: wp
+         integer, intent(in) :: n, incx
+         real(wp), intent(in) :: x(*)
+      end function dnrm2
+
       real(wp) function dznrm2(n, x, incx)
          import :: wp
          integer, intent(in) :: n, incx

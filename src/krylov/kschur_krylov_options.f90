@@ -40,6 +40,8 @@ module kschur_krylov_options
    !> What an iteration gives: Ritz values and unit vectors, most wanted first.
    type :: ritz_pairs_type
       complex(wp), allocatable :: mu(:), vectors(:, :)
+      !> The vectors of a self-adjoint operator; `vectors` is not allocated then.
+      real(wp), allocatable :: real_vectors(:, :)
       type(krylov_statistics_type) :: statistics
    end type ritz_pairs_type
 

@@ -1,10 +1,10 @@
-!> How well eigenpairs satisfy a modal problem. Residuals are summed in more than the working
-!> precision: of a low mode of a stiff structure that leaves nothing but rounding.
+!> How well eigenpairs satisfy a modal problem, and where their eigenvalues are.
 module kschur_backward_error
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use kschur_eigenpairs, only: append_pairs, eigenpairs_type
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
    use kschur_kinds, only: wp, xp
-   use kschur_problem, only: modal_problem_type
+   use kschur_problem, only: damping_none, modal_problem_type
+   use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_tolerances, only: real_tolerance
    implicit none
@@ -20,12 +20,6 @@ module kschur_backward_error
    ! The real part of a shape that was found roughly is polished afterwards.
    real(wp), parameter :: loose = 1.0e-8_wp
 
-   ! M phi, R phi, K phi + Cq^T xi of a pair.
-   type :: products_type
-      complex(xp), allocatable :: mass(:), damping(:), rest(:)
-      real(wp) :: size_of_phi = 0
-   end type products_type
-
 contains
 
    !> Backward error of each pair: the larger of the normwise residual
@@ -34,18 +28,22 @@ contains
    !> 2-norms of vectors and infinity norms of the matrices as given.
    function backward_errors(problem, pairs) result(errors)
       type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type), intent(in) :: pairs
+      class(eigenpairs_type), intent(in) :: pairs
       real(wp) :: errors(size(pairs%lambda))
       type(csr_matrix_type) :: transposed
       type(products_type) :: products
       real(wp) :: norms(4)
-      integer :: j
+      integer :: first, last, j
 
       transposed = transpose_csr(problem%constraints)
       norms = norms_of(problem)
-      do j = 1, size(errors)
-         call multiply_all(problem, transposed, pairs%phi(:, j), pairs%xi(:, j), products)
-         errors(j) = max(residual_of(products, pairs%lambda(j), norms), violation_of(problem, pairs%phi(:, j), norms(4)))
+      do first = 1, size(errors), pairs_at_once(pairs)
+         last = min(first + pairs_at_once(pairs) - 1, size(errors))
+         call multiply_pairs(problem, transposed, pairs, first, last, products)
+         do j = first, last
+            errors(j) = max(residual_of(products, j - first + 1, pairs%lambda(j), norms), &
+               violation_of(products, j - first + 1, norms))
+         end do
       end do
    end function backward_errors
 
@@ -65,164 +63,213 @@ contains
       real(wp), allocatable, intent(out) :: bounds(:)
       type(csr_matrix_type) :: transposed
       type(products_type) :: products
-      type(eigenpairs_type) :: second
-      complex(wp), allocatable :: shape(:), reaction(:)
-      real(wp) :: norms(4), copy_error
+      type(eigenpairs_type) :: copies
+      complex(wp) :: factor
+      real(wp) :: norms(4)
       integer, allocatable :: doubled(:)
-      logical :: undamped, copied
-      integer :: j, n, m, k
+      integer :: first, last, j, k, l
 
-      n = problem%unknowns()
-      m = problem%multipliers()
       k = size(pairs%lambda)
-      undamped = problem%damping%is_zero()
       transposed = transpose_csr(problem%constraints)
       norms = norms_of(problem)
-      allocate (errors(k), bounds(k), doubled(0), shape(n), reaction(m))
-      allocate (second%phi(n, 0), second%xi(m, 0), second%lambda(0))
-      do j = 1, k
-         associate (lambda => pairs%lambda(j), phi => pairs%phi(:, j), xi => pairs%xi(:, j))
-            call multiply_all(problem, transposed, phi, xi, products)
-            copied = .false.
-            if (allocated(pairs%paired)) copied = pairs%paired(j)
-            if (j <= k - known) then
-               if (problem%symmetric) call correct(products, phi, lambda)
-               if (undamped) call settle_undamped(products, norms, lambda)
-            end if
-            if (copied) shape = phi
-            if (copied) reaction = xi
-            if (abs(aimag(lambda)) > 0) call settle_real(problem%symmetric, norms, lambda, phi, xi, products, copied)
-            copied = copied .and. .not. abs(aimag(lambda)) > 0
-            errors(j) = max(residual_of(products, lambda, norms), violation_of(problem, phi, norms(4)))
-            bounds(j) = ieee_value(1.0_wp, ieee_quiet_nan)
-            if (.not. abs(lambda) > 0) then
-               bounds(j) = 0
-            else if (problem%symmetric) then
-               bounds(j) = bound_of(products, phi, lambda, errors(j), norms)
-            end if
-            if (copied) then
-               ! What the shape has beyond the first one; of a defective eigenvalue nothing.
+      allocate (errors(k), bounds(k), doubled(0))
+      copies = chosen_pairs(pairs, spread(.false., 1, k))
+      do first = 1, k, pairs_at_once(pairs)
+         last = min(first + pairs_at_once(pairs) - 1, k)
+         call multiply_pairs(problem, transposed, pairs, first, last, products)
+         do j = first, last
+            l = j - first + 1
+            if (j <= k - known) call settle(problem, norms, products, l, pairs%lambda(j))
+            call settle_real(problem%symmetric, norms, products, l, is_paired(pairs, j), pairs%lambda(j), factor)
+            if (is_paired(pairs, j) .and. .not. abs(aimag(pairs%lambda(j))) > 0) then
                doubled = [doubled, j]
-               call append_pairs(second, other_copy(lambda, shape, reaction))
+               call append_pairs(copies, other_copy(pairs, j))
             end if
-         end associate
+            if (abs(factor) > 0) then
+               call make_real(pairs, j, factor)
+               call judge(problem%symmetric, norms, products%real_part(l, factor), 1, pairs%lambda(j), errors(j), bounds(j))
+            else
+               call judge(problem%symmetric, norms, products, l, pairs%lambda(j), errors(j), bounds(j))
+            end if
+         end do
       end do
-      if (size(doubled) == 0) return
-      do j = 1, size(doubled)
-         copy_error = maxval(backward_errors(problem, one_of(second, j)))
-         ! The same shape again, if the other one is none.
-         if (.not. copy_error <= max(100*errors(doubled(j)), 1.0e-12_wp)) then
-            second%phi(:, j) = pairs%phi(:, doubled(j))
-            second%xi(:, j) = pairs%xi(:, doubled(j))
-            copy_error = errors(doubled(j))
-         end if
-         errors = [errors, copy_error]
-         bounds = [bounds, bounds(doubled(j))]
-      end do
-      if (allocated(pairs%again)) second%again = pairs%again(doubled)
-      call append_pairs(pairs, second)
+      if (size(doubled) > 0) call append_copies(problem, doubled, copies, pairs, errors, bounds)
    end subroutine settle_pairs
 
-   function one_of(pairs, j) result(one)
+   pure logical function is_paired(pairs, j)
       type(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: j
-      type(eigenpairs_type) :: one
 
-      allocate (one%lambda, source=pairs%lambda(j:j))
-      allocate (one%phi, source=pairs%phi(:, j:j))
-      allocate (one%xi, source=pairs%xi(:, j:j))
-   end function one_of
+      is_paired = .false.
+      if (allocated(pairs%paired)) is_paired = pairs%paired(j)
+   end function is_paired
 
-   ! The imaginary part of a shape that is as real as can be, of unit norm.
-   function other_copy(lambda, shape, reaction) result(copy)
-      complex(wp), intent(in) :: lambda, shape(:), reaction(:)
+   ! Puts pair j on the real axis, with the real part of a multiple of its shape.
+   pure subroutine make_real(pairs, j, factor)
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: j
+      complex(wp), intent(in) :: factor
+
+      if (pairs%is_real()) then
+         pairs%real_phi(:, j) = real(factor, wp)*pairs%real_phi(:, j)
+      else
+         pairs%phi(:, j) = real(factor*pairs%phi(:, j), wp)
+      end if
+      pairs%xi(:, j) = real(factor*pairs%xi(:, j), wp)
+   end subroutine make_real
+
+   subroutine judge(symmetric, norms, products, l, lambda, error, bound)
+      logical, intent(in) :: symmetric
+      real(wp), intent(in) :: norms(4)
+      type(products_type), intent(in) :: products
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: lambda
+      real(wp), intent(out) :: error, bound
+
+      error = max(residual_of(products, l, lambda, norms), violation_of(products, l, norms))
+      bound = ieee_value(1.0_wp, ieee_quiet_nan)
+      if (.not. abs(lambda) > 0) then
+         bound = 0
+      else if (symmetric) then
+         bound = bound_of(products, l, lambda, error, norms)
+      end if
+   end subroutine judge
+
+   ! What the shapes of double real eigenvalues have beyond the first ones; of a defective eigenvalue nothing.
+   subroutine append_copies(problem, doubled, copies, pairs, errors, bounds)
+      type(modal_problem_type), intent(in) :: problem
+      integer, intent(in) :: doubled(:)
+      type(eigenpairs_type), intent(inout) :: copies, pairs
+      real(wp), allocatable, intent(inout) :: errors(:), bounds(:)
+      real(wp) :: copy_errors(size(doubled))
+      integer :: i
+
+      copy_errors = backward_errors(problem, copies)
+      do i = 1, size(doubled)
+         associate (j => doubled(i))
+            if (copy_errors(i) <= max(100*errors(j), 1.0e-12_wp) .and. .not. pairs%is_real()) cycle
+            ! The same shape again, if the other one is none.
+            copy_errors(i) = errors(j)
+            if (pairs%is_real()) then
+               copies%real_phi(:, i) = pairs%real_phi(:, j)
+            else
+               copies%phi(:, i) = pairs%phi(:, j)
+            end if
+            copies%xi(:, i) = pairs%xi(:, j)
+         end associate
+      end do
+      errors = [errors, copy_errors]
+      bounds = [bounds, bounds(doubled)]
+      if (allocated(pairs%again)) copies%again = pairs%again(doubled)
+      call append_pairs(pairs, copies)
+   end subroutine append_copies
+
+   ! The imaginary part of a shape that is as real as can be, of unit norm; of a real one there is none.
+   function other_copy(pairs, j) result(copy)
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: j
       type(eigenpairs_type) :: copy
       complex(wp) :: phase
       real(wp) :: length
 
-      phase = real_phase(shape)
-      length = max(norm2(aimag(phase*shape)), tiny(1.0_wp))
-      allocate (copy%lambda(1), source=lambda)
-      allocate (copy%phi(size(shape), 1), copy%xi(size(reaction), 1))
-      copy%phi(:, 1) = aimag(phase*shape)/length
-      copy%xi(:, 1) = aimag(phase*reaction)/length
+      allocate (copy%lambda, source=pairs%lambda(j:j))
+      allocate (copy%xi, source=pairs%xi(:, j:j))
+      if (pairs%is_real()) then
+         allocate (copy%real_phi, source=pairs%real_phi(:, j:j))
+         return
+      end if
+      phase = real_phase(sum(pairs%phi(:, j)**2))
+      allocate (copy%phi, source=cmplx(aimag(phase*pairs%phi(:, j:j)), kind=wp))
+      length = max(norm2(real(copy%phi, wp)), tiny(1.0_wp))
+      copy%phi = copy%phi/length
+      copy%xi = aimag(phase*copy%xi)/length
    end function other_copy
 
-   ! The root of phi^T P(lambda) phi = 0 that is next to lambda, where it is near. (phi^T: the left vector of a symmetric
-   ! problem is the conjugate of phi.)
-   pure subroutine correct(products, phi, lambda)
+   ! At the root of phi^T P(lambda) phi = 0 that is next to lambda, where it is near (phi^T: the left vector of a
+   ! symmetric problem is the conjugate of phi); and without damping on an axis, if it is there for rounding.
+   subroutine settle(problem, norms, products, l, lambda)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: norms(4)
       type(products_type), intent(in) :: products
-      complex(wp), intent(in) :: phi(:)
+      integer, intent(in) :: l
       complex(wp), intent(inout) :: lambda
-      complex(xp) :: m, r, k, root, roots(2)
+
+      if (problem%symmetric) call correct(products%forms(l), lambda)
+      if (problem%damping_kind == damping_none) call settle_undamped(products, l, norms, lambda)
+   end subroutine settle
+
+   pure subroutine correct(forms, lambda)
+      complex(xp), intent(in) :: forms(3)
+      complex(wp), intent(inout) :: lambda
+      complex(xp) :: root, roots(2)
       integer :: next
 
-      m = sum(phi*products%mass)
-      r = sum(phi*products%damping)
-      k = sum(phi*products%rest)
-      root = sqrt(r**2 - 4*m*k)
-      if (real(root*conjg(r), xp) < 0) root = -root
-      roots(1) = -(r + root)/2
-      if (.not. min(abs(roots(1)), abs(m)) > 0) return
-      roots = [roots(1)/m, k/roots(1)]
+      associate (k => forms(3), r => forms(2), m => forms(1))
+         root = sqrt(r**2 - 4*m*k)
+         if (real(root*conjg(r), xp) < 0) root = -root
+         roots(1) = -(r + root)/2
+         if (.not. min(abs(roots(1)), abs(m)) > 0) return
+         roots = [roots(1)/m, k/roots(1)]
+      end associate
       next = minloc(abs(roots - lambda), 1)
       if (abs(roots(next) - lambda) <= rounded*abs(lambda)) lambda = cmplx(roots(next), kind=wp)
    end subroutine correct
 
-   ! lambda^2 is real, most often: on an axis, if it is there for rounding.
-   subroutine settle_undamped(products, norms, lambda)
+   ! lambda^2 is real, most often.
+   subroutine settle_undamped(products, l, norms, lambda)
       type(products_type), intent(in) :: products
+      integer, intent(in) :: l
       real(wp), intent(in) :: norms(4)
       complex(wp), intent(inout) :: lambda
       complex(wp) :: place
 
       place = cmplx(0, aimag(lambda), wp)
       if (abs(aimag(lambda)) < abs(real(lambda, wp))) place = cmplx(real(lambda, wp), 0, wp)
-      if (abs(lambda - place) > near*abs(lambda)) return
-      if (abs(lambda - place) <= real_tolerance*abs(lambda) .or. &
-         residual_of(products, place, norms) <= noise(residual_of(products, lambda, norms))) lambda = place
+      if (.not. abs(lambda - place) > 0 .or. abs(lambda - place) > near*abs(lambda)) return
+      if (abs(lambda - place) <= real_tolerance*abs(lambda)) then
+         lambda = place
+      else if (residual_of(products, l, place, norms) <= noise(residual_of(products, l, lambda, norms))) then
+         lambda = place
+      end if
    end subroutine settle_undamped
 
-   ! The real part of a shape, at the real part of its eigenvalue.
-   subroutine settle_real(symmetric, norms, lambda, phi, xi, products, copied)
+   ! On the real axis, where the real part of a multiple of the shape belongs there.
+   subroutine settle_real(symmetric, norms, products, l, paired, lambda, factor)
       logical, intent(in) :: symmetric
       real(wp), intent(in) :: norms(4)
-      complex(wp), intent(inout) :: lambda, phi(:), xi(:)
-      type(products_type), intent(inout) :: products
+      type(products_type), intent(in) :: products
+      integer, intent(in) :: l
       !> Whether the conjugate is another eigenvalue, so that there are two on the axis.
-      logical, intent(in) :: copied
+      logical, intent(in) :: paired
+      complex(wp), intent(inout) :: lambda
+      !> Of the shape; zero where it stays as it is.
+      complex(wp), intent(out) :: factor
       type(products_type) :: turned
-      complex(wp) :: phase, place
-      real(wp) :: length, before
-      real(xp) :: m, r, k, terms
+      complex(wp) :: place, multiple
+      real(wp) :: limit
+      real(xp) :: forms(3), terms
 
-      if (abs(aimag(lambda)) > near*abs(lambda)) return
-      phase = real_phase(phi)
-      length = norm2(real(phase*phi, wp))
-      if (.not. length > 0) return
-      turned%mass = cmplx(real(phase*products%mass, xp)/length, kind=xp)
-      turned%damping = cmplx(real(phase*products%damping, xp)/length, kind=xp)
-      turned%rest = cmplx(real(phase*products%rest, xp)/length, kind=xp)
-      turned%size_of_phi = 1
+      factor = 0
+      if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > near*abs(lambda)) return
+      multiple = real_phase(cmplx(products%square(l), kind=wp))
+      turned = products%real_part(l, multiple)
+      if (.not. turned%length(1) > 0) return
+      multiple = multiple/turned%length(1)
+      turned = products%real_part(l, multiple)
       place = cmplx(real(lambda, wp), 0, wp)
-      before = residual_of(products, lambda, norms)
-      if (symmetric .and. copied) then
+      limit = noise(residual_of(products, l, lambda, norms))
+      if (symmetric .and. paired) then
          ! u^T P(lambda) u has real roots, or a double one for rounding.
-         m = sum(real(phase*phi, wp)/length*real(turned%mass, xp))
-         r = sum(real(phase*phi, wp)/length*real(turned%damping, xp))
-         k = sum(real(phase*phi, wp)/length*real(turned%rest, xp))
-         terms = r**2 + 4*abs(m*k)
-         if (.not. (r**2 - 4*m*k >= -double_root*terms)) return
-         if (.not. residual_of(turned, place, norms) <= noise(sqrt(before))) return
-      else if (copied .or. abs(aimag(lambda)) > real_tolerance*abs(lambda)) then
-         if (.not. residual_of(turned, place, norms) <= noise(before)) return
-      else
-         if (.not. residual_of(turned, place, norms) <= max(loose, noise(before))) return
+         forms = real(turned%forms(1), xp)
+         terms = forms(2)**2 + 4*abs(forms(1)*forms(3))
+         if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -double_root*terms)) return
+         limit = noise(sqrt(residual_of(products, l, lambda, norms)))
+      else if (.not. paired .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
+         limit = max(loose, limit)
       end if
+      if (.not. residual_of(turned, 1, place, norms) <= limit) return
       lambda = place
-      phi = real(phase*phi, wp)/length
-      xi = real(phase*xi, wp)/length
-      products = turned
+      factor = multiple
    end subroutine settle_real
 
    ! What rounding may make of a backward error that another shape or place has.
@@ -232,11 +279,12 @@ contains
       noise = max(10*error, 16*epsilon(1.0_wp))
    end function noise
 
-   ! The factor that makes a vector as real as can be.
-   pure complex(wp) function real_phase(x) result(phase)
-      complex(wp), intent(in) :: x(:)
+   ! The factor that makes a vector x as real as can be.
+   pure complex(wp) function real_phase(square) result(phase)
+      !> x^T x.
+      complex(wp), intent(in) :: square
 
-      phase = sqrt(conjg(sum(x**2)))
+      phase = sqrt(conjg(square))
       if (abs(phase) > 0) then
          phase = phase/abs(phase)
       else
@@ -245,15 +293,18 @@ contains
    end function real_phase
 
    ! The backward error r moves a root of phi^T P phi by about r/|slope|, at critical damping by sqrt(r/inertia).
-   real(wp) function bound_of(products, phi, lambda, error, norms) result(bound)
+   real(wp) function bound_of(products, l, lambda, error, norms) result(bound)
       type(products_type), intent(in) :: products
-      complex(wp), intent(in) :: phi(:), lambda
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: lambda
       real(wp), intent(in) :: error, norms(4)
+      complex(xp) :: forms(3)
       real(wp) :: slope, inertia, force
 
-      slope = abs(cmplx(sum(phi*(2*cmplx(lambda, kind=xp)*products%mass + products%damping)), kind=wp))
-      inertia = abs(cmplx(sum(phi*products%mass), kind=wp))
-      force = max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%size_of_phi**2
+      forms = products%forms(l)
+      slope = abs(cmplx(2*cmplx(lambda, kind=xp)*forms(1) + forms(2), kind=wp))
+      inertia = abs(cmplx(forms(1), kind=wp))
+      force = max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l)**2
       bound = ieee_value(1.0_wp, ieee_quiet_nan)
       if (slope + sqrt(inertia*force) > 0) bound = max(2*force/(slope + sqrt(slope**2 + 4*inertia*force)), &
          epsilon(1.0_wp)*abs(lambda))
@@ -276,93 +327,27 @@ contains
    end function level_of
 
    ! Without stiffness a zero eigenvalue has no level: its residual is exact or it is none.
-   pure real(wp) function residual_of(products, lambda, norms) result(error)
+   pure real(wp) function residual_of(products, l, lambda, norms) result(error)
       type(products_type), intent(in) :: products
+      integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
       real(wp), intent(in) :: norms(4)
-      complex(xp) :: s
       real(wp) :: level
-      integer :: i
-      complex(wp) :: residual(size(products%mass))
 
-      s = lambda
-      do i = 1, size(residual)
-         residual(i) = cmplx(s*(s*products%mass(i) + products%damping(i)) + products%rest(i), kind=wp)
-      end do
-      level = level_of(lambda, norms)*products%size_of_phi
-      error = norm2([norm2(real(residual, wp)), norm2(aimag(residual))])
+      level = level_of(lambda, norms)*products%length(l)
+      error = products%residual(l, lambda)
       if (level > 0) error = error/level
       if (.not. error >= 0) error = huge(1.0_wp)
    end function residual_of
 
-   real(wp) function violation_of(problem, phi, norm) result(error)
-      type(modal_problem_type), intent(in) :: problem
-      complex(wp), intent(in) :: phi(:)
-      real(wp), intent(in) :: norm
-      complex(wp) :: violation(problem%multipliers())
+   pure real(wp) function violation_of(products, l, norms) result(error)
+      type(products_type), intent(in) :: products
+      integer, intent(in) :: l
+      real(wp), intent(in) :: norms(4)
 
       error = 0
-      if (size(violation) == 0) return
-      call multiply(problem%constraints, phi, violation)
-      error = norm2(abs(violation))/(norm*norm2(abs(phi)))
+      if (.not. norms(4) > 0) return
+      error = products%violation(l)/(norms(4)*products%length(l))
       if (.not. error >= 0) error = huge(1.0_wp)
    end function violation_of
-
-   pure subroutine multiply_all(problem, transposed, phi, xi, products)
-      type(modal_problem_type), intent(in) :: problem
-      !> Cq^T.
-      type(csr_matrix_type), intent(in) :: transposed
-      complex(wp), intent(in) :: phi(:), xi(:)
-      type(products_type), intent(inout) :: products
-      logical :: is_real
-      integer :: i, n
-
-      n = size(phi)
-      if (.not. allocated(products%mass)) allocate (products%mass(n), products%damping(n), products%rest(n))
-      is_real = all(.not. abs(aimag(phi)) > 0)
-      do i = 1, n
-         products%mass(i) = row_product(problem%mass, i, phi, is_real)
-         products%damping(i) = row_product(problem%damping, i, phi, is_real)
-         products%rest(i) = row_product(problem%stiffness, i, phi, is_real) + row_product(transposed, i, xi, .false.)
-      end do
-      products%size_of_phi = norm2([norm2(real(phi, wp)), norm2(aimag(phi))])
-   end subroutine multiply_all
-
-   pure subroutine multiply(matrix, x, y)
-      type(csr_matrix_type), intent(in) :: matrix
-      complex(wp), intent(in) :: x(:)
-      complex(wp), intent(out) :: y(:)
-      integer :: i
-
-      do i = 1, size(y)
-         y(i) = cmplx(row_product(matrix, i, x, .false.), kind=wp)
-      end do
-   end subroutine multiply
-
-   ! Entry i of A x.
-   pure complex(xp) function row_product(matrix, i, x, is_real) result(total)
-      type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: i
-      complex(wp), intent(in) :: x(:)
-      !> Whether x has no imaginary part: that saves half of the work.
-      logical, intent(in) :: is_real
-      real(xp) :: re, im, entry
-      integer :: k
-
-      re = 0
-      im = 0
-      if (is_real) then
-         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            re = re + real(matrix%value(k), xp)*real(x(matrix%column(k)), wp)
-         end do
-         total = cmplx(re, im, xp)
-         return
-      end if
-      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-         entry = matrix%value(k)
-         re = re + entry*real(x(matrix%column(k)), wp)
-         im = im + entry*aimag(x(matrix%column(k)))
-      end do
-      total = cmplx(re, im, xp)
-   end function row_product
 end module kschur_backward_error

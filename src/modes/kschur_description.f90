@@ -80,17 +80,22 @@ contains
       complex(wp), intent(in) :: phi(:)
       complex(wp), intent(out) :: total
       real(wp), intent(out) :: terms
+      complex(wp) :: row
+      real(wp) :: size_of_phi(size(phi)), row_terms
       integer :: i, k
 
       total = 0
       terms = 0
+      size_of_phi = abs(phi)
       do i = 1, matrix%rows
+         row = 0
+         row_terms = 0
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            associate (term => conjg(phi(i))*matrix%value(k)*phi(matrix%column(k)))
-               total = total + term
-               terms = terms + abs(term)
-            end associate
+            row = row + matrix%value(k)*phi(matrix%column(k))
+            row_terms = row_terms + abs(matrix%value(k))*size_of_phi(matrix%column(k))
          end do
+         total = total + conjg(phi(i))*row
+         terms = terms + size_of_phi(i)*row_terms
       end do
    end subroutine form
 end module kschur_description

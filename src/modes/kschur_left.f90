@@ -63,6 +63,7 @@ contains
       integer :: i, j, k
 
       call match(found, modes, left)
+      call modes%make_complex()
       k = size(left%lambda)
       allocate (limits(k), source=max(acceptable, as_good*modes%backward_error))
       allocate (missing(k), source=backward_errors(transposed, left) > limits)
@@ -97,7 +98,7 @@ contains
 
       free = .true.
       allocate (left%lambda, source=modes%lambda)
-      allocate (left%phi(size(found%phi, 1), size(left%lambda)), left%xi(size(found%xi, 1), size(left%lambda)))
+      allocate (left%phi(found%rows(), size(left%lambda)), left%xi(size(found%xi, 1), size(left%lambda)))
       left%phi = ieee_value(1.0_wp, ieee_quiet_nan)
       left%xi = ieee_value(1.0_wp, ieee_quiet_nan)
       do j = 1, size(left%lambda)
@@ -105,7 +106,7 @@ contains
          distance = abs(found%lambda - left%lambda(j))
          nearest = minloc(distance, 1, free)
          if (distance(nearest) > same_value*abs(left%lambda(j))) cycle
-         left%phi(:, j) = found%phi(:, nearest)
+         left%phi(:, j) = found%column(nearest)
          left%xi(:, j) = found%xi(:, nearest)
          free(nearest) = .false.
       end do
@@ -206,7 +207,7 @@ contains
          deallocate (mixed%lambda, mixed%phi, mixed%xi)
       end do
       do j = 1, size(limits)
-         if (is_number(left, j)) call normalize(left%phi(:, j), left%xi(:, j))
+         if (is_number(left, j)) call normalize(left, j)
       end do
    end subroutine biorthogonalize
 

@@ -53,7 +53,8 @@ contains
       k = size(pairs%lambda) - wanted%rigid
       call make_canonical(pairs, k, again)
       call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound)
-      call normalize_first(pairs, k)
+      ! Real shapes stayed as they were.
+      if (.not. pairs%is_real()) call normalize_first(pairs, k)
       ! On the real axis there are no conjugates: each eigenvalue is one of its own.
       again = [again .and. abs(aimag(pairs%lambda(:k))) > 0, spread(.false., 1, size(pairs%lambda) - k)]
       if (allocated(pairs%again)) again = again .or. pairs%again
@@ -83,7 +84,7 @@ contains
       do j = 1, k
          if (.not. lower(j)) cycle
          pairs%lambda(j) = conjg(pairs%lambda(j))
-         pairs%phi(:, j) = conjg(pairs%phi(:, j))
+         if (.not. pairs%is_real()) pairs%phi(:, j) = conjg(pairs%phi(:, j))
          pairs%xi(:, j) = conjg(pairs%xi(:, j))
       end do
       call normalize_first(pairs, k)
@@ -95,7 +96,7 @@ contains
       integer :: j
 
       do j = 1, k
-         call normalize(pairs%phi(:, j), pairs%xi(:, j))
+         call normalize(pairs, j)
       end do
    end subroutine normalize_first
 
@@ -162,7 +163,9 @@ contains
       type(modes_type), intent(inout) :: modes
 
       call move_alloc(pairs%lambda, modes%lambda)
+      ! Those that are not allocated leave none behind.
       call move_alloc(pairs%phi, modes%phi)
+      call move_alloc(pairs%real_phi, modes%real_phi)
       call move_alloc(pairs%xi, modes%xi)
       if (allocated(pairs%weights)) call move_alloc(pairs%weights, modes%weights)
    end subroutine move_pairs
@@ -178,7 +181,11 @@ contains
       errors = backward_errors(problem, pairs)
       allocate (order, source=pack([(j, j=1, size(errors))], errors <= spurious))
       if (size(order) == size(errors)) return
-      call take_columns(pairs%phi, order)
+      if (pairs%is_real()) then
+         call take_columns(pairs%real_phi, order)
+      else
+         call take_columns(pairs%phi, order)
+      end if
       call take_columns(pairs%xi, order)
       pairs%lambda = pairs%lambda(order)
       if (allocated(pairs%paired)) pairs%paired = pairs%paired(order)
@@ -243,6 +250,7 @@ contains
 
       k = size(repeated)
       allocate (before%lambda, source=modes%lambda)
+      call modes%make_complex()
       call move_alloc(modes%phi, before%phi)
       if (allocated(pairs%weights)) allocate (before%weights, source=pairs%weights)
       ! A pair that comes to the real axis is two eigenvalues there.

@@ -7,6 +7,11 @@ module kschur_modes
    private
    public :: eigenvalues_of, modes_type, no_modes, take_columns
 
+   !> Columns `order` of a block, moved where all are wanted as they are.
+   interface take_columns
+      module procedure take_real_columns, take_complex_columns
+   end interface take_columns
+
    !> Eigenpairs of the problem as given, nearest to the target first, and what is known of them.
    type, extends(eigenpairs_type) :: modes_type
       real(wp), allocatable :: backward_error(:)
@@ -41,7 +46,11 @@ contains
       integer, intent(in) :: order(:)
 
       self%lambda = self%lambda(order)
-      call take_columns(self%phi, order)
+      if (self%is_real()) then
+         call take_columns(self%real_phi, order)
+      else
+         call take_columns(self%phi, order)
+      end if
       call take_columns(self%xi, order)
       self%backward_error = self%backward_error(order)
       self%error_bound = self%error_bound(order)
@@ -79,24 +88,39 @@ contains
       total = count(chosen) + count(chosen .and. abs(aimag(lambda)) > 0)
    end function eigenvalues_of
 
-   !> Columns `order` of a block, in its own place: there may be no room for two.
-   pure subroutine take_columns(block, order)
+   pure subroutine take_real_columns(block, order)
+      real(wp), allocatable, intent(inout) :: block(:, :)
+      integer, intent(in) :: order(:)
+      real(wp), allocatable :: taken(:, :)
+      integer :: j
+
+      if (are_all(order, size(block, 2))) return
+      allocate (taken(size(block, 1), size(order)))
+      do j = 1, size(order)
+         taken(:, j) = block(:, order(j))
+      end do
+      call move_alloc(taken, block)
+   end subroutine take_real_columns
+
+   pure subroutine take_complex_columns(block, order)
       complex(wp), allocatable, intent(inout) :: block(:, :)
       integer, intent(in) :: order(:)
-      complex(wp) :: column(size(block, 1))
-      integer :: i, j
+      complex(wp), allocatable :: taken(:, :)
+      integer :: j
 
+      if (are_all(order, size(block, 2))) return
+      allocate (taken(size(block, 1), size(order)))
       do j = 1, size(order)
-         ! What stood at i < j went where column i came from.
-         i = order(j)
-         do while (i < j)
-            i = order(i)
-         end do
-         if (i == j) cycle
-         column = block(:, j)
-         block(:, j) = block(:, i)
-         block(:, i) = column
+         taken(:, j) = block(:, order(j))
       end do
-      if (size(order) < size(block, 2)) block = block(:, :size(order))
-   end subroutine take_columns
+      call move_alloc(taken, block)
+   end subroutine take_complex_columns
+
+   pure logical function are_all(order, columns)
+      integer, intent(in) :: order(:), columns
+      integer :: j
+
+      are_all = size(order) == columns
+      if (are_all) are_all = all(order == [(j, j=1, columns)])
+   end function are_all
 end module kschur_modes

@@ -52,6 +52,7 @@ contains
       logical :: better
 
       if (.not. any(errors > above)) return
+      call pairs%make_complex()
       call saddle_blocks(problem, factors, blocks, error)
       if (allocated(error)) return
       do j = 1, size(errors)
@@ -163,22 +164,21 @@ contains
       !> `huge` where it tells none.
       complex(wp), intent(out) :: lambda
       type(error_type), allocatable, intent(out) :: error
-      complex(wp), allocatable :: force(:, :)
+      complex(wp), allocatable :: phi(:, :), force(:, :)
       complex(wp) :: factor
       integer :: n
 
       n = problem%unknowns()
       lambda = huge(1.0_wp)
-      allocate (y(n + problem%multipliers(), 1), force(n, 1), source=(0.0_wp, 0.0_wp))
-      associate (phi => pairs%phi(:, j:j))
-         call problem%mass%add_product(s + pairs%lambda(j), phi, force)
-         call problem%damping%add_product((1.0_wp, 0.0_wp), phi, force)
-         y(:n, :) = force
-         call solver%solve(y, error)
-         if (allocated(error)) return
-         factor = dot_product(phi(:, 1), y(:n, 1))
-         if (abs(factor) > 0) lambda = s - dznrm2(n, phi, 1)**2/factor
-      end associate
+      allocate (y(n + problem%multipliers(), 1), phi(n, 1), force(n, 1), source=(0.0_wp, 0.0_wp))
+      phi(:, 1) = pairs%column(j)
+      call problem%mass%add_product(s + pairs%lambda(j), phi, force)
+      call problem%damping%add_product((1.0_wp, 0.0_wp), phi, force)
+      y(:n, :) = force
+      call solver%solve(y, error)
+      if (allocated(error)) return
+      factor = dot_product(phi(:, 1), y(:n, 1))
+      if (abs(factor) > 0) lambda = s - dznrm2(n, phi, 1)**2/factor
    end subroutine step_from
 
    ! One step on pair j.
@@ -207,7 +207,7 @@ contains
       allocate (pair%phi(n, 1), source=rhs(:n, :))
       allocate (pair%xi(size(factors), 1))
       pair%xi(:, 1) = factors*rhs(n + 1:, 1)
-      call normalize(pair%phi(:, 1), pair%xi(:, 1))
+      call normalize(pair, 1)
       errors = backward_errors(problem, pair)
       better = errors(1) < error_before .and. abs(dot_product(shape, pair%phi(:, 1))) >= same_shape*norm2(abs(shape))
       if (.not. better) return

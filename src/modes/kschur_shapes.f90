@@ -22,26 +22,29 @@ contains
 
    !> Makes the shapes of the pairs with eigenvalue zero orthonormal, and normalises all.
    subroutine orthonormalize_zeros(pairs)
+      !> With real shapes, as rigid motions have.
       type(eigenpairs_type), intent(inout) :: pairs
-      complex(wp) :: factor
+      real(wp) :: factor
       integer :: i, j, pass
 
-      do j = 1, size(pairs%lambda)
-         if (abs(pairs%lambda(j)) > 0) cycle
-         do pass = 1, 2
-            do i = 1, j - 1
-               if (abs(pairs%lambda(i)) > 0) cycle
-               factor = dot_product(pairs%phi(:, i), pairs%phi(:, j))
-               pairs%phi(:, j) = pairs%phi(:, j) - factor*pairs%phi(:, i)
-               pairs%xi(:, j) = pairs%xi(:, j) - factor*pairs%xi(:, i)
+      associate (phi => pairs%real_phi, xi => pairs%xi)
+         do j = 1, size(pairs%lambda)
+            if (abs(pairs%lambda(j)) > 0) cycle
+            do pass = 1, 2
+               do i = 1, j - 1
+                  if (abs(pairs%lambda(i)) > 0) cycle
+                  factor = dot_product(phi(:, i), phi(:, j))
+                  phi(:, j) = phi(:, j) - factor*phi(:, i)
+                  xi(:, j) = xi(:, j) - factor*xi(:, i)
+               end do
+               factor = 1/norm2(phi(:, j))
+               phi(:, j) = factor*phi(:, j)
+               xi(:, j) = factor*xi(:, j)
             end do
-            factor = 1/length(pairs%phi(:, j))
-            pairs%phi(:, j) = factor*pairs%phi(:, j)
-            pairs%xi(:, j) = factor*pairs%xi(:, j)
          end do
-      end do
+      end associate
       do j = 1, size(pairs%lambda)
-         call normalize(pairs%phi(:, j), pairs%xi(:, j))
+         call normalize(pairs, j)
       end do
    end subroutine orthonormalize_zeros
 
@@ -65,7 +68,7 @@ contains
 
       repeats = .false.
       if (rigid == 0) return
-      allocate (zeros(size(pairs%phi, 1), 0), shape(size(pairs%phi, 1)))
+      allocate (zeros(pairs%rows(), 0), shape(pairs%rows()))
       do i = k + 1, k + rigid
          if (abs(pairs%lambda(i)) > 0) cycle
          call take_rest(pairs, i, zeros, shape)
@@ -87,9 +90,10 @@ contains
       if (smallest < huge(1.0_wp)) largest = max(reference, smallest)
       do j = 1, size(repeats)
          if (.not. repeats(j)) cycle
-         call form(problem%mass, pairs%phi(:, j), m, m_terms)
-         call form(problem%damping, pairs%phi(:, j), r, r_terms)
-         call form(problem%stiffness, pairs%phi(:, j), s, k_terms)
+         shape = pairs%column(j)
+         call form(problem%mass, shape, m, m_terms)
+         call form(problem%damping, shape, r, r_terms)
+         call form(problem%stiffness, shape, s, k_terms)
          repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= no_energy*r_terms .or. &
             abs(pairs%lambda(j)**2)*m_terms <= blurring*k_terms .or. &
             abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r)) .and. .not. is_decay(j)
@@ -101,13 +105,14 @@ contains
       logical function is_decay(j)
          integer, intent(in) :: j
          real(wp), parameter :: most = 0.5_wp
-         complex(wp), dimension(size(pairs%phi, 1), 1) :: inertia, total
-         real(wp) :: units(size(pairs%phi, 1))
+         complex(wp), dimension(pairs%rows(), 1) :: phi, inertia, total
+         real(wp) :: units(pairs%rows())
 
+         phi(:, 1) = pairs%column(j)
          inertia = 0
-         call problem%mass%add_product(pairs%lambda(j), pairs%phi(:, j:j), inertia)
+         call problem%mass%add_product(pairs%lambda(j), phi, inertia)
          total = inertia
-         call problem%damping%add_product((1.0_wp, 0.0_wp), pairs%phi(:, j:j), total)
+         call problem%damping%add_product((1.0_wp, 0.0_wp), phi, total)
          units = 1
          if (allocated(pairs%weights)) then
             where (pairs%weights > 0) units = 1/pairs%weights
@@ -124,8 +129,8 @@ contains
       complex(wp), allocatable :: u(:), v(:), span(:, :)
       integer :: i
 
-      allocate (span(size(pairs%phi, 1), 0))
-      allocate (u(size(pairs%phi, 1)), v(size(pairs%phi, 1)))
+      allocate (span(pairs%rows(), 0))
+      allocate (u(pairs%rows()), v(pairs%rows()))
       depends = .true.
       call take_rest(pairs, j, span, v)
       do i = 1, size(others)
@@ -157,7 +162,7 @@ contains
       complex(wp), contiguous, intent(out) :: rest(:)
       integer :: l, pass
 
-      rest = pairs%phi(:, i)
+      rest = pairs%column(i)
       if (allocated(pairs%weights)) rest = pairs%weights*rest
       rest = rest/max(length(rest), tiny(1.0_wp))
       do pass = 1, 2

@@ -4,6 +4,7 @@ module kschur_pencil_transform
    use kschur_arpack, only: arpack
    use kschur_arpack_options, only: arpack_options_type
    use kschur_deflation, only: deflation_type
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_root_invariant, only: zero_and_infinite
    use kschur_kinds, only: wp
@@ -114,28 +115,31 @@ contains
       end select
    end subroutine iterate
 
-   subroutine recover(self, mu, vectors, phi, xi, error)
+   subroutine recover(self, ritz, pairs, error)
       class(pencil_transform_type), intent(inout) :: self
-      complex(wp), intent(in) :: mu(:)
-      complex(wp), allocatable, intent(inout) :: vectors(:, :)
-      complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
+      type(ritz_pairs_type), intent(inout) :: ritz
+      type(eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
-      complex(wp), allocatable :: purified(:, :), lambda(:)
+      complex(wp), allocatable :: purified(:, :)
+      complex(wp) :: theta(size(ritz%mu)), lambda(size(ritz%mu))
       integer :: j
 
-      allocate (lambda(size(mu)), source=[(self%operator%pencil%lambda(self%theta(mu(j))), j=1, size(mu))])
+      do j = 1, size(theta)
+         theta(j) = self%theta(ritz%mu(j))
+         lambda(j) = self%operator%pencil%lambda(theta(j))
+      end do
       if (.not. self%recover_applies) then
-         call self%operator%pencil%split(vectors, lambda, [(self%theta(mu(j)), j=1, size(mu))], phi, xi)
+         call self%operator%pencil%split(ritz%vectors, lambda, theta, pairs%phi, pairs%xi)
          return
       end if
-      allocate (purified(size(vectors, 1), size(mu)))
-      call self%operator%apply_with_multipliers(vectors, purified, error)
+      allocate (purified(size(ritz%vectors, 1), size(theta)))
+      call self%operator%apply_with_multipliers(ritz%vectors, purified, error)
       if (allocated(error)) return
-      deallocate (vectors)
-      do j = 1, size(mu)
+      deallocate (ritz%vectors)
+      do j = 1, size(theta)
          purified(:, j) = purified(:, j)/norm2(abs(purified(:, j)))
       end do
-      call self%operator%pencil%split(purified, lambda, spread(self%shift, 1, size(mu)), phi, xi)
+      call self%operator%pencil%split(purified, lambda, spread(self%shift, 1, size(theta)), pairs%phi, pairs%xi)
    end subroutine recover
 
    function linear_solver(self) result(solver)

@@ -3,6 +3,7 @@ module kschur_quadratic_transform_complex
    use kschur_arpack, only: arpack
    use kschur_arpack_options, only: arpack_options_type
    use kschur_deflation, only: deflation_type
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_root_invariant, only: undamped_zeros, zero_and_infinite
    use kschur_kinds, only: wp

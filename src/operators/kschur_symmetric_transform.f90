@@ -6,11 +6,12 @@ module kschur_symmetric_transform
    use kschur_arpack_options, only: arpack_options_type
    use kschur_certificate, only: inertia_census_type, new_inertia_census
    use kschur_deflation, only: deflation_type
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type, ritz_pairs_type
    use kschur_lanczos, only: lanczos, lanczos_state_type
-   use kschur_lapack, only: dznrm2
+   use kschur_lapack, only: dnrm2
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, matrix_structure_type, &
       real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
@@ -210,7 +211,7 @@ contains
       integer, parameter :: filter = 2
       class(krylov_options_type), allocatable :: filtered
       logical :: complete
-      integer :: wanted, j
+      integer :: wanted
       type(real_ritz_pairs_type) :: found
 
       if (.not. allocated(self%state)) allocate (self%state)
@@ -239,11 +240,7 @@ contains
       if (allocated(error)) return
       ritz%statistics = found%statistics
       allocate (ritz%mu(size(found%values)), source=cmplx(found%values, 0, wp))
-      allocate (ritz%vectors(size(found%vectors, 1), size(found%vectors, 2)))
-      ! A column at a time, without a copy of all.
-      do j = 1, size(found%vectors, 2)
-         ritz%vectors(:, j) = cmplx(found%vectors(:, j), 0, wp)
-      end do
+      call move_alloc(found%vectors, ritz%real_vectors)
    end subroutine iterate
 
    ! The problem is its own transpose, and so are its factors.
@@ -313,32 +310,32 @@ contains
       end do
    end subroutine purify
 
-   subroutine recover(self, mu, vectors, phi, xi, error)
+   subroutine recover(self, ritz, pairs, error)
       class(symmetric_transform_type), intent(inout) :: self
-      complex(wp), intent(in) :: mu(:)
-      complex(wp), allocatable, intent(inout) :: vectors(:, :)
-      complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
+      type(ritz_pairs_type), intent(inout) :: ritz
+      type(eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: x(:, :), y(:, :), multipliers(:, :)
+      real(wp), allocatable :: y(:, :), multipliers(:, :)
       real(wp) :: length
       integer :: k, j
 
-      k = size(mu)
-      call move_alloc(vectors, phi)
-      allocate (xi(size(self%operator%factors), k))
+      k = size(ritz%mu)
+      call move_alloc(ritz%real_vectors, pairs%real_phi)
+      allocate (multipliers(size(self%operator%factors), k))
       ! Otherwise the iteration has purified them, and there are no multipliers.
       if (self%recover_applies) then
-         allocate (x(size(phi, 1), k), source=real(phi, wp))
-         allocate (y(size(phi, 1), k), multipliers(size(xi, 1), k))
-         call self%operator%apply_with_multipliers(x, y, multipliers, error)
+         allocate (y(pairs%rows(), k))
+         call self%operator%apply_with_multipliers(pairs%real_phi, y, multipliers, error)
          if (allocated(error)) return
-         phi = cmplx(y, 0, wp)
-         xi = cmplx(multipliers, 0, wp)
+         call move_alloc(y, pairs%real_phi)
       end if
+      allocate (pairs%xi(size(multipliers, 1), k))
       do j = 1, k
-         length = max(dznrm2(size(phi, 1), phi(:, j), 1), tiny(1.0_wp))
-         phi(:, j) = phi(:, j)/length
-         xi(:, j) = xi(:, j)/length
+         associate (phi => pairs%real_phi(:, j))
+            length = max(dnrm2(size(phi), phi, 1), tiny(1.0_wp))
+            phi = phi/length
+         end associate
+         pairs%xi(:, j) = multipliers(:, j)/length
       end do
    end subroutine recover
 

@@ -2,6 +2,7 @@
 !> what the solver asks of pencils and structured operators alike.
 module kschur_transform
    use kschur_certificate, only: certificate_type
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_deflation, only: deflation_type
@@ -53,13 +54,13 @@ module kschur_transform
          class(monitor_type), intent(inout), optional :: monitor
       end subroutine iterate_interface
 
-      subroutine recover_interface(self, mu, vectors, phi, xi, error)
-         import :: transform_type, wp, error_type
+      subroutine recover_interface(self, ritz, pairs, error)
+         import :: transform_type, ritz_pairs_type, eigenpairs_type, error_type
          class(transform_type), intent(inout) :: self
-         complex(wp), intent(in) :: mu(:)
-         !> Used up.
-         complex(wp), allocatable, intent(inout) :: vectors(:, :)
-         complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
+         !> Its vectors are used up.
+         type(ritz_pairs_type), intent(inout) :: ritz
+         !> Without eigenvalues.
+         type(eigenpairs_type), intent(out) :: pairs
          type(error_type), allocatable, intent(out) :: error
       end subroutine recover_interface
 

@@ -1,7 +1,7 @@
 !> Eigenpairs on their way from the iteration to the modes.
 module kschur_eigenpairs
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dznrm2
+   use kschur_lapack, only: dnrm2, dznrm2
    implicit none
    private
    public :: append_pairs, chosen_pairs, eigenpairs_type, near, normalize
@@ -20,21 +20,103 @@ module kschur_eigenpairs
       logical, allocatable :: again(:)
       !> Of each unknown, where shapes are compared: in units far apart all would look alike. Not allocated: one.
       real(wp), allocatable :: weights(:)
+      !> The shapes, where all are real; `phi` is not allocated then.
+      real(wp), allocatable :: real_phi(:, :)
+   contains
+      !> Whether the shapes are held as real ones.
+      procedure :: is_real
+      !> The number of unknowns n.
+      procedure :: rows
+      !> The shape of a pair, whatever it is held as.
+      procedure :: column
+      !> From here on the shapes are held as complex ones.
+      procedure :: make_complex
    end type eigenpairs_type
 
 contains
+
+   pure logical function is_real(self)
+      class(eigenpairs_type), intent(in) :: self
+
+      is_real = allocated(self%real_phi)
+   end function is_real
+
+   pure integer function rows(self)
+      class(eigenpairs_type), intent(in) :: self
+
+      if (self%is_real()) then
+         rows = size(self%real_phi, 1)
+      else
+         rows = size(self%phi, 1)
+      end if
+   end function rows
+
+   pure function column(self, j)
+      class(eigenpairs_type), intent(in) :: self
+      integer, intent(in) :: j
+      complex(wp) :: column(self%rows())
+
+      if (self%is_real()) then
+         column = cmplx(self%real_phi(:, j), kind=wp)
+      else
+         column = self%phi(:, j)
+      end if
+   end function column
+
+   pure subroutine make_complex(self)
+      class(eigenpairs_type), intent(inout) :: self
+
+      if (.not. self%is_real()) return
+      allocate (self%phi(size(self%real_phi, 1), size(self%real_phi, 2)))
+      call copy_shapes(self, self%phi)
+      deallocate (self%real_phi)
+   end subroutine make_complex
+
+   ! A column at a time: there may be no room for another copy of all.
+   pure subroutine copy_shapes(pairs, phi)
+      class(eigenpairs_type), intent(in) :: pairs
+      complex(wp), intent(inout) :: phi(:, :)
+      integer :: j
+
+      do j = 1, size(phi, 2)
+         if (pairs%is_real()) then
+            phi(:, j) = cmplx(pairs%real_phi(:, j), kind=wp)
+         else
+            phi(:, j) = pairs%phi(:, j)
+         end if
+      end do
+   end subroutine copy_shapes
 
    !> Puts more pairs of the same problem behind those there are.
    subroutine append_pairs(pairs, more)
       type(eigenpairs_type), intent(inout) :: pairs
       type(eigenpairs_type), intent(in) :: more
+      complex(wp), allocatable :: phi(:, :), xi(:, :)
+      real(wp), allocatable :: real_phi(:, :)
+      integer :: k, l
 
-      if (size(more%lambda) == 0) return
-      pairs%phi = reshape([pairs%phi, more%phi], [size(more%phi, 1), size(pairs%lambda) + size(more%lambda)])
-      pairs%xi = reshape([pairs%xi, more%xi], [size(more%xi, 1), size(pairs%lambda) + size(more%lambda)])
-      if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, size(more%lambda))]
+      k = size(pairs%lambda)
+      l = size(more%lambda)
+      if (l == 0) return
+      if (pairs%is_real() .and. more%is_real()) then
+         allocate (real_phi(pairs%rows(), k + l))
+         real_phi(:, :k) = pairs%real_phi
+         real_phi(:, k + 1:) = more%real_phi
+         call move_alloc(real_phi, pairs%real_phi)
+      else
+         allocate (phi(pairs%rows(), k + l))
+         call copy_shapes(pairs, phi(:, :k))
+         call copy_shapes(more, phi(:, k + 1:))
+         call move_alloc(phi, pairs%phi)
+         if (pairs%is_real()) deallocate (pairs%real_phi)
+      end if
+      allocate (xi(size(pairs%xi, 1), k + l))
+      xi(:, :k) = pairs%xi
+      xi(:, k + 1:) = more%xi
+      call move_alloc(xi, pairs%xi)
+      if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, l)]
       if (allocated(pairs%again) .or. allocated(more%again)) &
-         pairs%again = [marks(size(pairs%lambda), pairs%again), marks(size(more%lambda), more%again)]
+         pairs%again = [marks(k, pairs%again), marks(l, more%again)]
       pairs%lambda = [pairs%lambda, more%lambda]
    end subroutine append_pairs
 
@@ -47,22 +129,39 @@ contains
 
       associate (order => pack([(i, i=1, size(chosen))], chosen))
          allocate (kept%lambda, source=pairs%lambda(order))
-         allocate (kept%phi, source=pairs%phi(:, order))
+         if (pairs%is_real()) then
+            allocate (kept%real_phi, source=pairs%real_phi(:, order))
+         else
+            allocate (kept%phi, source=pairs%phi(:, order))
+         end if
          allocate (kept%xi, source=pairs%xi(:, order))
       end associate
    end function chosen_pairs
 
-   !> A shape of unit norm, its largest entry real and positive; a shape of nothing stays.
-   subroutine normalize(phi, xi)
-      complex(wp), contiguous, intent(inout) :: phi(:), xi(:)
+   !> Makes the shape of pair j one of unit norm, its largest entry real and positive; a shape of nothing stays.
+   subroutine normalize(pairs, j)
+      class(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: j
       complex(wp) :: factor
-      integer :: largest
 
-      largest = maxloc(real(phi, wp)**2 + aimag(phi)**2, 1)
-      if (.not. abs(phi(largest)) > 0) return
-      factor = conjg(phi(largest))/abs(phi(largest))/dznrm2(size(phi), phi, 1)
-      phi = factor*phi
-      xi = factor*xi
+      if (pairs%is_real()) then
+         associate (phi => pairs%real_phi(:, j))
+            associate (largest => phi(maxloc(abs(phi), 1)))
+               if (.not. abs(largest) > 0) return
+               factor = sign(1.0_wp, largest)/dnrm2(size(phi), phi, 1)
+            end associate
+            phi = real(factor, wp)*phi
+         end associate
+      else
+         associate (phi => pairs%phi(:, j))
+            associate (largest => phi(maxloc(real(phi, wp)**2 + aimag(phi)**2, 1)))
+               if (.not. abs(largest) > 0) return
+               factor = conjg(largest)/abs(largest)/dznrm2(size(phi), phi, 1)
+            end associate
+            phi = factor*phi
+         end associate
+      end if
+      pairs%xi(:, j) = factor*pairs%xi(:, j)
    end subroutine normalize
 
    !> Which of some eigenvalues lie within a distance of one of them, relative to it.

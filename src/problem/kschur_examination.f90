@@ -94,10 +94,10 @@ contains
          k = size(motions, 2)
          l = size(decaying)
          allocate (rigid%lambda(k + l), source=(0.0_wp, 0.0_wp))
-         allocate (rigid%phi(problem%unknowns(), k + l), rigid%xi(problem%multipliers(), k + l), source=(0.0_wp, 0.0_wp))
+         allocate (rigid%real_phi(problem%unknowns(), k + l), rigid%xi(problem%multipliers(), k + l))
          rigid%lambda(k + 1:) = -deflation%decay(decaying)
-         rigid%phi(:, :k) = motions
-         rigid%phi(:, k + 1:) = deflation%shapes(:, decaying)
+         rigid%real_phi(:, :k) = motions
+         rigid%real_phi(:, k + 1:) = deflation%shapes(:, decaying)
          rigid%xi(:, :k) = null_space%multipliers
          rigid%xi(:, k + 1:) = deflation%reactions(:, decaying)
       end associate

@@ -5,10 +5,11 @@
 !> C_rest T) has exactly the modes of the problem. A row of T has one entry at
 !> most: each unknown is a factor, |factor| <= 1, times one master.
 module kschur_presolve
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_elimination, only: eliminate, ties_type
    use kschur_error, only: error_type, new_error, add_context, error_input
    use kschur_kinds, only: wp
-   use kschur_problem, only: modal_problem_type, new_modal_problem, damping_proportional
+   use kschur_problem, only: modal_problem_type, new_modal_problem, damping_general, damping_proportional
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
    implicit none
    private
@@ -212,34 +213,55 @@ contains
       end do
    end subroutine change_units
 
-   !> phi = T y, n x k, for y, n' x k.
-   pure subroutine expand_shapes(self, y, phi)
+   !> Puts phi = T y in the place of each shape y, and shapes of the problem that was reduced behind them.
+   pure subroutine expand_shapes(self, pairs, more)
       class(presolve_type), intent(in) :: self
-      complex(wp), intent(in) :: y(:, :)
-      complex(wp), contiguous, intent(out) :: phi(:, :)
-      integer :: i, j
+      class(eigenpairs_type), intent(inout) :: pairs
+      class(eigenpairs_type), optional, intent(in) :: more
+      real(wp), allocatable :: real_phi(:, :)
+      complex(wp), allocatable :: phi(:, :)
+      integer :: i, j, k, l
 
-      do j = 1, size(y, 2)
-         do i = 1, self%unknowns_before
-            phi(i, j) = 0
-            if (self%master(i) > 0) phi(i, j) = self%factor(i)*y(self%master(i), j)
+      k = size(pairs%lambda)
+      l = 0
+      if (present(more)) l = size(more%lambda)
+      if (l > 0) then
+         if (.not. more%is_real()) call pairs%make_complex()
+      end if
+      if (pairs%is_real()) then
+         allocate (real_phi(self%unknowns_before, k + l))
+         do j = 1, k
+            do i = 1, self%unknowns_before
+               real_phi(i, j) = self%factor(i)*pairs%real_phi(max(self%master(i), 1), j)
+            end do
          end do
-      end do
+         if (l > 0) real_phi(:, k + 1:) = more%real_phi
+         call move_alloc(real_phi, pairs%real_phi)
+      else
+         allocate (phi(self%unknowns_before, k + l))
+         do j = 1, k
+            do i = 1, self%unknowns_before
+               phi(i, j) = self%factor(i)*pairs%phi(max(self%master(i), 1), j)
+            end do
+         end do
+         do j = 1, l
+            phi(:, k + j) = more%column(j)
+         end do
+         call move_alloc(phi, pairs%phi)
+      end if
    end subroutine expand_shapes
 
-   !> y, n' x k, and xi', m' x k, for phi = T y, n x k, and xi, m x k.
+   !> y and xi', of n' and m' entries, for phi = T y and xi, of n and m.
    pure subroutine contract(self, phi, xi, y, xi_reduced)
       class(presolve_type), intent(in) :: self
-      complex(wp), intent(in) :: phi(:, :), xi(:, :)
-      complex(wp), intent(out) :: y(:, :), xi_reduced(:, :)
-      integer :: i, j
+      complex(wp), intent(in) :: phi(:), xi(:)
+      complex(wp), intent(out) :: y(:), xi_reduced(:)
+      integer :: i
 
-      do j = 1, size(phi, 2)
-         do i = 1, self%unknowns_before
-            if (self%parent(i) == i) y(self%master(i), j) = phi(i, j)/self%factor(i)
-         end do
-         xi_reduced(:, j) = xi(self%kept, j)
+      do i = 1, self%unknowns_before
+         if (self%parent(i) == i) y(self%master(i)) = phi(i)/self%factor(i)
       end do
+      xi_reduced = xi(self%kept)
    end subroutine contract
 
    !> T^T f, n' x k, for f, n x k.
@@ -260,54 +282,101 @@ contains
    end function restrict
 
    !> The multipliers xi, m x k, of the problem that was reduced, such that
-   !> P(lambda) phi + Cq^T xi = 0 as far as xi_reduced, m' x k, satisfies the
-   !> reduced equations: what these leave shows at the masters. Redundant
-   !> constraints get 0.
-   pure subroutine expand_multipliers(self, problem, lambda, phi, xi_reduced, xi)
+   !> P(lambda) phi + Cq^T xi = 0 as far as those of the reduced one satisfy its
+   !> equations: what these leave shows at the masters. Redundant constraints get 0.
+   pure subroutine expand_multipliers(self, problem, pairs, xi)
       class(presolve_type), intent(in) :: self
       type(modal_problem_type), intent(in) :: problem
-      !> Eigenvalues, and the shapes n x k that `expand_shapes` gave.
-      complex(wp), intent(in) :: lambda(:)
-      complex(wp), contiguous, intent(in) :: phi(:, :)
-      complex(wp), intent(in) :: xi_reduced(:, :)
+      !> Eigenvalues and multipliers of the reduced problem, with the shapes that `expand_shapes` gave.
+      class(eigenpairs_type), intent(in) :: pairs
       complex(wp), contiguous, intent(out) :: xi(:, :)
-      complex(wp) :: force(self%unknowns_before, 1), step
-      complex(wp), parameter :: one = 1
-      integer :: above, e, i, j, k
+      ! Columns that are multiplied at a time.
+      integer, parameter :: block = 4
+      complex(wp), allocatable :: forces(:, :)
+      integer :: first, last, j
 
       xi = 0
-      do j = 1, size(lambda)
-         xi(self%kept, j) = xi_reduced(:, j)
-         force = 0
-         call problem%constraints%add_transposed_product(one, xi(:, j:j), force)
-         call problem%mass%add_product(lambda(j)**2, phi(:, j:j), force)
-         call problem%damping%add_product(lambda(j), phi(:, j:j), force)
-         call problem%stiffness%add_product(one, phi(:, j:j), force)
-
-         ! From here on force(i) is that on unknown i and all that were tied to
-         ! it before it was tied itself: only its own row can balance it, once
-         ! those of later eliminations have done their part.
-         do e = 1, self%eliminated
-            i = self%unknown(e)
-            above = self%parent(i)
-            if (above > 0) force(above, 1) = force(above, 1) + self%ratio(i)*force(i, 1)
-         end do
-         do e = self%eliminated, 1, -1
-            associate (row => self%row(e), start => problem%constraints%row_start)
-               xi(row, j) = -force(self%unknown(e), 1)/self%pivot(e)
-               do k = start(row), start(row + 1) - 1
-                  step = problem%constraints%value(k)*xi(row, j)
-                  above = problem%constraints%column(k)
-                  do while (above > 0)
-                     i = above
-                     force(i, 1) = force(i, 1) + step
-                     step = self%ratio(i)*step
-                     above = self%parent(i)
-                     if (above == i) exit
-                  end do
-               end do
-            end associate
+      do j = 1, size(xi, 2)
+         xi(self%kept, j) = pairs%xi(:, j)
+      end do
+      if (self%eliminated == 0) return
+      do first = 1, size(xi, 2), block
+         last = min(first + block - 1, size(xi, 2))
+         call make_forces(problem, pairs, first, last, forces)
+         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, first:last), forces)
+         do j = first, last
+            call balance_forces(self, problem, forces(:, j - first + 1), xi(:, j))
          end do
       end do
    end subroutine expand_multipliers
+
+   ! P(lambda) phi of pairs first..last.
+   pure subroutine make_forces(problem, pairs, first, last, forces)
+      type(modal_problem_type), intent(in) :: problem
+      class(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: first, last
+      complex(wp), allocatable, intent(out) :: forces(:, :)
+      complex(wp), parameter :: one = 1
+      complex(wp) :: phi(problem%unknowns(), 1)
+      real(wp), allocatable :: mass(:, :), stiffness(:, :)
+      integer :: j
+
+      allocate (forces(problem%unknowns(), last - first + 1), source=(0.0_wp, 0.0_wp))
+      if (.not. pairs%is_real() .or. problem%damping_kind == damping_general) then
+         do j = first, last
+            associate (lambda => pairs%lambda(j), force => forces(:, j - first + 1:j - first + 1))
+               phi(:, 1) = pairs%column(j)
+               call problem%mass%add_product(lambda**2, phi, force)
+               call problem%damping%add_product(lambda, phi, force)
+               call problem%stiffness%add_product(one, phi, force)
+            end associate
+         end do
+         return
+      end if
+      ! With R = alpha M + beta K.
+      allocate (mass(size(forces, 1), size(forces, 2)), stiffness(size(forces, 1), size(forces, 2)), source=0.0_wp)
+      call problem%mass%add_product(1.0_wp, pairs%real_phi(:, first:last), mass)
+      call problem%stiffness%add_product(1.0_wp, pairs%real_phi(:, first:last), stiffness)
+      do j = first, last
+         associate (lambda => pairs%lambda(j), i => j - first + 1)
+            forces(:, i) = (lambda*(lambda + problem%alpha))*mass(:, i) + (1 + lambda*problem%beta)*stiffness(:, i)
+         end associate
+      end do
+   end subroutine make_forces
+
+   ! The multipliers of the constraints that were eliminated.
+   pure subroutine balance_forces(self, problem, force, xi)
+      class(presolve_type), intent(in) :: self
+      type(modal_problem_type), intent(in) :: problem
+      !> P(lambda) phi + Cq^T xi; used up.
+      complex(wp), intent(inout) :: force(:)
+      complex(wp), intent(inout) :: xi(:)
+      complex(wp) :: step
+      integer :: above, e, i, k
+
+      ! From here on force(i) is that on unknown i and all that were tied to
+      ! it before it was tied itself: only its own row can balance it, once
+      ! those of later eliminations have done their part.
+      do e = 1, self%eliminated
+         i = self%unknown(e)
+         above = self%parent(i)
+         if (above > 0) force(above) = force(above) + self%ratio(i)*force(i)
+      end do
+      do e = self%eliminated, 1, -1
+         associate (row => self%row(e), start => problem%constraints%row_start)
+            xi(row) = -force(self%unknown(e))/self%pivot(e)
+            do k = start(row), start(row + 1) - 1
+               step = problem%constraints%value(k)*xi(row)
+               above = problem%constraints%column(k)
+               do while (above > 0)
+                  i = above
+                  force(i) = force(i) + step
+                  step = self%ratio(i)*step
+                  above = self%parent(i)
+                  if (above == i) exit
+               end do
+            end do
+         end associate
+      end do
+   end subroutine balance_forces
 end module kschur_presolve

@@ -38,10 +38,9 @@ module kschur_band
    real(wp), parameter :: pi = acos(-1.0_wp)
 
    !> Undamped modes, with room for more.
-   type :: oscillators_type
+   type, extends(eigenpairs_type) :: oscillators_type
       integer :: found = 0
       real(wp), allocatable :: omega(:)
-      complex(wp), allocatable :: phi(:, :), xi(:, :)
    end type oscillators_type
 
 contains
@@ -149,7 +148,7 @@ contains
          call s%monitor%announce("the band holds "//text(total)//" oscillating modes")
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
       modes%certified = certified_yes
-      allocate (oscillators%omega(total), oscillators%phi(s%problem%unknowns(), total), &
+      allocate (oscillators%omega(total), oscillators%real_phi(s%problem%unknowns(), total), &
          oscillators%xi(s%problem%multipliers(), total))
 
       given => s%problem
@@ -279,7 +278,14 @@ contains
       first = oscillators%found + 1
       last = oscillators%found + size(inside)
       oscillators%omega(first:last) = aimag(found%lambda(inside))
-      oscillators%phi(:, first:last) = found%phi(:, inside)
+      if (.not. found%is_real()) call oscillators%make_complex()
+      do i = first, last
+         if (oscillators%is_real()) then
+            oscillators%real_phi(:, i) = found%real_phi(:, inside(i - first + 1))
+         else
+            oscillators%phi(:, i) = found%column(inside(i - first + 1))
+         end if
+      end do
       oscillators%xi(:, first:last) = found%xi(:, inside)
       oscillators%found = last
       if (found%reason /= reason_converged) then
@@ -318,7 +324,11 @@ contains
          k = k + l
       end do
       allocate (pairs%lambda(k), source=lambda(:k))
-      allocate (pairs%phi(size(oscillators%phi, 1), k), source=oscillators%phi(:, of(:k)))
+      if (oscillators%is_real()) then
+         allocate (pairs%real_phi(oscillators%rows(), k), source=oscillators%real_phi(:, of(:k)))
+      else
+         allocate (pairs%phi(oscillators%rows(), k), source=oscillators%phi(:, of(:k)))
+      end if
       allocate (pairs%xi(size(oscillators%xi, 1), k), source=oscillators%xi(:, of(:k)))
       do i = 1, k
          pairs%xi(:, i) = map%reaction(lambda(i))*pairs%xi(:, i)
@@ -390,6 +400,7 @@ contains
       type(modal_result_type) :: told
 
       call move_alloc(modes%lambda, told%eigenvalues)
+      call modes%make_complex()
       call move_alloc(modes%phi, told%eigenvectors)
       call describe(problem, told)
       call move_alloc(told%eigenvalues, modes%lambda)

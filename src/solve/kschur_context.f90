@@ -92,37 +92,36 @@ contains
       type(eigenpairs_type), intent(inout) :: pairs
       !> Pairs of the problem as given, to stand behind: so many columns are not copied again.
       type(eigenpairs_type), optional, intent(in) :: more
-      complex(wp), allocatable :: phi(:, :), xi(:, :)
+      complex(wp), allocatable :: xi(:, :)
       integer :: k, l
 
       k = size(pairs%lambda)
       l = 0
       if (present(more)) l = size(more%lambda)
-      allocate (phi(self%problem%unknowns(), k + l), xi(self%problem%multipliers(), k + l))
-      call self%plan%expand_shapes(pairs%phi, phi(:, :k))
-      deallocate (pairs%phi)
-      call self%plan%expand_multipliers(self%problem, pairs%lambda, phi(:, :k), pairs%xi, xi(:, :k))
-      pairs%weights = self%plan%weights()
-      if (l > 0) then
-         phi(:, k + 1:) = more%phi
-         xi(:, k + 1:) = more%xi
-         pairs%lambda = [pairs%lambda, more%lambda]
-         if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, l)]
-         if (allocated(pairs%again)) pairs%again = [pairs%again, spread(.false., 1, l)]
-      end if
-      call move_alloc(phi, pairs%phi)
+      call self%plan%expand_shapes(pairs, more)
+      allocate (xi(self%problem%multipliers(), k + l))
+      call self%plan%expand_multipliers(self%problem, pairs, xi(:, :k))
       call move_alloc(xi, pairs%xi)
+      pairs%weights = self%plan%weights()
+      if (l == 0) return
+      pairs%xi(:, k + 1:) = more%xi
+      pairs%lambda = [pairs%lambda, more%lambda]
+      if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, l)]
+      if (allocated(pairs%again)) pairs%again = [pairs%again, spread(.false., 1, l)]
    end subroutine expand
 
    function contract(self, given) result(pairs)
       class(solve_context_type), intent(in) :: self
       class(eigenpairs_type), intent(in) :: given
       type(eigenpairs_type) :: pairs
+      integer :: j
 
       allocate (pairs%lambda, source=given%lambda)
       allocate (pairs%phi(self%plan%unknowns_after, size(pairs%lambda)), &
          pairs%xi(self%plan%constraints_after, size(pairs%lambda)))
-      call self%plan%contract(given%phi, given%xi, pairs%phi, pairs%xi)
+      do j = 1, size(pairs%lambda)
+         call self%plan%contract(given%column(j), given%xi(:, j), pairs%phi(:, j), pairs%xi(:, j))
+      end do
    end function contract
 
    pure logical function only_rigid(self)

@@ -52,7 +52,7 @@ contains
       else
          call drop_conjugates(ritz%mu, ritz%vectors, paired)
       end if
-      call s%transform%recover(ritz%mu, ritz%vectors, pairs%phi, pairs%xi, error)
+      call s%transform%recover(ritz, pairs, error)
       if (allocated(error)) return
       reach = huge(1.0_wp)
       if (statistics%reason == reason_converged) reach = maxval([0.0_wp, (selection%key(ritz%mu(j)), j=1, size(ritz%mu))])
@@ -83,7 +83,11 @@ contains
       end do
       allocate (pairs%lambda(k), source=lambda(:k))
       if (k > size(mu)) then
-         pairs%phi = pairs%phi(:, of(:k))
+         if (pairs%is_real()) then
+            pairs%real_phi = pairs%real_phi(:, of(:k))
+         else
+            pairs%phi = pairs%phi(:, of(:k))
+         end if
          pairs%xi = pairs%xi(:, of(:k))
       end if
       if (transform%map%oscillator) then

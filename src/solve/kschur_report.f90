@@ -25,8 +25,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call report_problem(s, options, result)
-      call report_modes(modes, result)
       call report_factors(s, result)
+      ! Complex shapes need the room that factors and basis had.
+      call report_modes(modes, result)
       call move_alloc(s%notes, result%notes)
       call describe(s%problem, result)
       call note_inaccurate(modes%inaccurate, result)
@@ -56,6 +57,7 @@ contains
       type(modal_result_type), intent(inout) :: result
 
       call move_alloc(modes%lambda, result%eigenvalues)
+      call modes%make_complex()
       call move_alloc(modes%phi, result%eigenvectors)
       call move_alloc(modes%xi, result%multipliers)
       call move_alloc(modes%backward_error, result%backward_error)

@@ -1,0 +1,277 @@
+!> What the matrices of a modal problem make of eigenpairs, several at a time, so that a matrix is read once for them.
+!> Each entry is summed in more than the working precision: of a low mode of a stiff structure that leaves nothing but
+!> rounding.
+module kschur_products
+   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_kinds, only: wp, xp
+   use kschur_problem, only: damping_none, damping_proportional, modal_problem_type
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: multiply_pairs, pairs_at_once, products_type
+
+   ! Columns of real numbers that are multiplied at a time: a complex one is two.
+   integer, parameter :: lanes = 4
+
+   !> Products of a few pairs. The columns of pair l are its `parts`: the real and, of complex shapes, the imaginary part.
+   type :: products_type
+      integer :: parts = 1
+      !> phi, M phi and R phi, n x parts of all pairs.
+      real(wp), allocatable :: phi(:, :), mass(:, :), damping(:, :)
+      !> K phi + Cq^T xi, n x 2 for each pair.
+      real(wp), allocatable :: rest(:, :)
+      !> ||phi|| and ||Cq phi|| of each pair.
+      real(wp), allocatable :: length(:), violation(:)
+   contains
+      !> phi^T phi of pair l.
+      procedure :: square
+      !> phi^T M phi, phi^T R phi and phi^T (K phi + Cq^T xi) of pair l.
+      procedure :: forms
+      !> ||P(lambda) phi + Cq^T xi|| of pair l.
+      procedure :: residual
+      !> The products of the real part of a multiple of pair l.
+      procedure :: real_part
+   end type products_type
+
+contains
+
+   !> Of how many pairs the products are made at a time.
+   pure integer function pairs_at_once(pairs)
+      class(eigenpairs_type), intent(in) :: pairs
+
+      pairs_at_once = lanes/merge(1, 2, pairs%is_real())
+   end function pairs_at_once
+
+   !> The products of pairs first..last, no more than are made at a time.
+   pure subroutine multiply_pairs(problem, transposed, pairs, first, last, products)
+      type(modal_problem_type), intent(in) :: problem
+      !> Cq^T.
+      type(csr_matrix_type), intent(in) :: transposed
+      class(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: first, last
+      type(products_type), intent(inout) :: products
+      real(wp), allocatable :: phi(:, :), xi(:, :, :)
+      real(xp), dimension(lanes) :: mass, damping, stiffness
+      real(xp) :: reaction(2*lanes)
+      integer :: n, i, l
+
+      n = problem%unknowns()
+      call pack_parts(pairs, first, last, phi, xi)
+      call make_room(products, n, merge(1, 2, pairs%is_real()))
+      products%phi = transpose(phi)
+      damping = 0
+      do i = 1, n
+         call multiply_row(problem%mass, i, phi, mass)
+         call multiply_row(problem%stiffness, i, phi, stiffness)
+         if (problem%damping_kind == damping_proportional) then
+            damping = problem%alpha*mass + problem%beta*stiffness
+         else if (problem%damping_kind /= damping_none) then
+            call multiply_row(problem%damping, i, phi, damping)
+         end if
+         do l = 1, size(xi, 3)
+            call multiply_row(transposed, i, xi(:, :, l), reaction(lanes*(l - 1) + 1:lanes*l))
+         end do
+         do l = 1, lanes
+            products%mass(i, l) = real(mass(l), wp)
+            products%damping(i, l) = real(damping(l), wp)
+         end do
+         if (products%parts == 1) then
+            do l = 1, lanes
+               products%rest(i, 2*l - 1) = real(stiffness(l) + reaction(2*l - 1), wp)
+               products%rest(i, 2*l) = real(reaction(2*l), wp)
+            end do
+         else
+            do l = 1, lanes
+               products%rest(i, l) = real(stiffness(l) + reaction(l), wp)
+            end do
+         end if
+      end do
+      call measure(problem, phi, last - first + 1, products)
+   end subroutine multiply_pairs
+
+   ! ||phi|| and ||Cq phi|| of each pair.
+   pure subroutine measure(problem, phi, pairs, products)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), contiguous, intent(in) :: phi(:, :)
+      integer, intent(in) :: pairs
+      type(products_type), intent(inout) :: products
+      real(xp), dimension(lanes) :: violation, squares
+      integer :: i, l
+
+      squares = 0
+      do i = 1, problem%multipliers()
+         call multiply_row(problem%constraints, i, phi, violation)
+         squares = squares + violation**2
+      end do
+      associate (parts => products%parts)
+         products%violation = [(real(sqrt(sum(squares(parts*(l - 1) + 1:parts*l))), wp), l=1, pairs)]
+         products%length = [(norm_of(products%phi(:, parts*(l - 1) + 1:parts*l)), l=1, pairs)]
+      end associate
+   end subroutine measure
+
+   pure subroutine make_room(products, n, parts)
+      type(products_type), intent(inout) :: products
+      integer, intent(in) :: n, parts
+
+      if (allocated(products%mass)) then
+         if (products%parts == parts) return
+         deallocate (products%mass, products%damping, products%rest)
+      end if
+      products%parts = parts
+      allocate (products%mass(n, lanes), products%damping(n, lanes), products%rest(n, 2*lanes/parts))
+   end subroutine make_room
+
+   ! The parts of each entry side by side, of shapes (lanes x n) and of multipliers (lanes x m, one or two times), which
+   ! have two parts always; zeros where there are fewer pairs.
+   pure subroutine pack_parts(pairs, first, last, phi, xi)
+      class(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: first, last
+      real(wp), allocatable, intent(out) :: phi(:, :), xi(:, :, :)
+      integer :: j, l
+
+      allocate (phi(lanes, pairs%rows()), source=0.0_wp)
+      allocate (xi(lanes, size(pairs%xi, 1), 2*pairs_at_once(pairs)/lanes), source=0.0_wp)
+      do j = first, last
+         l = j - first
+         if (pairs%is_real()) then
+            phi(l + 1, :) = pairs%real_phi(:, j)
+         else
+            phi(2*l + 1, :) = real(pairs%phi(:, j), wp)
+            phi(2*l + 2, :) = aimag(pairs%phi(:, j))
+         end if
+         xi(2*mod(l, 2) + 1, :, l/2 + 1) = real(pairs%xi(:, j), wp)
+         xi(2*mod(l, 2) + 2, :, l/2 + 1) = aimag(pairs%xi(:, j))
+      end do
+   end subroutine pack_parts
+
+   ! Row i of a matrix times columns that stand side by side.
+   pure subroutine multiply_row(matrix, i, x, total)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: i
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(xp), intent(out) :: total(lanes)
+      real(xp) :: entry, first, second, third, fourth
+      integer :: j, k
+
+      first = 0
+      second = 0
+      third = 0
+      fourth = 0
+      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+         entry = matrix%value(k)
+         j = matrix%column(k)
+         first = first + entry*x(1, j)
+         second = second + entry*x(2, j)
+         third = third + entry*x(3, j)
+         fourth = fourth + entry*x(4, j)
+      end do
+      total(1) = first
+      total(2) = second
+      total(3) = third
+      total(4) = fourth
+   end subroutine multiply_row
+
+   pure complex(xp) function square(self, l)
+      class(products_type), intent(in) :: self
+      integer, intent(in) :: l
+
+      associate (phi => self%phi(:, self%parts*(l - 1) + 1:self%parts*l))
+         square = bilinear(phi, phi)
+      end associate
+   end function square
+
+   pure function forms(self, l)
+      class(products_type), intent(in) :: self
+      integer, intent(in) :: l
+      complex(xp) :: forms(3)
+
+      associate (first => self%parts*(l - 1) + 1, last => self%parts*l)
+         forms = [bilinear(self%phi(:, first:last), self%mass(:, first:last)), &
+            bilinear(self%phi(:, first:last), self%damping(:, first:last)), &
+            bilinear(self%phi(:, first:last), self%rest(:, 2*l - 1:2*l))]
+      end associate
+   end function forms
+
+   ! x^T y of vectors given by their parts.
+   pure complex(xp) function bilinear(x, y)
+      real(wp), contiguous, intent(in) :: x(:, :), y(:, :)
+      real(xp) :: sums(2, 2)
+      integer :: i, j, k
+
+      sums = 0
+      do j = 1, size(y, 2)
+         do i = 1, size(x, 2)
+            do k = 1, size(x, 1)
+               sums(i, j) = sums(i, j) + real(x(k, i), xp)*y(k, j)
+            end do
+         end do
+      end do
+      bilinear = cmplx(sums(1, 1) - sums(2, 2), sums(1, 2) + sums(2, 1), xp)
+   end function bilinear
+
+   pure real(wp) function residual(self, l, lambda)
+      class(products_type), intent(in) :: self
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: lambda
+      complex(wp) :: square
+      real(wp), allocatable :: rest(:, :)
+
+      square = lambda**2
+      allocate (rest(size(self%rest, 1), 2))
+      associate (m => self%mass(:, self%parts*(l - 1) + 1), r => self%damping(:, self%parts*(l - 1) + 1), &
+         f => self%rest(:, 2*l - 1:2*l))
+         rest(:, 1) = real(square, wp)*m + real(lambda, wp)*r + f(:, 1)
+         rest(:, 2) = aimag(square)*m + aimag(lambda)*r + f(:, 2)
+      end associate
+      if (self%parts == 2) then
+         associate (m => self%mass(:, 2*l), r => self%damping(:, 2*l))
+            rest(:, 1) = rest(:, 1) - aimag(square)*m - aimag(lambda)*r
+            rest(:, 2) = rest(:, 2) + real(square, wp)*m + real(lambda, wp)*r
+         end associate
+      end if
+      residual = norm_of(rest)
+   end function residual
+
+   ! In a precision with room for the squares.
+   pure real(wp) function norm_of(x) result(norm)
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(xp) :: total
+      integer :: i, j
+
+      total = 0
+      do j = 1, size(x, 2)
+         do i = 1, size(x, 1)
+            total = total + real(x(i, j), xp)**2
+         end do
+      end do
+      norm = real(sqrt(total), wp)
+   end function norm_of
+
+   pure function real_part(self, l, factor) result(part)
+      class(products_type), intent(in) :: self
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: factor
+      type(products_type) :: part
+      integer :: first, last
+
+      first = self%parts*(l - 1) + 1
+      last = self%parts*l
+      allocate (part%phi, source=real_of(factor, self%phi(:, first:last)))
+      allocate (part%mass, source=real_of(factor, self%mass(:, first:last)))
+      allocate (part%damping, source=real_of(factor, self%damping(:, first:last)))
+      allocate (part%rest(size(part%phi, 1), 2), source=0.0_wp)
+      allocate (part%violation, source=abs(factor)*self%violation(l:l))
+      part%rest(:, 1:1) = real_of(factor, self%rest(:, 2*l - 1:2*l))
+      allocate (part%length(1), source=norm_of(part%phi))
+   end function real_part
+
+   ! The real part of a multiple of a vector given by its parts.
+   pure function real_of(factor, x) result(part)
+      complex(wp), intent(in) :: factor
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp) :: part(size(x, 1), 1)
+
+      part(:, 1) = real(factor, wp)*x(:, 1)
+      if (size(x, 2) == 2) part(:, 1) = part(:, 1) - aimag(factor)*x(:, 2)
+   end function real_of
+end module kschur_products
