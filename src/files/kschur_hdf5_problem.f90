@@ -9,8 +9,8 @@ module kschur_hdf5_problem
       close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset
    use kschur_kinds, only: wp
-   use kschur_problem, only: modal_problem_type, new_modal_problem
-   use kschur_sparse, only: csr_matrix_type, new_csr_matrix, empty_csr_matrix
+   use kschur_problem, only: modal_problem_type, settle_modal_problem
+   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, settle_csr_matrix
    use kschur_text, only: text
    implicit none
    private
@@ -26,24 +26,25 @@ contains
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: mass, stiffness, damping, constraints
       type(printing_type) :: printing
       integer(hid_t) :: file
 
       call silence_hdf5(printing, error)
       call open_hdf5_file(file, path, error)
-      call read_matrix(mass, file, "/mass", "mass matrix M", error)
-      call read_matrix(stiffness, file, "/stiffness", "stiffness matrix K", error)
-      damping = empty_csr_matrix(mass%rows, mass%rows)
-      constraints = empty_csr_matrix(0, mass%rows)
+      call read_matrix(problem%mass, file, "/mass", "mass matrix M", error)
+      call read_matrix(problem%stiffness, file, "/stiffness", "stiffness matrix K", error)
       if (.not. allocated(error)) then
-         if (exists(file, "/damping")) call read_matrix(damping, file, "/damping", "damping matrix R", error)
+         associate (n => problem%mass%rows)
+            problem%damping = empty_csr_matrix(n, n)
+            problem%constraints = empty_csr_matrix(0, n)
+         end associate
+         if (exists(file, "/damping")) call read_matrix(problem%damping, file, "/damping", "damping matrix R", error)
          if (exists(file, "/constraints")) &
-            call read_matrix(constraints, file, "/constraints", "constraint Jacobian Cq", error)
+            call read_matrix(problem%constraints, file, "/constraints", "constraint Jacobian Cq", error)
       end if
       call close_hdf5_file(file)
       call restore_printing(printing)
-      if (.not. allocated(error)) call new_modal_problem(problem, mass, stiffness, error, damping, constraints)
+      if (.not. allocated(error)) call settle_modal_problem(problem, error)
       call add_context(error, path)
    end subroutine read_hdf5_problem
 
@@ -52,8 +53,6 @@ contains
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: group, name
       type(error_type), allocatable, intent(inout) :: error
-      integer, allocatable :: row_start(:), column(:)
-      real(wp), allocatable :: value(:)
       character(len=:), allocatable :: found
       integer :: extents(2)
 
@@ -70,15 +69,20 @@ contains
       call read_attribute(extents, file, group, "shape", error)
       if (.not. allocated(error) .and. (minval(extents) < 0 .or. maxval(extents) == huge(1))) call new_error(error, &
          error_input, "attribute shape of "//group//" cannot be "//text(extents(1))//" x "//text(extents(2)))
-      call read_dataset(row_start, file, group//"/indptr", 0, huge(1) - 1, error)
-      call read_dataset(column, file, group//"/indices", 0, extents(2) - 1, error)
-      call read_dataset(value, file, group//"/data", error)
+      call read_dataset(matrix%row_start, file, group//"/indptr", 0, huge(1) - 1, error)
+      call read_dataset(matrix%column, file, group//"/indices", 0, extents(2) - 1, error)
+      call read_dataset(matrix%value, file, group//"/data", error)
       if (.not. allocated(error)) then
-         if (size(column) /= size(value)) call new_error(error, error_input, group//" has "//text(size(column))// &
-            " indices but "//text(size(value))//" data")
+         if (size(matrix%column) /= size(matrix%value)) call new_error(error, error_input, &
+            group//" has "//text(size(matrix%column))//" indices but "//text(size(matrix%value))//" data")
       end if
-      if (.not. allocated(error)) &
-         call new_csr_matrix(matrix, extents(1), extents(2), row_start + 1, column + 1, value, error)
+      if (.not. allocated(error)) then
+         matrix%rows = extents(1)
+         matrix%columns = extents(2)
+         matrix%row_start = matrix%row_start + 1
+         matrix%column = matrix%column + 1
+         call settle_csr_matrix(matrix, error)
+      end if
       call add_context(error, "the "//name)
    end subroutine read_matrix
 

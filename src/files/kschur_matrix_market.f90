@@ -5,7 +5,7 @@ module kschur_matrix_market
    use kschur_files, only: temporary_name, check_length, replace_file, remove_file, make_folder, is_link
    use kschur_kinds, only: wp, long
    use kschur_line_reader, only: line_reader_type, lower_case
-   use kschur_problem, only: modal_problem_type, new_modal_problem
+   use kschur_problem, only: modal_problem_type, settle_modal_problem
    use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets, empty_csr_matrix
    use kschur_text, only: text
    use kschur_triplets, only: triplets_type
@@ -313,19 +313,20 @@ contains
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: mass_path, stiffness_path, damping_path, constraints_path
       type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: mass, stiffness, damping, constraints
       character(len=:), allocatable :: paths
 
-      call read_named(mass, mass_path, "mass matrix M", error)
-      if (.not. allocated(error)) call read_named(stiffness, stiffness_path, "stiffness matrix K", error)
+      call read_named(problem%mass, mass_path, "mass matrix M", error)
+      if (.not. allocated(error)) call read_named(problem%stiffness, stiffness_path, "stiffness matrix K", error)
       if (allocated(error)) return
-      damping = empty_csr_matrix(mass%rows, mass%rows)
-      constraints = empty_csr_matrix(0, mass%rows)
-      if (damping_path /= "") call read_named(damping, damping_path, "damping matrix R", error)
+      associate (n => problem%mass%rows)
+         problem%damping = empty_csr_matrix(n, n)
+         problem%constraints = empty_csr_matrix(0, n)
+      end associate
+      if (damping_path /= "") call read_named(problem%damping, damping_path, "damping matrix R", error)
       if (allocated(error)) return
-      if (constraints_path /= "") call read_named(constraints, constraints_path, "constraint Jacobian Cq", error)
+      if (constraints_path /= "") call read_named(problem%constraints, constraints_path, "constraint Jacobian Cq", error)
       if (allocated(error)) return
-      call new_modal_problem(problem, mass, stiffness, error, damping, constraints)
+      call settle_modal_problem(problem, error)
       paths = mass_path//", "//stiffness_path
       if (damping_path /= "") paths = paths//", "//damping_path
       if (constraints_path /= "") paths = paths//", "//constraints_path

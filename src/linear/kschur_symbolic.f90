@@ -11,7 +11,7 @@ module kschur_symbolic
    use kschur_text, only: text
    implicit none
    private
-   public :: symbolic_type, analyze, low_fill, sparse_order
+   public :: symbolic_type, analyze, low_fill
 
    !> At more entries a column of the factor the dense fronts of MUMPS pay:
    !> benchmarks/inner.f90 finds one solve level at 100 to 150, LDL the slower to factor.
@@ -68,26 +68,6 @@ contains
          call new_error(error, error_library, "the factor has more than "//text(huge(1_c_int))//" entries")
       end if
    end subroutine analyze
-
-   !> The order in which matrices of a pattern are factored best: that of AMD where the factor is sparse in it and there
-   !> are no multipliers, else that of METIS.
-   subroutine sparse_order(row_start, column, structure, position, error)
-      !> CSR, 1-based, not necessarily symmetric.
-      integer, intent(in) :: row_start(:), column(:)
-      type(matrix_structure_type), intent(in) :: structure
-      !> position(i) is the place of unknown i.
-      integer, allocatable, intent(out) :: position(:)
-      type(error_type), allocatable, intent(out) :: error
-      type(symbolic_type) :: symbolic
-
-      if (structure%multipliers == 0) then
-         call minimum_degree_order(row_start, column, position, error)
-         if (.not. allocated(error)) call find_columns(row_start, column, position, symbolic, error)
-         if (allocated(error)) return
-         if (symbolic%entries_a_column() <= low_fill) return
-      end if
-      call elimination_order(row_start, column, structure, position, error)
-   end subroutine sparse_order
 
    subroutine find_columns(row_start, column, position, symbolic, error)
       integer, intent(in) :: row_start(:), column(:), position(:)

@@ -7,7 +7,7 @@ module kschur_modes
    private
    public :: eigenvalues_of, modes_type, no_modes, take_columns
 
-   !> Columns `order` of a block, moved where all are wanted as they are.
+   !> Columns `order` of a block.
    interface take_columns
       module procedure take_real_columns, take_complex_columns
    end interface take_columns
@@ -88,18 +88,30 @@ contains
       total = count(chosen) + count(chosen .and. abs(aimag(lambda)) > 0)
    end function eigenvalues_of
 
+   ! In their own place: there may be no room for two. What is not wanted stays behind them.
    pure subroutine take_real_columns(block, order)
-      real(wp), allocatable, intent(inout) :: block(:, :)
+      real(wp), intent(inout) :: block(:, :)
       integer, intent(in) :: order(:)
-      real(wp), allocatable :: taken(:, :)
-      integer :: j
+      real(wp) :: column(size(block, 1))
+      logical :: left(size(block, 2))
+      integer :: all(size(block, 2)), start, i, j
 
-      if (are_all(order, size(block, 2))) return
-      allocate (taken(size(block, 1), size(order)))
-      do j = 1, size(order)
-         taken(:, j) = block(:, order(j))
+      left = .true.
+      left(order) = .false.
+      all = [order, pack([(j, j=1, size(all))], left)]
+      left = .true.
+      do start = 1, size(all)
+         if (.not. left(start) .or. all(start) == start) cycle
+         column = block(:, start)
+         i = start
+         do while (all(i) /= start)
+            block(:, i) = block(:, all(i))
+            left(i) = .false.
+            i = all(i)
+         end do
+         block(:, i) = column
+         left(i) = .false.
       end do
-      call move_alloc(taken, block)
    end subroutine take_real_columns
 
    pure subroutine take_complex_columns(block, order)

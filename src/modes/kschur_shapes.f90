@@ -64,16 +64,18 @@ contains
       complex(wp) :: m, r, s
       real(wp) :: m_terms, r_terms, k_terms, smallest, largest
       logical :: pending(k)
-      integer :: i, j
+      integer :: i, j, l
 
       repeats = .false.
       if (rigid == 0) return
-      allocate (zeros(pairs%rows(), 0), shape(pairs%rows()))
+      allocate (zeros(pairs%rows(), rigid), shape(pairs%rows()))
+      l = 0
       do i = k + 1, k + rigid
          if (abs(pairs%lambda(i)) > 0) cycle
-         call take_rest(pairs, i, zeros, shape)
-         if (length(shape) > epsilon(1.0_wp)/dependent) zeros = reshape([zeros, shape/length(shape)], &
-            [size(zeros, 1), size(zeros, 2) + 1])
+         call take_rest(pairs, i, zeros(:, :l), shape)
+         if (.not. length(shape) > epsilon(1.0_wp)/dependent) cycle
+         l = l + 1
+         zeros(:, l) = shape/length(shape)
       end do
       ! From the smallest one on, as far as a zero may lie: shapes cost more than places.
       pending = .true.
@@ -82,7 +84,7 @@ contains
          j = minloc(abs(pairs%lambda(:k)), 1, pending)
          pending(j) = .false.
          if (smallest < huge(1.0_wp) .and. abs(pairs%lambda(j)) > nearly_zero*max(reference, smallest)) exit
-         call take_rest(pairs, j, zeros, shape)
+         call take_rest(pairs, j, zeros(:, :l), shape)
          repeats(j) = length(shape) <= dependent
          if (.not. repeats(j)) smallest = min(smallest, abs(pairs%lambda(j)))
       end do

@@ -19,14 +19,13 @@ contains
       type(modal_problem_type), intent(inout) :: reduced
       !> What the problem was reduced by; phi = T D z from now on.
       type(presolve_type), intent(inout) :: plan
-      real(wp), allocatable :: factors(:), ones(:)
+      real(wp) :: factors(reduced%unknowns())
 
-      allocate (factors, source=balancing_factors(reduced))
-      allocate (ones(reduced%multipliers()), source=1.0_wp)
-      call scale_entries(reduced%mass, factors, factors)
-      call scale_entries(reduced%damping, factors, factors)
-      call scale_entries(reduced%stiffness, factors, factors)
-      call scale_entries(reduced%constraints, ones, factors)
+      factors = balancing_factors(reduced)
+      call reduced%mass%scale_entries(factors, factors)
+      call reduced%damping%scale_entries(factors, factors)
+      call reduced%stiffness%scale_entries(factors, factors)
+      call reduced%constraints%scale_entries(spread(1.0_wp, 1, reduced%multipliers()), factors)
       call plan%change_units(factors)
    end subroutine balance
 
@@ -43,9 +42,12 @@ contains
       open = .not. level > 0
       rate = typical_rate(problem)
       where (.not. level > 0) level = rate**2*abs(problem%mass%diagonal()) + rate*abs(problem%damping%diagonal())
-      where (.not. level > 0) level = line_maxima(problem%stiffness)
-      where (.not. level > 0) level = rate**2*line_maxima(problem%mass) + rate*line_maxima(problem%damping)
       factors = 1
+      if (any(.not. level > 0)) then
+         where (.not. level > 0) level = line_maxima(problem%stiffness, factors)
+         where (.not. level > 0) level = rate**2*line_maxima(problem%mass, factors) &
+            + rate*line_maxima(problem%damping, factors)
+      end if
       where (level > tiny(level) .and. level < huge(level)) &
          factors = scale(1.0_wp, (modulo(exponent(level), 2) - exponent(level))/2)
       call equilibrate(problem%stiffness, open, factors)
@@ -92,42 +94,34 @@ contains
       real(wp), intent(inout) :: factors(:)
       real(wp), parameter :: balanced = 4
       integer, parameter :: passes = 20
-      type(csr_matrix_type) :: scaled
       real(wp) :: largest(size(factors))
       logical :: uneven(size(factors))
       integer :: pass
 
       do pass = 1, passes
-         scaled = matrix
-         call scale_entries(scaled, factors, factors)
-         largest = line_maxima(scaled)
+         largest = line_maxima(matrix, factors)
          uneven = largest > balanced .or. (open .and. largest > 0 .and. largest < 1/balanced)
          if (.not. any(uneven)) exit
          where (uneven) factors = scale(factors, -exponent(largest)/2)
       end do
    end subroutine equilibrate
 
-   ! The largest entry of each row and of the column of the same number.
-   pure function line_maxima(matrix) result(maxima)
+   ! The largest entry of each row and of the column of the same number, of D A D with a diagonal D of factors.
+   pure function line_maxima(matrix, factors) result(maxima)
       type(csr_matrix_type), intent(in) :: matrix
-      real(wp) :: maxima(matrix%rows)
-      integer :: k
-
-      maxima = matrix%row_maxima()
-      do k = 1, matrix%nonzeros()
-         maxima(matrix%column(k)) = max(maxima(matrix%column(k)), abs(matrix%value(k)))
-      end do
-   end function line_maxima
-
-   pure subroutine scale_entries(matrix, rows, columns)
-      type(csr_matrix_type), intent(inout) :: matrix
-      real(wp), intent(in) :: rows(:), columns(:)
+      real(wp), intent(in) :: factors(:)
+      real(wp) :: maxima(matrix%rows), entry
       integer :: i, k
 
+      maxima = 0
       do i = 1, matrix%rows
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            matrix%value(k) = rows(i)*matrix%value(k)*columns(matrix%column(k))
+            associate (j => matrix%column(k))
+               entry = abs(factors(i)*matrix%value(k)*factors(j))
+               maxima(i) = max(maxima(i), entry)
+               maxima(j) = max(maxima(j), entry)
+            end associate
          end do
       end do
-   end subroutine scale_entries
+   end function line_maxima
 end module kschur_balance

@@ -57,6 +57,7 @@ contains
       real(wp), parameter :: rounding = 1.0e-12_wp
       real(wp), allocatable :: shapes(:, :), masses(:, :), dampers(:, :), mass(:, :), damping(:, :), decay(:), work(:)
       logical, allocatable :: separate(:)
+      real(wp) :: norm
       integer :: n, k, i, info
 
       n = problem%unknowns()
@@ -75,8 +76,9 @@ contains
       masses = matmul(masses, damping)
       dampers = matmul(dampers, damping)
       if (problem%damping_kind == damping_proportional) decay = problem%alpha
+      norm = problem%damping%infinity_norm()
       do i = 1, k
-         associate (level => problem%damping%infinity_norm()*maxval(abs(shapes(:, i))))
+         associate (level => norm*maxval(abs(shapes(:, i))))
             if (problem%damping_kind /= damping_proportional .and. maxval(abs(dampers(:, i))) <= rounding*level) &
                decay(i) = 0
             if (.not. maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) <= rounding*level) separate(i) = .false.

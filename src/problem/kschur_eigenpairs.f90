@@ -20,7 +20,7 @@ module kschur_eigenpairs
       logical, allocatable :: again(:)
       !> Of each unknown, where shapes are compared: in units far apart all would look alike. Not allocated: one.
       real(wp), allocatable :: weights(:)
-      !> The shapes, where all are real; `phi` is not allocated then.
+      !> The shapes, where all are real, with or without columns behind them; `phi` is not allocated then.
       real(wp), allocatable :: real_phi(:, :)
    contains
       !> Whether the shapes are held as real ones.
@@ -67,7 +67,7 @@ contains
       class(eigenpairs_type), intent(inout) :: self
 
       if (.not. self%is_real()) return
-      allocate (self%phi(size(self%real_phi, 1), size(self%real_phi, 2)))
+      allocate (self%phi(self%rows(), size(self%lambda)))
       call copy_shapes(self, self%phi)
       deallocate (self%real_phi)
    end subroutine make_complex
@@ -100,8 +100,8 @@ contains
       if (l == 0) return
       if (pairs%is_real() .and. more%is_real()) then
          allocate (real_phi(pairs%rows(), k + l))
-         real_phi(:, :k) = pairs%real_phi
-         real_phi(:, k + 1:) = more%real_phi
+         real_phi(:, :k) = pairs%real_phi(:, :k)
+         real_phi(:, k + 1:) = more%real_phi(:, :l)
          call move_alloc(real_phi, pairs%real_phi)
       else
          allocate (phi(pairs%rows(), k + l))
@@ -125,17 +125,17 @@ contains
       class(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: chosen(:)
       type(eigenpairs_type) :: kept
+      integer, allocatable :: order(:)
       integer :: i
 
-      associate (order => pack([(i, i=1, size(chosen))], chosen))
-         allocate (kept%lambda, source=pairs%lambda(order))
-         if (pairs%is_real()) then
-            allocate (kept%real_phi, source=pairs%real_phi(:, order))
-         else
-            allocate (kept%phi, source=pairs%phi(:, order))
-         end if
-         allocate (kept%xi, source=pairs%xi(:, order))
-      end associate
+      allocate (order, source=pack([(i, i=1, size(chosen))], chosen))
+      allocate (kept%lambda(size(order)), source=pairs%lambda(order))
+      if (pairs%is_real()) then
+         allocate (kept%real_phi(pairs%rows(), size(order)), source=pairs%real_phi(:, order))
+      else
+         allocate (kept%phi(pairs%rows(), size(order)), source=pairs%phi(:, order))
+      end if
+      allocate (kept%xi(size(pairs%xi, 1), size(order)), source=pairs%xi(:, order))
    end function chosen_pairs
 
    !> Makes the shape of pair j one of unit norm, its largest entry real and positive; a shape of nothing stays.

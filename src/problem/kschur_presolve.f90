@@ -9,7 +9,7 @@ module kschur_presolve
    use kschur_elimination, only: eliminate, ties_type
    use kschur_error, only: error_type, new_error, add_context, error_input
    use kschur_kinds, only: wp
-   use kschur_problem, only: modal_problem_type, new_modal_problem, damping_general, damping_proportional
+   use kschur_problem, only: modal_problem_type, settle_modal_problem, damping_general, damping_proportional
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
    implicit none
    private
@@ -55,7 +55,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> False: the plan leaves everything as it is.
       logical, optional, intent(in) :: eliminating
-      type(csr_matrix_type) :: mass, damping, stiffness, constraints, pair(2)
+      type(csr_matrix_type) :: constraints
       logical :: short_rows
 
       short_rows = .true.
@@ -74,19 +74,17 @@ contains
          reduced = problem
       end if
       if (min(plan%unknowns_after, plan%eliminated) == 0) return
-      call reduce(plan, problem%mass, problem%symmetric, mass, error)
-      if (.not. allocated(error)) call reduce(plan, problem%stiffness, problem%symmetric, stiffness, error)
+      call reduce(plan, problem%mass, problem%symmetric, reduced%mass, error)
+      if (.not. allocated(error)) call reduce(plan, problem%stiffness, problem%symmetric, reduced%stiffness, error)
       if (allocated(error)) return
       if (problem%damping_kind == damping_proportional) then
          ! Where sums cancel, those of R would not be the same combination of what is left of M and K.
-         pair(1) = mass
-         pair(2) = stiffness
-         damping = linear_combination([problem%alpha, problem%beta], pair)
+         reduced%damping = linear_combination(problem%alpha, reduced%mass, problem%beta, reduced%stiffness)
       else
-         call reduce(plan, problem%damping, problem%symmetric, damping, error)
+         call reduce(plan, problem%damping, problem%symmetric, reduced%damping, error)
       end if
-      if (.not. allocated(error)) call new_modal_problem(reduced, mass, stiffness, error, damping, constraints, &
-         kind_of=problem)
+      reduced%constraints = constraints
+      if (.not. allocated(error)) call settle_modal_problem(reduced, error, kind_of=problem)
       call add_context(error, "without the clamped and tied unknowns")
    end subroutine presolve
 
@@ -235,7 +233,7 @@ contains
                real_phi(i, j) = self%factor(i)*pairs%real_phi(max(self%master(i), 1), j)
             end do
          end do
-         if (l > 0) real_phi(:, k + 1:) = more%real_phi
+         if (l > 0) real_phi(:, k + 1:) = more%real_phi(:, :l)
          call move_alloc(real_phi, pairs%real_phi)
       else
          allocate (phi(self%unknowns_before, k + l))

@@ -8,7 +8,7 @@ module kschur_problem
    use kschur_text, only: text
    implicit none
    private
-   public :: modal_problem_type, new_modal_problem
+   public :: modal_problem_type, new_modal_problem, settle_modal_problem
 
    !> No damping matrix, or one of zeros.
    integer, parameter, public :: damping_none = 0
@@ -19,7 +19,10 @@ module kschur_problem
    !> The names of the kinds of damping, in this order from `damping_none` on.
    character(len=*), parameter, public :: damping_names(0:2) = [character(len=12) :: "none", "proportional", "general"]
 
-   !> A checked problem; made by `new_modal_problem`, not changed afterwards.
+   ! To which damping is proportional.
+   real(wp), parameter :: rounding = 1.0e-13_wp
+
+   !> A checked problem; made by `new_modal_problem` or `settle_modal_problem`, not changed afterwards.
    type :: modal_problem_type
       !> Mass matrix M, n x n (kg and kg m^2 in SI).
       type(csr_matrix_type) :: mass
@@ -57,24 +60,32 @@ contains
       type(csr_matrix_type), intent(in), optional :: damping, constraints
       !> A problem that is known to have the same symmetry and the same damping. Found out where absent.
       type(modal_problem_type), intent(in), optional :: kind_of
-      integer :: n
 
-      n = mass%rows
       problem%mass = mass
       problem%stiffness = stiffness
       if (present(damping)) then
          problem%damping = damping
       else
-         problem%damping = empty_csr_matrix(n, n)
+         problem%damping = empty_csr_matrix(mass%rows, mass%rows)
       end if
       if (present(constraints)) then
          problem%constraints = constraints
       else
-         problem%constraints = empty_csr_matrix(0, n)
+         problem%constraints = empty_csr_matrix(0, mass%rows)
       end if
+      call settle_modal_problem(problem, error, kind_of)
+   end subroutine new_modal_problem
 
-      if (mass%columns /= n) call new_error(error, error_input, "the mass matrix M is "//text(n)//" x "// &
-         text(mass%columns)//" but must be square")
+   !> The same for four matrices that stand in the problem already.
+   subroutine settle_modal_problem(problem, error, kind_of)
+      type(modal_problem_type), intent(inout) :: problem
+      type(error_type), allocatable, intent(out) :: error
+      type(modal_problem_type), intent(in), optional :: kind_of
+      integer :: n
+
+      n = problem%mass%rows
+      if (problem%mass%columns /= n) call new_error(error, error_input, "the mass matrix M is "//text(n)//" x "// &
+         text(problem%mass%columns)//" but must be square")
       if (.not. allocated(error)) call check_matrix(problem%mass, n, n, "mass matrix M", error)
       if (.not. allocated(error)) call check_matrix(problem%stiffness, n, n, "stiffness matrix K", error)
       if (.not. allocated(error)) call check_matrix(problem%damping, n, n, "damping matrix R", error)
@@ -93,7 +104,7 @@ contains
             .and. problem%damping%is_symmetric()
          call classify_damping(problem)
       end if
-   end subroutine new_modal_problem
+   end subroutine settle_modal_problem
 
    subroutine check_matrix(matrix, rows, columns, name, error)
       type(csr_matrix_type), intent(in) :: matrix
@@ -146,109 +157,127 @@ contains
    ! then asks every entry to agree to rounding: of its terms, and of the row of R it stands in.
    subroutine classify_damping(problem)
       type(modal_problem_type), intent(inout) :: problem
-      real(wp), parameter :: rounding = 1.0e-13_wp
-      ! The entries of M, R and K where any of them has one, and their rows.
-      real(wp), allocatable :: entries(:, :), row_level(:)
-      integer, allocatable :: row(:)
+      real(wp), allocatable :: m(:), k(:)
       real(wp) :: alpha, beta
 
       problem%damping_kind = damping_none
       if (problem%damping%is_zero()) return
       problem%damping_kind = damping_general
-      call align(problem%mass, problem%damping, problem%stiffness, row, entries)
-      associate (m => entries(:, 1), r => entries(:, 2), k => entries(:, 3))
-         call fit(pack(m, abs(r) > 0), pack(k, abs(r) > 0), pack(r, abs(r) > 0), alpha, beta)
+      call divide(problem%mass, problem%damping, m)
+      call divide(problem%stiffness, problem%damping, k)
+      call fit(m, k, alpha, beta)
+      associate (level => maxval(abs(problem%damping%value)))
          ! A share of the size of rounding is none.
-         if (maxval(abs(alpha*m)) <= rounding*maxval(abs(r))) alpha = 0
-         if (maxval(abs(beta*k)) <= rounding*maxval(abs(r))) beta = 0
-         allocate (row_level, source=problem%damping%row_maxima())
-         if (.not. all(abs(r - alpha*m - beta*k) <= rounding*(abs(r) + abs(alpha*m) + abs(beta*k)) &
-            .and. abs(r - alpha*m - beta*k) <= 10*rounding*row_level(row))) return
+         if (maxval(abs(alpha*problem%mass%value)) <= rounding*level) alpha = 0
+         if (maxval(abs(beta*problem%stiffness%value)) <= rounding*level) beta = 0
       end associate
+      if (.not. is_combination(problem, alpha, beta)) return
       problem%damping_kind = damping_proportional
       problem%alpha = alpha
       problem%beta = beta
    end subroutine classify_damping
 
-   ! The entries of three matrices of one shape, wherever any of them has one.
-   subroutine align(a, b, c, row, entries)
-      type(csr_matrix_type), intent(in) :: a, b, c
-      integer, allocatable, intent(out) :: row(:)
-      real(wp), allocatable, intent(out) :: entries(:, :)
-      integer :: next(3), column, i, total
+   ! The entries of a matrix over those of another of its shape, where these are not zero.
+   pure subroutine divide(matrix, divisors, ratios)
+      type(csr_matrix_type), intent(in) :: matrix, divisors
+      real(wp), allocatable, intent(out) :: ratios(:)
+      integer :: i, j, k, total
 
-      call walk(filling=.false.)
-      allocate (row(total))
-      allocate (entries(total, 3), source=0.0_wp)
-      call walk(filling=.true.)
-
-   contains
-
-      subroutine walk(filling)
-         logical, intent(in) :: filling
-
-         total = 0
-         do i = 1, a%rows
-            next = [a%row_start(i), b%row_start(i), c%row_start(i)]
-            do
-               column = min(column_of(a, next(1)), column_of(b, next(2)), column_of(c, next(3)))
-               if (column == huge(1)) exit
-               total = total + 1
-               if (filling) row(total) = i
-               call take(a, 1, filling)
-               call take(b, 2, filling)
-               call take(c, 3, filling)
+      allocate (ratios(count(abs(divisors%value) > 0)), source=0.0_wp)
+      total = 0
+      do i = 1, divisors%rows
+         k = matrix%row_start(i)
+         do j = divisors%row_start(i), divisors%row_start(i + 1) - 1
+            if (.not. abs(divisors%value(j)) > 0) cycle
+            total = total + 1
+            do while (k < matrix%row_start(i + 1))
+               if (matrix%column(k) >= divisors%column(j)) exit
+               k = k + 1
             end do
+            if (k == matrix%row_start(i + 1)) cycle
+            if (matrix%column(k) == divisors%column(j)) ratios(total) = matrix%value(k)/divisors%value(j)
          end do
-      end subroutine walk
+      end do
+   end subroutine divide
 
-      ! Of entry k, as long as it is of row i.
-      integer function column_of(matrix, k)
-         type(csr_matrix_type), intent(in) :: matrix
-         integer, intent(in) :: k
-
-         column_of = huge(1)
-         if (k < matrix%row_start(i + 1)) column_of = matrix%column(k)
-      end function column_of
-
-      subroutine take(matrix, j, filling)
-         type(csr_matrix_type), intent(in) :: matrix
-         integer, intent(in) :: j
-         logical, intent(in) :: filling
-
-         if (column_of(matrix, next(j)) /= column) return
-         if (filling) entries(total, j) = matrix%value(next(j))
-         next(j) = next(j) + 1
-      end subroutine take
-   end subroutine align
-
-   ! alpha m + beta k = r, least squares relative to r, by orthogonalisation: the normal equations would lose
+   ! alpha m + beta k = 1, least squares, by orthogonalisation: the normal equations would lose
    ! alpha. Where m and k are parallel to rounding, as of K = c M, only one of them is taken.
-   pure subroutine fit(m, k, r, alpha, beta)
-      real(wp), intent(in) :: m(:), k(:), r(:)
+   pure subroutine fit(m, k, alpha, beta)
+      real(wp), intent(in) :: m(:), k(:)
       real(wp), intent(out) :: alpha, beta
       real(wp), parameter :: parallel = 1.0e-12_wp
-      real(wp), dimension(size(r)) :: a, b, c, q
-      real(wp) :: step
+      real(wp) :: along, square_of_m, square_of_rest, step
       integer :: pass
 
-      a = m/r
-      b = k/r
-      q = b
-      if (sum(a**2) > 0) q = b - dot_product(a, b)/sum(a**2)*a
+      ! k - along m is orthogonal to m.
+      square_of_m = sum(m**2)
+      along = 0
+      if (square_of_m > 0) along = dot_product(m, k)/square_of_m
+      square_of_rest = sum((k - along*m)**2)
+      if (.not. square_of_rest > parallel**2*sum(k**2)) square_of_rest = 0
       alpha = 0
       beta = 0
       ! The second pass fits what the rounding of long sums left.
       do pass = 1, 2
-         c = 1 - alpha*a - beta*b
-         if (sum(q**2) > parallel**2*sum(b**2)) then
-            step = dot_product(q, c)/sum(q**2)
-            beta = beta + step
-            c = c - step*b
-         end if
-         if (sum(a**2) > 0) alpha = alpha + dot_product(a, c)/sum(a**2)
+         step = 0
+         if (square_of_rest > 0) step = dot_product(k - along*m, 1 - alpha*m - beta*k)/square_of_rest
+         if (square_of_m > 0) alpha = alpha + dot_product(m, 1 - alpha*m - beta*k - step*k)/square_of_m
+         beta = beta + step
       end do
    end subroutine fit
+
+   ! R = alpha M + beta K, to rounding.
+   logical function is_combination(problem, alpha, beta)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: alpha, beta
+      ! Of the row at hand, R - alpha M - beta K and the sum of the magnitudes of these.
+      real(wp), dimension(problem%unknowns()) :: difference, terms
+      real(wp) :: level(problem%unknowns())
+      integer :: i
+
+      level = problem%damping%row_maxima()
+      difference = 0
+      terms = 0
+      is_combination = .true.
+      do i = 1, problem%unknowns()
+         call add(problem%damping, 1.0_wp)
+         call add(problem%mass, -alpha)
+         call add(problem%stiffness, -beta)
+         call settle(problem%damping)
+         call settle(problem%mass)
+         call settle(problem%stiffness)
+         if (.not. is_combination) return
+      end do
+
+   contains
+
+      subroutine add(matrix, factor)
+         type(csr_matrix_type), intent(in) :: matrix
+         real(wp), intent(in) :: factor
+         integer :: k
+
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            associate (j => matrix%column(k))
+               difference(j) = difference(j) + factor*matrix%value(k)
+               terms(j) = terms(j) + abs(factor*matrix%value(k))
+            end associate
+         end do
+      end subroutine add
+
+      ! Leaves zeros behind.
+      subroutine settle(matrix)
+         type(csr_matrix_type), intent(in) :: matrix
+         integer :: k
+
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            associate (j => matrix%column(k))
+               is_combination = is_combination .and. abs(difference(j)) <= rounding*min(terms(j), 10*level(i))
+               difference(j) = 0
+               terms(j) = 0
+            end associate
+         end do
+      end subroutine settle
+   end function is_combination
 
    pure integer function unknowns(self)
       class(modal_problem_type), intent(in) :: self

@@ -4,11 +4,11 @@ module kschur_saddle
    use kschur_kinds, only: wp
    use kschur_problem, only: modal_problem_type
    use kschur_linear_solver, only: matrix_structure_type
-   use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
-   use kschur_symbolic, only: sparse_order
+   use kschur_ordering, only: elimination_order
+   use kschur_sparse, only: csr_matrix_type, linear_combination, transpose_csr
    implicit none
    private
-   public :: order_elimination, saddle_blocks, saddle_structure, symmetric_saddle
+   public :: bordered, order_elimination, saddle_blocks, saddle_structure, symmetric_saddle
 
 contains
 
@@ -22,12 +22,8 @@ contains
       type(csr_matrix_type), intent(out) :: matrix
       type(matrix_structure_type), intent(out) :: structure
       type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: parts(2)
 
-      parts(1) = problem%stiffness
-      parts(2) = problem%mass
-      call border(linear_combination([1.0_wp, -s], parts), problem%constraints, factors, matrix, error)
-      if (allocated(error)) return
+      matrix = bordered(linear_combination(1.0_wp, problem%stiffness, -s, problem%mass), problem%constraints, factors)
       structure = saddle_structure(problem)
       structure%symmetric = .true.
    end subroutine symmetric_saddle
@@ -44,19 +40,20 @@ contains
       if (allocated(problem%position)) allocate (structure%position, source=problem%position)
    end function saddle_structure
 
-   !> Finds one order for all matrices that are made of M, R, K and Cq: that of the pattern of all.
+   !> Finds one order for all matrices that are made of M, R, K and Cq, that of the pattern of all. Without constraints
+   !> it is left to the solvers: what is definite LDL orders quicker by itself.
    subroutine order_elimination(problem, error)
       !> Its `position` is set.
       type(modal_problem_type), intent(inout) :: problem
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: pattern
-      real(wp) :: factors(problem%multipliers())
+      integer, allocatable :: position(:)
 
-      factors = 1
-      call border(linear_combination([1.0_wp, 1.0_wp, 1.0_wp], [problem%stiffness, problem%mass, problem%damping]), &
-         problem%constraints, factors, pattern, error)
-      if (.not. allocated(error)) &
-         call sparse_order(pattern%row_start, pattern%column, saddle_structure(problem), problem%position, error)
+      if (problem%multipliers() == 0) return
+      pattern = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], [problem%stiffness, problem%mass, problem%damping])
+      pattern = bordered(pattern, problem%constraints, spread(1.0_wp, 1, problem%multipliers()))
+      call elimination_order(pattern%row_start, pattern%column, saddle_structure(problem), position, error)
+      if (.not. allocated(error)) call move_alloc(position, problem%position)
    end subroutine order_elimination
 
    !> [M 0; 0 0], [R 0; 0 0] and [K Cq^T D; D Cq 0], D a diagonal of
@@ -70,43 +67,76 @@ contains
       integer :: order
 
       order = problem%unknowns() + problem%multipliers()
-      blocks(1) = enlarge(problem%mass, order)
-      blocks(2) = enlarge(problem%damping, order)
-      call border(problem%stiffness, problem%constraints, factors, blocks(3), error)
+      blocks(1) = enlarged(problem%mass, order)
+      blocks(2) = enlarged(problem%damping, order)
+      blocks(3) = bordered(problem%stiffness, problem%constraints, factors)
    end subroutine saddle_blocks
 
-   ! [A Cq^T D; D Cq 0].
-   subroutine border(matrix, constraints, factors, bordered, error)
+   !> [A B^T; B C] of a matrix A, n x n, constraints B = D Cq with a diagonal D of factors, and C = 0 or diagonal.
+   pure function bordered(matrix, constraints, factors, corner) result(saddle)
       type(csr_matrix_type), intent(in) :: matrix, constraints
+      !> Factor of each constraint.
       real(wp), intent(in) :: factors(:)
-      type(csr_matrix_type), intent(out) :: bordered
-      type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: parts(2)
-      integer, allocatable :: constraint(:)
-      real(wp), allocatable :: scaled(:)
-      integer :: n, order
+      !> The diagonal of C, m numbers. Without it C has no entries.
+      real(wp), optional, intent(in) :: corner(:)
+      type(csr_matrix_type) :: saddle
+      type(csr_matrix_type) :: scaled, columns
+      integer :: i, n, entries
 
       n = matrix%rows
-      order = n + constraints%rows
-      bordered = enlarge(matrix, order)
-      if (constraints%rows == 0) return
-      allocate (constraint(constraints%nonzeros()), source=constraints%row_indices())
-      allocate (scaled(constraints%nonzeros()), source=factors(constraint)*constraints%value)
-      parts(1) = bordered
-      call new_csr_from_triplets(parts(2), order, order, [n + constraint, constraints%column], &
-         [constraints%column, n + constraint], [scaled, scaled], error)
-      if (.not. allocated(error)) bordered = linear_combination([1.0_wp, 1.0_wp], parts)
-   end subroutine border
+      scaled = constraints
+      call scaled%scale_entries(factors, spread(1.0_wp, 1, n))
+      columns = transpose_csr(scaled)
+      saddle%rows = n + scaled%rows
+      saddle%columns = saddle%rows
+      entries = matrix%nonzeros() + 2*scaled%nonzeros()
+      if (present(corner)) entries = entries + size(corner)
+      allocate (saddle%row_start(saddle%rows + 1), saddle%column(entries), saddle%value(entries))
+      saddle%row_start(1) = 1
+      do i = 1, n
+         saddle%row_start(i + 1) = saddle%row_start(i)
+         call append(saddle, i, matrix, i, 0)
+         call append(saddle, i, columns, i, n)
+      end do
+      do i = 1, scaled%rows
+         saddle%row_start(n + i + 1) = saddle%row_start(n + i)
+         call append(saddle, n + i, scaled, i, 0)
+         if (.not. present(corner)) cycle
+         associate (place => saddle%row_start(n + i + 1))
+            saddle%column(place) = n + i
+            saddle%value(place) = corner(i)
+            place = place + 1
+         end associate
+      end do
+   end function bordered
+
+   ! Row `from` of a part behind what row i of the whole has so far.
+   pure subroutine append(whole, i, part, from, offset)
+      type(csr_matrix_type), intent(inout) :: whole
+      integer, intent(in) :: i, from, offset
+      type(csr_matrix_type), intent(in) :: part
+      integer :: k, place
+
+      place = whole%row_start(i + 1)
+      do k = part%row_start(from), part%row_start(from + 1) - 1
+         whole%column(place) = part%column(k) + offset
+         whole%value(place) = part%value(k)
+         place = place + 1
+      end do
+      whole%row_start(i + 1) = place
+   end subroutine append
 
    ! [A 0; 0 0].
-   pure function enlarge(matrix, order) result(block)
+   pure function enlarged(matrix, order) result(block)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: order
       type(csr_matrix_type) :: block
 
-      block = matrix
       block%rows = order
       block%columns = order
-      block%row_start = [matrix%row_start, spread(matrix%nonzeros() + 1, 1, order - matrix%rows)]
-   end function enlarge
+      allocate (block%row_start(order + 1), source=matrix%nonzeros() + 1)
+      block%row_start(:matrix%rows) = matrix%row_start(:matrix%rows)
+      allocate (block%column, source=matrix%column)
+      allocate (block%value, source=matrix%value)
+   end function enlarged
 end module kschur_saddle

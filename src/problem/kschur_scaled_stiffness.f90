@@ -5,8 +5,8 @@ module kschur_scaled_stiffness
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
-   use kschur_saddle, only: saddle_structure
-   use kschur_sparse, only: csr_matrix_type, identity_csr_matrix, linear_combination, new_csr_from_triplets, transpose_csr
+   use kschur_saddle, only: bordered, saddle_structure
+   use kschur_sparse, only: csr_matrix_type, identity_csr_matrix, linear_combination, transpose_csr
    implicit none
    private
    public :: scaled_stiffness_type, new_scaled_stiffness
@@ -55,11 +55,10 @@ contains
       type(csr_matrix_type), optional, intent(in) :: matrix
       !> Each attempt has another regularisation.
       integer, optional, intent(in) :: attempt
-      type(csr_matrix_type) :: k
+      type(csr_matrix_type) :: k, cq
       type(matrix_structure_type) :: structure
-      real(wp), allocatable :: borders(:), trial(:, :)
-      integer, allocatable :: row(:), constraint(:)
-      integer :: n, m, i, seed
+      real(wp), allocatable :: trial(:, :)
+      integer :: n, m, seed
       integer(long) :: state
 
       n = problem%unknowns()
@@ -73,22 +72,17 @@ contains
       self%regularization = 3.0_wp**(seed - 1)*self%regularization
       structure = saddle_structure(problem)
       if (.not. problem%symmetric) structure%symmetric = k%is_symmetric()
-      associate (cq => problem%constraints)
-         call set_scalings(self, k, cq)
-         allocate (row(k%nonzeros()), source=k%row_indices())
-         allocate (constraint(cq%nonzeros()), source=cq%row_indices())
-         allocate (borders(cq%nonzeros()), source=self%constraint_scaling(constraint)*(cq%value*self%scaling(cq%column)))
-         call new_csr_from_triplets(self%matrix, n + m, n + m, &
-            [row, [(i, i=1, n + m)], n + constraint, cq%column], [k%column, [(i, i=1, n + m)], cq%column, n + constraint], &
-            [self%scaling(row)*k%value*self%scaling(k%column), &
-            spread(merge(self%regularization, 0.0_wp, structure%symmetric), 1, n), spread(-self%regularization, 1, m), &
-            borders, borders], error)
-      end associate
-      if (.not. (allocated(error) .or. structure%symmetric)) then
+      cq = problem%constraints
+      call set_scalings(self, k, cq)
+      call k%scale_entries(self%scaling, self%scaling)
+      call cq%scale_entries(self%constraint_scaling, self%scaling)
+      self%matrix = bordered(linear_combination(1.0_wp, k, &
+         merge(self%regularization, 0.0_wp, structure%symmetric), identity_csr_matrix(n)), cq, &
+         spread(1.0_wp, 1, m), spread(-self%regularization, 1, m))
+      if (.not. structure%symmetric) then
          self%random = random_on_pattern(problem, self%regularization, n + m, seed)
-         self%matrix = linear_combination([1.0_wp, 1.0_wp], [csr_matrix_type :: self%matrix, self%random])
+         self%matrix = linear_combination(1.0_wp, self%matrix, 1.0_wp, self%random)
       end if
-      if (allocated(error)) return
       call self%solver%factorize(self%matrix, structure, error)
       if (allocated(error) .or. structure%symmetric) return
       allocate (trial(n + m, 1), source=0.0_wp)

@@ -1,7 +1,7 @@
 !> The problem with M, R and K transposed, whose modes are the conjugated left ones of the problem.
 module kschur_transposed
    use kschur_error, only: error_type
-   use kschur_problem, only: modal_problem_type, new_modal_problem
+   use kschur_problem, only: modal_problem_type, settle_modal_problem
    use kschur_sparse, only: transpose_csr
    implicit none
    private
@@ -16,8 +16,11 @@ contains
       type(modal_problem_type), intent(out) :: transposed
       type(error_type), allocatable, intent(out) :: error
 
-      call new_modal_problem(transposed, transpose_csr(problem%mass), transpose_csr(problem%stiffness), error, &
-         transpose_csr(problem%damping), problem%constraints, kind_of=problem)
+      transposed%mass = transpose_csr(problem%mass)
+      transposed%stiffness = transpose_csr(problem%stiffness)
+      transposed%damping = transpose_csr(problem%damping)
+      transposed%constraints = problem%constraints
+      call settle_modal_problem(transposed, error, kind_of=problem)
       if (allocated(problem%position)) transposed%position = problem%position
    end subroutine transpose_problem
 end module kschur_transposed

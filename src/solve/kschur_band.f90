@@ -40,7 +40,6 @@ module kschur_band
    !> Undamped modes, with room for more.
    type, extends(eigenpairs_type) :: oscillators_type
       integer :: found = 0
-      real(wp), allocatable :: omega(:)
    end type oscillators_type
 
 contains
@@ -148,7 +147,7 @@ contains
          call s%monitor%announce("the band holds "//text(total)//" oscillating modes")
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
       modes%certified = certified_yes
-      allocate (oscillators%omega(total), oscillators%real_phi(s%problem%unknowns(), total), &
+      allocate (oscillators%lambda(total), oscillators%real_phi(s%problem%unknowns(), total), &
          oscillators%xi(s%problem%multipliers(), total))
 
       given => s%problem
@@ -277,7 +276,7 @@ contains
       if (size(inside) > expected) inside = inside(:expected)
       first = oscillators%found + 1
       last = oscillators%found + size(inside)
-      oscillators%omega(first:last) = aimag(found%lambda(inside))
+      oscillators%lambda(first:last) = found%lambda(inside)
       if (.not. found%is_real()) call oscillators%make_complex()
       do i = first, last
          if (oscillators%is_real()) then
@@ -317,7 +316,7 @@ contains
 
       k = 0
       do i = 1, oscillators%found
-         roots = map%lambdas(cmplx(oscillators%omega(i)**2, 0, wp))
+         roots = map%lambdas(cmplx(aimag(oscillators%lambda(i))**2, 0, wp))
          l = merge(1, 2, abs(aimag(roots(1))) > 0)
          lambda(k + 1:k + l) = cmplx(real(roots(:l), wp), abs(aimag(roots(:l))), wp)
          of(k + 1:k + l) = i
@@ -399,8 +398,8 @@ contains
       real(wp), allocatable, intent(out) :: omega(:)
       type(modal_result_type) :: told
 
-      call move_alloc(modes%lambda, told%eigenvalues)
       call modes%make_complex()
+      call move_alloc(modes%lambda, told%eigenvalues)
       call move_alloc(modes%phi, told%eigenvectors)
       call describe(problem, told)
       call move_alloc(told%eigenvalues, modes%lambda)

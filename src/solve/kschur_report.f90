@@ -56,8 +56,8 @@ contains
       type(modes_type), intent(inout) :: modes
       type(modal_result_type), intent(inout) :: result
 
-      call move_alloc(modes%lambda, result%eigenvalues)
       call modes%make_complex()
+      call move_alloc(modes%lambda, result%eigenvalues)
       call move_alloc(modes%phi, result%eigenvectors)
       call move_alloc(modes%xi, result%multipliers)
       call move_alloc(modes%backward_error, result%backward_error)

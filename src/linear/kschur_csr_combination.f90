@@ -1,0 +1,170 @@
+!> Linear combinations of sparse matrices of one shape. An entry stands wherever any of them
+!> has one, zeros included, so that the pattern depends on the matrices only.
+module kschur_csr_combination
+   use kschur_csr, only: complex_csr_matrix_type, csr_matrix_type
+   use kschur_kinds, only: wp
+   implicit none
+   private
+   public :: linear_combination, complex_combination
+
+   !> The sum of coefficient(k) matrix(k), or of alpha A and beta B, which need not be copied into an array for it.
+   interface linear_combination
+      module procedure combination_of_all, combination_of_two
+   end interface linear_combination
+
+contains
+
+   pure function combination_of_all(coefficients, matrices) result(combined)
+      real(wp), intent(in) :: coefficients(:)
+      type(csr_matrix_type), intent(in) :: matrices(:)
+      type(csr_matrix_type) :: combined
+      integer :: k
+
+      combined%rows = matrices(1)%rows
+      combined%columns = matrices(1)%columns
+      allocate (combined%row_start, source=matrices(1)%row_start)
+      allocate (combined%column, source=matrices(1)%column)
+      do k = 2, size(matrices)
+         call unite(combined%row_start, combined%column, matrices(k))
+      end do
+      allocate (combined%value(size(combined%column)), source=0.0_wp)
+      do k = 1, size(matrices)
+         call add_real(combined, coefficients(k), matrices(k))
+      end do
+   end function combination_of_all
+
+   pure function combination_of_two(alpha, a, beta, b) result(combined)
+      real(wp), intent(in) :: alpha, beta
+      type(csr_matrix_type), intent(in) :: a, b
+      type(csr_matrix_type) :: combined
+
+      combined%rows = a%rows
+      combined%columns = a%columns
+      allocate (combined%row_start, source=a%row_start)
+      allocate (combined%column, source=a%column)
+      call unite(combined%row_start, combined%column, b)
+      allocate (combined%value(size(combined%column)), source=0.0_wp)
+      call add_real(combined, alpha, a)
+      call add_real(combined, beta, b)
+   end function combination_of_two
+
+   !> The sum of coefficient(k) matrix(k), complex.
+   pure function complex_combination(coefficients, matrices) result(combined)
+      complex(wp), intent(in) :: coefficients(:)
+      type(csr_matrix_type), intent(in) :: matrices(:)
+      type(complex_csr_matrix_type) :: combined
+      integer :: k
+
+      combined%rows = matrices(1)%rows
+      combined%columns = matrices(1)%columns
+      allocate (combined%row_start, source=matrices(1)%row_start)
+      allocate (combined%column, source=matrices(1)%column)
+      do k = 2, size(matrices)
+         call unite(combined%row_start, combined%column, matrices(k))
+      end do
+      allocate (combined%value(size(combined%column)), source=(0.0_wp, 0.0_wp))
+      do k = 1, size(matrices)
+         call add_complex(combined, coefficients(k), matrices(k))
+      end do
+   end function complex_combination
+
+   pure subroutine add_real(combined, coefficient, matrix)
+      type(csr_matrix_type), intent(inout) :: combined
+      real(wp), intent(in) :: coefficient
+      type(csr_matrix_type), intent(in) :: matrix
+      integer :: i, k, place
+
+      do i = 1, matrix%rows
+         place = combined%row_start(i)
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            do while (combined%column(place) /= matrix%column(k))
+               place = place + 1
+            end do
+            combined%value(place) = combined%value(place) + coefficient*matrix%value(k)
+         end do
+      end do
+   end subroutine add_real
+
+   pure subroutine add_complex(combined, coefficient, matrix)
+      type(complex_csr_matrix_type), intent(inout) :: combined
+      complex(wp), intent(in) :: coefficient
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp) :: re, im
+      integer :: i, k, place
+
+      re = real(coefficient, wp)
+      im = aimag(coefficient)
+      do i = 1, matrix%rows
+         place = combined%row_start(i)
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            do while (combined%column(place) /= matrix%column(k))
+               place = place + 1
+            end do
+            combined%value(place) = combined%value(place) + cmplx(re*matrix%value(k), im*matrix%value(k), wp)
+         end do
+      end do
+   end subroutine add_complex
+
+   ! Puts the pattern of a matrix into another.
+   pure subroutine unite(row_start, column, matrix)
+      integer, allocatable, intent(inout) :: row_start(:), column(:)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, allocatable :: united(:)
+      integer :: start(size(matrix%row_start)), i, length
+
+      if (size(column) == matrix%nonzeros()) then
+         if (all(row_start == matrix%row_start) .and. all(column == matrix%column)) return
+      end if
+      allocate (united(size(column) + matrix%nonzeros()))
+      start(1) = 1
+      do i = 1, matrix%rows
+         length = row_start(i + 1) - row_start(i)
+         united(start(i):start(i) + length - 1) = column(row_start(i):row_start(i + 1) - 1)
+         call merge_ascending(united(start(i):), length, matrix%column(matrix%row_start(i):matrix%row_start(i + 1) - 1))
+         start(i + 1) = start(i) + length
+      end do
+      row_start = start
+      column = united(:start(size(start)) - 1)
+   end subroutine unite
+
+   ! Puts what is new of `more` into the first `length` of a list. All ascend.
+   pure subroutine merge_ascending(list, length, more)
+      integer, contiguous, intent(inout) :: list(:)
+      integer, intent(inout) :: length
+      integer, contiguous, intent(in) :: more(:)
+      integer :: i, k, place
+
+      place = length
+      i = 1
+      do k = 1, size(more)
+         do while (i <= length)
+            if (list(i) >= more(k)) exit
+            i = i + 1
+         end do
+         if (i > length) then
+            place = place + size(more) - k + 1
+            exit
+         end if
+         if (list(i) /= more(k)) place = place + 1
+      end do
+      i = length
+      length = place
+      ! From the end; where the place is that of i, all before it stand.
+      k = size(more)
+      do while (place > i)
+         if (i == 0) then
+            list(:place) = more(:k)
+            return
+         end if
+         if (list(i) > more(k)) then
+            list(place) = list(i)
+            i = i - 1
+         else
+            if (list(i) == more(k)) i = i - 1
+            list(place) = more(k)
+            k = k - 1
+         end if
+         place = place - 1
+      end do
+   end subroutine merge_ascending
+end module kschur_csr_combination

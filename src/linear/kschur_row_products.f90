@@ -1,0 +1,74 @@
+!> Sums over the rows of a sparse matrix, in its bare arrays.
+module kschur_row_products
+   use kschur_kinds, only: wp
+   implicit none
+   private
+   public :: add_rows, add_four_rows
+
+   !> y := y + alpha A x for one vector: each sum runs in the order of the row.
+   interface add_rows
+      module procedure add_rows_real, add_rows_complex
+   end interface add_rows
+
+contains
+
+   pure subroutine add_rows_real(row_start, column, value, alpha, x, y)
+      !> As in `csr_matrix_type`.
+      integer, contiguous, intent(in) :: row_start(:), column(:)
+      real(wp), contiguous, intent(in) :: value(:)
+      real(wp), intent(in) :: alpha
+      real(wp), contiguous, intent(in) :: x(:)
+      real(wp), contiguous, intent(inout) :: y(:)
+      integer :: i, k
+      real(wp) :: total
+
+      do i = 1, size(row_start) - 1
+         total = 0
+         do k = row_start(i), row_start(i + 1) - 1
+            total = total + value(k)*x(column(k))
+         end do
+         y(i) = y(i) + alpha*total
+      end do
+   end subroutine add_rows_real
+
+   ! A complex product with a real number would multiply with its zero imaginary part too.
+   pure subroutine add_rows_complex(row_start, column, value, alpha, x, y)
+      integer, contiguous, intent(in) :: row_start(:), column(:)
+      real(wp), contiguous, intent(in) :: value(:)
+      complex(wp), intent(in) :: alpha
+      complex(wp), contiguous, intent(in) :: x(:)
+      complex(wp), contiguous, intent(inout) :: y(:)
+      integer :: i, k
+      real(wp) :: re, im
+
+      do i = 1, size(row_start) - 1
+         re = 0
+         im = 0
+         do k = row_start(i), row_start(i + 1) - 1
+            re = re + value(k)*real(x(column(k)), wp)
+            im = im + value(k)*aimag(x(column(k)))
+         end do
+         y(i) = y(i) + alpha*cmplx(re, im, wp)
+      end do
+   end subroutine add_rows_complex
+
+   !> The same for four vectors at once, digit by digit what each gives alone: the matrix is read once.
+   pure subroutine add_four_rows(row_start, column, value, alpha, x, y)
+      integer, contiguous, intent(in) :: row_start(:), column(:)
+      real(wp), contiguous, intent(in) :: value(:)
+      real(wp), intent(in) :: alpha
+      !> At least four columns each.
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      integer :: i, k
+      real(wp) :: total(4)
+
+      do i = 1, size(row_start) - 1
+         total = 0
+         do k = row_start(i), row_start(i + 1) - 1
+            total = total + value(k)*x(column(k), :4)
+         end do
+         y(i, :4) = y(i, :4) + alpha*total
+      end do
+   end subroutine add_four_rows
+end module kschur_row_products
