@@ -23,6 +23,9 @@ module kschur_krylov_options
       !> Whether to look for copies of multiple eigenvalues with fresh random
       !> vectors: one vector finds one copy, and others through rounding only.
       logical :: verify = .true.
+      !> Whether a later call with the same operator is to go on from where this one ends: structured
+      !> quadratic forms keep their Krylov space then. Lanczos always does.
+      logical :: keep = .false.
    end type krylov_options_type
 
    type :: krylov_statistics_type

@@ -7,7 +7,7 @@ module kschur_projected
    use kschur_text, only: text
    implicit none
    private
-   public :: schur_form, schur_values, move_to_head, triangular_eigenvectors, independent_eigenvectors, join_pairs
+   public :: schur_form, schur_values, move_to_head, eigenvector_couplings, independent_eigenvectors, join_pairs
 
    !> Overwrites a square matrix by its Schur factor T, triangular or (real)
    !> quasi-triangular, so that it was U T U^*, and gives its eigenvalues.
@@ -28,13 +28,14 @@ module kschur_projected
       module procedure move_to_head_complex, move_to_head_real
    end interface move_to_head
 
-   !> Eigenvectors of a Schur factor, as complex columns of unit norm.
-   interface triangular_eigenvectors
-      module procedure triangular_eigenvectors_complex, triangular_eigenvectors_real
-   end interface triangular_eigenvectors
+   !> The moduli of the products of a row with the eigenvectors of a Schur factor, of unit norm.
+   interface eigenvector_couplings
+      module procedure eigenvector_couplings_complex, eigenvector_couplings_real
+   end interface eigenvector_couplings
 
-   !> The same, but independent for the copies of a multiple eigenvalue: couplings below `noise`,
-   !> relative to the eigenvalue, which cannot tell a multiple one from a defective one, are none.
+   !> Some eigenvectors of a Schur factor, as complex columns of unit norm, independent for the copies of a multiple
+   !> eigenvalue: couplings below `noise`, relative to the eigenvalue, which cannot tell a multiple one from a defective
+   !> one, are none.
    interface independent_eigenvectors
       module procedure independent_eigenvectors_complex, independent_eigenvectors_real
    end interface independent_eigenvectors
@@ -93,20 +94,20 @@ contains
          "LAPACK could not reorder the Schur form: ztrsen returned "//text(info))
    end subroutine move_to_head_complex
 
-   subroutine triangular_eigenvectors_complex(t, vectors, error)
-      complex(wp), intent(in) :: t(:, :)
-      complex(wp), allocatable, intent(out) :: vectors(:, :)
+   subroutine eigenvector_couplings_complex(t, row, couplings, error)
+      complex(wp), intent(in) :: t(:, :), row(:)
+      real(wp), intent(out) :: couplings(:)
       type(error_type), allocatable, intent(out) :: error
-      complex(wp), allocatable :: copy(:, :)
+      complex(wp), allocatable :: copy(:, :), vectors(:, :)
       complex(wp) :: unused(1, 1), work(2*size(t, 1))
       real(wp) :: rwork(size(t, 1))
       logical :: all_of_them(1)
       integer :: n, j, computed, info
 
       n = size(t, 1)
-      allocate (vectors(n, n), copy(n, n))
       if (n == 0) return
-      copy = t
+      allocate (vectors(n, n))
+      allocate (copy, source=t)
       all_of_them = .true.
       call ztrevc("R", "A", all_of_them, n, copy, n, unused, 1, vectors, n, n, computed, work, rwork, info)
       if (info /= 0) then
@@ -115,26 +116,29 @@ contains
          return
       end if
       do j = 1, n
-         vectors(:, j) = vectors(:, j)/norm2(abs(vectors(:, j)))
+         couplings(j) = abs(sum(row(:j)*vectors(:j, j)))/norm2(abs(vectors(:j, j)))
       end do
-   end subroutine triangular_eigenvectors_complex
+   end subroutine eigenvector_couplings_complex
 
    ! Back substitution, as LAPACK's, but for the copies. What couples a pair to an earlier copy of
    ! its eigenvalue is known only with all that lies between them: the sum of a row, not an entry.
-   subroutine independent_eigenvectors_complex(t, noise, vectors)
+   subroutine independent_eigenvectors_complex(t, noise, chosen, vectors)
       complex(wp), intent(in) :: t(:, :)
       real(wp), intent(in) :: noise
+      !> The positions of their eigenvalues.
+      integer, intent(in) :: chosen(:)
       complex(wp), allocatable, intent(out) :: vectors(:, :)
       ! Copies whose vectors are further apart than this angle need no help.
       real(wp), parameter :: parallel = 100
       complex(wp) :: gap
       real(wp) :: smallest
-      integer :: i, j
+      integer :: i, j, k
 
-      allocate (vectors(size(t, 1), size(t, 1)), source=(0.0_wp, 0.0_wp))
+      allocate (vectors(size(t, 1), size(chosen)), source=(0.0_wp, 0.0_wp))
       smallest = max(epsilon(1.0_wp)*maxval([0.0_wp, abs(t)]), tiny(1.0_wp))
-      do j = 1, size(t, 1)
-         associate (y => vectors(:, j))
+      do k = 1, size(chosen)
+         j = chosen(k)
+         associate (y => vectors(:, k))
             y(j) = 1
             y(:j - 1) = -t(:j - 1, j)
             do i = j - 1, 1, -1
@@ -228,20 +232,19 @@ contains
          "LAPACK could not reorder the Schur form: dtrsen returned "//text(info))
    end subroutine move_to_head_real
 
-   subroutine triangular_eigenvectors_real(t, vectors, error)
-      real(wp), intent(in) :: t(:, :)
-      complex(wp), allocatable, intent(out) :: vectors(:, :)
+   subroutine eigenvector_couplings_real(t, row, couplings, error)
+      real(wp), intent(in) :: t(:, :), row(:)
+      real(wp), intent(out) :: couplings(:)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: parts(:, :)
-      real(wp) :: unused(1, 1), work(3*size(t, 1)), copy(size(t, 1), size(t, 1))
-      complex(wp) :: values(size(t, 1))
+      real(wp), allocatable :: copy(:, :), parts(:, :)
+      real(wp) :: unused(1, 1), work(3*size(t, 1))
       logical :: all_of_them(1)
-      integer :: n, j, computed, info
+      integer :: n, j, last, computed, info
 
       n = size(t, 1)
-      allocate (vectors(n, n), parts(n, n))
       if (n == 0) return
-      copy = t
+      allocate (parts(n, n))
+      allocate (copy, source=t)
       all_of_them = .true.
       call dtrevc("R", "A", all_of_them, n, copy, n, unused, 1, parts, n, n, computed, work, info)
       if (info /= 0) then
@@ -249,58 +252,64 @@ contains
             "LAPACK could not compute eigenvectors of the projected problem: dtrevc returned "//text(info))
          return
       end if
-      values = schur_values(t)
-      do j = 1, n
-         if (aimag(values(j)) > 0) then
-            vectors(:, j) = cmplx(parts(:, j), parts(:, j + 1), wp)
-         else if (aimag(values(j)) < 0) then
-            vectors(:, j) = conjg(vectors(:, j - 1))
-         else
-            vectors(:, j) = parts(:, j)
+      ! Of a conjugate pair it gives the real and the imaginary part.
+      j = 1
+      do while (j <= n)
+         last = j
+         if (j < n) then
+            if (abs(t(j + 1, j)) > 0) last = j + 1
          end if
+         couplings(j:last) = norm2(matmul(row(:last), parts(:last, j:last)))/norm2(parts(:last, j:last))
+         j = last + 1
       end do
-      do j = 1, n
-         vectors(:, j) = vectors(:, j)/norm2(abs(vectors(:, j)))
-      end do
-   end subroutine triangular_eigenvectors_real
+   end subroutine eigenvector_couplings_real
 
-   subroutine independent_eigenvectors_real(t, noise, vectors)
+   subroutine independent_eigenvectors_real(t, noise, chosen, vectors)
       real(wp), intent(in) :: t(:, :)
       real(wp), intent(in) :: noise
+      integer, intent(in) :: chosen(:)
       complex(wp), allocatable, intent(out) :: vectors(:, :)
-      complex(wp), allocatable :: triangular(:, :), u(:, :), y(:, :)
-      integer :: j
+      complex(wp), allocatable :: triangular(:, :), blocks(:, :, :)
+      integer :: first(size(chosen)), i, k
+      logical :: conjugate(size(chosen))
 
-      call make_triangular(t, triangular, u)
-      call independent_eigenvectors(triangular, noise, y)
-      allocate (vectors(size(t, 1), size(t, 1)), source=matmul(u, y))
-      do j = 2, size(t, 1)
-         if (abs(t(j, j - 1)) > 0) vectors(:, j) = conjg(vectors(:, j - 1))
+      ! The second of a conjugate pair has the conjugate vector of the first.
+      first = chosen
+      do k = 1, size(chosen)
+         if (chosen(k) == 1) cycle
+         if (abs(t(chosen(k), chosen(k) - 1)) > 0) first(k) = chosen(k) - 1
+      end do
+      conjugate = first /= chosen
+      call make_triangular(t, triangular, blocks)
+      call independent_eigenvectors(triangular, noise, first, vectors)
+      do i = 1, size(t, 1) - 1
+         if (abs(t(i + 1, i)) > 0) vectors(i:i + 1, :) = matmul(blocks(:, :, i), vectors(i:i + 1, :))
+      end do
+      do k = 1, size(chosen)
+         if (conjugate(k)) vectors(:, k) = conjg(vectors(:, k))
       end do
    end subroutine independent_eigenvectors_real
 
-   ! The complex Schur form U S U^* of a quasi-triangular matrix, in the same order.
-   subroutine make_triangular(t, s, u)
+   ! The complex Schur form of a quasi-triangular matrix, in the same order, by unitary blocks that each change two rows.
+   subroutine make_triangular(t, s, blocks)
       real(wp), intent(in) :: t(:, :)
-      complex(wp), allocatable, intent(out) :: s(:, :), u(:, :)
-      complex(wp) :: values(size(t, 1)), v(2), q(2, 2)
+      complex(wp), allocatable, intent(out) :: s(:, :), blocks(:, :, :)
+      complex(wp) :: values(size(t, 1)), v(2)
       integer :: i, n
 
       n = size(t, 1)
       values = schur_values(t)
       allocate (s(n, n), source=cmplx(t, kind=wp))
-      allocate (u(n, n), source=(0.0_wp, 0.0_wp))
-      do i = 1, n
-         u(i, i) = 1
-      end do
+      allocate (blocks(2, 2, n))
       do i = 1, n - 1
          if (.not. abs(t(i + 1, i)) > 0) cycle
          v = [cmplx(t(i, i + 1), kind=wp), values(i) - t(i, i)]
          v = v/norm2(abs(v))
-         q = reshape([v(1), v(2), -conjg(v(2)), conjg(v(1))], [2, 2])
-         s(i:i + 1, i:) = matmul(conjg(transpose(q)), s(i:i + 1, i:))
-         s(:i + 1, i:i + 1) = matmul(s(:i + 1, i:i + 1), q)
-         u(:, i:i + 1) = matmul(u(:, i:i + 1), q)
+         associate (q => blocks(:, :, i))
+            q = reshape([v(1), v(2), -conjg(v(2)), conjg(v(1))], [2, 2])
+            s(i:i + 1, i:) = matmul(conjg(transpose(q)), s(i:i + 1, i:))
+            s(:i + 1, i:i + 1) = matmul(s(:i + 1, i:i + 1), q)
+         end associate
          s(i, i) = values(i)
          s(i + 1, i) = 0
          s(i + 1, i + 1) = values(i + 1)

@@ -3,7 +3,7 @@ module kschur_ritz_complex
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type
-   use kschur_projected, only: join_pairs, schur_form, schur_values, triangular_eigenvectors
+   use kschur_projected, only: eigenvector_couplings, join_pairs, schur_form, schur_values
    use kschur_selection, only: order_by_preference, selection_type
    implicit none
    private

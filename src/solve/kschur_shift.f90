@@ -229,14 +229,16 @@ contains
       real(wp), parameter :: too_near = 1.0e-4_wp
       type(modal_selection_type) :: selection
       type(ritz_pairs_type) :: ritz
-      integer :: i
+      integer :: subspace, i
 
       scale = 0
       selection = modal_selection_type(s%options%modes, s%transform%map, s%transform%shift, s%options%target, &
          s%known%deflation%eigenvalues())
       ! A mode is one value of an oscillator, and two otherwise.
-      call s%transform%iterate(selection, krylov_options_type(subspace=merge(20, 30, s%transform%map%oscillator), &
-         tolerance=roughly, max_restarts=1, seed=s%options%seed, verify=.false.), ritz, error)
+      subspace = merge(20, 30, s%transform%map%oscillator)
+      ! The search goes on from there, if it may have a space as large.
+      call s%transform%iterate(selection, krylov_options_type(subspace=subspace, tolerance=roughly, max_restarts=1, &
+         seed=s%options%seed, verify=.false., keep=s%options%subspace == 0 .or. s%options%subspace >= subspace), ritz, error)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
       s%effort%seconds%orthogonalize = s%effort%seconds%orthogonalize + ritz%statistics%orthogonalize_seconds
