@@ -23,7 +23,7 @@ module kschur_inertia_solver
    end type inertia_real_type
 
    ! With more the fronts of MUMPS, which stay in the cache, are quicker: 47 in a grid of 62,070 unknowns, where LDL takes
-   ! half of its time, 160 in one of 797,766, where it takes three times as much.
+   ! half of its instructions, 160 in one of 797,766, where it takes several times as long.
    real(wp), parameter :: most_readings = 80
 
 contains
