@@ -12,6 +12,7 @@ module kschur_direct_solver
    use kschur_quasi_definite, only: quasi_definite_type
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type
+   use kschur_symbolic, only: low_fill
    implicit none
    private
    public :: direct_real_type
@@ -28,10 +29,6 @@ module kschur_direct_solver
       procedure :: solve
       procedure :: solve_adjoint
    end type direct_real_type
-
-   ! At more entries a column of the factor the dense fronts of MUMPS pay:
-   ! benchmarks/inner.f90 finds one solve level at 100 to 150, LDL the slower to factor.
-   integer, parameter :: low_fill = 80
 
 contains
 

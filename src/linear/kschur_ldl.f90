@@ -8,8 +8,8 @@ module kschur_ldl
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
-   use kschur_ordering, only: elimination_order
    use kschur_sparse, only: csr_matrix_type
+   use kschur_symbolic, only: analyze, symbolic_type
    use kschur_text, only: text
    implicit none
    private
@@ -40,30 +40,7 @@ module kschur_ldl
    ! Right-hand sides that share one pass over L.
    integer, parameter :: block = 4
 
-   integer, parameter :: amd_control_size = 5, amd_info_size = 20, amd_out_of_memory = -1, amd_invalid = -2
-
    interface
-      subroutine amd_defaults(control) bind(C)
-         import :: c_double
-         real(c_double), intent(out) :: control(*)
-      end subroutine amd_defaults
-
-      integer(c_int) function amd_order(n, start, row, order, control, info) bind(C)
-         import :: c_double, c_int
-         integer(c_int), value :: n
-         integer(c_int), intent(in) :: start(*), row(*)
-         integer(c_int), intent(out) :: order(*)
-         real(c_double), intent(in) :: control(*)
-         real(c_double), intent(out) :: info(*)
-      end function amd_order
-
-      subroutine ldl_symbolic(n, start, row, lower_start, parent, entries, flag, order, position) bind(C)
-         import :: c_int
-         integer(c_int), value :: n
-         integer(c_int), intent(in) :: start(*), row(*), order(*)
-         integer(c_int), intent(out) :: lower_start(*), parent(*), entries(*), flag(*), position(*)
-      end subroutine ldl_symbolic
-
       integer(c_int) function ldl_numeric(n, start, row, value, lower_start, parent, entries, lower_row, lower, &
          pivot, work, pattern, flag, order, position) bind(C)
          import :: c_double, c_int
@@ -82,7 +59,7 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
-      integer(c_int), allocatable :: start(:), row(:), parent(:), entries(:), position(:)
+      type(symbolic_type) :: symbolic
       integer(long) :: started
 
       call release(self)
@@ -96,113 +73,46 @@ contains
       if (allocated(error)) return
 
       started = clock()
-      call analyze(self, matrix, structure, start, row, parent, entries, position, error)
+      call analyze(matrix, structure, self%most_entries, symbolic, error)
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
          started = clock()
-         call eliminate(self, matrix, structure%multipliers, start, row, parent, entries, position, error)
+         call eliminate(self, matrix, structure%multipliers, symbolic, error)
          self%factorize_seconds = seconds_since(started)
       end if
       if (allocated(error)) call release(self)
       self%factored = .not. allocated(error)
    end subroutine factorize
 
-   ! Order, elimination tree and the size of each column of L; all 0-based, for C.
-   subroutine analyze(self, matrix, structure, start, row, parent, entries, position, error)
-      class(ldl_real_type), intent(inout) :: self
-      type(csr_matrix_type), intent(in) :: matrix
-      type(matrix_structure_type), intent(in) :: structure
-      integer(c_int), allocatable, intent(out) :: start(:), row(:), parent(:), entries(:), position(:)
-      type(error_type), allocatable, intent(out) :: error
-      integer(c_int), allocatable :: flag(:)
-      integer :: n, status
-
-      n = matrix%rows
-      allocate (start(n + 1), row(matrix%nonzeros()), parent(n), entries(n), position(n), flag(n), self%order(n), &
-         self%start(n + 1), stat=status)
-      if (status /= 0) then
-         call no_memory(error)
-         return
-      end if
-      start = matrix%row_start - 1
-      row = matrix%column - 1
-      if (structure%multipliers > 0) then
-         ! A multiplier before the unknowns it touches would be a penalty that drowns their stiffness.
-         call order_saddle(matrix, structure, self%order, error)
-      else
-         call order_definite(n, start, row, self%order, error)
-      end if
-      if (allocated(error)) return
-      call ldl_symbolic(n, start, row, self%start, parent, entries, flag, self%order, position)
-      ! `start` counts in 32 bits and may have overflowed; the columns have not.
-      self%factor_entries = n + sum(int(entries, long))
-      if (entries_a_column(self) > self%most_entries) then
-         call new_error(error, error_library, "high fill, "//text(entries_a_column(self))//" entries a column")
-      else if (self%factor_entries >= huge(1_c_int)) then
-         call new_error(error, error_library, "the factor has more than "//text(huge(1_c_int))//" entries")
-      end if
-   end subroutine analyze
-
-   ! The order of AMD, 0-based.
-   subroutine order_definite(n, start, row, order, error)
-      integer, intent(in) :: n
-      integer(c_int), intent(in) :: start(:), row(:)
-      integer(c_int), intent(out) :: order(:)
-      type(error_type), allocatable, intent(out) :: error
-      real(c_double) :: control(amd_control_size), info(amd_info_size)
-
-      call amd_defaults(control)
-      select case (amd_order(n, start, row, order, control, info))
-      case (amd_out_of_memory)
-         call no_memory(error)
-      case (amd_invalid)
-         call new_error(error, error_library, "AMD could not order the matrix")
-      end select
-   end subroutine order_definite
-
-   ! The order of METIS, multipliers after the unknowns they touch, 0-based.
-   subroutine order_saddle(matrix, structure, order, error)
-      type(csr_matrix_type), intent(in) :: matrix
-      type(matrix_structure_type), intent(in) :: structure
-      integer(c_int), intent(out) :: order(:)
-      type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: position(:)
-      integer :: i
-
-      call elimination_order(matrix%row_start, matrix%column, structure, position, error)
-      if (allocated(error)) return
-      do i = 1, size(position)
-         order(position(i)) = i - 1
-      end do
-   end subroutine order_saddle
-
    ! L and D; checks the signs of D.
-   subroutine eliminate(self, matrix, multipliers, start, row, parent, entries, position, error)
+   subroutine eliminate(self, matrix, multipliers, symbolic, error)
       class(ldl_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: multipliers
-      integer(c_int), intent(in) :: start(:), row(:), parent(:), position(:)
-      integer(c_int), intent(inout) :: entries(:)
+      type(symbolic_type), intent(in) :: symbolic
       type(error_type), allocatable, intent(out) :: error
       ! Below this part of its diagonal entry a pivot is what rounding left. Quasi-definite factors grow
       ! with the reciprocal of the smallest.
       real(wp), parameter :: rounding = 64*epsilon(1.0_wp), unstable = 1.0e-12_wp
-      integer(c_int), allocatable :: pattern(:), flag(:)
+      integer(c_int), allocatable :: entries(:), pattern(:), flag(:)
       real(c_double), allocatable :: work(:), diagonal(:)
       integer :: n, done, status
       logical :: singular
 
       n = matrix%rows
-      allocate (self%row(self%start(n + 1)), self%lower(self%start(n + 1)), self%pivot(n), work(n), diagonal(n), &
-         pattern(n), flag(n), stat=status)
+      associate (most => symbolic%start(n + 1))
+         allocate (self%row(most), self%lower(most), self%pivot(n), work(n), diagonal(n), entries(n), pattern(n), flag(n), &
+            stat=status)
+      end associate
       if (status /= 0) then
          call no_memory(error)
          return
       end if
-      done = ldl_numeric(n, start, row, matrix%value, self%start, parent, entries, self%row, self%lower, self%pivot, &
-         work, pattern, flag, self%order, position)
-      self%order = self%order + 1
-      self%start = self%start + 1
+      done = ldl_numeric(n, matrix%row_start - 1, matrix%column - 1, matrix%value, symbolic%start, symbolic%parent, &
+         entries, self%row, self%lower, self%pivot, work, pattern, flag, symbolic%order, symbolic%position)
+      self%factor_entries = symbolic%factor_entries
+      self%order = symbolic%order + 1
+      self%start = symbolic%start + 1
       self%row = self%row + 1
       diagonal = matrix%diagonal()
       diagonal = diagonal(self%order)
@@ -219,14 +129,8 @@ contains
       self%null_pivots = 0
       self%negative_pivots = count(self%pivot < 0)
       self%description = "ldl: "//trim(merge("quasi-definite    ", "symmetric definite", self%quasi_definite))//", "// &
-         text(entries_a_column(self))//" entries a column"
+         text(symbolic%entries_a_column())//" entries a column"
    end subroutine eliminate
-
-   integer function entries_a_column(self)
-      class(ldl_real_type), intent(in) :: self
-
-      entries_a_column = int(self%factor_entries/max(size(self%order), 1))
-   end function entries_a_column
 
    subroutine no_memory(error)
       type(error_type), allocatable, intent(out) :: error

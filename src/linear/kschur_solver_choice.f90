@@ -3,12 +3,12 @@
 module kschur_solver_choice
    use kschur_direct_solver, only: direct_real_type
    use kschur_error, only: error_type, new_error, error_usage
+   use kschur_inertia_solver, only: inertia_real_type
    use kschur_iterative_complex, only: iterative_complex_type
    use kschur_iterative_real, only: acceptable, iterative_real_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
    use kschur_mumps_complex, only: mumps_complex_type
-   use kschur_mumps_real, only: mumps_real_type
    use kschur_options, only: inner_auto, inner_iterative, modal_options_type
    implicit none
    private
@@ -56,7 +56,7 @@ contains
          if (allocated(own%counting)) allocate (inner%counting, source=own%counting)
       end if
       if (options%inner == inner_iterative) call choose_iterative(options%tolerance, inner)
-      if (.not. (allocated(inner%real) .or. allocated(inner%counting))) allocate (mumps_real_type :: inner%counting)
+      if (.not. (allocated(inner%real) .or. allocated(inner%counting))) allocate (inertia_real_type :: inner%counting)
       if (allocated(inner%real) .and. .not. allocated(inner%unshifted)) allocate (inner%unshifted, source=inner%real)
       if (.not. allocated(inner%unshifted)) allocate (inner%unshifted, source=direct_real_type(quasi_definite=.false.))
       if (.not. allocated(inner%real)) allocate (inner%real, source=direct_real_type(inner=options%inner))

@@ -38,6 +38,9 @@ module kschur_problem
       integer :: damping_kind = damping_none
       !> Where the damping is proportional: R = alpha M + beta K (1/s, s).
       real(wp) :: alpha = 0, beta = 0
+      !> Unknown i, multipliers behind the others, is best eliminated as number position(i) where matrices of the
+      !> problem are factored. Not allocated: not known yet.
+      integer, allocatable :: position(:)
    contains
       !> Number of unknowns n.
       procedure :: unknowns

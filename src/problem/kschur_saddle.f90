@@ -4,10 +4,11 @@ module kschur_saddle
    use kschur_kinds, only: wp
    use kschur_problem, only: modal_problem_type
    use kschur_linear_solver, only: matrix_structure_type
+   use kschur_ordering, only: elimination_order
    use kschur_sparse, only: csr_matrix_type, linear_combination, transpose_csr
    implicit none
    private
-   public :: bordered, saddle_blocks, saddle_structure, symmetric_saddle
+   public :: bordered, order_elimination, saddle_blocks, saddle_structure, symmetric_saddle
 
 contains
 
@@ -36,7 +37,24 @@ contains
       structure%symmetric = problem%symmetric
       structure%multipliers = problem%multipliers()
       allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
+      if (allocated(problem%position)) allocate (structure%position, source=problem%position)
    end function saddle_structure
+
+   !> Finds one order for all matrices that are made of M, R, K and Cq, that of the pattern of all. Without constraints
+   !> it is left to the solvers: what is definite LDL orders quicker by itself.
+   subroutine order_elimination(problem, error)
+      !> Its `position` is set.
+      type(modal_problem_type), intent(inout) :: problem
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: pattern
+      integer, allocatable :: position(:)
+
+      if (problem%multipliers() == 0) return
+      pattern = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], [problem%stiffness, problem%mass, problem%damping])
+      pattern = bordered(pattern, problem%constraints, spread(1.0_wp, 1, problem%multipliers()))
+      call elimination_order(pattern%row_start, pattern%column, saddle_structure(problem), position, error)
+      if (.not. allocated(error)) call move_alloc(position, problem%position)
+   end subroutine order_elimination
 
    !> [M 0; 0 0], [R 0; 0 0] and [K Cq^T D; D Cq 0], D a diagonal of
    !> factors: sigma^2, sigma and 1 times them is the matrix to be factored.

@@ -21,5 +21,6 @@ contains
       transposed%damping = transpose_csr(problem%damping)
       transposed%constraints = problem%constraints
       call settle_modal_problem(transposed, error, kind_of=problem)
+      if (allocated(problem%position)) transposed%position = problem%position
    end subroutine transpose_problem
 end module kschur_transposed

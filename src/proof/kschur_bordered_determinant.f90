@@ -13,8 +13,8 @@ module kschur_bordered_determinant
    use kschur_ordering, only: elimination_order
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
-   use kschur_saddle, only: saddle_blocks
-   use kschur_sparse, only: complex_combination, complex_csr_matrix_type, csr_matrix_type, linear_combination, &
+   use kschur_saddle, only: saddle_blocks, saddle_structure
+   use kschur_sparse, only: complex_combination, csr_matrix_type, linear_combination, &
       new_csr_from_triplets
    use kschur_winding, only: analytic_function_type
    implicit none
@@ -49,22 +49,25 @@ contains
       !> A copy of it factors.
       class(complex_linear_solver_type), intent(in) :: solver
       type(error_type), allocatable, intent(out) :: error
-      type(complex_csr_matrix_type) :: pattern
+      type(csr_matrix_type) :: pattern
+      integer, allocatable :: position(:)
       integer :: i
 
       call saddle_blocks(problem, factors, determinant%blocks, error)
       if (allocated(error)) return
       allocate (determinant%solver, source=solver)
       associate (s => determinant%structure)
-         s%symmetric = problem%symmetric
-         s%multipliers = size(factors)
-         allocate (s%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
+         s = saddle_structure(problem)
          ! The same for all points.
-         pattern = complex_combination([(1.0_wp, 0.0_wp), (1.0_wp, 0.0_wp), (1.0_wp, 0.0_wp)], determinant%blocks)
-         call elimination_order(pattern%row_start, pattern%column, s, s%position, error)
-         if (allocated(error) .or. redundant == 0) return
+         if (.not. allocated(s%position)) then
+            pattern = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], determinant%blocks)
+            call elimination_order(pattern%row_start, pattern%column, s, position, error)
+            if (allocated(error)) return
+            call move_alloc(position, s%position)
+         end if
+         if (redundant == 0) return
          s%multipliers = s%multipliers + redundant
-         s%position = [s%position, [(pattern%rows + i, i=1, redundant)]]
+         s%position = [s%position, [(determinant%blocks(1)%rows + i, i=1, redundant)]]
          call border(determinant%blocks, problem%unknowns(), factors*problem%constraints%row_maxima(), redundant, error)
       end associate
    end subroutine new_bordered_determinant

@@ -1,6 +1,7 @@
 !> What is done to a problem before it is iterated: it is reduced, and examined.
 module kschur_preparation
    use kschur_balance, only: balance
+   use kschur_clock, only: clock, seconds_since
    use kschur_context, only: solve_context_type
    use kschur_dense_choice, only: consider_dense, settle_dense
    use kschur_eigenpairs, only: eigenpairs_type
@@ -8,10 +9,12 @@ module kschur_preparation
    use kschur_error, only: error_type
    use kschur_examination, only: find_rigid, suppose_none
    use kschur_formulation, only: is_structured
+   use kschur_kinds, only: long
    use kschur_modes, only: modes_type, no_modes
    use kschur_notes, only: note_problem
    use kschur_presolve, only: presolve
    use kschur_redundancy, only: count_redundant, find_redundant
+   use kschur_saddle, only: order_elimination
    use kschur_shapes, only: orthonormalize_zeros
    use kschur_text, only: text
    implicit none
@@ -39,6 +42,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(modes_type) :: none
       type(eigenpairs_type) :: rigid
+      integer(long) :: started
 
       s%known%redundant = s%plan%redundant
       if (s%plan%unknowns_after == 0) then
@@ -55,6 +59,10 @@ contains
       if (s%options%is_plain()) then
          call suppose_none(s%work, s%known)
       else
+         started = clock()
+         call order_elimination(s%work, error)
+         s%effort%seconds%analyze = s%effort%seconds%analyze + seconds_since(started)
+         if (allocated(error)) return
          call consider_dense(s)
          call find_rigid(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, error)
       end if

@@ -1,0 +1,96 @@
+!> A solver that only counts: the negative eigenvalues of real symmetric matrices.
+module kschur_inertia_solver
+   use kschur_clock, only: clock, seconds_since
+   use kschur_error, only: error_type, error_memory, new_error, error_usage
+   use kschur_kinds, only: wp, long
+   use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
+   use kschur_mumps_real, only: mumps_real_type
+   use kschur_proved_inertia, only: bound_negative_eigenvalues
+   use kschur_sparse, only: csr_matrix_type
+   use kschur_symbolic, only: analyze, low_fill, symbolic_type
+   implicit none
+   private
+   public :: inertia_real_type
+
+   !> Sets `negative_pivots`, proved by LDL^T without pivoting where the factor is sparse; where it is not, or where an
+   !> eigenvalue is so near to zero, or the factor has grown so much, that this proves nothing, MUMPS counts:
+   !> `description` says which. It keeps no factors to solve with (error_usage).
+   type, extends(real_linear_solver_type) :: inertia_real_type
+   contains
+      procedure :: factorize
+      procedure :: solve
+      procedure :: solve_adjoint => solve
+   end type inertia_real_type
+
+   ! With more the fronts of MUMPS, which stay in the cache, are quicker: 47 in a grid of 62,070 unknowns, where LDL takes
+   ! half of its instructions, 160 in one of 797,766, where it takes several times as long.
+   real(wp), parameter :: most_readings = 80
+
+contains
+
+   subroutine factorize(self, matrix, structure, error)
+      class(inertia_real_type), intent(inout) :: self
+      type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
+      type(error_type), allocatable, intent(out) :: error
+      type(mumps_real_type) :: mumps
+      logical :: proved
+      real(wp) :: spent
+
+      self%analyze_seconds = 0
+      self%factorize_seconds = 0
+      call prove(self, matrix, structure, proved, error)
+      if (proved .or. allocated(error)) return
+      spent = self%factorize_seconds
+      call mumps%factorize(matrix, structure, error)
+      self%description = mumps%description
+      self%analyze_seconds = self%analyze_seconds + mumps%analyze_seconds
+      self%factorize_seconds = spent + mumps%factorize_seconds
+      self%factor_entries = mumps%factor_entries
+      self%null_pivots = mumps%null_pivots
+      self%negative_pivots = mumps%negative_pivots
+   end subroutine factorize
+
+   ! Leaves it unproved where the matrix is not one for LDL.
+   subroutine prove(self, matrix, structure, proved, error)
+      class(inertia_real_type), intent(inout) :: self
+      type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
+      logical, intent(out) :: proved
+      type(error_type), allocatable, intent(out) :: error
+      type(symbolic_type) :: symbolic
+      integer(long) :: started
+      integer :: least, most
+
+      proved = .false.
+      if (.not. structure%symmetric .or. matrix%rows /= matrix%columns) return
+      started = clock()
+      call analyze(matrix, structure, low_fill, symbolic, error)
+      self%analyze_seconds = seconds_since(started)
+      if (.not. allocated(error)) then
+         if (symbolic%readings() > most_readings) return
+         started = clock()
+         call bound_negative_eigenvalues(matrix, symbolic, least, most, error)
+         self%factorize_seconds = seconds_since(started)
+      end if
+      if (allocated(error)) then
+         if (error%code /= error_memory) deallocate (error)
+         return
+      end if
+      proved = least == most
+      self%description = "ldl: the inertia is proved"
+      self%factor_entries = symbolic%factor_entries
+      self%null_pivots = 0
+      self%negative_pivots = least
+   end subroutine prove
+
+   subroutine solve(self, x, error)
+      class(inertia_real_type), intent(inout) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      associate (unused => self, untouched => x)
+      end associate
+      call new_error(error, error_usage, "a solver that only counts has no factors to solve with")
+   end subroutine solve
+end module kschur_inertia_solver
