@@ -48,7 +48,7 @@ contains
       integer, parameter :: methods(6) = [method_krylov_schur, method_krylov_schur, method_krylov_schur, &
          method_krylov_schur, method_arpack, method_arpack]
       integer, parameter :: plain = 5
-      ! Beyond this it takes minutes.
+      ! Beyond this it takes minutes; it takes no shift.
       integer, parameter :: most_dense = 300
       type(modal_options_type) :: options
       type(modal_result_type) :: result
@@ -71,7 +71,7 @@ contains
          if (formulations(i) == formulation_damped_constrained .and. .not. self%pencil) cycle
          if (methods(i) == method_arpack .and. .not. self%arpack) cycle
          ! Where it is chosen, it has run.
-         if (formulations(i) == formulation_dense .and. problem%unknowns() > most_dense) cycle
+         if (formulations(i) == formulation_dense .and. (problem%unknowns() > most_dense .or. allocated(options%shift))) cycle
          if (any(formulations(i) == [formulation_dense, formulation_quadratic]) .and. allocated(result%eigenvalues) &
             .and. result%formulation == formulations(i)) cycle
          accuracy = case%accuracy
