@@ -2,7 +2,8 @@
 module hard_judge
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use kschur, only: arpack_fair, arpack_names, arpack_plain, error_type, formulation_auto, formulation_damped_constrained, &
-      formulation_names, formulation_quadratic, method_arpack, method_krylov_schur, modal_options_type, modal_problem_type, &
+      formulation_dense, formulation_names, formulation_quadratic, method_arpack, method_krylov_schur, modal_options_type, &
+      modal_problem_type, &
       modal_result_type, solve_modes, text, wp
    implicit none
    private
@@ -42,11 +43,11 @@ contains
       class(judge_type), intent(inout) :: self
       type(case_type), intent(in) :: case
       type(modal_problem_type), intent(in) :: problem
-      integer, parameter :: formulations(5) = [formulation_auto, formulation_quadratic, formulation_damped_constrained, &
-         formulation_auto, formulation_auto]
-      integer, parameter :: methods(5) = [method_krylov_schur, method_krylov_schur, method_krylov_schur, method_arpack, &
-         method_arpack]
-      integer, parameter :: plain = 4
+      integer, parameter :: formulations(6) = [formulation_auto, formulation_dense, formulation_quadratic, &
+         formulation_damped_constrained, formulation_auto, formulation_auto]
+      integer, parameter :: methods(6) = [method_krylov_schur, method_krylov_schur, method_krylov_schur, &
+         method_krylov_schur, method_arpack, method_arpack]
+      integer, parameter :: plain = 5
       type(modal_options_type) :: options
       type(modal_result_type) :: result
       type(error_type), allocatable :: error
@@ -68,8 +69,8 @@ contains
          if (formulations(i) == formulation_damped_constrained .and. .not. self%pencil) cycle
          if (methods(i) == method_arpack .and. .not. self%arpack) cycle
          ! Where it is chosen, it has run.
-         if (formulations(i) == formulation_quadratic .and. allocated(result%eigenvalues) &
-            .and. result%formulation == formulation_quadratic) cycle
+         if (any(formulations(i) == [formulation_dense, formulation_quadratic]) .and. allocated(result%eigenvalues) &
+            .and. result%formulation == formulations(i)) cycle
          accuracy = case%accuracy
          if (formulations(i) == formulation_quadratic .and. case%accuracy_quadratic > 0) accuracy = case%accuracy_quadratic
          call solve_modes(problem, options, result, error)

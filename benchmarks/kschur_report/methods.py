@@ -45,6 +45,14 @@ METHODS = {
             ("--formulation", "quadratic"),
         ),
         Method(
+            "dense",
+            "kschur (dense)",
+            "all eigenvalues by LAPACK, for small problems",
+            "#332288",
+            "p",
+            ("--formulation", "dense"),
+        ),
+        Method(
             "pencil",
             "kschur (pencil 33)",
             "the paper's pencil of order 2n + m, complex MUMPS LU, our scaling and shift",

@@ -3,8 +3,8 @@ module kschur_lapack
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: ddot, dnrm2, dznrm2, dgees, dgelsy, dgemm, dgemv, dgesvd, dsyevd, dsygv, dtrevc, dtrsen, &
-      zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
+   public :: ddot, dnrm2, dznrm2, dgees, dgelsy, dgemm, dgemv, dgeqp3, dgesvd, dorgqr, dpstrf, dsyevd, dsygv, dtrevc, &
+      dtrsen, dtrsm, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
 
    interface
       !> C := alpha op(A) op(B) + beta C.
@@ -157,6 +157,46 @@ module kschur_lapack
          integer, intent(out) :: rank, info
          real(wp), intent(out) :: work(*)
       end subroutine dgelsy
+
+      !> QR factors with pivots; columns with a nonzero jpvt come first, in their order.
+      subroutine dgeqp3(m, n, a, lda, jpvt, tau, work, lwork, info)
+         import :: wp
+         integer, intent(in) :: m, n, lda, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(inout) :: jpvt(*)
+         real(wp), intent(out) :: tau(*), work(*)
+         integer, intent(out) :: info
+      end subroutine dgeqp3
+
+      !> The first n columns of Q from the reflectors of a QR factorisation.
+      subroutine dorgqr(m, n, k, a, lda, tau, work, lwork, info)
+         import :: wp
+         integer, intent(in) :: m, n, k, lda, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(in) :: tau(*)
+         real(wp), intent(out) :: work(*)
+         integer, intent(out) :: info
+      end subroutine dorgqr
+
+      !> Cholesky factor with pivots of a semidefinite matrix, and its rank; a tolerance below zero is LAPACK's own.
+      subroutine dpstrf(uplo, n, a, lda, piv, rank, tol, work, info)
+         import :: wp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, lda
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: piv(*), rank, info
+         real(wp), intent(in) :: tol
+         real(wp), intent(out) :: work(*)
+      end subroutine dpstrf
+
+      !> B := alpha op(A)^{-1} B or alpha B op(A)^{-1}, A triangular.
+      subroutine dtrsm(side, uplo, transa, diag, m, n, alpha, a, lda, b, ldb)
+         import :: wp
+         character, intent(in) :: side, uplo, transa, diag
+         integer, intent(in) :: m, n, lda, ldb
+         real(wp), intent(in) :: alpha, a(lda, *)
+         real(wp), intent(inout) :: b(ldb, *)
+      end subroutine dtrsm
 
       !> x^T y.
       real(wp) function ddot(n, x, incx, y, incy)

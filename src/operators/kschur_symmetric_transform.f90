@@ -27,7 +27,7 @@ module kschur_symmetric_transform
    use kschur_transposed_solver, only: transposed_real_type
    implicit none
    private
-   public :: symmetric_transform_type, new_symmetric_transform
+   public :: symmetric_transform_type, new_symmetric_transform, purify
 
    !> C = (K - s M)^{-1} M on the motions that the constraints allow.
    type, extends(symmetric_operator_type) :: symmetric_shift_invert_type
@@ -268,8 +268,8 @@ contains
       call move_alloc(own, adjoint)
    end subroutine transposed
 
-   ! C x / mu in place of those x that are not accurate to rounding, and of those
-   ! that may be rigid-body shapes: these store no energy but that of rounding.
+   !> C x / mu in place of those x that are not accurate to rounding, and of those
+   !> that may be rigid-body shapes: these store no energy but that of rounding.
    subroutine purify(self, values, shapes, statistics, error)
       class(symmetric_transform_type), intent(inout) :: self
       real(wp), intent(in) :: values(:)

@@ -37,6 +37,9 @@ module kschur_certificate
       integer :: verdict = certified_unknown
       !> No eigenvalue nearer to the target than this is missing (1/s).
       real(wp) :: reach = 0
+      !> Where all eigenvalues were computed: how far from the target each of them is, or its conjugate if that is nearer,
+      !> less those of rigid motions (1/s).
+      real(wp), allocatable :: distances(:)
    end type certificate_type
 
    !> Compares the Ritz values with a count of the eigenvalues about the target.

@@ -13,8 +13,8 @@ module kschur_band
    use kschur_mode_selection, only: accept_pairs, nearest_first, wanted_type
    use kschur_modes, only: modes_type, no_modes
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type, formulation_proportional, formulation_symmetric, &
-      method_krylov_schur
+   use kschur_options, only: modal_options_type, formulation_dense, formulation_proportional, &
+      formulation_symmetric, method_krylov_schur
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes, history_type, reason_cancelled, &
       reason_converged, reason_fewer_modes
    use kschur_preparation, only: examine, reduce
@@ -87,6 +87,7 @@ contains
       call check_band(first, last, own, error)
       if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers)
       if (allocated(error)) return
+      s%may_be_dense = .false.
       band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
       counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
          min(problem%alpha, problem%beta) >= 0 .and. allocated(s%inner%counting)
@@ -112,6 +113,8 @@ contains
          call new_error(error, error_usage, "a band wants two frequencies, the first at least 0, the second above the first")
       else if (options%method /= method_krylov_schur) then
          call new_error(error, error_usage, "the modes of a band are found by krylov-schur only")
+      else if (options%formulation == formulation_dense) then
+         call new_error(error, error_usage, "the modes of a band are found by an iteration, not by the formulation dense")
       else if (options%certify) then
          call new_error(error, error_usage, "certify counts about a target, and a band has none")
       end if

@@ -8,7 +8,7 @@ module kschur_context
    use kschur_solver_choice, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type, formulation_auto
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense
    use kschur_presolve, only: presolve_type
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: append_note, note_length
@@ -27,6 +27,10 @@ module kschur_context
       class(monitor_type), pointer :: monitor => null()
       !> One of `formulation_*`, and why it was chosen.
       integer :: formulation = formulation_auto
+      !> Whether it is not iterated, but all eigenvalues are computed from its matrix.
+      logical :: dense = .false.
+      !> Whether `formulation_auto` may take it so: the linear solvers are the library's, and a band is not asked for.
+      logical :: may_be_dense = .false.
       character(len=:), allocatable :: decision
       !> What is iterated: what presolve and balance left of the problem, and the way back.
       type(modal_problem_type) :: work
@@ -77,6 +81,8 @@ contains
       s%options = settings_of(options)
       call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort)
       if (allocated(error)) return
+      s%may_be_dense = .not. present(solvers)
+      s%dense = options%formulation == formulation_dense
       if (s%options%formulation /= options%formulation) s%decision = "it is the one that plain ARPACK iterates"
    end subroutine begin
 

@@ -1,6 +1,7 @@
 !> The transform of each formulation.
 module kschur_factoring
    use kschur_context, only: solve_context_type
+   use kschur_dense_transform, only: dense_transform_type, new_dense_transform
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
@@ -21,6 +22,7 @@ module kschur_factoring
 contains
 
    !> Factors a formulation at a shift, and nowhere else: s%transform and s%shift. Fails where it is an eigenvalue.
+   !> Where all eigenvalues are computed, a real shift serves them all.
    subroutine factor_at(s, formulation, shift, error)
       type(solve_context_type), target, intent(inout) :: s
       !> One of `formulation_*`.
@@ -33,18 +35,19 @@ contains
 
       call s%drop_transform()
       s%shift = shift
-      if (any(abs(s%known%deflation%eigenvalues() - shift) <= rounding*abs(shift))) then
+      if (s%dense) s%shift = abs(shift)
+      if (any(abs(s%known%deflation%eigenvalues() - s%shift) <= rounding*abs(s%shift))) then
          call new_error(error, error_singular, "the shift is the eigenvalue of a rigid motion; move it a little")
          return
       end if
       placement%formulation = formulation
-      placement%lambda = shift
+      placement%lambda = s%shift
       placement%raw = s%options%is_plain()
-      placement%factors = constraint_factors(s%work, s%options%constraint_scaling, shift)
-      if (.not. placement%raw) placement%unit = scale(1.0_wp, exponent(max(abs(shift), first_scale(s%work))))
+      placement%factors = constraint_factors(s%work, s%options%constraint_scaling, s%shift)
+      if (.not. placement%raw) placement%unit = scale(1.0_wp, exponent(max(abs(s%shift), first_scale(s%work))))
       if (any(formulation == [formulation_symmetric, formulation_proportional])) then
          call factor_symmetric(s, placement, error)
-      else if (formulation == formulation_quadratic .and. .not. abs(aimag(shift)) > 0) then
+      else if (formulation == formulation_quadratic .and. .not. abs(aimag(s%shift)) > 0) then
          call factor_real_quadratic(s, placement, error)
       else if (s%options%inner == inner_ldl) then
          call new_error(error, error_usage, "the inner solver ldl does not fit: the formulation "// &
@@ -57,7 +60,17 @@ contains
          if (error%code /= error_singular) return
       end if
       call s%effort%add_factors(s%transform%linear_solver())
+      if (s%dense .and. .not. allocated(error)) call make_dense(s)
    end subroutine factor_at
+
+   subroutine make_dense(s)
+      type(solve_context_type), intent(inout) :: s
+      type(dense_transform_type), allocatable :: dense
+
+      allocate (dense)
+      call new_dense_transform(dense, s%transform)
+      call move_alloc(dense, s%transform)
+   end subroutine make_dense
 
    subroutine factor_symmetric(s, placement, error)
       type(solve_context_type), target, intent(inout) :: s
@@ -68,7 +81,7 @@ contains
 
       allocate (symmetric)
       allocate (solver, source=s%inner%real)
-      if (allocated(s%inner%counting)) allocate (counting_solver, source=s%inner%counting)
+      if (allocated(s%inner%counting) .and. .not. s%dense) allocate (counting_solver, source=s%inner%counting)
       call new_symmetric_transform(symmetric, s%work, s%known%deflation, placement, solver, error, counting_solver)
       call move_alloc(symmetric, s%transform)
    end subroutine factor_symmetric

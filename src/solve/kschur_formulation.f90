@@ -5,7 +5,7 @@ module kschur_formulation
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_solver_choice, only: inner_solvers_type, choose_inner_solvers
    use kschur_mass, only: examine_mass
-   use kschur_options, only: modal_options_type, formulation_auto, formulation_names, formulation_proportional, &
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_names, formulation_proportional, &
       formulation_quadratic, formulation_symmetric, formulation_undamped, formulation_undamped_constrained
    use kschur_pencil, only: check_fit
    use kschur_problem, only: modal_problem_type, damping_general, damping_none
@@ -40,11 +40,12 @@ contains
    pure logical function is_structured(formulation)
       integer, intent(in) :: formulation
 
-      is_structured = any(formulation == [formulation_quadratic, formulation_symmetric, formulation_proportional])
+      is_structured = any(formulation == [formulation_quadratic, formulation_symmetric, formulation_proportional, &
+         formulation_dense])
    end function is_structured
 
-   !> The formulation that was asked for, or the smallest exact one for
-   !> `formulation_auto`. Fails where it does not fit the problem, with the reason.
+   !> The formulation that was asked for, or the smallest exact one for `formulation_auto`; for `formulation_dense` the
+   !> one whose matrix is computed. Fails where it does not fit the problem, with the reason.
    subroutine choose_formulation(problem, asked, formulation, decision, error, inner, effort)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
@@ -61,7 +62,8 @@ contains
       character(len=:), allocatable :: obstacle
 
       formulation = asked
-      if (asked == formulation_auto) formulation = smallest_formulation(problem)
+      if (any(asked == [formulation_auto, formulation_dense])) formulation = smallest_formulation(problem)
+      if (asked == formulation_dense .and. .not. is_structured(formulation)) formulation = formulation_quadratic
       if (.not. is_structured(formulation)) then
          call check_fit(problem, formulation, error)
          if (allocated(error)) return
@@ -73,12 +75,13 @@ contains
          call find_obstacle(problem, formulation, own, obstacle, error, effort)
       end if
       if (allocated(error)) return
-      if (len(obstacle) > 0 .and. asked /= formulation_auto) then
+      if (len(obstacle) > 0 .and. all(asked /= [formulation_auto, formulation_dense])) then
          call new_error(error, error_usage, "the formulation "//trim(formulation_names(formulation))// &
             " does not fit the problem: "//obstacle)
       else if (len(obstacle) > 0) then
-         formulation = general_formulation(problem)
+         formulation = merge(formulation_quadratic, general_formulation(problem), asked == formulation_dense)
          decision = obstacle
+         if (asked == formulation_dense) decision = "it was asked for"
       else if (asked /= formulation_auto) then
          decision = "it was asked for"
       else if (.not. problem%symmetric) then

@@ -68,6 +68,7 @@ contains
       adjoint%inner = s%inner
       adjoint%monitor => s%monitor
       adjoint%formulation = s%formulation
+      adjoint%dense = s%dense
       adjoint%plan = s%plan
       adjoint%shift = s%shift
       adjoint%known%redundant = s%known%redundant - s%plan%redundant

@@ -3,6 +3,7 @@ module kschur_preparation
    use kschur_balance, only: balance
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: solve_context_type
+   use kschur_dense_choice, only: consider_dense, settle_dense
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_eigenvalue_count, only: count_eigenvalues
    use kschur_error, only: error_type
@@ -62,7 +63,8 @@ contains
          call order_elimination(s%work, error)
          s%effort%seconds%analyze = s%effort%seconds%analyze + seconds_since(started)
          if (allocated(error)) return
-         call find_rigid(s%work, s%formulation, s%options%modes, s%inner, s%known, s%effort, error)
+         call consider_dense(s)
+         call find_rigid(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, error)
       end if
       if (allocated(error)) return
       rigid = s%known%rigid
@@ -70,6 +72,7 @@ contains
       call orthonormalize_zeros(rigid)
       s%known%rigid = rigid
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant, size(s%known%rigid%lambda))
+      call settle_dense(s)
       call announce_number(s)
       s%known%redundant = s%plan%redundant + s%known%redundant
    end subroutine examine

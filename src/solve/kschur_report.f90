@@ -6,7 +6,7 @@ module kschur_report
    use kschur_linear_solver, only: linear_solver_type
    use kschur_modes, only: modes_type
    use kschur_notes, only: note_inaccurate, note_modes
-   use kschur_options, only: modal_options_type
+   use kschur_options, only: modal_options_type, formulation_dense
    use kschur_result, only: modal_result_type
    use kschur_settings, only: method_name
    implicit none
@@ -50,6 +50,7 @@ contains
       result%target = s%options%target
       result%formulation = s%formulation
       result%decision = s%decision
+      if (s%dense) result%formulation = formulation_dense
    end subroutine report_problem
 
    subroutine report_modes(modes, result)

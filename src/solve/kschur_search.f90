@@ -234,6 +234,26 @@ contains
          if (certificate%verdict /= certified_yes) return
          furthest = maxval(min(abs(modes%lambda - s%options%target), abs(conjg(modes%lambda) - s%options%target)))
          if (furthest > (1 + 2*same_distance)*certificate%reach) modes%certified = certified_unknown
+         ! Nothing that was computed may have been lost on the way to the modes.
+         if (allocated(certificate%distances)) then
+            furthest = (1 - 2*same_distance)*furthest
+            if (count(certificate%distances < furthest) + nearer_than(furthest, s%known%rigid%lambda) /= &
+               nearer_than(furthest, modes%lambda)) then
+               modes%certified = certified_unknown
+               modes%reason = reason_inaccurate
+            end if
+         end if
       end associate
+
+   contains
+
+      ! Both of a conjugate pair counted.
+      integer function nearer_than(distance, lambda)
+         real(wp), intent(in) :: distance
+         complex(wp), intent(in) :: lambda(:)
+
+         nearer_than = eigenvalues_of(lambda, &
+            min(abs(lambda - s%options%target), abs(conjg(lambda) - s%options%target)) < distance)
+      end function nearer_than
    end subroutine certify_by_count
 end module kschur_search

@@ -7,8 +7,8 @@ module kschur_settings
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, subspace_dimension
    use kschur_options, only: modal_options_type, arpack_names, formulation_auto, formulation_damped_constrained, &
-      formulation_damped_constrained_zero, formulation_names, inner_names, scaling_names, &
-      formulation_undamped_constrained_zero, method_arpack, method_names, scaling_none
+      formulation_damped_constrained_zero, formulation_dense, formulation_names, inner_names, scaling_names, &
+      formulation_undamped_constrained_zero, method_arpack, method_krylov_schur, method_names, scaling_none
    implicit none
    private
    public :: check_options, set_iteration_options, method_name, settings_of
@@ -42,7 +42,22 @@ contains
             call new_error(error, error_usage, "the shift must be a number below 1e100")
       end if
       if (.not. allocated(error)) call check_method(options, error)
+      if (.not. allocated(error) .and. options%formulation == formulation_dense) call check_dense(options, error)
    end subroutine check_options
+
+   ! Fails on options of an iteration.
+   subroutine check_dense(options, error)
+      type(modal_options_type), intent(in) :: options
+      type(error_type), allocatable, intent(out) :: error
+
+      if (allocated(options%shift)) then
+         call new_error(error, error_usage, "the formulation dense computes all eigenvalues and takes no shift")
+      else if (options%subspace > 0) then
+         call new_error(error, error_usage, "the formulation dense iterates nothing and takes no subspace")
+      else if (options%method /= method_krylov_schur) then
+         call new_error(error, error_usage, "the formulation dense iterates nothing: leave out the method")
+      end if
+   end subroutine check_dense
 
    ! Fails on options that do not fit the method.
    subroutine check_method(options, error)

@@ -11,6 +11,7 @@ module kschur_shift
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
    use kschur_lowest, only: find_lowest_frequencies
    use kschur_modal_selection, only: modal_selection_type
+   use kschur_mode_selection, only: highest
    use kschur_options, only: formulation_quadratic
    use kschur_scaling, only: first_scale, typical_rate
    use kschur_text, only: magnitude
@@ -43,7 +44,7 @@ contains
 
       scale = s%scale
       if (.not. scale > 0) scale = max(first_scale(s%work), s%known%deflation%blur)
-      if (.not. allocated(s%options%shift) .and. abs(s%options%target) <= first_scale(s%work)) &
+      if (.not. (allocated(s%options%shift) .or. serves_all(s)) .and. abs(s%options%target) <= first_scale(s%work)) &
          call observe_stiffness(s, scale, error)
       call s%drop_stiffness()
       if (allocated(error)) return
@@ -64,6 +65,8 @@ contains
       end if
       if (abs(s%options%target) <= scale) then
          call factor_first(s, s%formulation, cmplx(moved*scale, 0, wp), error)
+      else if (s%dense) then
+         call factor_first(s, s%formulation, cmplx(moved*min(abs(s%options%target), highest(s%work)), 0, wp), error)
       else
          call factor_first(s, s%formulation, s%options%target + off_axis*abs(s%options%target), error)
       end if
@@ -94,7 +97,7 @@ contains
       real(wp) :: limit
 
       limit = much_smaller*min(abs(s%options%target), abs(s%shift))
-      has_moved = .not. allocated(s%options%shift) .and. 2*count(abs(lambda) < limit) > size(lambda) .and. &
+      has_moved = .not. (s%dense .or. allocated(s%options%shift)) .and. 2*count(abs(lambda) < limit) > size(lambda) .and. &
          maxval(abs(lambda), abs(lambda) < limit) > 0
       if (.not. has_moved) return
       associate (target => s%options%target)
@@ -159,7 +162,7 @@ contains
       !> The shift (1/s): the first one to be tried, and the one that was taken.
       real(wp), intent(inout) :: scale
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: decades = 100
+      real(wp), parameter :: decades = 100, enough_below = 1.0e-2_wp
       real(wp) :: previous, observed
       integer :: attempt
       logical :: placed
@@ -187,10 +190,18 @@ contains
          if (.not. observed > 0) return
          observed = max(observed, s%known%deflation%blur)
          if (observed >= scale/close_enough .and. observed <= scale*close_enough) return
+         if (serves_all(s) .and. observed >= enough_below*scale) return
          previous = scale
          scale = observed
       end do
    end subroutine factor_at_scale
+
+   ! Whether any shift that is low serves all eigenvalues, as their matrix is balanced; rigid motions would drown others.
+   pure logical function serves_all(s)
+      type(solve_context_type), intent(in) :: s
+
+      serves_all = s%dense .and. size(s%known%rigid%lambda) == 0
+   end function serves_all
 
    ! The scale of the lowest undamped frequencies in place of the one that is given; damping may put the eigenvalues
    ! elsewhere.

@@ -3,16 +3,17 @@ module kschur_solver
    use kschur_certify, only: certify_modes
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, solve_context_type
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, error_singular
    use kschur_kinds, only: long
    use kschur_left_run, only: find_left_modes
    use kschur_modes, only: modes_type
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type
+   use kschur_options, only: modal_options_type, formulation_auto
+   use kschur_outcome, only: certified_yes, reason_cancelled, reason_fewer_modes
    use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type
    use kschur_report, only: report
-   use kschur_result, only: modal_result_type
+   use kschur_result, only: modal_result_type, note_length
    use kschur_search, only: find_modes, take_rigid
    use kschur_shift, only: place_shift
    use kschur_solver_choice, only: inner_solvers_type
@@ -47,12 +48,36 @@ contains
       if (s%only_rigid()) then
          call take_rigid(s, modes)
       else
-         call place_shift(s, error)
-         if (.not. allocated(error)) call find_modes(s, modes, error)
+         call search(s, modes, error)
          if (.not. allocated(error) .and. options%certify) call certify_modes(s, modes)
       end if
       if (.not. allocated(error) .and. options%left) call find_left_modes(s, modes, error)
       if (.not. allocated(error)) call report(s, options, modes, result, error)
       call result%set_total(seconds_since(started))
    end subroutine solve_modes
+
+   ! A set that was found dense and that nobody asked for so is kept where it is known to be complete, and else iterated.
+   subroutine search(s, modes, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(modes_type), intent(out) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      character(len=note_length), allocatable :: notes(:)
+
+      allocate (notes, source=s%notes)
+      call place_shift(s, error)
+      if (.not. allocated(error)) call find_modes(s, modes, error)
+      if (.not. s%dense .or. s%options%formulation /= formulation_auto) return
+      if (allocated(error)) then
+         if (error%code /= error_singular) return
+         deallocate (error)
+      else if (modes%certified == certified_yes .or. any(modes%reason == [reason_cancelled, reason_fewer_modes])) then
+         return
+      end if
+      call s%drop_transform()
+      call move_alloc(notes, s%notes)
+      s%dense = .false.
+      s%decision = "dense does not tell all eigenvalues apart"
+      call place_shift(s, error)
+      if (.not. allocated(error)) call find_modes(s, modes, error)
+   end subroutine search
 end module kschur_solver

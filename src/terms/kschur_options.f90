@@ -29,10 +29,13 @@ module kschur_options
    integer, parameter, public :: formulation_symmetric = 9
    !> Symmetric with R = alpha M + beta K: the undamped modes, mapped.
    integer, parameter, public :: formulation_proportional = 10
+   !> All eigenvalues by LAPACK, from the matrix of the operator of one of the last three on the motions that the
+   !> constraints allow.
+   integer, parameter, public :: formulation_dense = 11
    !> The names of the formulations, in this order from `formulation_auto` on.
-   character(len=*), parameter, public :: formulation_names(0:10) = [character(len=25) :: "auto", &
+   character(len=*), parameter, public :: formulation_names(0:11) = [character(len=25) :: "auto", &
       "undamped", "undamped-negative", "undamped-constrained", "undamped-constrained-zero", "damped", &
-      "damped-constrained", "damped-constrained-zero", "quadratic", "symmetric", "proportional"]
+      "damped-constrained", "damped-constrained-zero", "quadratic", "symmetric", "proportional", "dense"]
 
    !> Cq as it is given.
    integer, parameter, public :: scaling_none = 0

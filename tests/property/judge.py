@@ -36,22 +36,36 @@ class Verdict:
 
 
 def judge_folder(program, folder, problem):
-    """Verdict on what the program says of the problem in a folder."""
-    command = [program, "solve", folder, *problem.command, "--format", "json", "--quiet"]
+    """Verdict on what the program says of the problem in a folder. Where it is solved dense, an iteration solves it as well."""
+    verdict, formulation = judge_answer(program, folder, problem)
+    if verdict.failed or formulation != "dense" or "--formulation" in problem.command:
+        return verdict
+    for iterated in ("symmetric", "proportional", "quadratic"):
+        other, _ = judge_answer(program, folder, problem, "--formulation", iterated)
+        if other.failed:
+            return Verdict(other.name, f"{iterated}: {other.detail}")
+        if other.name != DECLINED:
+            break
+    return verdict
+
+
+def judge_answer(program, folder, problem, *more):
+    """Verdict on one answer, and the formulation that it was found by."""
+    command = [program, "solve", folder, *problem.command, *more, "--format", "json", "--quiet"]
     try:
         run = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS,
                              env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
     except subprocess.TimeoutExpired:
-        return Verdict(REFUSED, f"over {SECONDS} s")
-    if run.returncode == 1 and "--formulation" in problem.command:
-        return Verdict(DECLINED, run.stderr.strip())
+        return Verdict(REFUSED, f"over {SECONDS} s"), None
+    if run.returncode == 1 and "--formulation" in command:
+        return Verdict(DECLINED, run.stderr.strip()), None
     if run.returncode not in (0, 3):
-        return Verdict(REFUSED, f"exit {run.returncode}: {run.stderr.strip()[-200:]}")
+        return Verdict(REFUSED, f"exit {run.returncode}: {run.stderr.strip()[-200:]}"), None
     try:
         answer = json.loads(run.stdout)
     except ValueError as error:
-        return Verdict(REFUSED, f"exit {run.returncode}, no JSON: {error}")
-    return judge(problem, run.returncode, answer)
+        return Verdict(REFUSED, f"exit {run.returncode}, no JSON: {error}"), None
+    return judge(problem, run.returncode, answer), answer["formulation"]
 
 
 def judge(problem, status, answer):

@@ -1,0 +1,187 @@
+!> All eigenpairs of an operator, from its matrix: LAPACK's, where a problem is so small that a Krylov space would be
+!> nearly all there is.
+module kschur_dense_eigenpairs
+   use kschur_allowed_motions, only: orthogonal_factors
+   use kschur_error, only: error_type, new_error, error_library
+   use kschur_invariant, only: invariant_type
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: dgemm, dpstrf, dsyevd, dtrsm
+   use kschur_operator, only: real_operator_type, symmetric_operator_type
+   use kschur_projected, only: independent_eigenvectors, schur_form
+   implicit none
+   private
+   public :: dense_eigenpairs_type, general_eigenpairs, symmetric_eigenpairs
+
+   !> Eigenvectors are combinations of the columns of a basis.
+   type :: dense_eigenpairs_type
+      complex(wp), allocatable :: values(:)
+      !> Length of the vectors x k.
+      real(wp), allocatable :: basis(:, :)
+      !> The Schur form in this basis, k x k, whose last eigenvalues are the values; not allocated: the columns of the
+      !> basis are the eigenvectors.
+      real(wp), allocatable :: schur(:, :)
+      !> Of a coupling between copies of an eigenvalue, relative to that.
+      real(wp) :: noise = 0
+      !> Vectors that the operator was applied to.
+      integer :: applications = 0
+   contains
+      !> Some of the eigenvectors, of unit length; of a self-adjoint operator they are real.
+      procedure :: vectors, real_vectors
+   end type dense_eigenpairs_type
+
+contains
+
+   !> Those of a self-adjoint C with a nonzero eigenvalue: with V orthonormal in its metric B, they are those of
+   !> V^T B C V, and V follows from Cholesky factors of B with pivots. B may be semidefinite.
+   subroutine symmetric_eigenpairs(operator, motions, pairs, error)
+      class(symmetric_operator_type), intent(inout) :: operator
+      !> A basis of the vectors that C may give, order x p.
+      real(wp), contiguous, intent(in) :: motions(:, :)
+      type(dense_eigenpairs_type), intent(out) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: v(:, :), w(:, :), g(:, :), values(:), work(:)
+      real(wp) :: sizes(1)
+      integer, allocatable :: iwork(:)
+      integer :: n, r, info, iwork_size(1)
+
+      call metric_basis(operator, motions, v, error)
+      if (allocated(error)) return
+      n = size(v, 1)
+      r = size(v, 2)
+      pairs%applications = r
+      allocate (w(n, r), g(r, r), values(r))
+      allocate (pairs%basis(n, r))
+      call operator%apply(v, w, error)
+      if (.not. allocated(error)) call operator%apply_metric(v, pairs%basis, error)
+      if (allocated(error) .or. r == 0) then
+         allocate (pairs%values(0))
+         return
+      end if
+      call dgemm("T", "N", r, r, n, 1.0_wp, pairs%basis, n, w, n, 0.0_wp, g, r)
+      g = (g + transpose(g))/2
+      call dsyevd("V", "U", r, g, r, values, sizes, -1, iwork_size, -1, info)
+      allocate (work(int(sizes(1))), iwork(iwork_size(1)))
+      call dsyevd("V", "U", r, g, r, values, work, size(work), iwork, size(iwork), info)
+      if (info /= 0) call new_error(error, error_library, "LAPACK's dsyevd did not converge")
+      if (allocated(error)) return
+      call dgemm("N", "N", n, r, r, 1.0_wp, v, n, g, r, 0.0_wp, pairs%basis, n)
+      allocate (pairs%values(r), source=cmplx(values, 0, wp))
+   end subroutine symmetric_eigenpairs
+
+   ! B-orthonormal combinations of motions, as many as have a length in B.
+   subroutine metric_basis(operator, motions, v, error)
+      class(symmetric_operator_type), intent(inout) :: operator
+      real(wp), contiguous, intent(in) :: motions(:, :)
+      real(wp), allocatable, intent(out) :: v(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: images(:, :), gram(:, :), factors(:), work(:)
+      integer, allocatable :: pivots(:)
+      integer :: n, p, r, i, info
+
+      n = size(motions, 1)
+      p = size(motions, 2)
+      allocate (images(n, p), gram(p, p), factors(p), work(2*p + 1), pivots(p))
+      call operator%apply_metric(motions, images, error)
+      if (allocated(error)) return
+      r = 0
+      if (p > 0) call dgemm("T", "N", p, p, n, 1.0_wp, motions, n, images, n, 0.0_wp, gram, p)
+      ! What is heavy must not hide what is light.
+      factors = 0
+      do i = 1, p
+         if (gram(i, i) > 0) factors(i) = 1/sqrt(gram(i, i))
+      end do
+      do i = 1, p
+         gram(:, i) = factors*gram(:, i)*factors(i)
+      end do
+      if (p > 0) call dpstrf("L", p, gram, p, pivots, r, -1.0_wp, work, info)
+      allocate (v(n, r))
+      do i = 1, r
+         v(:, i) = factors(pivots(i))*motions(:, pivots(i))
+      end do
+      if (r > 0) call dtrsm("R", "L", "T", "N", n, r, 1.0_wp, gram, p, v, n)
+   end subroutine metric_basis
+
+   !> Those of C that are not in a subspace that it is known to leave invariant: with Q = [Q1, Q2] orthogonal, Q1 a basis
+   !> of that, Q^T C Q is block triangular.
+   subroutine general_eigenpairs(operator, basis, dual, invariant, noise, pairs, error)
+      class(real_operator_type), intent(inout) :: operator
+      !> Bases B and D of the vectors that C may give, D^T B = 1, order x k: its matrix is D^T C B.
+      real(wp), contiguous, intent(in) :: basis(:, :), dual(:, :)
+      type(invariant_type), intent(in) :: invariant
+      !> Of a coupling between copies of an eigenvalue, relative to that.
+      real(wp), intent(in) :: noise
+      type(dense_eigenpairs_type), intent(out) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: q(:, :), r(:, :), w(:, :), h(:, :), g(:, :), t(:, :), u(:, :)
+      integer :: n, k, s, l
+
+      n = size(basis, 1)
+      k = size(basis, 2)
+      s = size(invariant%vectors, 2)
+      l = k - s
+      pairs%applications = l
+      call orthogonal_factors(matmul(transpose(dual), invariant%vectors), .false., q, r, error)
+      if (allocated(error)) return
+      allocate (pairs%values(l), pairs%basis(n, k), pairs%schur(k, k), g(k, l), h(k, l), t(l, l), u(l, l), w(n, l))
+      if (l == 0) return
+      call dgemm("N", "N", n, k, k, 1.0_wp, basis, n, q, k, 0.0_wp, pairs%basis, n)
+      call operator%apply(pairs%basis(:, s + 1:), w, error)
+      if (allocated(error)) return
+      call dgemm("T", "N", k, l, n, 1.0_wp, dual, n, w, n, 0.0_wp, g, k)
+      call dgemm("T", "N", k, l, k, 1.0_wp, q, k, g, k, 0.0_wp, h, k)
+      t = h(s + 1:, :)
+      call schur_form(t, u, pairs%values, error)
+      if (allocated(error)) return
+      pairs%noise = noise
+      pairs%schur = 0
+      pairs%schur(:s, :s) = similar(r(:s, :s), real(invariant%projected, wp))
+      pairs%schur(:s, s + 1:) = matmul(h(:s, :), u)
+      pairs%schur(s + 1:, s + 1:) = t
+      w = pairs%basis(:, s + 1:)
+      call dgemm("N", "N", n, l, l, 1.0_wp, w, n, u, l, 0.0_wp, pairs%basis(:, s + 1:), n)
+   end subroutine general_eigenpairs
+
+   ! R T R^{-1} of two triangular matrices.
+   pure function similar(r, t)
+      real(wp), intent(in) :: r(:, :), t(:, :)
+      real(wp), dimension(size(r, 1), size(r, 1)) :: similar, x
+      integer :: j
+
+      do j = 1, size(r, 1)
+         x(:, j) = (t(:, j) - matmul(x(:, :j - 1), r(:j - 1, j)))/r(j, j)
+      end do
+      similar = matmul(r, x)
+   end function similar
+
+   function vectors(self, chosen)
+      class(dense_eigenpairs_type), intent(in) :: self
+      !> Their numbers.
+      integer, intent(in) :: chosen(:)
+      complex(wp) :: vectors(size(self%basis, 1), size(chosen))
+      real(wp), dimension(size(self%basis, 1), size(chosen)) :: re, im
+      complex(wp), allocatable :: y(:, :)
+      integer :: n, k, l, j
+
+      n = size(self%basis, 1)
+      k = size(self%basis, 2)
+      l = size(chosen)
+      if (l == 0) return
+      call independent_eigenvectors(self%schur, self%noise, k - size(self%values) + chosen, y)
+      call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, real(y, wp), k, 0.0_wp, re, n)
+      call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, aimag(y), k, 0.0_wp, im, n)
+      do j = 1, l
+         vectors(:, j) = cmplx(re(:, j), im(:, j), wp)/norm2([norm2(re(:, j)), norm2(im(:, j))])
+      end do
+   end function vectors
+
+   function real_vectors(self, chosen) result(vectors)
+      class(dense_eigenpairs_type), intent(in) :: self
+      integer, intent(in) :: chosen(:)
+      real(wp) :: vectors(size(self%basis, 1), size(chosen))
+      integer :: j
+
+      do j = 1, size(chosen)
+         vectors(:, j) = self%basis(:, chosen(j))/norm2(self%basis(:, chosen(j)))
+      end do
+   end function real_vectors
+end module kschur_dense_eigenpairs

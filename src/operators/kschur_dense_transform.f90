@@ -1,0 +1,200 @@
+!> A symmetric or quadratic form as a transform that is not iterated: all its eigenpairs come from the matrix of its
+!> operator on the motions that the constraints allow. Each of them is known then, and how many there are.
+module kschur_dense_transform
+   use kschur_allowed_motions, only: allowed_motions
+   use kschur_deflation, only: deflation_type
+   use kschur_dense_eigenpairs, only: dense_eigenpairs_type, general_eigenpairs, symmetric_eigenpairs
+   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_energy_basis, only: new_energy_basis
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
+   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
+   use kschur_modal_selection, only: modal_selection_type
+   use kschur_monitor, only: monitor_type
+   use kschur_outcome, only: certified_unknown, certified_yes, history_type, reason_cancelled, reason_fewer_modes
+   use kschur_problem, only: modal_problem_type
+   use kschur_quadratic_transform_real, only: quadratic_transform_type
+   use kschur_root_invariant, only: zero_and_infinite
+   use kschur_selection, only: order_by_preference
+   use kschur_symmetric_transform, only: purify, symmetric_transform_type
+   use kschur_transform, only: transform_type
+   implicit none
+   private
+   public :: dense_transform_type, new_dense_transform
+
+   type, extends(transform_type) :: dense_transform_type
+      !> A symmetric or a real quadratic transform, factored.
+      class(transform_type), allocatable :: form
+      ! What the first iteration leaves for others.
+      type(dense_eigenpairs_type), allocatable, private :: pairs
+      ! Whether all finite eigenvalues are among them, and no others.
+      logical, private :: complete = .false.
+   contains
+      procedure :: iterate
+      procedure :: recover
+      procedure :: linear_solver
+      procedure :: order
+      procedure :: transposed
+   end type dense_transform_type
+
+contains
+
+   !> Takes the form.
+   subroutine new_dense_transform(transform, form)
+      type(dense_transform_type), intent(out) :: transform
+      class(transform_type), allocatable, intent(inout) :: form
+
+      call move_alloc(form, transform%form)
+      transform%map = transform%form%map
+      transform%shift = transform%form%shift
+      transform%recover_applies = transform%form%recover_applies
+      transform%borrows = transform%form%borrows
+   end subroutine new_dense_transform
+
+   ! Computes all pairs, once, and gives those that are wanted.
+   subroutine iterate(self, selection, options, ritz, error, monitor)
+      class(dense_transform_type), target, intent(inout) :: self
+      type(modal_selection_type), intent(in) :: selection
+      class(krylov_options_type), intent(in) :: options
+      type(ritz_pairs_type), intent(out) :: ritz
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), intent(inout), optional :: monitor
+      integer, allocatable :: chosen(:)
+      integer :: needed, converged
+      logical :: proceed
+
+      if (.not. allocated(self%pairs)) then
+         call compute(self, error)
+         if (allocated(error)) return
+         ritz%statistics%operator_applications = self%pairs%applications
+      end if
+      associate (unused => options)
+      end associate
+      associate (values => self%pairs%values)
+         allocate (chosen(size(values)), source=order_by_preference(selection, values))
+         needed = selection%needed(values(chosen))
+         converged = min(needed, size(values))
+         if (needed > size(values)) ritz%statistics%reason = reason_fewer_modes
+         ! The second one of a pair may be as near as the first.
+         if (converged < size(values)) then
+            if (.not. abs(values(chosen(converged + 1)) - conjg(values(chosen(converged)))) > 0) converged = converged + 1
+         end if
+         chosen = chosen(:converged)
+         allocate (ritz%mu(converged), source=values(chosen))
+         call set_certificate(self, selection)
+      end associate
+      if (self%map%oscillator) then
+         call take_real(self, chosen, ritz, error)
+      else
+         allocate (ritz%vectors(size(self%pairs%basis, 1), converged), source=self%pairs%vectors(chosen))
+      end if
+      proceed = .true.
+      if (present(monitor)) call monitor%report(0, converged, needed, 0.0_wp, proceed)
+      if (.not. proceed) ritz%statistics%reason = reason_cancelled
+      associate (statistics => ritz%statistics)
+         statistics%history = history_type([converged], [statistics%operator_applications], [0.0_wp])
+      end associate
+   end subroutine iterate
+
+   subroutine compute(self, error)
+      class(dense_transform_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      ! A coupling between copies of an eigenvalue below this part of it may be rounding.
+      real(wp), parameter :: noise = 1.0e-11_wp
+      real(wp), allocatable :: motions(:, :), basis(:, :), dual(:, :)
+
+      allocate (self%pairs)
+      select type (form => self%form)
+      type is (symmetric_transform_type)
+         associate (known => form%operator%deflation)
+            call allowed_motions(form%operator%problem, known, motions, error)
+            if (.not. allocated(error)) call symmetric_eigenpairs(form%operator, motions, self%pairs, error)
+            if (allocated(error)) return
+            self%complete = known%infinite_is_known .and. &
+               size(self%pairs%values) == size(motions, 2) - known%infinite%multiplicity()
+         end associate
+      type is (quadratic_transform_type)
+         associate (known => form%operator%deflation, operator => form%operator)
+            call allowed_motions(operator%problem, known, motions, error)
+            if (.not. allocated(error)) call new_energy_basis(operator%problem, motions, real(self%shift, wp), operator%unit, &
+               basis, dual, error)
+            if (.not. allocated(error)) call general_eigenpairs(operator, basis, dual, zero_and_infinite(known%zero, &
+               known%infinite, operator%order(), self%shift, operator%unit, oscillator=.false.), noise, self%pairs, error)
+            self%complete = known%infinite_is_known
+         end associate
+      end select
+   end subroutine compute
+
+   ! How far from the target all eigenvalues are.
+   subroutine set_certificate(self, selection)
+      class(dense_transform_type), intent(inout) :: self
+      type(modal_selection_type), intent(in) :: selection
+      real(wp) :: distances(2, size(self%pairs%values))
+      integer :: i, each
+
+      self%certificate%verdict = merge(certified_yes, certified_unknown, self%complete)
+      self%certificate%reach = huge(1.0_wp)
+      each = merge(2, 1, self%map%oscillator)
+      do i = 1, size(distances, 2)
+         associate (lambda => self%map%lambdas(self%theta(self%pairs%values(i))), target => selection%target)
+            distances(:, i) = min(abs(lambda - target), abs(conjg(lambda) - target))
+         end associate
+      end do
+      self%certificate%distances = reshape(distances(:each, :), [each*size(distances, 2)])
+   end subroutine set_certificate
+
+   ! The shapes of a symmetric form: where there are constraints they are recovered by an application.
+   subroutine take_real(self, chosen, ritz, error)
+      class(dense_transform_type), intent(inout) :: self
+      integer, intent(in) :: chosen(:)
+      type(ritz_pairs_type), intent(inout) :: ritz
+      type(error_type), allocatable, intent(out) :: error
+
+      allocate (ritz%real_vectors(size(self%pairs%basis, 1), size(chosen)), source=self%pairs%real_vectors(chosen))
+      if (self%recover_applies) return
+      select type (form => self%form)
+      type is (symmetric_transform_type)
+         call purify(form, real(ritz%mu, wp), ritz%real_vectors, ritz%statistics, error)
+      end select
+   end subroutine take_real
+
+   subroutine recover(self, ritz, pairs, error)
+      class(dense_transform_type), intent(inout) :: self
+      type(ritz_pairs_type), intent(inout) :: ritz
+      type(eigenpairs_type), intent(out) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%form%recover(ritz, pairs, error)
+   end subroutine recover
+
+   subroutine transposed(self, problem, deflation, solver, adjoint, error)
+      class(dense_transform_type), target, intent(in) :: self
+      type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
+      class(complex_linear_solver_type), intent(in) :: solver
+      class(transform_type), allocatable, intent(out) :: adjoint
+      type(error_type), allocatable, intent(out) :: error
+      type(dense_transform_type), allocatable :: dense
+      class(transform_type), allocatable :: form
+
+      call self%form%transposed(problem, deflation, solver, form, error)
+      if (allocated(error)) return
+      allocate (dense)
+      call new_dense_transform(dense, form)
+      call move_alloc(dense, adjoint)
+   end subroutine transposed
+
+   function linear_solver(self) result(solver)
+      class(dense_transform_type), target, intent(in) :: self
+      class(linear_solver_type), pointer :: solver
+
+      solver => self%form%linear_solver()
+   end function linear_solver
+
+   integer function order(self)
+      class(dense_transform_type), intent(in) :: self
+
+      order = self%form%order()
+   end function order
+end module kschur_dense_transform

@@ -1,0 +1,49 @@
+!> Whether all eigenvalues at once are cheaper than an iteration for some.
+module kschur_dense_choice
+   use kschur_context, only: solve_context_type
+   use kschur_formulation, only: is_structured
+   use kschur_options, only: formulation_auto, formulation_quadratic, inner_auto, method_krylov_schur
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: consider_dense, settle_dense
+
+   ! Where both cost as many instructions, measured with 5 to 40 modes of beams and rotors of 100 to 300 states.
+   integer, parameter :: of_states = 40, of_states_a_mode = 6
+   ! The same of motions, whose matrix is symmetric, with 10 to 100 modes of chains of 60 to 240.
+   integer, parameter :: of_motions = 60, of_motions_a_mode = 3
+   ! Beyond this order it was not measured.
+   integer, parameter :: most = 600
+
+contains
+
+   !> Sets `dense` where `formulation_auto` takes it: nobody asked for what only an iteration has, and the matrix is small.
+   subroutine consider_dense(s)
+      type(solve_context_type), intent(inout) :: s
+
+      associate (o => s%options)
+         if (o%formulation /= formulation_auto) return
+         s%dense = s%may_be_dense .and. is_structured(s%formulation) .and. o%method == method_krylov_schur .and. &
+            o%inner == inner_auto .and. o%subspace == 0 .and. .not. allocated(o%shift) .and. &
+            order_of_matrix(s) <= min(most, merge(of_states + of_states_a_mode*o%modes, &
+            of_motions + of_motions_a_mode*o%modes, s%formulation == formulation_quadratic))
+      end associate
+   end subroutine consider_dense
+
+   !> Takes that back where it is not known how many eigenvalues there are, or where the rigid motions are all.
+   subroutine settle_dense(s)
+      type(solve_context_type), intent(inout) :: s
+
+      if (.not. s%dense .or. s%options%formulation /= formulation_auto) return
+      s%dense = s%known%total%exact .and. .not. s%only_rigid()
+      if (s%dense) s%decision = "dense: order "//text(order_of_matrix(s))//", cheaper than an iteration"
+   end subroutine settle_dense
+
+   ! Of the motions that the constraints allow, in states of position and velocity where damping is general.
+   pure integer function order_of_matrix(s)
+      type(solve_context_type), intent(in) :: s
+
+      order_of_matrix = s%work%unknowns() - s%work%multipliers() + s%known%redundant
+      if (s%formulation == formulation_quadratic) order_of_matrix = 2*order_of_matrix
+   end function order_of_matrix
+end module kschur_dense_choice
