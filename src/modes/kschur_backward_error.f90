@@ -194,7 +194,7 @@ contains
       integer, intent(in) :: l
       complex(wp), intent(inout) :: lambda
 
-      if (problem%symmetric) call correct(products%forms(l), lambda)
+      if (problem%symmetric) call correct(products%forms(:, l), lambda)
       if (problem%damping_kind == damping_none) call settle_undamped(products, l, norms, lambda)
    end subroutine settle
 
@@ -260,7 +260,7 @@ contains
       limit = noise(residual_of(products, l, lambda, norms))
       if (symmetric .and. paired) then
          ! u^T P(lambda) u has real roots, or a double one for rounding.
-         forms = real(turned%forms(1), xp)
+         forms = real(turned%forms(:, 1), xp)
          terms = forms(2)**2 + 4*abs(forms(1)*forms(3))
          if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -double_root*terms)) return
          limit = noise(sqrt(residual_of(products, l, lambda, norms)))
@@ -301,7 +301,7 @@ contains
       complex(xp) :: forms(3)
       real(wp) :: slope, inertia, force
 
-      forms = products%forms(l)
+      forms = products%forms(:, l)
       slope = abs(cmplx(2*cmplx(lambda, kind=xp)*forms(1) + forms(2), kind=wp))
       inertia = abs(cmplx(forms(1), kind=wp))
       force = max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l)**2

@@ -4,7 +4,7 @@
 module kschur_products
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
-   use kschur_problem, only: damping_none, damping_proportional, modal_problem_type
+   use kschur_problem, only: damping_general, modal_problem_type
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
@@ -22,11 +22,11 @@ module kschur_products
       real(wp), allocatable :: rest(:, :)
       !> ||phi|| and ||Cq phi|| of each pair.
       real(wp), allocatable :: length(:), violation(:)
+      !> phi^T M phi, phi^T R phi and phi^T (K phi + Cq^T xi), 3 x pairs.
+      complex(xp), allocatable :: forms(:, :)
    contains
       !> phi^T phi of pair l.
       procedure :: square
-      !> phi^T M phi, phi^T R phi and phi^T (K phi + Cq^T xi) of pair l.
-      procedure :: forms
       !> ||P(lambda) phi + Cq^T xi|| of pair l.
       procedure :: residual
       !> The products of the real part of a multiple of pair l.
@@ -51,45 +51,44 @@ contains
       integer, intent(in) :: first, last
       type(products_type), intent(inout) :: products
       real(wp), allocatable :: phi(:, :), xi(:, :, :)
-      real(xp), dimension(lanes) :: mass, damping, stiffness
-      real(xp) :: reaction(2*lanes)
+      real(xp) :: total(lanes), reaction(2*lanes)
       integer :: n, i, l
 
       n = problem%unknowns()
       call pack_parts(pairs, first, last, phi, xi)
       call make_room(products, n, merge(1, 2, pairs%is_real()))
       products%phi = transpose(phi)
-      damping = 0
+      reaction = 0
       do i = 1, n
-         call multiply_row(problem%mass, i, phi, mass)
-         call multiply_row(problem%stiffness, i, phi, stiffness)
-         if (problem%damping_kind == damping_proportional) then
-            damping = problem%alpha*mass + problem%beta*stiffness
-         else if (problem%damping_kind /= damping_none) then
-            call multiply_row(problem%damping, i, phi, damping)
+         call multiply_row(problem%mass, i, phi, total)
+         products%mass(i, :) = real(total, wp)
+         if (problem%damping_kind == damping_general) then
+            call multiply_row(problem%damping, i, phi, total)
+            products%damping(i, :) = real(total, wp)
          end if
+         call multiply_row(problem%stiffness, i, phi, total)
+         if (problem%damping_kind /= damping_general) products%damping(i, :) = real(total, wp)
          do l = 1, size(xi, 3)
             call multiply_row(transposed, i, xi(:, :, l), reaction(lanes*(l - 1) + 1:lanes*l))
          end do
-         do l = 1, lanes
-            products%mass(i, l) = real(mass(l), wp)
-            products%damping(i, l) = real(damping(l), wp)
-         end do
          if (products%parts == 1) then
             do l = 1, lanes
-               products%rest(i, 2*l - 1) = real(stiffness(l) + reaction(2*l - 1), wp)
+               products%rest(i, 2*l - 1) = real(total(l) + reaction(2*l - 1), wp)
                products%rest(i, 2*l) = real(reaction(2*l), wp)
             end do
          else
             do l = 1, lanes
-               products%rest(i, l) = real(stiffness(l) + reaction(l), wp)
+               products%rest(i, l) = real(total(l) + reaction(l), wp)
             end do
          end if
       end do
+      ! R = alpha M + beta K, where K phi is what is there.
+      if (problem%damping_kind /= damping_general) &
+         products%damping = problem%alpha*products%mass + problem%beta*products%damping
       call measure(problem, phi, last - first + 1, products)
    end subroutine multiply_pairs
 
-   ! ||phi|| and ||Cq phi|| of each pair.
+   ! Norms and forms of each pair.
    pure subroutine measure(problem, phi, pairs, products)
       type(modal_problem_type), intent(in) :: problem
       real(wp), contiguous, intent(in) :: phi(:, :)
@@ -107,6 +106,7 @@ contains
          products%violation = [(real(sqrt(sum(squares(parts*(l - 1) + 1:parts*l))), wp), l=1, pairs)]
          products%length = [(norm_of(products%phi(:, parts*(l - 1) + 1:parts*l)), l=1, pairs)]
       end associate
+      products%forms = reshape([(forms_of(products, l), l=1, pairs)], [3, pairs])
    end subroutine measure
 
    pure subroutine make_room(products, n, parts)
@@ -153,6 +153,8 @@ contains
       real(xp) :: entry, first, second, third, fourth
       integer :: j, k
 
+      total = 0
+      if (matrix%row_start(i) == matrix%row_start(i + 1)) return
       first = 0
       second = 0
       third = 0
@@ -180,17 +182,17 @@ contains
       end associate
    end function square
 
-   pure function forms(self, l)
-      class(products_type), intent(in) :: self
+   pure function forms_of(products, l) result(forms)
+      type(products_type), intent(in) :: products
       integer, intent(in) :: l
       complex(xp) :: forms(3)
 
-      associate (first => self%parts*(l - 1) + 1, last => self%parts*l)
-         forms = [bilinear(self%phi(:, first:last), self%mass(:, first:last)), &
-            bilinear(self%phi(:, first:last), self%damping(:, first:last)), &
-            bilinear(self%phi(:, first:last), self%rest(:, 2*l - 1:2*l))]
+      associate (first => products%parts*(l - 1) + 1, last => products%parts*l)
+         forms = [bilinear(products%phi(:, first:last), products%mass(:, first:last)), &
+            bilinear(products%phi(:, first:last), products%damping(:, first:last)), &
+            bilinear(products%phi(:, first:last), products%rest(:, 2*l - 1:2*l))]
       end associate
-   end function forms
+   end function forms_of
 
    ! x^T y of vectors given by their parts.
    pure complex(xp) function bilinear(x, y)
@@ -263,6 +265,8 @@ contains
       allocate (part%violation, source=abs(factor)*self%violation(l:l))
       part%rest(:, 1:1) = real_of(factor, self%rest(:, 2*l - 1:2*l))
       allocate (part%length(1), source=norm_of(part%phi))
+      allocate (part%forms(3, 1))
+      part%forms(:, 1) = forms_of(part, 1)
    end function real_part
 
    ! The real part of a multiple of a vector given by its parts.

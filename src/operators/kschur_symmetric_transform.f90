@@ -277,29 +277,37 @@ contains
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: accurate = 1.0e-14_wp, nearly_zero = 1.0e-4_wp
-      real(wp), allocatable :: residual(:, :), y(:, :)
+      ! Columns that are multiplied at a time.
+      integer, parameter :: block = 4
+      real(wp), allocatable :: y(:, :), work(:, :, :)
       real(wp) :: theta, shift, level_of_mass, level_of_stiffness
       logical :: pure
-      integer :: j, k
+      integer :: first, last, n, j, k
       integer, allocatable :: chosen(:)
 
       shift = real(self%shift, wp)
-      allocate (chosen(0))
-      allocate (residual(size(shapes, 1), 1))
+      n = size(shapes, 1)
+      allocate (chosen(0), work(n, block, 2))
       associate (mass => self%operator%problem%mass, stiffness => self%operator%problem%stiffness)
          level_of_mass = mass%infinity_norm()
          level_of_stiffness = stiffness%infinity_norm()
-         do j = 1, size(values)
-            if (.not. abs(values(j)) > tiny(1.0_wp)) cycle
-            theta = shift + 1/values(j)
-            residual = 0
-            call stiffness%add_product(1.0_wp, shapes(:, j:j), residual)
-            call mass%add_product(-theta, shapes(:, j:j), residual)
-            pure = norm2(residual) <= accurate*norm2(shapes(:, j))* &
-               (level_of_stiffness + abs(theta)*level_of_mass)
-            if (.not. pure .or. abs(theta) <= nearly_zero*abs(shift)) chosen = [chosen, j]
+         do first = 1, size(values), block
+            last = min(first + block - 1, size(values))
+            work = 0
+            call stiffness%add_product(1.0_wp, shapes(:, first:last), work(:, :last - first + 1, 1))
+            call mass%add_product(1.0_wp, shapes(:, first:last), work(:, :last - first + 1, 2))
+            do j = first, last
+               if (.not. abs(values(j)) > tiny(1.0_wp)) cycle
+               theta = shift + 1/values(j)
+               associate (force => work(:, j - first + 1, 1), inertia => work(:, j - first + 1, 2))
+                  force = force - theta*inertia
+                  pure = dnrm2(n, force, 1) <= accurate*dnrm2(n, shapes(:, j), 1)*(level_of_stiffness + abs(theta)*level_of_mass)
+               end associate
+               if (.not. pure .or. abs(theta) <= nearly_zero*abs(shift)) chosen = [chosen, j]
+            end do
          end do
       end associate
+      deallocate (work)
       if (size(chosen) == 0) return
       allocate (y(size(shapes, 1), size(chosen)))
       call self%operator%apply(shapes(:, chosen), y, error)

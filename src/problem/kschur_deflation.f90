@@ -1,7 +1,7 @@
 !> Motions that are known, kept out of an iteration.
 module kschur_deflation
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgemv, dsygv
+   use kschur_lapack, only: dgemv, dnrm2, dsygv
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_root_space, only: root_space_type
    implicit none
@@ -144,9 +144,9 @@ contains
 
       if (size(self%decay) == 0) return
       do j = 1, size(x, 2)
-         before = norm2(x(:, j))
+         before = dnrm2(size(x, 1), x(:, j), 1)
          call subtract(self%images, self%shapes, x(:, j))
-         if (norm2(x(:, j)) <= nothing_left*before) x(:, j) = 0
+         if (dnrm2(size(x, 1), x(:, j), 1) <= nothing_left*before) x(:, j) = 0
       end do
    end subroutine project_real
 

@@ -291,6 +291,7 @@ contains
       ! Columns that are multiplied at a time.
       integer, parameter :: block = 4
       complex(wp), allocatable :: forces(:, :)
+      real(wp), allocatable :: work(:, :, :)
       integer :: first, last, j
 
       xi = 0
@@ -298,10 +299,11 @@ contains
          xi(self%kept, j) = pairs%xi(:, j)
       end do
       if (self%eliminated == 0) return
+      allocate (forces(problem%unknowns(), block), work(problem%unknowns(), block, 2))
       do first = 1, size(xi, 2), block
          last = min(first + block - 1, size(xi, 2))
-         call make_forces(problem, pairs, first, last, forces)
-         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, first:last), forces)
+         call make_forces(problem, pairs, first, last, work, forces)
+         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, first:last), forces(:, :last - first + 1))
          do j = first, last
             call balance_forces(self, problem, forces(:, j - first + 1), xi(:, j))
          end do
@@ -309,17 +311,17 @@ contains
    end subroutine expand_multipliers
 
    ! P(lambda) phi of pairs first..last.
-   pure subroutine make_forces(problem, pairs, first, last, forces)
+   pure subroutine make_forces(problem, pairs, first, last, work, forces)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last
-      complex(wp), allocatable, intent(out) :: forces(:, :)
+      real(wp), contiguous, intent(inout) :: work(:, :, :)
+      complex(wp), contiguous, intent(out) :: forces(:, :)
       complex(wp), parameter :: one = 1
       complex(wp) :: phi(problem%unknowns(), 1)
-      real(wp), allocatable :: mass(:, :), stiffness(:, :)
-      integer :: j
+      integer :: i, j, k
 
-      allocate (forces(problem%unknowns(), last - first + 1), source=(0.0_wp, 0.0_wp))
+      forces = 0
       if (.not. pairs%is_real() .or. problem%damping_kind == damping_general) then
          do j = first, last
             associate (lambda => pairs%lambda(j), force => forces(:, j - first + 1:j - first + 1))
@@ -332,12 +334,14 @@ contains
          return
       end if
       ! With R = alpha M + beta K.
-      allocate (mass(size(forces, 1), size(forces, 2)), stiffness(size(forces, 1), size(forces, 2)), source=0.0_wp)
-      call problem%mass%add_product(1.0_wp, pairs%real_phi(:, first:last), mass)
-      call problem%stiffness%add_product(1.0_wp, pairs%real_phi(:, first:last), stiffness)
+      work = 0
+      k = last - first + 1
+      call problem%mass%add_product(1.0_wp, pairs%real_phi(:, first:last), work(:, :k, 1))
+      call problem%stiffness%add_product(1.0_wp, pairs%real_phi(:, first:last), work(:, :k, 2))
       do j = first, last
-         associate (lambda => pairs%lambda(j), i => j - first + 1)
-            forces(:, i) = (lambda*(lambda + problem%alpha))*mass(:, i) + (1 + lambda*problem%beta)*stiffness(:, i)
+         i = j - first + 1
+         associate (lambda => pairs%lambda(j))
+            forces(:, i) = (lambda*(lambda + problem%alpha))*work(:, i, 1) + (1 + lambda*problem%beta)*work(:, i, 2)
          end associate
       end do
    end subroutine make_forces

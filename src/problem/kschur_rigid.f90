@@ -94,18 +94,24 @@ contains
       logical function vanishes(matrix)
          type(csr_matrix_type), intent(in) :: matrix
          real(wp), parameter :: cancelled = 1.0e-12_wp, rounding = 4*epsilon(1.0_wp)
-         type(csr_matrix_type) :: terms
-         real(wp) :: motion(n, 1), total(n, 1), magnitude(n, 1)
+         real(wp) :: motion(n), term, total, terms, largest, magnitude
+         integer :: i, j
 
-         motion(:, 1) = matmul(motions, rotation(:, 1))
-         total = 0
+         motion = matmul(motions, rotation(:, 1))
+         largest = 0
          magnitude = 0
-         call matrix%add_product(1.0_wp, motion, total)
-         terms = matrix
-         terms%value = abs(terms%value)
-         call terms%add_product(1.0_wp, abs(motion), magnitude)
-         vanishes = maxval(abs(total)) <= &
-            max(cancelled*maxval(magnitude), rounding*matrix%infinity_norm()*maxval(abs(motion)))
+         do i = 1, n
+            total = 0
+            terms = 0
+            do j = matrix%row_start(i), matrix%row_start(i + 1) - 1
+               term = matrix%value(j)*motion(matrix%column(j))
+               total = total + term
+               terms = terms + abs(term)
+            end do
+            largest = max(largest, abs(total))
+            magnitude = max(magnitude, terms)
+         end do
+         vanishes = largest <= max(cancelled*magnitude, rounding*matrix%infinity_norm()*maxval(abs(motion)))
       end function vanishes
    end subroutine check_inertia
 
@@ -151,7 +157,8 @@ contains
       if (allocated(error)) return
       ! Refined, as factors may have grown.
       do i = 1, refinements
-         forces = rhs - stiffness%forces(x, transposed) - stiffness%regularizer(x, transposed)
+         forces = rhs
+         call stiffness%subtract_product(x, transposed, forces)
          call stiffness%solve(forces, transposed, error)
          if (allocated(error)) return
          x = x + forces

@@ -32,7 +32,9 @@ module kschur_scaled_stiffness
       procedure :: solve
       !> A x, or A^T x, without delta.
       procedure :: forces
-      !> What delta adds to that.
+      !> f := f - (A + delta) x, or the same of the transpose.
+      procedure :: subtract_product
+      !> What delta adds to A x.
       procedure :: regularizer
       !> The motions y with K y + Cq^T xi = f, Cq y = 0, for forces that have such, without rigid ones.
       procedure :: pseudo_solve
@@ -154,6 +156,19 @@ contains
       end if
       forces = forces - self%regularizer(x, transposed)
    end function forces
+
+   subroutine subtract_product(self, x, transposed, f)
+      class(scaled_stiffness_type), intent(in) :: self
+      real(wp), contiguous, intent(in) :: x(:, :)
+      logical, intent(in) :: transposed
+      real(wp), contiguous, intent(inout) :: f(:, :)
+
+      if (transposed) then
+         call self%matrix%add_transposed_product(-1.0_wp, x, f)
+      else
+         call self%matrix%add_product(-1.0_wp, x, f)
+      end if
+   end subroutine subtract_product
 
    function regularizer(self, x, transposed) result(forces)
       class(scaled_stiffness_type), intent(in) :: self
