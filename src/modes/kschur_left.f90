@@ -56,36 +56,66 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> With it what is not among them is computed.
       type(inverse_iteration_type), optional, intent(in) :: inverse
-      type(eigenpairs_type) :: left
+      type(eigenpairs_type) :: left, before
       real(wp), allocatable :: limits(:)
-      logical, allocatable :: missing(:), pending(:)
-      integer, allocatable :: group(:)
-      integer :: i, j, k
+      logical, allocatable :: missing(:), coupled(:)
+      integer :: j, k
 
       call match(found, modes, left)
       call modes%make_complex()
       k = size(left%lambda)
       allocate (limits(k), source=max(acceptable, as_good*modes%backward_error))
       allocate (missing(k), source=backward_errors(transposed, left) > limits)
-      allocate (pending, source=missing .and. present(inverse))
-      do j = 1, k
-         if (.not. pending(j)) cycle
-         group = pack([(i, i=1, k)], pending .and. near(left%lambda, j, equal))
-         call iterate_inversely(transposed, group, inverse, left, effort, error)
-         if (allocated(error)) return
-         pending(group) = .false.
-      end do
+      if (present(inverse)) call compute(transposed, missing, inverse, left, effort, error)
+      if (allocated(error)) return
       missing = backward_errors(transposed, left) > limits
       do j = 1, k
          if (.not. missing(j)) cycle
          left%phi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
          left%xi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
       end do
-      call biorthogonalize(problem, transposed, modes, limits, left)
+      allocate (coupled(k))
+      call biorthogonalize(problem, transposed, modes, limits, left, coupled)
+      ! Copies that were found may be so nearly parallel that they cannot be told apart without loss.
+      if (present(inverse) .and. any(coupled)) then
+         before = left
+         call compute(transposed, coupled, inverse, left, effort, error)
+         if (allocated(error)) return
+         missing = backward_errors(transposed, left) > limits
+         do j = 1, k
+            if (.not. (coupled(j) .and. missing(j))) cycle
+            left%phi(:, j) = before%phi(:, j)
+            left%xi(:, j) = before%xi(:, j)
+         end do
+         call biorthogonalize(problem, transposed, modes, limits, left, coupled)
+      end if
       call set_conditions(problem, left, modes)
       modes%left_phi = conjg(left%phi)
       modes%left_xi = conjg(left%xi)
    end subroutine set_left_modes
+
+   ! Left vectors of some modes by inverse iteration, those of equal eigenvalues together.
+   subroutine compute(problem, chosen, inverse, left, effort, error)
+      !> The transposed one.
+      type(modal_problem_type), intent(in) :: problem
+      logical, intent(in) :: chosen(:)
+      type(inverse_iteration_type), intent(in) :: inverse
+      type(eigenpairs_type), intent(inout) :: left
+      class(effort_type), intent(inout) :: effort
+      type(error_type), allocatable, intent(out) :: error
+      logical :: pending(size(chosen))
+      integer, allocatable :: group(:)
+      integer :: i, j
+
+      pending = chosen
+      do j = 1, size(chosen)
+         if (.not. pending(j)) cycle
+         group = pack([(i, i=1, size(chosen))], pending .and. near(left%lambda, j, equal))
+         call iterate_inversely(problem, group, inverse, left, effort, error)
+         if (allocated(error)) return
+         pending(group) = .false.
+      end do
+   end subroutine compute
 
    ! For each mode the nearest eigenpair that no other mode has taken, or NaN.
    subroutine match(found, modes, left)
@@ -178,17 +208,20 @@ contains
    ! i /= j, as between different ones; unit norm, the largest entry real and
    ! positive. Where that spoils the left vectors, as of a defective eigenvalue,
    ! they stay as they are.
-   subroutine biorthogonalize(problem, transposed, modes, limits, left)
+   subroutine biorthogonalize(problem, transposed, modes, limits, left, coupled)
       type(modal_problem_type), intent(in) :: problem, transposed
       class(modes_type), intent(in) :: modes
       real(wp), intent(in) :: limits(:)
       type(eigenpairs_type), intent(inout) :: left
+      !> Which stay as they are although they share an eigenvalue with others.
+      logical, intent(out) :: coupled(:)
       type(eigenpairs_type) :: mixed
       logical :: pending(size(limits))
       complex(wp), allocatable :: mixture(:, :)
       integer, allocatable :: group(:)
       integer :: i, j
 
+      coupled = .false.
       pending = abs(modes%lambda) > 0 .and. [(is_number(left, j), j=1, size(limits))]
       do i = 1, size(limits)
          if (.not. pending(i)) cycle
@@ -203,6 +236,8 @@ contains
          if (all(backward_errors(transposed, mixed) <= limits(group))) then
             left%phi(:, group) = mixed%phi
             left%xi(:, group) = mixed%xi
+         else
+            coupled(group) = .true.
          end if
          deallocate (mixed%lambda, mixed%phi, mixed%xi)
       end do
