@@ -21,12 +21,16 @@ contains
    subroutine consider_dense(s)
       type(solve_context_type), intent(inout) :: s
 
+      integer :: limit
+
       associate (o => s%options)
          if (o%formulation /= formulation_auto) return
+         limit = min(most, merge(of_states + of_states_a_mode*o%modes, of_motions + of_motions_a_mode*o%modes, &
+            s%formulation == formulation_quadratic))
+         ! The null space of many constraints costs as much as a matrix of that order.
          s%dense = s%may_be_dense .and. is_structured(s%formulation) .and. o%method == method_krylov_schur .and. &
             o%inner == inner_auto .and. o%subspace == 0 .and. .not. allocated(o%shift) .and. &
-            order_of_matrix(s) <= min(most, merge(of_states + of_states_a_mode*o%modes, &
-            of_motions + of_motions_a_mode*o%modes, s%formulation == formulation_quadratic))
+            max(order_of_matrix(s), s%work%unknowns()) <= limit
       end associate
    end subroutine consider_dense
 
