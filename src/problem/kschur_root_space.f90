@@ -1,7 +1,7 @@
 !> The whole eigenspace of the eigenvalue zero, or of the infinite one, with its Jordan chains: an iteration would see
 !> a chain of length k as a ring of radius epsilon^(1/k), and what is near zero or far off as one of it.
 module kschur_root_space
-   use kschur_error, only: error_type, error_convergence, error_library, new_error
+   use kschur_error, only: error_type, error_convergence, error_library, error_singular, new_error
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesvd
    use kschur_scaled_stiffness, only: scaled_stiffness_type
@@ -72,6 +72,12 @@ contains
          allocate (coupling, source=matmul(transpose(left), forces)/spread(max(maxval(level, 2), tiny(1.0_wp)), 2, s))
          call find_fresh(coupling, rounding, used, fresh, error)
          if (allocated(error) .or. size(fresh, 2) == 0) return
+         ! No eigenvalue is there more often than all of them together: the links are rounding.
+         if (size(space%x, 2) + size(fresh, 2) > 2*size(space%x, 1)) then
+            call new_error(error, error_singular, "rounding hides which motions have neither mass, damping nor stiffness: "// &
+               "the problem is singular for every lambda, or nearly so")
+            return
+         end if
          call extend(space, factored, motions, matmul(forces, fresh), fresh, error)
          if (allocated(error)) return
          call append(used, fresh, size(space%x, 2))
