@@ -8,15 +8,15 @@ module kschur_lanczos
    use kschur_census, only: census_type
    use kschur_clock, only: clock, seconds_since
    use kschur_lanczos_decomposition, only: decomposition_type, breakdown, expand, fresh_direction, start
-   use kschur_error, only: error_type, new_error, error_library
+   use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type
-   use kschur_lapack, only: dgemm, dsyevd
+   use kschur_lapack, only: dgemm
    use kschur_monitor, only: monitor_type
    use kschur_operator, only: symmetric_operator_type
    use kschur_outcome, only: reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
+   use kschur_projected, only: symmetric_eigenvectors
    use kschur_selection, only: selection_type, order_by_preference
-   use kschur_text, only: text
    implicit none
    private
    public :: lanczos, lanczos_state_type
@@ -134,20 +134,14 @@ contains
       type(ritz_type), intent(out) :: ritz
       type(error_type), allocatable, intent(out) :: error
       complex(wp), allocatable :: values(:)
-      real(wp), allocatable :: work(:)
-      integer, allocatable :: active_order(:), iwork(:)
-      integer :: active, i, near, info
+      integer, allocatable :: active_order(:)
+      integer :: active, i, near
 
       active = d%dimension - d%locked
-      allocate (ritz%values(active), ritz%couplings(active), ritz%residuals(active))
+      allocate (ritz%couplings(active), ritz%residuals(active))
       allocate (ritz%vectors(active, active), source=d%projected(d%locked + 1:d%dimension, d%locked + 1:d%dimension))
-      allocate (work(1 + 6*active + 2*active**2), iwork(3 + 5*active))
-      call dsyevd("V", "U", active, ritz%vectors, max(active, 1), ritz%values, work, size(work), iwork, size(iwork), info)
-      if (info /= 0) then
-         call new_error(error, error_library, &
-            "LAPACK could not compute the eigenvalues of the projected problem: dsyevd returned "//text(info))
-         return
-      end if
+      call symmetric_eigenvectors(ritz%vectors, ritz%values, error)
+      if (allocated(error)) return
 
       allocate (values(d%dimension))
       allocate (ritz%all_residuals(d%dimension), source=0.0_wp)

@@ -3,11 +3,12 @@
 module kschur_projected
    use kschur_error, only: error_type, new_error, error_library
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgees, dtrevc, dtrsen, zgees, ztrevc, ztrsen
+   use kschur_lapack, only: dgees, dsyevd, dtrevc, dtrsen, zgees, ztrevc, ztrsen
    use kschur_text, only: text
    implicit none
    private
-   public :: schur_form, schur_values, move_to_head, eigenvector_couplings, independent_eigenvectors, join_pairs
+   public :: schur_form, schur_values, move_to_head, eigenvector_couplings, independent_eigenvectors, join_pairs, &
+      symmetric_eigenvectors
 
    !> Overwrites a square matrix by its Schur factor T, triangular or (real)
    !> quasi-triangular, so that it was U T U^*, and gives its eigenvalues.
@@ -46,6 +47,22 @@ module kschur_projected
    end interface join_pairs
 
 contains
+
+   !> Overwrites a symmetric matrix by orthonormal eigenvectors, and gives its eigenvalues, ascending.
+   subroutine symmetric_eigenvectors(a, values, error)
+      real(wp), contiguous, intent(inout) :: a(:, :)
+      real(wp), allocatable, intent(out) :: values(:)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: work(:)
+      integer, allocatable :: iwork(:)
+      integer :: n, info
+
+      n = size(a, 1)
+      allocate (values(n), work(1 + 6*n + 2*n**2), iwork(3 + 5*n))
+      call dsyevd("V", "U", n, a, max(n, 1), values, work, size(work), iwork, size(iwork), info)
+      if (info /= 0) call new_error(error, error_library, &
+         "LAPACK could not compute the eigenvalues of a symmetric matrix: dsyevd returned "//text(info))
+   end subroutine symmetric_eigenvectors
 
    subroutine schur_form_complex(t, u, values, error)
       complex(wp), contiguous, intent(inout) :: t(:, :)

@@ -22,11 +22,7 @@ contains
 
       combined%rows = matrices(1)%rows
       combined%columns = matrices(1)%columns
-      allocate (combined%row_start, source=matrices(1)%row_start)
-      allocate (combined%column, source=matrices(1)%column)
-      do k = 2, size(matrices)
-         call unite(combined%row_start, combined%column, matrices(k))
-      end do
+      call unite_all(matrices, combined%row_start, combined%column)
       allocate (combined%value(size(combined%column)), source=0.0_wp)
       do k = 1, size(matrices)
          call add_real(combined, coefficients(k), matrices(k))
@@ -57,11 +53,7 @@ contains
 
       combined%rows = matrices(1)%rows
       combined%columns = matrices(1)%columns
-      allocate (combined%row_start, source=matrices(1)%row_start)
-      allocate (combined%column, source=matrices(1)%column)
-      do k = 2, size(matrices)
-         call unite(combined%row_start, combined%column, matrices(k))
-      end do
+      call unite_all(matrices, combined%row_start, combined%column)
       allocate (combined%value(size(combined%column)), source=(0.0_wp, 0.0_wp))
       do k = 1, size(matrices)
          call add_complex(combined, coefficients(k), matrices(k))
@@ -104,6 +96,19 @@ contains
          end do
       end do
    end subroutine add_complex
+
+   ! The pattern of all.
+   pure subroutine unite_all(matrices, row_start, column)
+      type(csr_matrix_type), intent(in) :: matrices(:)
+      integer, allocatable, intent(out) :: row_start(:), column(:)
+      integer :: k
+
+      allocate (row_start, source=matrices(1)%row_start)
+      allocate (column, source=matrices(1)%column)
+      do k = 2, size(matrices)
+         call unite(row_start, column, matrices(k))
+      end do
+   end subroutine unite_all
 
    ! Puts the pattern of a matrix into another.
    pure subroutine unite(row_start, column, matrix)

@@ -2,12 +2,12 @@
 !> nearly all there is.
 module kschur_dense_eigenpairs
    use kschur_allowed_motions, only: orthogonal_factors
-   use kschur_error, only: error_type, new_error, error_library
+   use kschur_error, only: error_type
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgemm, dpstrf, dsyevd, dtrsm
+   use kschur_lapack, only: dgemm, dpstrf, dtrsm
    use kschur_operator, only: real_operator_type, symmetric_operator_type
-   use kschur_projected, only: independent_eigenvectors, schur_form
+   use kschur_projected, only: independent_eigenvectors, schur_form, symmetric_eigenvectors
    implicit none
    private
    public :: dense_eigenpairs_type, general_eigenpairs, symmetric_eigenpairs
@@ -39,17 +39,15 @@ contains
       real(wp), contiguous, intent(in) :: motions(:, :)
       type(dense_eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: v(:, :), w(:, :), g(:, :), values(:), work(:)
-      real(wp) :: sizes(1)
-      integer, allocatable :: iwork(:)
-      integer :: n, r, info, iwork_size(1)
+      real(wp), allocatable :: v(:, :), w(:, :), g(:, :), values(:)
+      integer :: n, r
 
       call metric_basis(operator, motions, v, error)
       if (allocated(error)) return
       n = size(v, 1)
       r = size(v, 2)
       pairs%applications = r
-      allocate (w(n, r), g(r, r), values(r))
+      allocate (w(n, r), g(r, r))
       allocate (pairs%basis(n, r))
       call operator%apply(v, w, error)
       if (.not. allocated(error)) call operator%apply_metric(v, pairs%basis, error)
@@ -59,10 +57,7 @@ contains
       end if
       call dgemm("T", "N", r, r, n, 1.0_wp, pairs%basis, n, w, n, 0.0_wp, g, r)
       g = (g + transpose(g))/2
-      call dsyevd("V", "U", r, g, r, values, sizes, -1, iwork_size, -1, info)
-      allocate (work(int(sizes(1))), iwork(iwork_size(1)))
-      call dsyevd("V", "U", r, g, r, values, work, size(work), iwork, size(iwork), info)
-      if (info /= 0) call new_error(error, error_library, "LAPACK's dsyevd did not converge")
+      call symmetric_eigenvectors(g, values, error)
       if (allocated(error)) return
       call dgemm("N", "N", n, r, r, 1.0_wp, v, n, g, r, 0.0_wp, pairs%basis, n)
       allocate (pairs%values(r), source=cmplx(values, 0, wp))

@@ -1,10 +1,11 @@
 !> Coordinates in which the energies of a state are sums of squares, the slowest motions first: there what is stiff
 !> does not hide what is soft, and eigenvalues far apart keep their digits.
 module kschur_energy_basis
-   use kschur_error, only: error_type, new_error, error_library
+   use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgemm, dsyevd
+   use kschur_lapack, only: dgemm
    use kschur_problem, only: modal_problem_type
+   use kschur_projected, only: symmetric_eigenvectors
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
@@ -95,17 +96,8 @@ contains
       real(wp), contiguous, intent(inout) :: a(:, :)
       real(wp), allocatable, intent(out) :: values(:)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: work(:)
-      integer, allocatable :: iwork(:)
-      real(wp) :: sizes(1)
-      integer :: p, info, iwork_size(1)
 
-      p = size(a, 1)
-      allocate (values(p))
-      call dsyevd("V", "U", p, a, p, values, sizes, -1, iwork_size, -1, info)
-      allocate (work(int(sizes(1))), iwork(iwork_size(1)))
-      call dsyevd("V", "U", p, a, p, values, work, size(work), iwork, size(iwork), info)
-      if (info /= 0) call new_error(error, error_library, "LAPACK's dsyevd did not converge")
+      call symmetric_eigenvectors(a, values, error)
       values = max(abs(values), epsilon(1.0_wp)*maxval(abs(values)), tiny(1.0_wp))
    end subroutine diagonalize
 end module kschur_energy_basis

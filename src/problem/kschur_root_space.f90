@@ -74,7 +74,7 @@ contains
          if (allocated(error) .or. size(fresh, 2) == 0) return
          ! No eigenvalue is there more often than all of them together: the links are rounding.
          if (size(space%x, 2) + size(fresh, 2) > 2*size(space%x, 1)) then
-            call new_error(error, error_singular, "rounding hides which motions have neither mass, damping nor stiffness: "// &
+            call new_error(error, error_singular, "rounding hides how often zero or infinity is an eigenvalue: "// &
                "the problem is singular for every lambda, or nearly so")
             return
          end if
