@@ -187,7 +187,7 @@ contains
          of_rows = means(row, rows, level - of_columns(column), value)
          of_columns = means(column, columns, level - of_rows(row), value)
       end do
-      value = scale(value, -nint(of_rows(row) + of_columns(column)))
+      value = scale(value, -nint(of_rows(row)) - nint(of_columns(column)))
    end subroutine center
 
    ! Of each line, over its entries that are not zero.
