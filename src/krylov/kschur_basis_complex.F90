@@ -11,7 +11,7 @@ module kschur_basis_complex
    use kschur_threads, only: panel_rows
    implicit none
    private
-   public :: basis_type, plain_basis_type, orthogonalize, rotate_columns, combine_columns
+   public :: basis_type, plain_basis_type, combine_columns, move_columns, orthonormalize, place_last, rotate_columns
 
 #define SCALAR complex(wp)
 #define OPERATOR_TYPE complex_operator_type
