@@ -22,10 +22,6 @@ module kschur_inertia_solver
       procedure :: solve_adjoint => solve
    end type inertia_real_type
 
-   ! With more the fronts of MUMPS, which stay in the cache, are quicker: 47 in a grid of 62,070 unknowns, where LDL takes
-   ! half of its instructions, 160 in one of 797,766, where it takes several times as long.
-   real(wp), parameter :: most_readings = 80
-
 contains
 
    subroutine factorize(self, matrix, structure, error)
@@ -68,7 +64,6 @@ contains
       call analyze(matrix, structure, low_fill, symbolic, error)
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
-         if (symbolic%readings() > most_readings) return
          started = clock()
          call bound_negative_eigenvalues(matrix, symbolic, least, most, error)
          self%factorize_seconds = seconds_since(started)
