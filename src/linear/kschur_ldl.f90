@@ -141,22 +141,26 @@ contains
       integer, intent(in) :: order(:)
       real(wp), contiguous, intent(in) :: x(:, :)
       real(wp), contiguous, intent(out) :: y(:, :)
-      integer :: j
+      integer :: i, j
 
-      y(size(x, 2) + 1:, :) = 0
-      do j = 1, size(order)
-         y(:size(x, 2), j) = x(order(j), :)
+      do i = 1, size(x, 2)
+         do j = 1, size(order)
+            y(i, j) = x(order(j), i)
+         end do
       end do
+      y(size(x, 2) + 1:, :) = 0
    end subroutine gather
 
    pure subroutine scatter(order, y, x)
       integer, intent(in) :: order(:)
       real(wp), contiguous, intent(in) :: y(:, :)
       real(wp), contiguous, intent(inout) :: x(:, :)
-      integer :: j
+      integer :: i, j
 
-      do j = 1, size(order)
-         x(order(j), :) = y(:size(x, 2), j)
+      do i = 1, size(x, 2)
+         do j = 1, size(order)
+            x(order(j), i) = y(i, j)
+         end do
       end do
    end subroutine scatter
 end module kschur_ldl
