@@ -11,10 +11,10 @@ module kschur_symbolic
    use kschur_text, only: text
    implicit none
    private
-   public :: symbolic_type, analyze, low_fill
+   public :: symbolic_type, analyze
 
-   !> At more entries a column of the factor MUMPS pays: benchmarks/inner.f90.
-   integer, parameter :: low_fill = 80
+   ! At more entries a column METIS is tried too: nested dissection pays in solids.
+   integer, parameter :: solid_fill = 100
 
    !> All 1-based.
    type :: symbolic_type
@@ -40,55 +40,73 @@ module kschur_symbolic
 contains
 
    !> Of a symmetric matrix, in the order of `structure` where it is known, else in that of AMD, or of METIS where there
-   !> are multipliers. Fails where a column has more than so many entries (error_library).
+   !> are multipliers or it takes fewer operations. Fails where a column has more than so many entries (error_library).
    subroutine analyze(matrix, structure, most_entries, symbolic, error)
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       integer, intent(in) :: most_entries
       type(symbolic_type), intent(out) :: symbolic
       type(error_type), allocatable, intent(out) :: error
+      type(symbolic_type) :: dissected
       integer, allocatable :: parent(:), entries(:)
+      logical :: free
       integer :: status
 
-      if (structure%multipliers > 0 .or. allocated(structure%position)) then
-         ! A multiplier before the unknowns it touches would be a penalty that drowns their stiffness.
-         call elimination_order(matrix%row_start, matrix%column, structure, symbolic%position, error)
-      else
+      ! A multiplier before the unknowns it touches would be a penalty that drowns their stiffness.
+      free = structure%multipliers == 0 .and. .not. allocated(structure%position)
+      if (free) then
          call minimum_degree_order(matrix%row_start, matrix%column, symbolic%position, error)
+      else
+         call elimination_order(matrix%row_start, matrix%column, structure, symbolic%position, error)
       end if
+      if (.not. allocated(error)) call find_tree(matrix, symbolic, parent, entries, error)
       if (allocated(error)) return
-      allocate (symbolic%order(matrix%rows), parent(matrix%rows), entries(matrix%rows), stat=status)
-      if (status == 0) then
-         call find_tree(matrix, symbolic, parent, entries)
-         if (symbolic%entries_a_column() > most_entries) then
-            call new_error(error, error_library, "high fill, "//text(symbolic%entries_a_column())//" entries a column")
-            return
+      if (free .and. symbolic%entries_a_column() > solid_fill) then
+         call elimination_order(matrix%row_start, matrix%column, structure, dissected%position, error)
+         if (.not. allocated(error)) call find_tree(matrix, dissected, parent, entries, error)
+         if (allocated(error)) return
+         if (dissected%operations < symbolic%operations) then
+            symbolic = dissected
+         else
+            call find_tree(matrix, symbolic, parent, entries, error)
+            if (allocated(error)) return
          end if
-         call find_structure(matrix, parent, entries, symbolic, status)
       end if
-      if (status /= 0) call new_error(error, error_memory, "no memory for the LDL^T factors")
+      if (symbolic%entries_a_column() > most_entries) then
+         call new_error(error, error_library, "high fill, "//text(symbolic%entries_a_column())//" entries a column")
+         return
+      end if
+      call find_structure(matrix, parent, entries, symbolic, status)
+      if (status /= 0) call no_memory(error)
    end subroutine analyze
 
-   ! The elimination tree, in a postorder of it.
-   subroutine find_tree(matrix, symbolic, parent, entries)
+   ! The elimination tree, and the entries of each column, in a postorder of it.
+   subroutine find_tree(matrix, symbolic, parent, entries, error)
       type(csr_matrix_type), intent(in) :: matrix
+      !> With a position; orders itself anew.
       type(symbolic_type), intent(inout) :: symbolic
-      integer, intent(out) :: parent(:), entries(:)
-      integer, allocatable :: sequence(:)
-      integer :: k
+      integer, allocatable, intent(out) :: parent(:), entries(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: sequence(:), rank(:)
+      integer :: k, n, status
 
-      associate (order => symbolic%order, position => symbolic%position)
-         order(position) = [(k, k=1, size(order))]
-         call find_parents(matrix%row_start, matrix%column, order, position, parent)
-         allocate (sequence(size(order)))
-         call find_postorder(parent, sequence)
-         call reorder(symbolic, sequence)
-         ! Relabelled: entries are not there yet and serve as workspace.
-         entries(sequence) = [(k, k=1, size(order))]
-         parent = parent(sequence)
-         where (parent > 0) parent = entries(max(parent, 1))
-         call count_entries(matrix%row_start, matrix%column, order, position, parent, entries)
-      end associate
+      n = matrix%rows
+      allocate (parent(n), entries(n), sequence(n), rank(n), stat=status)
+      if (status /= 0) then
+         call no_memory(error)
+         return
+      end if
+      symbolic%order = [(k, k=1, n)]
+      symbolic%order(symbolic%position) = symbolic%order
+      call find_parents(matrix%row_start, matrix%column, symbolic%order, symbolic%position, parent)
+      call find_postorder(parent, sequence)
+      call reorder(symbolic, sequence)
+      rank(sequence) = [(k, k=1, n)]
+      parent = parent(sequence)
+      do k = 1, n
+         if (parent(k) > 0) parent(k) = rank(parent(k))
+      end do
+      call count_entries(matrix%row_start, matrix%column, symbolic%order, symbolic%position, parent, entries)
       symbolic%factor_entries = sum(int(entries, long))
       symbolic%operations = sum(real(entries, wp)**2)/2
    end subroutine find_tree
@@ -157,6 +175,12 @@ contains
       symbolic%order = symbolic%order(sequence)
       symbolic%position(symbolic%order) = [(k, k=1, size(sequence))]
    end subroutine reorder
+
+   subroutine no_memory(error)
+      type(error_type), allocatable, intent(out) :: error
+
+      call new_error(error, error_memory, "no memory for the LDL^T factors")
+   end subroutine no_memory
 
    pure integer function entries_a_column(self)
       class(symbolic_type), intent(in) :: self
