@@ -106,7 +106,8 @@ contains
       joined = real(zeros, wp) <= most_zeros(1 + count(columns > width))*real(all_entries, wp)
    end function joined
 
-   ! The tree of the joined blocks in postorder; those that are too wide as a chain.
+   ! The tree of the joined blocks in postorder. Those that are too wide are cut: the parent of a piece is that of its last
+   ! column, as what descends from one column of a block stands together.
    subroutine lay_out(parent, blocks, block_of, sequence, first, above)
       integer, intent(in) :: parent(:), block_of(:)
       type(blocks_type), intent(in) :: blocks
@@ -137,7 +138,6 @@ contains
             do piece = 1, pieces
                s = s + 1
                first(s + 1) = first(s) + (columns + piece - 1)/pieces
-               if (piece < pieces) above(s) = s + 1
             end do
          end associate
       end do
@@ -150,7 +150,7 @@ contains
       end do
       do s = 1, size(above)
          j = parent(sequence(first(s + 1) - 1))
-         if (above(s) == 0 .and. j /= 0) above(s) = supernode(place(j))
+         if (j /= 0) above(s) = supernode(place(j))
       end do
    end subroutine lay_out
 
