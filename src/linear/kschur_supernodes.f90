@@ -97,7 +97,7 @@ contains
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: c, p
       integer, parameter :: width(3) = [8, 24, 48]
-      real(wp), parameter :: most_zeros(4) = [0.4_wp, 0.2_wp, 0.1_wp, 0.05_wp]
+      real(wp), parameter :: most_zeros(4) = [0.3_wp, 0.1_wp, 0.05_wp, 0.05_wp]
       integer(long) :: columns, all_entries, zeros
 
       columns = blocks%columns(c) + blocks%columns(p)
