@@ -89,6 +89,7 @@ contains
       real(wp), intent(in) :: lower(*)
       real(wp), intent(inout) :: x(columns)
       real(wp), intent(in) :: rows(below)
+      real(wp) :: sums(4)
       integer :: i, j, k
 
       k = (columns*(columns - 1))/2
@@ -99,7 +100,12 @@ contains
       end if
       do j = columns - 1, 1, -1
          k = k - (columns - j)
-         do i = j + 1, columns
+         sums = 0
+         do i = j + 1, columns - 3, 4
+            sums = sums + lower(k + i - j:k + i - j + 3)*x(i:i + 3)
+         end do
+         x(j) = x(j) - sum(sums)
+         do i = i, columns
             x(j) = x(j) - lower(k + i - j)*x(i)
          end do
       end do
