@@ -91,7 +91,7 @@ module kschur_options
       integer :: constraint_scaling = scaling_row
       !> One of `inner_*`: what factors the matrix and solves with it.
       integer :: inner = inner_auto
-      !> Largest dimension of the Krylov space; 0: chosen from `modes`.
+      !> Largest dimension of the Krylov space, but for what a verification needs beside what is locked; 0: chosen from `modes`.
       integer :: subspace = 0
       !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.
       real(wp) :: tolerance = 1.0e-12_wp
