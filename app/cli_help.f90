@@ -87,7 +87,8 @@ contains
          "  --format NAME          table, json, csv (table)", &
          "  --verbose              more at the end of the table", &
          "  --quiet                no progress on the terminal", &
-         "  --threads N            threads of the linear algebra"])
+         "  --threads N            threads (as many as there are cores); any number gives the same", &
+         "                         digits but for what MUMPS factors"])
    end subroutine print_solve_help
 
    subroutine print_compare_help()

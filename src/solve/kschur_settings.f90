@@ -29,6 +29,8 @@ contains
          call new_error(error, error_usage, "the target must be a number below 1e100")
       else if (options%subspace < 0) then
          call new_error(error, error_usage, "the subspace dimension must not be negative")
+      else if (options%threads < 0) then
+         call new_error(error, error_usage, "the number of threads must not be negative")
       else if (options%max_restarts < 1) then
          call new_error(error, error_usage, "the number of restarts must be at least 1")
       else if (options%formulation < 0 .or. options%formulation > ubound(formulation_names, 1)) then

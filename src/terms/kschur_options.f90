@@ -106,6 +106,8 @@ module kschur_options
       logical :: certify = .false.
       !> Seed of the start vector; the same seed gives the same digits.
       integer :: seed = 1
+      !> Threads that compute; 0: as many cores as the process may use, shared among the solves that run at the same time.
+      integer :: threads = 0
    contains
       !> Whether ARPACK's raw answer is wanted.
       procedure :: is_plain
