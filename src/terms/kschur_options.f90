@@ -46,11 +46,11 @@ module kschur_options
    !> The names of the constraint scalings, in this order from `scaling_none` on.
    character(len=*), parameter, public :: scaling_names(0:2) = [character(len=6) :: "none", "scalar", "row"]
 
-   !> `ldl` where the matrix to be factored is real, symmetric, definite and of low fill, else `mumps`.
+   !> `ldl` where the matrix to be factored is real, symmetric and definite, `mumps` for all others.
    integer, parameter, public :: inner_auto = 0
    !> MUMPS, with METIS: every matrix.
    integer, parameter, public :: inner_mumps = 1
-   !> LDL of SuiteSparse, with AMD: real symmetric definite matrices without multipliers.
+   !> LDL^T without pivoting: real symmetric matrices, definite but for multipliers.
    integer, parameter, public :: inner_ldl = 2
    !> Flexible GMRES, preconditioned by MUMPS in single precision: where the factors do not fit into memory.
    integer, parameter, public :: inner_iterative = 3
