@@ -8,7 +8,7 @@ module kschur_block_lanczos
    use kschur_error, only: error_type, new_error, error_library, error_memory
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_statistics_type
-   use kschur_lapack, only: ddot, dgemm
+   use kschur_lapack, only: ddot, dgemm, dgemv
    use kschur_operator, only: symmetric_operator_type
    use kschur_random, only: random_vector, state_of_seed
    use kschur_text, only: text
@@ -16,6 +16,8 @@ module kschur_block_lanczos
    private
    public :: block_decomposition_type, add_directions, add_random_direction, expand_block, make_room
 
+   ! So many columns are not worth a matrix product.
+   integer, parameter :: few = 3
    ! What is left of a vector in the span of the basis.
    real(wp), parameter :: breakdown = 100*epsilon(1.0_wp)
 
@@ -134,12 +136,15 @@ contains
    end subroutine add_random_direction
 
    !> Expands the vectors that were not, as far as there is room for what comes of them.
-   subroutine expand_block(operator, d, statistics, error)
+   subroutine expand_block(operator, d, statistics, error, noise)
       class(symmetric_operator_type), intent(inout) :: operator
       type(block_decomposition_type), intent(inout) :: d
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
+      !> What C makes of them beside the basis is rounding below this, relative to its norm.
+      real(wp), optional, intent(in) :: noise
       real(wp), allocatable :: x(:, :), known(:, :), coefficients(:, :)
+      real(wp) :: limit
       integer :: n, b, first, last, i, j
       integer(long) :: started
 
@@ -163,11 +168,12 @@ contains
          known(:, j) = d%couplings(d%expanded + j, i:d%expanded)
          coefficients(i:d%expanded, j) = known(:, j)
       end do
-      if (size(known, 1) > 0) call dgemm("N", "N", n, b, size(known, 1), -1.0_wp, d%basis(:, i:d%expanded), n, known, &
-         size(known, 1), 1.0_wp, x, n)
+      call subtract(d%basis(:, i:d%expanded), known, x)
       statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
       d%scale = max(d%scale, maxval(abs(coefficients)))
-      call orthonormalize(operator, d, x, d%scale, coefficients, statistics, error)
+      limit = breakdown
+      if (present(noise)) limit = noise
+      call orthonormalize(operator, d, x, d%scale, coefficients, statistics, error, limit)
       if (allocated(error)) return
       d%couplings(:, first:last) = coefficients
       d%expanded = last
@@ -176,7 +182,7 @@ contains
 
    ! Puts B-orthonormal combinations of columns behind the basis: to the coefficients is added what columns are of
    ! the basis. Passes go on until one of them changes little.
-   subroutine orthonormalize(operator, d, x, scale, coefficients, statistics, error)
+   subroutine orthonormalize(operator, d, x, scale, coefficients, statistics, error, noise)
       class(symmetric_operator_type), intent(inout) :: operator
       type(block_decomposition_type), intent(inout) :: d
       real(wp), contiguous, intent(inout) :: x(:, :)
@@ -185,10 +191,12 @@ contains
       real(wp), intent(inout) :: coefficients(:, :)
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
+      !> Below this part of that it is rounding.
+      real(wp), optional, intent(in) :: noise
       integer, parameter :: passes = 4
       real(wp), parameter :: enough_left = 0.5_wp
       real(wp), allocatable :: images(:, :), c(:, :), total(:, :), triangle(:, :)
-      real(wp) :: least, negligible
+      real(wp) :: least, negligible, limit
       integer :: n, k, b, q, j, pass
       integer(long) :: started
 
@@ -201,21 +209,24 @@ contains
          total(j, j) = 1
       end do
       q = b
-      negligible = breakdown*scale
+      limit = breakdown
+      if (present(noise)) limit = noise
+      negligible = limit*scale
+      call operator%apply_metric(x, images, error)
+      if (allocated(error)) return
+      if (.not. abs(sum(images)) <= huge(1.0_wp)) call new_error(error, error_library, &
+         "the operator made a vector that is not finite")
+      if (allocated(error)) return
       do pass = 1, passes
          allocate (c(k, q), triangle(q, q))
-         call operator%apply_metric(x(:, :q), images(:, :q), error)
-         if (allocated(error)) return
-         if (.not. abs(sum(images(:, :q))) <= huge(1.0_wp)) call new_error(error, error_library, &
-            "the operator made a vector that is not finite")
-         if (allocated(error)) return
          started = clock()
          least = 1
-         negligible = max(negligible, breakdown*longest(x(:, :q), images(:, :q)))
+         negligible = max(negligible, limit*longest(x(:, :q), images(:, :q)))
+         limit = breakdown
          if (k > 0) then
-            call dgemm("T", "N", k, q, n, 1.0_wp, d%basis, n, images, n, 0.0_wp, c, k)
+            call find_components(d%basis(:, :k), images(:, :q), c)
             least = smallest_rest(x(:, :q), images(:, :q), c)
-            call dgemm("N", "N", n, q, k, -1.0_wp, d%basis, n, c, k, 1.0_wp, x, n)
+            call subtract(d%basis(:, :k), c, x(:, :q))
             coefficients(:k, :) = coefficients(:k, :) + matmul(c, total(:q, :))
             call operator%apply_metric(x(:, :q), images(:, :q), error)
             if (allocated(error)) return
@@ -232,6 +243,50 @@ contains
       coefficients(k + 1:k + q, :) = coefficients(k + 1:k + q, :) + total(:q, :)
       d%vectors = k + q
    end subroutine orthonormalize
+
+   ! C = V^T Y. A matrix product packs V first, which a few columns are not worth.
+   subroutine find_components(v, y, c)
+      real(wp), contiguous, intent(in) :: v(:, :), y(:, :)
+      real(wp), contiguous, intent(out) :: c(:, :)
+      integer :: n, k, q, j
+      ! OpenBLAS reads a few entries beyond the end.
+      real(wp) :: column(size(v, 2) + 4)
+
+      n = size(v, 1)
+      k = size(v, 2)
+      q = size(y, 2)
+      if (q > few) then
+         call dgemm("T", "N", k, q, n, 1.0_wp, v, n, y, n, 0.0_wp, c, k)
+         return
+      end if
+      do j = 1, q
+         column = 0
+         call dgemv("T", n, k, 1.0_wp, v, n, y(:, j), 1, 0.0_wp, column, 1)
+         c(:, j) = column(:k)
+      end do
+   end subroutine find_components
+
+   ! X := X - V C.
+   subroutine subtract(v, c, x)
+      real(wp), contiguous, intent(in) :: v(:, :), c(:, :)
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      integer :: n, k, q, j
+      real(wp) :: column(size(v, 2) + 4)
+
+      n = size(v, 1)
+      k = size(v, 2)
+      q = size(x, 2)
+      if (k == 0) return
+      if (q > few) then
+         call dgemm("N", "N", n, q, k, -1.0_wp, v, n, c, k, 1.0_wp, x, n)
+         return
+      end if
+      do j = 1, q
+         column = 0
+         column(:k) = c(:, j)
+         call dgemv("N", n, k, -1.0_wp, v, n, column, 1, 1.0_wp, x(:, j), 1)
+      end do
+   end subroutine subtract
 
    pure real(wp) function longest(x, images)
       real(wp), intent(in) :: x(:, :), images(:, :)

@@ -11,29 +11,28 @@ module kschur_low_rank_shapes
    private
    public :: combine, recover_shapes
 
-   ! Shapes that are computed at a time.
-   integer, parameter :: block = 8
+   ! Shapes that are computed at a time, and rows.
+   integer, parameter :: block = 8, panel = 256
 
 contains
 
-   !> X = V U Y, Y complex, a few columns at a time.
-   subroutine combine(v, u, y, x)
-      real(wp), contiguous, intent(in) :: v(:, :)
+   !> X = V U Y, Y complex, a panel of rows at a time.
+   subroutine combine(n, k, v, u, y, x)
+      integer, intent(in) :: n, k
+      real(wp), intent(in) :: v(n, k)
       real(wp), intent(in) :: u(:, :)
       complex(wp), intent(in) :: y(:, :)
       complex(wp), intent(out) :: x(:, :)
-      real(wp), allocatable :: parts(:, :), w(:, :)
-      integer :: n, k, first, last, c
+      real(wp) :: w(size(u, 1), 2*size(y, 2)), parts(panel, 2*size(y, 2))
+      integer :: c, first, rows
 
-      n = size(v, 1)
-      k = size(v, 2)
-      allocate (parts(n, 2*block))
-      do first = 1, size(y, 2), block
-         last = min(first + block - 1, size(y, 2))
-         c = last - first + 1
-         w = matmul(u, reshape([real(y(:, first:last), wp), aimag(y(:, first:last))], [k, 2*c]))
-         call dgemm("N", "N", n, 2*c, k, 1.0_wp, v, n, w, k, 0.0_wp, parts, n)
-         x(:, first:last) = cmplx(parts(:, :c), parts(:, c + 1:2*c), wp)
+      c = size(y, 2)
+      if (k == 0 .or. c == 0) return
+      w = matmul(u, reshape([real(y, wp), aimag(y)], [k, 2*c]))
+      do first = 1, n, panel
+         rows = min(panel, n - first + 1)
+         call dgemm("N", "N", rows, 2*c, k, 1.0_wp, v(first, 1), n, w, k, 0.0_wp, parts, panel)
+         x(first:first + rows - 1, :) = cmplx(parts(:rows, :c), parts(:rows, c + 1:), wp)
       end do
    end subroutine combine
 

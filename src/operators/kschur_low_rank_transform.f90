@@ -122,9 +122,13 @@ contains
             ritz%statistics, error)
          if (.not. allocated(error)) call self%look(selection, options, seen, error)
          if (allocated(error)) return
+         if (.not. options%verify) then
+            call take_undamped(self, options, seen, ritz)
+            return
+         end if
          if (present(monitor)) call monitor%report(0, seen%converged, seen%needed, seen%residual, proceed)
-         complete = .not. options%verify
-         if (seen%settled() .and. options%verify) call self%copies_are_there(selection, seen, complete)
+         complete = .false.
+         if (seen%settled()) call self%copies_are_there(selection, seen, complete)
          if (self%space%closed()) exit
          if ((seen%settled() .and. complete) .or. .not. proceed .or. at_end(self, options)) exit
          if (seen%settled()) call add_random_direction(self%undamped%operator, self%space, options%seed, &
@@ -165,6 +169,8 @@ contains
       class(krylov_options_type), intent(in) :: options
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
+      ! States of the eigenvalue zero are no better known.
+      real(wp), parameter :: blurred = 1.0e-10_wp
       real(wp), allocatable :: x(:, :), xi(:, :)
       integer :: n, r, z, room
 
@@ -178,15 +184,16 @@ contains
             allocate (self%space)
             call make_room(self%space, n, room, error)
             if (allocated(error)) return
-            call add_random_direction(operator, self%space, options%seed, statistics, error)
-            if (allocated(error)) return
             allocate (self%zeros(room, z), self%responses(room, r))
             if (z > 0) then
                x = operator%deflation%zero%x
                call add_directions(operator, self%space, x, self%zeros, statistics, error)
+               if (.not. allocated(error)) call expand_block(operator, self%space, statistics, error, blurred)
                if (allocated(error)) return
                deallocate (x)
             end if
+            call add_random_direction(operator, self%space, options%seed, statistics, error)
+            if (allocated(error)) return
             if (r > 0) then
                allocate (x(n, r), source=self%forces%columns_of_b(n))
                allocate (xi(size(operator%factors), r))
@@ -301,6 +308,30 @@ contains
       call self%census%examine(seen%undamped%values(order), seen%undamped%residuals(order), near, complete)
    end subroutine copies_are_there
 
+   ! What tells a scale are the undamped eigenvalues, those of rigid motions apart: the space is made for these.
+   subroutine take_undamped(self, options, seen, ritz)
+      class(low_rank_transform_type), intent(in) :: self
+      class(krylov_options_type), intent(in) :: options
+      type(look_type), intent(in) :: seen
+      type(ritz_pairs_type), intent(inout) :: ritz
+      real(wp), parameter :: nearly_zero = 1.0e-6_wp
+      complex(wp) :: lambda(2), mu(size(seen%undamped%values))
+      integer :: found, j
+
+      found = 0
+      do j = 1, size(mu)
+         associate (value => seen%undamped%values(j), undamped => self%undamped)
+            if (seen%undamped%residuals(j) > options%tolerance .or. .not. abs(value) > 0) cycle
+            if (abs(undamped%shift + 1/value) <= nearly_zero*abs(undamped%shift)) cycle
+            lambda = undamped%map%lambdas(undamped%shift + 1/value)
+            found = found + 1
+            mu(found) = 1/(lambda(1) - self%shift)
+         end associate
+      end do
+      allocate (ritz%mu, source=mu(:found))
+      allocate (ritz%vectors(0, found))
+   end subroutine take_undamped
+
    ! The wanted pairs, of a conjugate pair one.
    subroutine extract(self, seen, ritz)
       class(low_rank_transform_type), intent(in) :: self
@@ -317,7 +348,7 @@ contains
       allocate (ritz%mu(size(seen%chosen)), source=seen%pairs%values(seen%chosen))
       allocate (y, source=seen%pairs%vectors(seen%chosen))
       allocate (ritz%vectors(size(self%space%basis, 1), size(ritz%mu)))
-      call combine(self%space%basis(:, :k), seen%undamped%vectors, y(:k, :), ritz%vectors)
+      call combine(size(self%space%basis, 1), k, self%space%basis, seen%undamped%vectors, y(:k, :), ritz%vectors)
    end subroutine extract
 
    subroutine recover(self, ritz, pairs, error)
