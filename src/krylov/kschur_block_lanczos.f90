@@ -31,6 +31,10 @@ module kschur_block_lanczos
       integer :: vectors = 0, expanded = 0
       !> A lower bound of the norm of C.
       real(wp) :: scale = 0
+      !> There are no more independent vectors than this.
+      integer :: most = huge(1)
+      !> Lower bounds of the norm of B, and of the length of the longest vector: their product tells what rounding leaves.
+      real(wp) :: metric_scale = 0, longest = 0
       integer(long) :: random_state = 0
    contains
       !> Whether all that C can reach from what was put in is there.
@@ -98,7 +102,9 @@ contains
       lengths = 0
       do j = 1, size(x, 2)
          lengths(j) = sqrt(max(ddot(size(x, 1), x(:, j), 1, images(:, j), 1), 0.0_wp))
-         if (lengths(j) > 0) x(:, j) = x(:, j)/lengths(j)
+         if (.not. lengths(j) > 0) cycle
+         d%metric_scale = max(d%metric_scale, (lengths(j)/norm2(x(:, j)))**2)
+         x(:, j) = x(:, j)/lengths(j)
       end do
       call orthonormalize(operator, d, x, 1.0_wp, coefficients, statistics, error)
       do j = 1, size(x, 2)
@@ -132,6 +138,10 @@ contains
          d%vectors = before
          coefficients = 0
          call orthonormalize(operator, d, y, d%scale, coefficients, statistics, error)
+         ! What the metric does not see is no direction.
+         if (d%vectors > before) then
+            if (breakdown*d%metric_scale*sum(d%basis(:, d%vectors)**2) > 1) d%vectors = before
+         end if
       end do
    end subroutine add_random_direction
 
@@ -211,6 +221,7 @@ contains
       q = b
       limit = breakdown
       if (present(noise)) limit = noise
+      limit = max(limit, epsilon(1.0_wp)*sqrt(d%metric_scale)*d%longest)
       negligible = limit*scale
       call operator%apply_metric(x, images, error)
       if (allocated(error)) return
@@ -233,7 +244,7 @@ contains
          end if
          call orthonormalize_among(x(:, :q), images(:, :q), negligible, triangle, j, least)
          total(:j, :) = matmul(triangle(:j, :), total(:q, :))
-         q = j
+         q = min(j, d%most - k)
          statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
          if (q == 0 .or. least >= enough_left) exit
          negligible = 0
@@ -242,6 +253,7 @@ contains
       d%basis(:, k + 1:k + q) = x(:, :q)
       coefficients(k + 1:k + q, :) = coefficients(k + 1:k + q, :) + total(:q, :)
       d%vectors = k + q
+      d%longest = max(d%longest, maxval([0.0_wp, (norm2(x(:, j)), j=1, q)]))
    end subroutine orthonormalize
 
    ! C = V^T Y. A matrix product packs V first, which a few columns are not worth.

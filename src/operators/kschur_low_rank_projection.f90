@@ -102,6 +102,11 @@ contains
       k = size(self%values)
       call make_matrix(self, tau, unit, operator%matrix, error)
       if (allocated(error)) return
+      ! LAPACK may never end on what is no number.
+      if (.not. all(abs(operator%matrix) <= huge(1.0_wp))) then
+         call new_error(error, error_singular, "the projected problem is singular at the shift")
+         return
+      end if
       allocate (unit_vectors(2*k, 2*k), source=0.0_wp)
       do j = 1, 2*k
          unit_vectors(j, j) = 1
@@ -171,10 +176,14 @@ contains
       class(projection_type), intent(in) :: self
       complex(wp), intent(in) :: lambda, x(:)
       complex(wp) :: p, c
+      real(wp) :: parts(size(x), 2), beside(size(self%remainder, 1), 2)
 
       p = 1 + self%map%beta*lambda
       c = lambda*(lambda + self%map%alpha) + self%shift*p
-      residual = abs(c)*norm2(abs(matmul(self%remainder, x)))/max(abs(p)*norm2(abs(x)), tiny(1.0_wp))
+      parts(:, 1) = real(x, wp)
+      parts(:, 2) = aimag(x)
+      beside = matmul(self%remainder, parts)
+      residual = abs(c)*norm2(beside)/max(abs(p)*norm2(abs(x)), tiny(1.0_wp))
    end function residual
 
    integer function order(self)

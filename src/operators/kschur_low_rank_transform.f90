@@ -182,6 +182,7 @@ contains
          room = 2*(r + z) + options%subspace + 2
          if (.not. allocated(self%space)) then
             allocate (self%space)
+            self%space%most = n - size(operator%deflation%decay)
             call make_room(self%space, n, room, error)
             if (allocated(error)) return
             allocate (self%zeros(room, z), self%responses(room, r))
