@@ -6,9 +6,10 @@ module kschur_local_forces
    use kschur_lapack, only: dgeqp3, dorgqr
    use kschur_problem, only: modal_problem_type, damping_general
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets, transpose_csr
+   use kschur_text, only: text
    implicit none
    private
-   public :: local_forces_type, new_local_forces, symmetric_stiffness
+   public :: description_of, local_forces_type, new_local_forces, symmetric_stiffness
 
    ! More unknowns than this are not a few.
    integer, parameter :: most = 256
@@ -57,6 +58,24 @@ contains
       allocate (stiffness, source=block_of(skew, forces))
       call factor(forces, damping, stiffness, error)
    end subroutine new_local_forces
+
+   !> In words, where there are few.
+   function description_of(problem) result(sentence)
+      type(modal_problem_type), intent(in) :: problem
+      character(len=128) :: sentence
+      type(local_forces_type) :: forces
+      type(error_type), allocatable :: error
+      logical :: few
+
+      sentence = "the damping is general"
+      call new_local_forces(problem, forces, few, error)
+      if (allocated(error) .or. .not. few) return
+      sentence = "the damping is proportional"
+      if (.not. max(abs(problem%alpha), abs(problem%beta)) > 0) sentence = "there is no damping"
+      if (size(forces%rows) == 0) return
+      sentence = trim(sentence)//" but for "//merge("dampers", "forces ", problem%symmetric)
+      sentence = trim(sentence)//" at "//text(size(forces%rows))//trim(merge(" unknown ", " unknowns", size(forces%rows) == 1))
+   end function description_of
 
    !> (K + K^T)/2.
    function symmetric_stiffness(problem) result(matrix)

@@ -4,7 +4,7 @@ module kschur_formulation
    use kschur_effort, only: effort_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_solver_choice, only: inner_solvers_type, choose_inner_solvers
-   use kschur_local_forces, only: local_forces_type, new_local_forces
+   use kschur_local_forces, only: description_of, local_forces_type, new_local_forces
    use kschur_mass, only: examine_mass
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, formulation_names, &
       formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped, formulation_undamped_constrained
@@ -70,12 +70,15 @@ contains
          if (allocated(error)) return
       end if
       if (present(inner)) then
-         call find_obstacle(problem, formulation, inner, obstacle, error, effort)
+         own = inner
       else
          call choose_inner_solvers(modal_options_type(), own, error)
-         call find_obstacle(problem, formulation, own, obstacle, error, effort)
       end if
+      call find_obstacle(problem, formulation, own, obstacle, error, effort)
       if (allocated(error)) return
+      if (asked == formulation_auto .and. formulation == formulation_quadratic .and. problem%damping_kind == damping_general) &
+         call try_low_rank(problem, formulation, own, decision, error, effort)
+      if (allocated(error) .or. formulation == formulation_low_rank) return
       if (len(obstacle) > 0 .and. all(asked /= [formulation_auto, formulation_dense])) then
          call new_error(error, error_usage, "the formulation "//trim(formulation_names(formulation))// &
             " does not fit the problem: "//obstacle)
@@ -95,6 +98,26 @@ contains
          decision = "the damping is a combination of mass and stiffness, so that the undamped modes give the damped ones"
       end if
    end subroutine choose_formulation
+
+   ! Takes it where only few unknowns are damped otherwise than all.
+   subroutine try_low_rank(problem, formulation, inner, decision, error, effort)
+      type(modal_problem_type), intent(in) :: problem
+      integer, intent(inout) :: formulation
+      type(inner_solvers_type), intent(in) :: inner
+      character(len=:), allocatable, intent(inout) :: decision
+      type(error_type), allocatable, intent(out) :: error
+      class(effort_type), intent(inout), optional :: effort
+      ! More than this part of all unknowns is not few.
+      integer, parameter :: few_part = 4
+      character(len=:), allocatable :: obstacle
+
+      if (.not. allocated(problem%dampers)) return
+      if (few_part*count(problem%dampers%row_maxima() > 0) > problem%unknowns()) return
+      call find_obstacle(problem, formulation_low_rank, inner, obstacle, error, effort)
+      if (allocated(error) .or. len(obstacle) > 0) return
+      formulation = formulation_low_rank
+      decision = trim(description_of(problem))
+   end subroutine try_low_rank
 
    ! What keeps a problem from being symmetric and proportionally damped but for local forces that move masses.
    subroutine find_distributed(problem, obstacle, error)
