@@ -31,6 +31,8 @@ module kschur_block_lanczos
       integer :: vectors = 0, expanded = 0
       !> A lower bound of the norm of C.
       real(wp) :: scale = 0
+      !> B-orthonormal vectors that C takes to nothing: kept out, as rounding would bring them back.
+      real(wp), allocatable :: excluded(:, :)
       !> There are no more independent vectors than this.
       integer :: most = huge(1)
       !> Lower bounds of the norm of B, and of the length of the longest vector: their product tells what rounding leaves.
@@ -231,6 +233,7 @@ contains
       do pass = 1, passes
          allocate (c(k, q), triangle(q, q))
          started = clock()
+         call exclude(d, x(:, :q), images(:, :q))
          least = 1
          negligible = max(negligible, limit*longest(x(:, :q), images(:, :q)))
          limit = breakdown
@@ -255,6 +258,18 @@ contains
       d%vectors = k + q
       d%longest = max(d%longest, maxval([0.0_wp, (norm2(x(:, j)), j=1, q)]))
    end subroutine orthonormalize
+
+   subroutine exclude(d, x, images)
+      type(block_decomposition_type), intent(in) :: d
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      real(wp), contiguous, intent(in) :: images(:, :)
+      real(wp), allocatable :: components(:, :)
+
+      if (.not. allocated(d%excluded)) return
+      allocate (components(size(d%excluded, 2), size(x, 2)))
+      call find_components(d%excluded, images, components)
+      call subtract(d%excluded, components, x)
+   end subroutine exclude
 
    ! C = V^T Y. A matrix product packs V first, which a few columns are not worth.
    subroutine find_components(v, y, c)

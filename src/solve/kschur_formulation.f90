@@ -78,7 +78,7 @@ contains
       if (allocated(error)) return
       if (asked == formulation_auto .and. formulation == formulation_quadratic .and. problem%damping_kind == damping_general) &
          call try_low_rank(problem, formulation, own, decision, error, effort)
-      if (allocated(error) .or. formulation == formulation_low_rank) return
+      if (allocated(error) .or. allocated(decision)) return
       if (len(obstacle) > 0 .and. all(asked /= [formulation_auto, formulation_dense])) then
          call new_error(error, error_usage, "the formulation "//trim(formulation_names(formulation))// &
             " does not fit the problem: "//obstacle)
