@@ -96,8 +96,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(matrix_operator_type) :: operator
       type(root_space_type) :: none
-      real(wp), allocatable :: unit_vectors(:, :)
-      integer :: k, j
+      real(wp), allocatable :: basis(:, :), dual(:, :)
+      real(wp) :: factor
+      integer :: order(size(self%values)), k, j
 
       k = size(self%values)
       call make_matrix(self, tau, unit, operator%matrix, error)
@@ -107,13 +108,35 @@ contains
          call new_error(error, error_singular, "the projected problem is singular at the shift")
          return
       end if
-      allocate (unit_vectors(2*k, 2*k), source=0.0_wp)
-      do j = 1, 2*k
-         unit_vectors(j, j) = 1
+      ! As in `new_energy_basis`: positions and velocities of equal energy, the slowest motions first.
+      allocate (basis(2*k, 2*k), dual(2*k, 2*k), source=0.0_wp)
+      order = descending(abs(self%values))
+      do j = 1, k
+         associate (i => order(j))
+            factor = sqrt(max(abs(self%values(i)), epsilon(1.0_wp)**2*maxval(abs(self%values)), tiny(1.0_wp)))
+            basis(i, 2*j - 1) = factor
+            dual(i, 2*j - 1) = 1/factor
+            basis(k + i, 2*j) = 1/unit
+            dual(k + i, 2*j) = unit
+         end associate
       end do
-      call general_eigenpairs(operator, unit_vectors, unit_vectors, zero_and_infinite(zero, none, 2*k, &
+      call general_eigenpairs(operator, basis, dual, zero_and_infinite(zero, none, 2*k, &
          cmplx(tau, 0, wp), unit, oscillator=.false.), noise, pairs, error)
    end subroutine eigenpairs
+
+   ! Positions of numbers, the largest first.
+   pure function descending(numbers) result(order)
+      real(wp), intent(in) :: numbers(:)
+      integer :: order(size(numbers))
+      logical :: left(size(numbers))
+      integer :: i
+
+      left = .true.
+      do i = 1, size(numbers)
+         order(i) = maxloc(numbers, 1, left)
+         left(order(i)) = .false.
+      end do
+   end function descending
 
    ! The matrix of (x, v) -> (x+, v+): with D = (1 + beta tau + c(tau) C)^{-1} and H = tau S + T,
    !

@@ -3,7 +3,7 @@
 module kschur_local_forces
    use kschur_error, only: error_type, new_error, error_library
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgeqp3, dorgqr
+   use kschur_lapack, only: dgeqp3, dtrsm
    use kschur_problem, only: modal_problem_type, damping_general
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets, transpose_csr
    use kschur_text, only: text
@@ -148,36 +148,38 @@ contains
       end do
    end function block_of
 
-   ! Factors [S, T] = B [B^+ S, B^+ T] for each damper of its own: strong ones must not hide what is weak.
+   ! Takes rows of the two matrices, as many as are independent, for S and T, each damper on its own; the others are
+   ! combinations of these, and strong ones do not hide what is weak.
    subroutine factor(forces, damping, stiffness, error)
       type(local_forces_type), intent(inout) :: forces
       real(wp), intent(in) :: damping(:, :), stiffness(:, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), dimension(size(damping, 1), size(damping, 1)) :: directions, duals
-      real(wp), allocatable :: basis(:, :)
-      integer :: of(size(damping, 1)), i, part, r
-      integer, allocatable :: rows(:)
-      real(wp) :: level(size(damping, 1))
+      real(wp) :: directions(size(damping, 1), size(damping, 1)), level(size(damping, 1))
+      real(wp), allocatable :: combinations(:, :)
+      integer :: of(size(damping, 1)), taken(size(damping, 1)), i, j, part, r
+      integer, allocatable :: rows(:), pivots(:)
 
       level = max(maxval(abs(damping), 2), maxval(abs(stiffness), 2))
       of = parts(abs(damping) > 0 .or. abs(stiffness) > 0)
       directions = 0
-      duals = 0
       r = 0
       do part = 1, size(of)
          rows = pack([(i, i=1, size(of))], of == part)
          if (size(rows) == 0) cycle
-         call find_range(damping(rows, :), stiffness(rows, :), level(rows), basis, error)
+         call find_rows(damping(rows, :), stiffness(rows, :), level(rows), pivots, combinations, error)
          if (allocated(error)) return
-         do i = 1, size(basis, 2)
-            r = r + 1
-            directions(rows, r) = level(rows)*basis(:, i)
-            duals(rows, r) = basis(:, i)/level(rows)
+         do j = 1, size(combinations, 1)
+            taken(r + j) = rows(pivots(j))
+            do i = 1, size(rows)
+               directions(rows(pivots(i)), r + j) = combinations(j, i)*(level(rows(pivots(i)))/level(rows(pivots(j))))
+            end do
          end do
+         r = r + size(combinations, 1)
       end do
       allocate (forces%directions, source=directions(:, :r))
-      allocate (forces%damping, source=matmul(transpose(duals(:, :r)), damping))
-      allocate (forces%stiffness, source=matmul(transpose(duals(:, :r)), stiffness))
+      allocate (forces%damping(r, size(damping, 2)), forces%stiffness(r, size(damping, 2)))
+      forces%damping = damping(taken(:r), :)
+      forces%stiffness = stiffness(taken(:r), :)
    end subroutine factor
 
    ! Rows that share a column, directly or through others, have one number: that of the first of them.
@@ -196,32 +198,40 @@ contains
       end do
    end function parts
 
-   ! An orthonormal basis of what the columns of two matrices span, their rows taken to one size.
-   subroutine find_range(first, second, level, basis, error)
+   ! Rows of two matrices side by side, divided by their levels: the first ones in an order are independent, and all are
+   ! combinations of these.
+   subroutine find_rows(first, second, level, pivots, combinations, error)
       real(wp), intent(in) :: first(:, :), second(:, :), level(:)
-      real(wp), allocatable, intent(out) :: basis(:, :)
+      integer, allocatable, intent(out) :: pivots(:)
+      !> As many rows as are independent, and a column for each row in that order.
+      real(wp), allocatable, intent(out) :: combinations(:, :)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: rounding = 1.0e-14_wp
-      real(wp) :: a(size(first, 1), 2*size(first, 2)), tau(size(first, 1)), work(8*size(a) + 8)
-      real(wp) :: largest
-      integer :: pivots(size(a, 2)), n, columns, j, rank, info
+      real(wp) :: a(2*size(first, 2), size(first, 1)), tau(size(first, 1)), work(8*size(a) + 8), largest
+      integer :: m, n, i, j, rank, info
 
-      n = size(a, 1)
-      columns = size(a, 2)
-      a(:, :columns/2) = first
-      a(:, columns/2 + 1:) = second
-      do j = 1, columns
-         a(:, j) = a(:, j)/level
-         largest = maxval(abs(a(:, j)))
-         if (largest > 0) a(:, j) = a(:, j)/largest
+      m = size(a, 1)
+      n = size(a, 2)
+      a(:m/2, :) = transpose(first)
+      a(m/2 + 1:, :) = transpose(second)
+      do j = 1, n
+         a(:, j) = a(:, j)/level(j)
       end do
-      pivots = 0
-      call dgeqp3(n, columns, a, n, pivots, tau, work, size(work), info)
-      rank = count([(abs(a(j, j)) > rounding*abs(a(1, 1)), j=1, min(n, columns))])
-      call dorgqr(n, rank, rank, a, n, tau, work, size(work), info)
-      if (info /= 0) call new_error(error, error_library, "LAPACK's dorgqr failed")
-      allocate (basis, source=a(:, :rank))
-   end subroutine find_range
+      do i = 1, m
+         largest = maxval(abs(a(i, :)))
+         if (largest > 0) a(i, :) = a(i, :)/largest
+      end do
+      allocate (pivots(n), source=0)
+      call dgeqp3(m, n, a, m, pivots, tau, work, size(work), info)
+      rank = count([(abs(a(j, j)) > rounding*abs(a(1, 1)), j=1, min(m, n))])
+      if (info /= 0) call new_error(error, error_library, "LAPACK's dgeqp3 failed")
+      allocate (combinations(rank, n), source=0.0_wp)
+      do j = 1, rank
+         combinations(j, j) = 1
+      end do
+      combinations(:, rank + 1:) = a(:rank, rank + 1:)
+      call dtrsm("L", "U", "N", "N", rank, n - rank, 1.0_wp, a, m, combinations(:, rank + 1:), rank)
+   end subroutine find_rows
 
    pure integer function rank(self)
       class(local_forces_type), intent(in) :: self
