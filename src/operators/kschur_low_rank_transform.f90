@@ -37,6 +37,8 @@ module kschur_low_rank_transform
       type(modal_problem_type), allocatable, private :: symmetric_part
       type(inertia_census_type), allocatable, private :: census
       type(placement_type), private :: placement
+      ! The space may grow to so many vectors.
+      integer, private :: most = 0
       ! Grows from call to call; of its first vectors the responses and the states of the eigenvalue zero are made.
       type(block_decomposition_type), allocatable, private :: space
       real(wp), allocatable, private :: responses(:, :), zeros(:, :)
@@ -111,7 +113,7 @@ contains
       call self%start(options, ritz%statistics, error)
       if (allocated(error)) return
       ritz%statistics%reason = reason_max_restarts
-      next = min(selection%wanted, options%subspace)
+      next = min(selection%wanted, self%most)
       proceed = .true.
       do
          do while (self%space%expanded < next .and. .not. (self%space%closed() .or. self%space%full()))
@@ -130,11 +132,11 @@ contains
          complete = .false.
          if (seen%settled()) call self%copies_are_there(selection, seen, complete)
          if (self%space%closed()) exit
-         if ((seen%settled() .and. complete) .or. .not. proceed .or. at_end(self, options)) exit
+         if ((seen%settled() .and. complete) .or. .not. proceed .or. at_end(self)) exit
          if (seen%settled()) call add_random_direction(self%undamped%operator, self%space, options%seed, &
             ritz%statistics, error)
          if (allocated(error)) return
-         next = min(self%space%expanded + max(8, self%space%expanded/10), options%subspace)
+         next = min(self%space%expanded + max(8, self%space%expanded/10), self%most)
       end do
       if (.not. proceed) then
          ritz%statistics%reason = reason_cancelled
@@ -150,11 +152,10 @@ contains
    end subroutine iterate
 
    ! Whether the space may not grow.
-   pure logical function at_end(self, options)
+   pure logical function at_end(self)
       class(low_rank_transform_type), intent(in) :: self
-      class(krylov_options_type), intent(in) :: options
 
-      at_end = self%space%full() .or. self%space%expanded >= options%subspace
+      at_end = self%space%full() .or. self%space%expanded >= self%most
    end function at_end
 
    pure logical function settled(self)
@@ -169,6 +170,7 @@ contains
       class(krylov_options_type), intent(in) :: options
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: levels = 8
       ! States of the eigenvalue zero are no better known.
       real(wp), parameter :: blurred = 1.0e-10_wp
       real(wp), allocatable :: x(:, :), xi(:, :)
@@ -179,7 +181,9 @@ contains
          n = operator%order()
          r = self%forces%rank()
          z = operator%deflation%zero%multiplicity()
-         room = 2*(r + z) + options%subspace + 2
+         ! Each block of responses is as many vectors, which are solved for together.
+         self%most = z + options%subspace + merge(levels*r, 0, options%verify)
+         room = 2*(r + z) + self%most + 2
          if (.not. allocated(self%space)) then
             allocate (self%space)
             self%space%most = n - size(operator%deflation%decay)
@@ -234,7 +238,7 @@ contains
       seen%needed = needed
       seen%converged = count(seen%undamped%residuals(order(:min(needed, k))) <= nearly*options%tolerance)
       seen%residual = maxval(seen%undamped%residuals(order(:min(needed, k))))
-      if (seen%converged < needed .and. .not. (self%space%closed() .or. at_end(self, options))) then
+      if (seen%converged < needed .and. .not. (self%space%closed() .or. at_end(self))) then
          ! Nothing of the damped problem is known yet.
          seen%converged = 0
          allocate (seen%chosen(0))

@@ -42,15 +42,15 @@ contains
       if (damping%is_zero()) return
       call divide(mass, damping, m)
       call divide(stiffness, damping, k)
-      call fit(m, k, alpha, beta)
-      call drop_rounding(mass, stiffness, damping, alpha, beta)
+      call fit(m, k, 1 + 0*m, alpha, beta)
+      call drop_rounding(mass, stiffness, maxval(abs(damping%value)), alpha, beta)
       call subtract(mass, stiffness, damping, alpha, beta, 0, rest)
       kind = merge(damping_proportional, damping_general, allocated(rest%value))
       if (kind == damping_proportional) return
       associate (every => max(size(m)/enough, 1))
          call fit_most(m(::every), k(::every), alpha, beta)
+         call drop_rounding(mass, stiffness, median(abs(damping%value(::every))), alpha, beta)
       end associate
-      call drop_rounding(mass, stiffness, damping, alpha, beta)
       call subtract(mass, stiffness, damping, alpha, beta, most_rows, rest)
       call try_without(mass, stiffness, damping, alpha, beta, rest)
       if (allocated(rest%value)) then
@@ -84,14 +84,14 @@ contains
    end function filled_rows
 
    ! A share of the size of rounding is none.
-   pure subroutine drop_rounding(mass, stiffness, damping, alpha, beta)
-      type(csr_matrix_type), intent(in) :: mass, stiffness, damping
+   pure subroutine drop_rounding(mass, stiffness, level, alpha, beta)
+      type(csr_matrix_type), intent(in) :: mass, stiffness
+      !> Of the damping.
+      real(wp), intent(in) :: level
       real(wp), intent(inout) :: alpha, beta
 
-      associate (level => maxval(abs(damping%value)))
-         if (maxval([0.0_wp, abs(alpha*mass%value)]) <= rounding*level) alpha = 0
-         if (maxval([0.0_wp, abs(beta*stiffness%value)]) <= rounding*level) beta = 0
-      end associate
+      if (maxval([0.0_wp, abs(alpha*mass%value)]) <= rounding*level) alpha = 0
+      if (maxval([0.0_wp, abs(beta*stiffness%value)]) <= rounding*level) beta = 0
    end subroutine drop_rounding
 
    ! The entries of a matrix over those of another of its shape, where these are not zero.
@@ -117,10 +117,10 @@ contains
       end do
    end subroutine divide
 
-   ! alpha m + beta k = 1, least squares, by orthogonalisation: the normal equations would lose
+   ! alpha m + beta k = right, least squares, by orthogonalisation: the normal equations would lose
    ! alpha. Where m and k are parallel to rounding, as of K = c M, only one of them is taken.
-   pure subroutine fit(m, k, alpha, beta)
-      real(wp), intent(in) :: m(:), k(:)
+   pure subroutine fit(m, k, right, alpha, beta)
+      real(wp), intent(in) :: m(:), k(:), right(:)
       real(wp), intent(out) :: alpha, beta
       real(wp), parameter :: parallel = 1.0e-12_wp
       real(wp) :: along, square_of_m, square_of_rest, step
@@ -137,34 +137,58 @@ contains
       ! The second pass fits what the rounding of long sums left.
       do pass = 1, 2
          step = 0
-         if (square_of_rest > 0) step = dot_product(k - along*m, 1 - alpha*m - beta*k)/square_of_rest
-         if (square_of_m > 0) alpha = alpha + dot_product(m, 1 - alpha*m - beta*k - step*k)/square_of_m
+         if (square_of_rest > 0) step = dot_product(k - along*m, right - alpha*m - beta*k)/square_of_rest
+         if (square_of_m > 0) alpha = alpha + dot_product(m, right - alpha*m - beta*k - step*k)/square_of_m
          beta = beta + step
       end do
    end subroutine fit
 
-   ! The same for most of the entries: the three quarters that fit best, in turns (least trimmed squares: Rousseeuw, Van
-   ! Driessen, Data Mining and Knowledge Discovery 12 (2006)), and in the end all that agree. An entry that a damper
-   ! dominates has next to nothing of M and K, and does not draw the first fit aside.
+   ! The same for most of the entries, and in the end for all that agree with these. Where M is lumped its share shows on
+   ! the diagonal only: then that of K is found first.
    pure subroutine fit_most(m, k, alpha, beta)
       real(wp), intent(in) :: m(:), k(:)
       real(wp), intent(out) :: alpha, beta
-      integer, parameter :: turns = 20, to_agree = 2
+      ! Less than this part of the entries may be of dampers.
+      integer, parameter :: part = 8
+      integer, parameter :: turns = 2
       real(wp), parameter :: agreeing = 1.0e-9_wp
+      logical :: fits(size(m)), alone(size(m))
+      real(wp) :: unused
+      integer :: turn
+
+      alone = .not. abs(m) > 0 .and. abs(k) > 0
+      if (part*count(alone) > size(m)) then
+         call concentrate(pack(0*m, alone), pack(k, alone), 1 + 0*pack(m, alone), unused, beta)
+         call concentrate(pack(m, abs(m) > 0), pack(0*k, abs(m) > 0), pack(1 - beta*k, abs(m) > 0), alpha, unused)
+      else
+         call concentrate(m, k, 1 + 0*m, alpha, beta)
+      end if
+      do turn = 1, turns
+         fits = abs(1 - alpha*m - beta*k) <= agreeing
+         if (any(fits)) call fit(pack(m, fits), pack(k, fits), 1 + 0*pack(m, fits), alpha, beta)
+      end do
+   end subroutine fit_most
+
+   ! The half that fits best, in turns (least trimmed squares: Rousseeuw, Van Driessen, Data Mining and Knowledge Discovery
+   ! 12 (2006)). An entry that a damper dominates has next to nothing of M and K, and does not draw the first fit aside.
+   pure subroutine concentrate(m, k, right, alpha, beta)
+      real(wp), intent(in) :: m(:), k(:), right(:)
+      real(wp), intent(out) :: alpha, beta
+      integer, parameter :: turns = 20
       logical :: fits(size(m))
       real(wp) :: misfit(size(m))
       integer :: turn
 
-      call fit(m, k, alpha, beta)
-      do turn = 1, turns + to_agree
-         misfit = abs(1 - alpha*m - beta*k)
-         fits = misfit <= merge(agreeing, quantile(misfit), turn > turns)
-         if (any(fits)) call fit(pack(m, fits), pack(k, fits), alpha, beta)
+      call fit(m, k, right, alpha, beta)
+      do turn = 1, turns
+         misfit = abs(right - alpha*m - beta*k)
+         fits = misfit <= median(misfit)
+         if (any(fits)) call fit(pack(m, fits), pack(k, fits), pack(right, fits), alpha, beta)
       end do
-   end subroutine fit_most
+   end subroutine concentrate
 
-   ! That which three quarters of the numbers do not exceed, to a part of it, by bisection of its exponent.
-   pure real(wp) function quantile(numbers)
+   ! That which half of the numbers do not exceed, to a part of it, by bisection of its exponent.
+   pure real(wp) function median(numbers)
       real(wp), intent(in) :: numbers(:)
       real(wp), parameter :: least = 1.0e-30_wp
       real(wp) :: low, high
@@ -173,15 +197,15 @@ contains
       low = least
       high = max(maxval([0.0_wp, numbers]), 2*least)
       do step = 1, 30
-         quantile = sqrt(low*high)
-         if (4*count(numbers <= quantile) >= 3*size(numbers)) then
-            high = quantile
+         median = sqrt(low*high)
+         if (2*count(numbers <= median) >= size(numbers)) then
+            high = median
          else
-            low = quantile
+            low = median
          end if
       end do
-      quantile = high
-   end function quantile
+      median = high
+   end function median
 
    ! R - alpha M - beta K without what is rounding. Its arrays are allocated if it has no more rows than `most`.
    subroutine subtract(mass, stiffness, damping, alpha, beta, most, rest)
