@@ -126,7 +126,7 @@ contains
       real(wp) :: coefficients(size(d%basis, 2), 1)
       integer :: before, i
 
-      if (d%vectors == 0) d%random_state = state_of_seed(seed)
+      if (d%random_state == 0) d%random_state = state_of_seed(seed)
       before = d%vectors
       allocate (x(size(d%basis, 1), 1), y(size(d%basis, 1), 1))
       call random_vector(d%random_state, x(:, 1))
