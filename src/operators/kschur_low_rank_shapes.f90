@@ -3,16 +3,22 @@ module kschur_low_rank_shapes
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgemm
+   use kschur_lapack, only: dgemm, zgesv
    use kschur_local_forces, only: local_forces_type
    use kschur_spectral_map, only: spectral_map_type
    use kschur_symmetric_transform, only: symmetric_shift_invert_type
    implicit none
    private
-   public :: combine, recover_shapes
+   public :: combine, recover_shapes, responses_type
 
    ! Shapes that are computed at a time, and rows.
    integer, parameter :: block = 8, panel = 256
+
+   !> What unit local forces make.
+   type :: responses_type
+      !> F, n x r, and multipliers, m x r.
+      real(wp), allocatable :: shapes(:, :), multipliers(:, :)
+   end type responses_type
 
 contains
 
@@ -36,55 +42,102 @@ contains
       end do
    end subroutine combine
 
-   !> One more application of the undamped operator, which leaves nothing of infinite eigenvalues:
+   !> One more application of the undamped operator, which leaves nothing of infinite eigenvalues. With H = lambda S + T
+   !> and p = 1 + beta lambda,
    !>
-   !>     (1 + beta lambda) (phi, xi') = -[K_s - s M, Cq^T; Cq, 0]^{-1} (c(lambda) M x + B (lambda S + T) x, 0)
+   !>     p (phi, xi/p) = (z, zeta) - (F, Xi) y,   (z, zeta) = -[K_s - s M, Cq^T; Cq, 0]^{-1} (c(lambda) M x, 0),
+   !>     (p + H F) y = H z
    !>
-   !> with xi = (1 + beta lambda) xi'; phi is scaled to unit norm.
-   subroutine recover_shapes(operator, forces, map, shift, lambda, pairs, error)
+   !> where y, the local forces, follow from z and not from x, in which what a strong damper moves is rounding.
+   subroutine recover_shapes(operator, forces, responses, map, shift, lambda, pairs, error)
       class(symmetric_shift_invert_type), intent(inout) :: operator
       type(local_forces_type), intent(in) :: forces
+      !> F and its multipliers Xi.
+      type(responses_type), intent(in) :: responses
       !> Of the undamped part, and s.
       type(spectral_map_type), intent(in) :: map
       real(wp), intent(in) :: shift
       complex(wp), intent(in) :: lambda(:)
-      !> With the shapes x; multipliers are set.
+      !> With the shapes x; multipliers are set, and shapes are scaled to unit norm.
       type(eigenpairs_type), intent(inout) :: pairs
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: parts(:, :), xi(:, :)
-      complex(wp), allocatable :: f(:, :)
+      complex(wp), allocatable :: f(:, :), y(:)
       complex(wp) :: p
       real(wp) :: length
       integer :: n, first, last, c, i, j
 
       n = size(pairs%phi, 1)
+      allocate (y(forces%rank()))
       do first = 1, size(lambda), block
          last = min(first + block - 1, size(lambda))
          c = last - first + 1
          allocate (f(n, c), parts(n, 2*c), xi(size(operator%factors), 2*c))
+         f = 0
          do j = 1, c
             i = first + j - 1
             p = map%reaction(lambda(i))
-            f(:, j) = 0
             call operator%problem%mass%add_product(-(lambda(i)*(lambda(i) + map%alpha) + shift*p), pairs%phi(:, i:i), &
                f(:, j:j))
-            call forces%add_forces(-1.0_wp, lambda(i), pairs%phi(:, i), f(:, j))
          end do
          parts(:, :c) = real(f, wp)
          parts(:, c + 1:) = aimag(f)
          call operator%respond(parts, xi, error)
          if (allocated(error)) return
          do j = 1, c
-            p = map%reaction(lambda(first + j - 1))
-            associate (phi => pairs%phi(:, first + j - 1))
-               phi = cmplx(parts(:, j), parts(:, c + j), wp)
-               length = norm2(abs(phi))
-               if (.not. length > 0) cycle
-               phi = phi/length
-               pairs%xi(:, first + j - 1) = cmplx(xi(:, j), xi(:, c + j), wp)*(p/length)
-            end associate
+            i = first + j - 1
+            p = map%reaction(lambda(i))
+            pairs%phi(:, i) = cmplx(parts(:, j), parts(:, c + j), wp)
+            pairs%xi(:, i) = cmplx(xi(:, j), xi(:, c + j), wp)
+            call find_forces(forces, responses%shapes(forces%columns, :), lambda(i), p, pairs%phi(forces%columns, i), y)
+            call subtract_responses(responses, y, pairs%phi(:, i), pairs%xi(:, i))
+            length = norm2(abs(pairs%phi(:, i)))
+            if (.not. length > 0) cycle
+            pairs%phi(:, i) = pairs%phi(:, i)/length
+            pairs%xi(:, i) = pairs%xi(:, i)*(p/length)
          end do
          deallocate (f, parts, xi)
       end do
    end subroutine recover_shapes
+
+   ! y of (p + H F) y = H z, each row in units of its own; zero where that is singular.
+   subroutine find_forces(forces, at_columns, lambda, p, z, y)
+      type(local_forces_type), intent(in) :: forces
+      !> The rows of F that H sees.
+      real(wp), intent(in) :: at_columns(:, :)
+      complex(wp), intent(in) :: lambda, p
+      !> The rows of z that H sees.
+      complex(wp), intent(in) :: z(:)
+      complex(wp), intent(out) :: y(:)
+      complex(wp) :: h(size(y), size(z)), a(size(y), size(y)), response(size(z), size(y))
+      real(wp) :: level
+      integer :: r, i, info, pivots(size(y))
+
+      r = size(y)
+      if (r == 0) return
+      h = lambda*forces%damping + forces%stiffness
+      response = at_columns
+      a = matmul(h, response)
+      y = matmul(h, z)
+      do i = 1, r
+         a(i, i) = a(i, i) + p
+         level = maxval(abs(a(i, :)))
+         a(i, :) = a(i, :)/level
+         y(i) = y(i)/level
+      end do
+      call zgesv(r, 1, a, r, pivots, y, r, info)
+      if (info /= 0) y = 0
+   end subroutine find_forces
+
+   subroutine subtract_responses(responses, y, phi, xi)
+      type(responses_type), intent(in) :: responses
+      complex(wp), intent(in) :: y(:)
+      complex(wp), intent(inout) :: phi(:), xi(:)
+      integer :: i
+
+      do i = 1, size(y)
+         phi = phi - responses%shapes(:, i)*y(i)
+         xi = xi - responses%multipliers(:, i)*y(i)
+      end do
+   end subroutine subtract_responses
 end module kschur_low_rank_shapes

@@ -13,7 +13,7 @@ module kschur_low_rank_transform
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
    use kschur_local_forces, only: local_forces_type, new_local_forces, symmetric_stiffness
    use kschur_low_rank_projection, only: new_projection, projection_type
-   use kschur_low_rank_shapes, only: combine, recover_shapes
+   use kschur_low_rank_shapes, only: combine, recover_shapes, responses_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
    use kschur_outcome, only: history_type, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
@@ -42,6 +42,7 @@ module kschur_low_rank_transform
       ! Grows from call to call; of its first vectors the responses and the states of the eigenvalue zero are made.
       type(block_decomposition_type), allocatable, private :: space
       real(wp), allocatable, private :: responses(:, :), zeros(:, :)
+      type(responses_type), private :: unit_responses
    contains
       procedure :: iterate
       procedure :: recover
@@ -200,13 +201,14 @@ contains
             end if
             call add_random_direction(operator, self%space, options%seed, statistics, error)
             if (allocated(error)) return
-            if (r > 0) then
-               allocate (x(n, r), source=self%forces%columns_of_b(n))
-               allocate (xi(size(operator%factors), r))
-               call operator%respond(x, xi, error)
-               if (.not. allocated(error)) call add_directions(operator, self%space, x, self%responses, statistics, error)
-               statistics%operator_applications = statistics%operator_applications + r
-            end if
+            allocate (x(n, r), source=self%forces%columns_of_b(n))
+            allocate (xi(size(operator%factors), r))
+            if (r > 0) call operator%respond(x, xi, error)
+            if (allocated(error)) return
+            allocate (self%unit_responses%shapes, source=x)
+            call move_alloc(xi, self%unit_responses%multipliers)
+            if (r > 0) call add_directions(operator, self%space, x, self%responses, statistics, error)
+            statistics%operator_applications = statistics%operator_applications + r
          else
             call make_room(self%space, n, room, error)
          end if
@@ -366,8 +368,8 @@ contains
 
       call move_alloc(ritz%vectors, pairs%phi)
       allocate (pairs%xi(size(self%undamped%operator%factors), size(ritz%mu)))
-      call recover_shapes(self%undamped%operator, self%forces, self%undamped%map, real(self%undamped%shift, wp), &
-         [(self%theta(ritz%mu(j)), j=1, size(ritz%mu))], pairs, error)
+      call recover_shapes(self%undamped%operator, self%forces, self%unit_responses, self%undamped%map, &
+         real(self%undamped%shift, wp), [(self%theta(ritz%mu(j)), j=1, size(ritz%mu))], pairs, error)
    end subroutine recover
 
    subroutine transposed(self, problem, deflation, solver, adjoint, error)

@@ -135,6 +135,8 @@ contains
       end if
       call new_local_forces(problem, forces, few, error)
       if (allocated(error)) return
+      ! Of most motions the undamped space is no help.
+      if (few) few = 2*forces%rank() <= problem%unknowns()
       if (.not. few) then
          obstacle = "it differs from a symmetric problem with proportional damping at more than a few unknowns"
       else if (.not. all(heavy([forces%rows, forces%columns]))) then
