@@ -1,9 +1,9 @@
 # The libraries below kschur, as one target kschur::libraries: sequential MUMPS, METIS,
-# AMD and LDL of SuiteSparse, ARPACK, OpenBLAS (with LAPACK) and serial HDF5 with its Fortran interface.
+# AMD of SuiteSparse, ARPACK, OpenBLAS (with LAPACK) and serial HDF5 with its Fortran interface.
 #
 # Never the MPI build of MUMPS or HDF5: two of them in one program overwrite each other.
 # Never the parallel ARPACK either: it wants MPI.
-# Never CHOLMOD or another GPL part of SuiteSparse: LDL is LGPL, AMD BSD.
+# Never CHOLMOD or another GPL part of SuiteSparse: AMD is BSD.
 
 include(FindPackageHandleStandardArgs)
 find_package(PkgConfig QUIET)
@@ -29,7 +29,6 @@ kschur_find_library(MUMPS_COMMON mumps_common_seq)
 kschur_find_library(MUMPS_PORD pord_seq)
 kschur_find_library(MUMPS_MPISEQ mpiseq_seq)
 kschur_find_library(METIS metis)
-kschur_find_library(LDL ldl)
 kschur_find_library(AMD amd)
 kschur_find_library(ARPACK arpack)
 kschur_find_library(OPENBLAS openblas)

@@ -14,8 +14,9 @@ module kschur_mode_selection
    real(wp), parameter :: spurious = 1.0e-5_wp
    ! Infinite eigenvalues are further off than the modes by this factor, whatever rounding made of them.
    real(wp), parameter :: far = 10
-   ! Rounding tells a copy from a root of a defective eigenvalue beyond this.
-   real(wp), parameter :: same_place = 1.0e-11_wp
+   ! Rounding splits a defective eigenvalue by the root of a backward error, copies of another by far less than this
+   ! part of that.
+   real(wp), parameter :: part_of_split = 0.1_wp
    ! Where an eigenvalue is while it is iterated, and so its distance from the target, is known no better than this.
    real(wp), parameter :: blurred = 1.0e-4_wp
 
@@ -60,7 +61,7 @@ contains
       if (allocated(pairs%again)) again = again .or. pairs%again
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference)
-      call drop_found_again(pairs, again, accepted)
+      call drop_found_again(pairs, modes%backward_error, again, accepted)
       call judge(problem, wanted, k, pairs, modes, accepted, doubtful)
       modes%found = eigenvalues_of(pairs%lambda, accepted)
       call rank(wanted, pairs%lambda, accepted, order)
@@ -101,17 +102,22 @@ contains
    end subroutine normalize_first
 
    ! Of pairs that may be known already those that are.
-   subroutine drop_found_again(pairs, again, accepted)
+   subroutine drop_found_again(pairs, errors, again, accepted)
       type(eigenpairs_type), intent(in) :: pairs
+      !> Backward errors.
+      real(wp), intent(in) :: errors(:)
       logical, intent(in) :: again(:)
       logical, intent(inout) :: accepted(:)
+      real(wp) :: split(size(again))
       logical :: others(size(again))
       integer :: j
 
       do j = 1, size(again)
          if (.not. (accepted(j) .and. again(j))) cycle
          ! Among each other those of a defective eigenvalue share a shape, but not the last digits of their places.
-         others = accepted .and. (.not. again .or. abs(pairs%lambda - pairs%lambda(j)) <= same_place*abs(pairs%lambda(j)))
+         split = sqrt(max(errors, errors(j), epsilon(1.0_wp)))
+         others = accepted .and. &
+            (.not. again .or. abs(pairs%lambda - pairs%lambda(j)) <= part_of_split*split*abs(pairs%lambda(j)))
          others(j:) = others(j:) .and. .not. again(j:)
          accepted(j) = .not. depends(pairs, others, j)
       end do

@@ -11,6 +11,7 @@ module kschur_presolve
    use kschur_kinds, only: wp
    use kschur_problem, only: modal_problem_type, settle_modal_problem, damping_general
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
+   use kschur_threads, only: panel_rows
    implicit none
    private
    public :: presolve_type, presolve
@@ -289,7 +290,7 @@ contains
    !> The multipliers xi, m x k, of the problem that was reduced, such that
    !> P(lambda) phi + Cq^T xi = 0 as far as those of the reduced one satisfy its
    !> equations: what these leave shows at the masters. Redundant constraints get 0.
-   pure subroutine expand_multipliers(self, problem, pairs, xi)
+   subroutine expand_multipliers(self, problem, pairs, xi)
       class(presolve_type), intent(in) :: self
       type(modal_problem_type), intent(in) :: problem
       !> Eigenvalues and multipliers of the reduced problem, with the shapes that `expand_shapes` gave.
@@ -311,14 +312,16 @@ contains
          last = min(first + block - 1, size(xi, 2))
          call make_forces(problem, pairs, first, last, work, forces)
          call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, first:last), forces(:, :last - first + 1))
+         !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
          do j = first, last
             call balance_forces(self, problem, forces(:, j - first + 1), xi(:, j))
          end do
+         !$omp end parallel do
       end do
    end subroutine expand_multipliers
 
    ! P(lambda) phi of pairs first..last.
-   pure subroutine make_forces(problem, pairs, first, last, work, forces)
+   subroutine make_forces(problem, pairs, first, last, work, forces)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last

@@ -13,7 +13,7 @@ module kschur_redundancy
 
    ! A singular value of the scaled Cq below the root of this is zero.
    real(wp), parameter :: negligible = 1.0e-13_wp
-   integer, parameter :: scalings = 3
+   integer, parameter :: scalings = 20
 
 contains
 
@@ -145,10 +145,9 @@ contains
       call number_columns(constraints, column, columns)
       allocate (row(size(column)), source=constraints%row_indices())
       allocate (value(size(column)), source=constraints%value)
-      do i = 1, scalings
-         call equilibrate(column, columns, value)
-         call equilibrate(row, m, value)
-      end do
+      call center(row, m, column, columns, value)
+      call equilibrate(column, columns, value)
+      call equilibrate(row, m, value)
       associate (n => columns)
          call new_csr_from_triplets(matrix, n + m, n + m, [[(i, i=1, n + m)], n + row, column], &
             [[(i, i=1, n + m)], column, n + row], [spread(1.0_wp, 1, n), spread(tau, 1, m), value, value], error)
@@ -173,6 +172,40 @@ contains
          column(k) = number(matrix%column(k))
       end do
    end subroutine number_columns
+
+   ! Scales rows and columns so that the squares of the logarithms of all entries are small (Curtis, Reid, J. Inst. Maths
+   ! Applics 10 (1972)): one large entry must not make another row of its column look like a third.
+   pure subroutine center(row, rows, column, columns, value)
+      integer, intent(in) :: row(:), rows, column(:), columns
+      real(wp), intent(inout) :: value(:)
+      real(wp) :: level(size(value)), of_rows(rows), of_columns(columns)
+      integer :: i
+
+      level = exponent(value)
+      of_columns = 0
+      do i = 1, scalings
+         of_rows = means(row, rows, level - of_columns(column), value)
+         of_columns = means(column, columns, level - of_rows(row), value)
+      end do
+      value = scale(value, -nint(of_rows(row)) - nint(of_columns(column)))
+   end subroutine center
+
+   ! Of each line, over its entries that are not zero.
+   pure function means(line, lines, level, value)
+      integer, intent(in) :: line(:), lines
+      real(wp), intent(in) :: level(:), value(:)
+      real(wp) :: means(lines)
+      integer :: entries(lines), k
+
+      means = 0
+      entries = 0
+      do k = 1, size(value)
+         if (.not. abs(value(k)) > 0) cycle
+         means(line(k)) = means(line(k)) + level(k)
+         entries(line(k)) = entries(line(k)) + 1
+      end do
+      means = means/max(entries, 1)
+   end function means
 
    ! Scales the lines (rows or columns) to Euclidean norms near one, by powers of two.
    pure subroutine equilibrate(line, lines, value)

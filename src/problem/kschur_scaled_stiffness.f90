@@ -90,6 +90,10 @@ contains
       allocate (trial(n + m, 1), source=0.0_wp)
       state = seed
       call random_vector(state, trial(:n, 1))
+      ! The first solution points to what the second one enlarges most.
+      call self%solver%solve_adjoint(trial, error)
+      if (allocated(error)) return
+      trial(n + 1:, :) = 0
       trial = trial/norm2(trial)
       call self%solver%solve(trial, error)
       if (.not. allocated(error)) self%too_singular = .not. norm2(trial(:n, :)) <= too_large/self%regularization

@@ -29,6 +29,7 @@ module kschur_band
    use kschur_sparse, only: empty_csr_matrix
    use kschur_spectral_map, only: spectral_map_type
    use kschur_text, only: text
+   use kschur_threads, only: enter_solve, leave_solve
    implicit none
    private
    public :: solve_band
@@ -74,6 +75,21 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
       type(inner_solvers_type), intent(in), optional :: solvers
+      integer :: threads_before
+
+      call enter_solve(options%threads, threads_before)
+      call solve(problem, first, last, options, result, error, monitor, solvers)
+      call leave_solve(threads_before)
+   end subroutine solve_band
+
+   subroutine solve(problem, first, last, options, result, error, monitor, solvers)
+      type(modal_problem_type), target, intent(in) :: problem
+      real(wp), intent(in) :: first, last
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(out) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, intent(inout), optional :: monitor
+      type(inner_solvers_type), intent(in), optional :: solvers
       type(solve_context_type), target :: s
       type(modal_options_type) :: own
       type(modes_type) :: modes
@@ -106,7 +122,7 @@ contains
       call report(s, own, modes, result, error)
       allocate (result%band(2), source=[first, last])
       call result%set_total(seconds_since(started))
-   end subroutine solve_band
+   end subroutine solve
 
    subroutine check_band(first, last, options, error)
       real(wp), intent(in) :: first, last

@@ -18,6 +18,7 @@ module kschur_solver
    use kschur_search, only: find_modes, take_rigid
    use kschur_shift, only: place_shift
    use kschur_solver_choice, only: inner_solvers_type
+   use kschur_threads, only: enter_solve, leave_solve
    implicit none
    private
    public :: solve_modes
@@ -36,6 +37,20 @@ contains
       !> Watches the iteration and may end it.
       class(monitor_type), target, intent(inout), optional :: monitor
       !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
+      type(inner_solvers_type), intent(in), optional :: solvers
+      integer :: threads_before
+
+      call enter_solve(options%threads, threads_before)
+      call solve(problem, options, result, error, monitor, solvers)
+      call leave_solve(threads_before)
+   end subroutine solve_modes
+
+   subroutine solve(problem, options, result, error, monitor, solvers)
+      type(modal_problem_type), target, intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(out) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, intent(inout), optional :: monitor
       type(inner_solvers_type), intent(in), optional :: solvers
       type(solve_context_type), target :: s
       type(modes_type) :: modes
@@ -56,7 +71,7 @@ contains
       if (.not. allocated(error) .and. options%left) call find_left_modes(s, modes, error)
       if (.not. allocated(error)) call report(s, options, modes, result, error)
       call result%set_total(seconds_since(started))
-   end subroutine solve_modes
+   end subroutine solve
 
    ! What nobody asked for gives way to the next form where it does not come to an end that is trusted.
    subroutine search(s, modes, error)
