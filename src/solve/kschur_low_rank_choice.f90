@@ -9,8 +9,8 @@ module kschur_low_rank_choice
    private
    public :: leave_low_rank, settle_low_rank
 
-   ! Where both cost as many instructions: forces of this rank, and so much more for each mode.
-   real, parameter :: of_rank = 4, of_rank_a_mode = 0.4
+   ! Where both took as many seconds on grids: forces of this rank, and so much more for each mode.
+   real, parameter :: of_rank = 2, of_rank_a_mode = 0.25
 
 contains
 
