@@ -72,7 +72,7 @@ contains
          "  --formulation NAME     auto, undamped, undamped-negative, undamped-constrained,", &
          "                         undamped-constrained-zero, damped, damped-constrained,", &
          "                         damped-constrained-zero, quadratic, symmetric,", &
-         "                         proportional, dense (auto)", &
+         "                         proportional, low-rank, dense (auto)", &
          "  --inner NAME           auto, mumps, ldl, iterative: half of the memory (auto)", &
          "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &
          "  --block B              vectors that the Krylov space grows by at a time (chosen)", &

@@ -176,7 +176,7 @@ int kschur_options_set_method(kschur_options *options, const char *name);
 int kschur_options_set_arpack(kschur_options *options, const char *name);
 
 /* "auto" (default), "symmetric", "proportional", "quadratic", "undamped", "undamped-negative", "undamped-constrained",
- * "undamped-constrained-zero", "damped", "damped-constrained", "damped-constrained-zero" or "dense". */
+ * "undamped-constrained-zero", "damped", "damped-constrained", "damped-constrained-zero", "dense" or "low-rank". */
 int kschur_options_set_formulation(kschur_options *options, const char *name);
 
 /* "row" (default), "scalar" or "none": how constraints are scaled. */

@@ -9,7 +9,7 @@ module kschur_presolve
    use kschur_elimination, only: eliminate, ties_type
    use kschur_error, only: error_type, new_error, add_context, error_input
    use kschur_kinds, only: wp
-   use kschur_problem, only: modal_problem_type, settle_modal_problem, damping_general, damping_proportional
+   use kschur_problem, only: modal_problem_type, settle_modal_problem, damping_general
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
    use kschur_threads, only: panel_rows
    implicit none
@@ -78,9 +78,16 @@ contains
       call reduce(plan, problem%mass, problem%symmetric, reduced%mass, error)
       if (.not. allocated(error)) call reduce(plan, problem%stiffness, problem%symmetric, reduced%stiffness, error)
       if (allocated(error)) return
-      if (problem%damping_kind == damping_proportional) then
+      if (allocated(problem%dampers)) then
+         allocate (reduced%dampers)
+         call reduce(plan, problem%dampers, problem%symmetric, reduced%dampers, error)
+         if (allocated(error)) return
+      end if
+      if (max(abs(problem%alpha), abs(problem%beta)) > 0) then
          ! Where sums cancel, those of R would not be the same combination of what is left of M and K.
          reduced%damping = linear_combination(problem%alpha, reduced%mass, problem%beta, reduced%stiffness)
+         if (allocated(problem%dampers)) &
+            reduced%damping = linear_combination(1.0_wp, reduced%damping, 1.0_wp, reduced%dampers)
       else
          call reduce(plan, problem%damping, problem%symmetric, reduced%damping, error)
       end if

@@ -13,7 +13,9 @@ module kschur_band
    use kschur_mode_selection, only: accept_pairs, nearest_first, wanted_type
    use kschur_modes, only: modes_type, no_modes
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type, formulation_dense, formulation_proportional, &
+   use kschur_low_rank_choice, only: leave_low_rank
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, &
+      formulation_proportional, &
       formulation_symmetric, method_krylov_schur
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes, history_type, reason_cancelled, &
       reason_converged, reason_fewer_modes
@@ -104,6 +106,8 @@ contains
       if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers)
       if (allocated(error)) return
       s%may_be_dense = .false.
+      if (own%formulation == formulation_auto .and. s%formulation == formulation_low_rank) &
+         call leave_low_rank(s, "the damping is not a combination of mass and stiffness")
       band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
       counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
          min(problem%alpha, problem%beta) >= 0 .and. allocated(s%inner%counting)

@@ -7,7 +7,8 @@ module kschur_settings
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, subspace_dimension
    use kschur_options, only: modal_options_type, arpack_names, formulation_auto, formulation_damped_constrained, &
-      formulation_damped_constrained_zero, formulation_dense, formulation_names, inner_names, scaling_names, &
+      formulation_damped_constrained_zero, formulation_dense, formulation_low_rank, formulation_names, inner_names, &
+      scaling_names, &
       formulation_undamped_constrained_zero, method_arpack, method_krylov_schur, method_names, scaling_none
    implicit none
    private
@@ -46,6 +47,9 @@ contains
             call new_error(error, error_usage, "the shift must be a number below 1e100")
       end if
       if (.not. allocated(error)) call check_method(options, error)
+      if (.not. allocated(error) .and. options%formulation == formulation_low_rank .and. &
+         options%method /= method_krylov_schur) call new_error(error, error_usage, &
+         "the formulation low-rank has an iteration of its own: leave out the method")
       if (.not. allocated(error) .and. options%formulation == formulation_dense) call check_dense(options, error)
    end subroutine check_options
 

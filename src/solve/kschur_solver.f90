@@ -6,10 +6,11 @@ module kschur_solver
    use kschur_error, only: error_type, error_singular
    use kschur_kinds, only: long
    use kschur_left_run, only: find_left_modes
+   use kschur_low_rank_choice, only: leave_low_rank, settle_low_rank
    use kschur_modes, only: modes_type
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type, formulation_auto
-   use kschur_outcome, only: certified_yes, reason_cancelled, reason_fewer_modes
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_low_rank
+   use kschur_outcome, only: certified_yes, reason_cancelled, reason_converged, reason_fewer_modes
    use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type
    use kschur_report, only: report
@@ -57,6 +58,7 @@ contains
 
       started = clock()
       call begin(s, problem, options, error, monitor, solvers)
+      if (.not. allocated(error)) call settle_low_rank(s, error)
       if (.not. allocated(error)) call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
       if (allocated(error)) return
@@ -71,28 +73,46 @@ contains
       call result%set_total(seconds_since(started))
    end subroutine solve
 
-   ! A set that was found dense and that nobody asked for so is kept where it is known to be complete, and else iterated.
+   ! What nobody asked for gives way to the next form where it does not come to an end that is trusted.
    subroutine search(s, modes, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(out) :: modes
       type(error_type), allocatable, intent(out) :: error
       character(len=note_length), allocatable :: notes(:)
 
-      allocate (notes, source=s%notes)
-      call place_shift(s, error)
-      if (.not. allocated(error)) call find_modes(s, modes, error)
-      if (.not. s%dense .or. s%options%formulation /= formulation_auto) return
-      if (allocated(error)) then
-         if (error%code /= error_singular) return
-         deallocate (error)
-      else if (modes%certified == certified_yes .or. any(modes%reason == [reason_cancelled, reason_fewer_modes])) then
-         return
-      end if
-      call s%drop_transform()
-      call move_alloc(notes, s%notes)
-      s%dense = .false.
-      s%decision = "dense does not tell all eigenvalues apart"
-      call place_shift(s, error)
-      if (.not. allocated(error)) call find_modes(s, modes, error)
+      do
+         allocate (notes, source=s%notes)
+         call place_shift(s, error)
+         if (.not. allocated(error)) call find_modes(s, modes, error)
+         if (.not. gives_way(s, modes, error)) exit
+         if (allocated(error)) deallocate (error)
+         call s%drop_transform()
+         call move_alloc(notes, s%notes)
+         if (s%dense) then
+            s%dense = .false.
+            s%decision = "dense does not tell all eigenvalues apart"
+         else
+            call leave_low_rank(s, "the space of the low-rank form grew beyond what the quadratic one costs")
+         end if
+      end do
    end subroutine search
+
+   ! A set that was found dense is kept where it is known to be complete, one of low rank where it converged.
+   logical function gives_way(s, modes, error)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+      type(error_type), allocatable, intent(in) :: error
+
+      gives_way = s%options%formulation == formulation_auto .and. (s%dense .or. s%formulation == formulation_low_rank)
+      if (.not. gives_way) return
+      if (allocated(error)) then
+         gives_way = error%code == error_singular
+      else if (modes%reason == reason_cancelled) then
+         gives_way = .false.
+      else if (s%dense) then
+         gives_way = modes%certified /= certified_yes .and. modes%reason /= reason_fewer_modes
+      else
+         gives_way = modes%reason /= reason_converged
+      end if
+   end function gives_way
 end module kschur_solver

@@ -32,10 +32,14 @@ module kschur_options
    !> All eigenvalues by LAPACK, from the matrix of the operator of one of the last three on the motions that the
    !> constraints allow.
    integer, parameter, public :: formulation_dense = 11
+   !> Symmetric and proportionally damped but for local forces: undamped Lanczos with the responses to these, and the whole
+   !> problem projected on that space; theta = lambda.
+   integer, parameter, public :: formulation_low_rank = 12
    !> The names of the formulations, in this order from `formulation_auto` on.
-   character(len=*), parameter, public :: formulation_names(0:11) = [character(len=25) :: "auto", &
+   character(len=*), parameter, public :: formulation_names(0:12) = [character(len=25) :: "auto", &
       "undamped", "undamped-negative", "undamped-constrained", "undamped-constrained-zero", "damped", &
-      "damped-constrained", "damped-constrained-zero", "quadratic", "symmetric", "proportional", "dense"]
+      "damped-constrained", "damped-constrained-zero", "quadratic", "symmetric", "proportional", "dense", &
+      "low-rank"]
 
    !> Cq as it is given.
    integer, parameter, public :: scaling_none = 0
