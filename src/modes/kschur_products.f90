@@ -130,6 +130,7 @@ contains
          deallocate (products%mass, products%damping, products%rest)
       end if
       products%parts = parts
+      if (.not. allocated(products%phi)) allocate (products%phi(n, lanes))
       allocate (products%mass(n, lanes), products%damping(n, lanes), products%rest(n, 2*lanes/parts))
    end subroutine make_room
 
