@@ -1,24 +1,24 @@
-!> A block Lanczos decomposition of a self-adjoint operator C from several start vectors, which grows block by block
-!> in the inner product x^T B y of its metric B.
+!> A block Lanczos decomposition of a self-adjoint operator C, which grows block by block in the inner product x^T B y
+!> of its metric B, symmetric and positive semidefinite.
 !>
 !> Sources: Golub and Underwood (1977); Nour-Omid, Parlett, Ericsson, Jensen, Math. Comp. 48 (1987), semidefinite B;
-!> columns that depend on others are left out, as in Freund and Malhotra, Linear Algebra Appl. 254 (1997).
+!> Daniel, Gragg, Kaufman, Stewart, Math. Comp. 30 (1976), orthogonalisation twice where needed; Hernandez, Roman,
+!> Tomas, Parallel Computing 33 (2007), lengths from Pythagoras; columns that depend on others are left out, as in
+!> Freund and Malhotra, Linear Algebra Appl. 254 (1997).
 module kschur_block_lanczos
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_statistics_type
-   use kschur_lapack, only: ddot, dgemm, dgemv
    use kschur_operator, only: symmetric_operator_type
    use kschur_random, only: random_vector, state_of_seed
+   use kschur_tall_products_real, only: inner_products, subtract_combinations
    use kschur_text, only: text
    implicit none
    private
-   public :: block_decomposition_type, add_directions, add_random_direction, expand_block, make_room
+   public :: block_decomposition_type, add_directions, add_random_directions, breakdown, expand_block, make_room
 
-   ! So many columns are not worth a matrix product.
-   integer, parameter :: few = 3
-   ! What is left of a vector in the span of the basis.
+   !> What is left of a vector in the span of the basis.
    real(wp), parameter :: breakdown = 100*epsilon(1.0_wp)
 
    !> C V = V T + W N, [V, W]^T B [V, W] = 1: V are the columns of the basis that were expanded, W those behind them.
@@ -35,14 +35,20 @@ module kschur_block_lanczos
       real(wp), allocatable :: excluded(:, :)
       !> There are no more independent vectors than this.
       integer :: most = huge(1)
-      !> Lower bounds of the norm of B, and of the length of the longest vector: their product tells what rounding leaves.
+      !> Lower bounds of the norm of B, and of the length of the longest vector.
       real(wp) :: metric_scale = 0, longest = 0
+      !> Whether what rounding may leave is told by their product: start vectors may be far longer than they seem in B.
+      logical :: cautious = .false.
       integer(long) :: random_state = 0
+      !> B W, but for the last orthogonalisation of W.
+      real(wp), allocatable :: images(:, :)
    contains
       !> Whether all that C can reach from what was put in is there.
       procedure :: closed
       !> Whether there is no room for what the next expansion makes.
       procedure :: full
+      !> N, as many rows as W has columns.
+      procedure :: outward
    end type block_decomposition_type
 
 contains
@@ -59,9 +65,16 @@ contains
       full = self%vectors >= size(self%basis, 2)
    end function full
 
+   pure function outward(self)
+      class(block_decomposition_type), intent(in) :: self
+      real(wp) :: outward(self%vectors - self%expanded, self%expanded)
+
+      outward = self%couplings(self%expanded + 1:self%vectors, :self%expanded)
+   end function outward
+
    !> Room for so many vectors of a length.
    subroutine make_room(d, length, vectors, error)
-      type(block_decomposition_type), intent(inout) :: d
+      class(block_decomposition_type), intent(inout) :: d
       integer, intent(in) :: length, vectors
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: basis(:, :), couplings(:, :)
@@ -72,7 +85,7 @@ contains
       end if
       allocate (basis(length, vectors), stat=status)
       if (status /= 0) then
-         call new_error(error, error_memory, "there is no memory for a basis of "//text(vectors)// &
+         call new_error(error, error_memory, "there is no memory for a Lanczos basis of "//text(vectors)// &
             " vectors of length "//text(length))
          return
       end if
@@ -83,281 +96,314 @@ contains
       end if
       call move_alloc(basis, d%basis)
       call move_alloc(couplings, d%couplings)
+      if (.not. allocated(d%images)) allocate (d%images(length, 0))
    end subroutine make_room
 
    !> Puts vectors behind the basis, as far as they do not depend on it: X = V coefficients.
    subroutine add_directions(operator, d, x, coefficients, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
-      type(block_decomposition_type), intent(inout) :: d
+      class(block_decomposition_type), intent(inout) :: d
       !> Columns of any length; used up.
       real(wp), contiguous, intent(inout) :: x(:, :)
       !> As many rows as there is room for vectors.
       real(wp), intent(out) :: coefficients(:, :)
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: images(size(x, 1), size(x, 2)), lengths(size(x, 2))
+      real(wp) :: lengths(size(x, 2))
+      real(wp), allocatable :: images(:, :)
       integer :: j
 
       coefficients = 0
+      allocate (images(size(x, 1), size(x, 2)))
       call operator%apply_metric(x, images, error)
       if (allocated(error)) return
       lengths = 0
       do j = 1, size(x, 2)
-         lengths(j) = sqrt(max(ddot(size(x, 1), x(:, j), 1, images(:, j), 1), 0.0_wp))
+         lengths(j) = sqrt(max(dot(x(:, j:j), images(:, j:j)), 0.0_wp))
          if (.not. lengths(j) > 0) cycle
          d%metric_scale = max(d%metric_scale, (lengths(j)/norm2(x(:, j)))**2)
          x(:, j) = x(:, j)/lengths(j)
       end do
-      call orthonormalize(operator, d, x, 1.0_wp, coefficients, statistics, error)
+      call orthonormalize(operator, d, x, 1.0_wp, breakdown, coefficients, statistics, error)
       do j = 1, size(x, 2)
          coefficients(:, j) = lengths(j)*coefficients(:, j)
       end do
    end subroutine add_directions
 
-   !> Puts C C r behind the basis, r random: C filters infinite eigenvalues. Nothing is added where there is no more.
-   subroutine add_random_direction(operator, d, seed, statistics, error)
+   !> Puts C^f R behind the basis, R random: C filters infinite eigenvalues. Nothing is added where there is no more.
+   subroutine add_random_directions(operator, d, directions, filter, seed, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
-      type(block_decomposition_type), intent(inout) :: d
+      class(block_decomposition_type), intent(inout) :: d
+      !> How many.
+      integer, intent(in) :: directions
+      !> f
+      integer, intent(in) :: filter
       integer, intent(in) :: seed
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: filter = 2
       real(wp), allocatable :: x(:, :), y(:, :)
-      real(wp) :: coefficients(size(d%basis, 2), 1)
-      integer :: before, i
+      real(wp) :: coefficients(size(d%basis, 2), directions)
+      integer :: before, i, j
 
       if (d%random_state == 0) d%random_state = state_of_seed(seed)
       before = d%vectors
-      allocate (x(size(d%basis, 1), 1), y(size(d%basis, 1), 1))
-      call random_vector(d%random_state, x(:, 1))
+      allocate (x(size(d%basis, 1), directions))
+      do j = 1, directions
+         call random_vector(d%random_state, x(:, j))
+      end do
       call add_directions(operator, d, x, coefficients, statistics, error)
       do i = 1, filter
          if (allocated(error) .or. d%vectors == before) return
-         x = d%basis(:, d%vectors:d%vectors)
-         call operator%apply(x, y, error)
+         allocate (y(size(x, 1), d%vectors - before))
+         call operator%apply(d%basis(:, before + 1:d%vectors), y, error)
          if (allocated(error)) return
-         statistics%operator_applications = statistics%operator_applications + 1
-         d%vectors = before
+         statistics%operator_applications = statistics%operator_applications + size(y, 2)
+         call drop_last(d, before)
          coefficients = 0
-         call orthonormalize(operator, d, y, d%scale, coefficients, statistics, error)
+         call orthonormalize(operator, d, y, d%scale, breakdown, coefficients(:, :size(y, 2)), statistics, error)
+         deallocate (y)
          ! What the metric does not see is no direction.
-         if (d%vectors > before) then
-            if (breakdown*d%metric_scale*sum(d%basis(:, d%vectors)**2) > 1) d%vectors = before
-         end if
+         do while (d%vectors > before)
+            if (breakdown*d%metric_scale*sum(d%basis(:, d%vectors)**2) <= 1) exit
+            call drop_last(d, d%vectors - 1)
+         end do
       end do
-   end subroutine add_random_direction
+   end subroutine add_random_directions
 
-   !> Expands the vectors that were not, as far as there is room for what comes of them.
+   subroutine drop_last(d, vectors)
+      class(block_decomposition_type), intent(inout) :: d
+      integer, intent(in) :: vectors
+
+      d%vectors = vectors
+      d%images = d%images(:, :vectors - d%expanded)
+   end subroutine drop_last
+
+   !> Expands vectors that were not, as far as there is room for what comes of them.
    subroutine expand_block(operator, d, statistics, error, noise)
       class(symmetric_operator_type), intent(inout) :: operator
-      type(block_decomposition_type), intent(inout) :: d
+      class(block_decomposition_type), intent(inout) :: d
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
       !> What C makes of them beside the basis is rounding below this, relative to its norm.
       real(wp), optional, intent(in) :: noise
-      real(wp), allocatable :: x(:, :), known(:, :), coefficients(:, :)
+      real(wp), allocatable :: x(:, :), coefficients(:, :), rest(:, :)
       real(wp) :: limit
-      integer :: n, b, first, last, i, j
+      integer :: b, first, last
       integer(long) :: started
 
-      n = size(d%basis, 1)
       first = d%expanded + 1
       last = min(d%vectors, size(d%basis, 2) - d%vectors + d%expanded)
       b = last - first + 1
       if (b <= 0) return
-      allocate (x(n, b), coefficients(size(d%basis, 2), b))
+      allocate (x(size(d%basis, 1), b), coefficients(size(d%basis, 2), b))
       call operator%apply(d%basis(:, first:last), x, error)
       if (allocated(error)) return
       statistics%operator_applications = statistics%operator_applications + b
       started = clock()
-      ! What earlier vectors have of these is known. Subtracted first, little is left to be lost.
-      coefficients = 0
-      do i = 1, d%expanded
-         if (maxval(abs(d%couplings(first:last, i))) > epsilon(1.0_wp)*d%scale) exit
-      end do
-      allocate (known(d%expanded - i + 1, b))
-      do j = 1, b
-         known(:, j) = d%couplings(d%expanded + j, i:d%expanded)
-         coefficients(i:d%expanded, j) = known(:, j)
-      end do
-      call subtract(d%basis(:, i:d%expanded), known, x)
+      call subtract_known(d, x, coefficients)
+      if (.not. all(abs(coefficients(first:last, :)) <= huge(1.0_wp))) call new_error(error, error_library, &
+         "the operator made a vector that is not finite")
+      if (allocated(error)) return
+      ! The images of those that stay behind, and of what comes.
+      allocate (rest(size(x, 1), d%vectors - last), source=d%images(:, b + 1:))
+      call move_alloc(rest, d%images)
       statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
       d%scale = max(d%scale, maxval(abs(coefficients)))
       limit = breakdown
       if (present(noise)) limit = noise
-      call orthonormalize(operator, d, x, d%scale, coefficients, statistics, error, limit)
+      call orthonormalize(operator, d, x, d%scale, limit, coefficients, statistics, error)
       if (allocated(error)) return
       d%couplings(:, first:last) = coefficients
       d%expanded = last
       d%scale = max(d%scale, maxval(abs(coefficients)))
    end subroutine expand_block
 
-   ! Puts B-orthonormal combinations of columns behind the basis: to the coefficients is added what columns are of
-   ! the basis. Passes go on until one of them changes little.
-   subroutine orthonormalize(operator, d, x, scale, coefficients, statistics, error, noise)
+   ! The three-term recurrence. Without it, what the basis lacks of orthogonality would pass through the Gram-Schmidt
+   ! step times the subtracted coefficients, and grow from step to step; with it, little is left to be subtracted there.
+   subroutine subtract_known(d, x, coefficients)
+      class(block_decomposition_type), intent(in) :: d
+      !> C times the first columns of W.
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      real(wp), intent(out) :: coefficients(:, :)
+      real(wp), allocatable :: own(:, :)
+      integer :: b, k, i, j
+
+      b = size(x, 2)
+      k = d%expanded
+      coefficients = 0
+      allocate (own(b, b))
+      call inner_products(d%images, x, own)
+      call subtract_combinations(d%basis(:, k + 1:k + b), own, x)
+      coefficients(k + 1:k + b, :) = own
+      ! From what earlier vectors have of these.
+      do i = 1, k
+         if (maxval(abs(d%couplings(k + 1:k + b, i))) > epsilon(1.0_wp)*d%scale) exit
+      end do
+      if (i > k) return
+      do j = 1, b
+         coefficients(i:k, j) = d%couplings(k + j, i:k)
+      end do
+      call subtract_combinations(d%basis(:, i:k), coefficients(i:k, :), x)
+   end subroutine subtract_known
+
+   ! Puts B-orthonormal combinations of columns behind the basis, and their images behind the others: to the coefficients
+   ! is added what columns are of the basis. Passes go on until one of them changes little: then the products of what is
+   ! left follow from Pythagoras.
+   subroutine orthonormalize(operator, d, x, scale, noise, coefficients, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
-      type(block_decomposition_type), intent(inout) :: d
+      class(block_decomposition_type), intent(inout) :: d
       real(wp), contiguous, intent(inout) :: x(:, :)
       !> A length that the columns were made of, if theirs are less.
       real(wp), intent(in) :: scale
+      !> Below this part of that it is rounding.
+      real(wp), intent(in) :: noise
       real(wp), intent(inout) :: coefficients(:, :)
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      !> Below this part of that it is rounding.
-      real(wp), optional, intent(in) :: noise
       integer, parameter :: passes = 4
-      real(wp), parameter :: enough_left = 0.5_wp
-      real(wp), allocatable :: images(:, :), c(:, :), total(:, :), triangle(:, :)
-      real(wp) :: least, negligible, limit
-      integer :: n, k, b, q, j, pass
+      real(wp), parameter :: enough_left = 0.7_wp
+      real(wp), allocatable :: images(:, :), c(:, :), gram(:, :), total(:, :), triangle(:, :)
+      real(wp) :: negligible, limit, least
+      integer :: k, b, q, pass, kept
       integer(long) :: started
+      logical :: settled
 
-      n = size(x, 1)
       k = d%vectors
       b = size(x, 2)
+      allocate (images(size(x, 1), b))
       ! X as given is V coefficients + X total.
-      allocate (images(n, b), total(b, b), source=0.0_wp)
-      do j = 1, b
-         total(j, j) = 1
-      end do
+      allocate (total, source=identity(b))
       q = b
-      limit = breakdown
-      if (present(noise)) limit = noise
-      limit = max(limit, epsilon(1.0_wp)*sqrt(d%metric_scale)*d%longest)
+      limit = noise
+      if (d%cautious) limit = max(limit, epsilon(1.0_wp)*sqrt(d%metric_scale)*d%longest)
       negligible = limit*scale
-      call operator%apply_metric(x, images, error)
-      if (allocated(error)) return
-      if (.not. abs(sum(images)) <= huge(1.0_wp)) call new_error(error, error_library, &
-         "the operator made a vector that is not finite")
-      if (allocated(error)) return
+      settled = .false.
       do pass = 1, passes
-         allocate (c(k, q), triangle(q, q))
+         call operator%apply_metric(x(:, :q), images(:, :q), error)
+         if (allocated(error)) return
          started = clock()
-         call exclude(d, x(:, :q), images(:, :q))
-         least = 1
-         negligible = max(negligible, limit*longest(x(:, :q), images(:, :q)))
-         limit = breakdown
-         if (k > 0) then
-            call find_components(d%basis(:, :k), images(:, :q), c)
-            least = smallest_rest(x(:, :q), images(:, :q), c)
-            call subtract(d%basis(:, :k), c, x(:, :q))
-            coefficients(:k, :) = coefficients(:k, :) + matmul(c, total(:q, :))
+         call exclude(d, images(:, :q), x(:, :q))
+         allocate (gram(q, q), c(k, q), triangle(q, q))
+         call inner_products(x, images(:, :q), gram)
+         if (.not. all(abs(gram) <= huge(1.0_wp))) call new_error(error, error_library, &
+            "the operator made a vector that is not finite")
+         if (allocated(error)) return
+         negligible = max(negligible, limit*sqrt(maxval([0.0_wp, diagonal(gram)])))
+         call inner_products(d%basis, images(:, :q), c)
+         call subtract_combinations(d%basis(:, :k), c, x(:, :q))
+         coefficients(:k, :) = coefficients(:k, :) + matmul(c, total(:q, :))
+         call factor_rest(gram, c, negligible, enough_left, triangle, settled)
+         if (settled) then
+            call divide(x(:, :q), triangle)
+            call divide(images(:, :q), triangle)
+            kept = q
+         else
             call operator%apply_metric(x(:, :q), images(:, :q), error)
             if (allocated(error)) return
+            call orthonormalize_among(x(:, :q), images(:, :q), negligible, triangle, kept, least)
          end if
-         call orthonormalize_among(x(:, :q), images(:, :q), negligible, triangle, j, least)
-         total(:j, :) = matmul(triangle(:j, :), total(:q, :))
-         q = min(j, d%most - k)
-         statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
-         if (q == 0 .or. least >= enough_left) exit
+         total(:kept, :) = matmul(triangle(:kept, :), total(:q, :))
+         q = min(kept, d%most - k)
+         limit = breakdown
          negligible = 0
-         deallocate (c, triangle)
+         deallocate (gram, c, triangle)
+         statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
+         if (q == 0 .or. settled) exit
       end do
-      d%basis(:, k + 1:k + q) = x(:, :q)
+      call append(d, x(:, :q), images(:, :q))
       coefficients(k + 1:k + q, :) = coefficients(k + 1:k + q, :) + total(:q, :)
-      d%vectors = k + q
-      d%longest = max(d%longest, maxval([0.0_wp, (norm2(x(:, j)), j=1, q)]))
    end subroutine orthonormalize
 
-   subroutine exclude(d, x, images)
-      type(block_decomposition_type), intent(in) :: d
-      real(wp), contiguous, intent(inout) :: x(:, :)
+   subroutine append(d, x, images)
+      class(block_decomposition_type), intent(inout) :: d
+      real(wp), intent(in) :: x(:, :), images(:, :)
+      real(wp), allocatable :: all(:, :)
+      integer :: before, q, j
+
+      q = size(x, 2)
+      before = size(d%images, 2)
+      d%basis(:, d%vectors + 1:d%vectors + q) = x
+      d%vectors = d%vectors + q
+      allocate (all(size(images, 1), before + q))
+      all(:, :before) = d%images
+      all(:, before + 1:) = images
+      call move_alloc(all, d%images)
+      d%longest = max(d%longest, maxval([0.0_wp, (norm2(x(:, j)), j=1, q)]))
+   end subroutine append
+
+   ! X := X - E E^T B X, E what is excluded.
+   subroutine exclude(d, images, x)
+      class(block_decomposition_type), intent(in) :: d
       real(wp), contiguous, intent(in) :: images(:, :)
+      real(wp), contiguous, intent(inout) :: x(:, :)
       real(wp), allocatable :: components(:, :)
 
       if (.not. allocated(d%excluded)) return
       allocate (components(size(d%excluded, 2), size(x, 2)))
-      call find_components(d%excluded, images, components)
-      call subtract(d%excluded, components, x)
+      call inner_products(d%excluded, images, components)
+      call subtract_combinations(d%excluded, components, x)
    end subroutine exclude
 
-   ! C = V^T Y. A matrix product packs V first, which a few columns are not worth.
-   subroutine find_components(v, y, c)
-      real(wp), contiguous, intent(in) :: v(:, :), y(:, :)
-      real(wp), contiguous, intent(out) :: c(:, :)
-      integer :: n, k, q, j
-      ! OpenBLAS reads a few entries beyond the end.
-      real(wp) :: column(size(v, 2) + 4)
+   ! The Cholesky factor of the products of what is left of some columns, if that is most of each of them: their products
+   ! were G before their components c were taken from them.
+   pure subroutine factor_rest(gram, c, negligible, enough_left, triangle, settled)
+      real(wp), intent(in) :: gram(:, :), c(:, :), negligible, enough_left
+      !> Upper.
+      real(wp), intent(out) :: triangle(:, :)
+      logical, intent(out) :: settled
+      real(wp) :: rest(size(gram, 1), size(gram, 2))
+      integer :: i, j
 
-      n = size(v, 1)
-      k = size(v, 2)
-      q = size(y, 2)
-      if (q > few) then
-         call dgemm("T", "N", k, q, n, 1.0_wp, v, n, y, n, 0.0_wp, c, k)
-         return
-      end if
-      do j = 1, q
-         column = 0
-         call dgemv("T", n, k, 1.0_wp, v, n, y(:, j), 1, 0.0_wp, column, 1)
-         c(:, j) = column(:k)
+      rest = gram - matmul(transpose(c), c)
+      triangle = 0
+      do j = 1, size(gram, 1)
+         do i = 1, j - 1
+            triangle(i, j) = (rest(i, j) - dot_product(triangle(:i - 1, i), triangle(:i - 1, j)))/triangle(i, i)
+         end do
+         associate (square => rest(j, j) - sum(triangle(:j - 1, j)**2))
+            settled = square > max(negligible**2, enough_left**2*gram(j, j))
+            if (.not. settled) return
+            triangle(j, j) = sqrt(square)
+         end associate
       end do
-   end subroutine find_components
+      settled = .true.
+   end subroutine factor_rest
 
-   ! X := X - V C.
-   subroutine subtract(v, c, x)
-      real(wp), contiguous, intent(in) :: v(:, :), c(:, :)
+   ! X := X T^{-1}, T upper triangular.
+   subroutine divide(x, triangle)
       real(wp), contiguous, intent(inout) :: x(:, :)
-      integer :: n, k, q, j
-      real(wp) :: column(size(v, 2) + 4)
-
-      n = size(v, 1)
-      k = size(v, 2)
-      q = size(x, 2)
-      if (k == 0) return
-      if (q > few) then
-         call dgemm("N", "N", n, q, k, -1.0_wp, v, n, c, k, 1.0_wp, x, n)
-         return
-      end if
-      do j = 1, q
-         column = 0
-         column(:k) = c(:, j)
-         call dgemv("N", n, k, -1.0_wp, v, n, column, 1, 1.0_wp, x(:, j), 1)
-      end do
-   end subroutine subtract
-
-   pure real(wp) function longest(x, images)
-      real(wp), intent(in) :: x(:, :), images(:, :)
+      real(wp), intent(in) :: triangle(:, :)
       integer :: j
 
-      longest = sqrt(maxval([0.0_wp, (dot_product(x(:, j), images(:, j)), j=1, size(x, 2))]))
-   end function longest
-
-   ! The smallest part of the length of a column that is left without its components.
-   pure real(wp) function smallest_rest(x, images, components)
-      real(wp), intent(in) :: x(:, :), images(:, :), components(:, :)
-      real(wp) :: square
-      integer :: j
-
-      smallest_rest = 1
       do j = 1, size(x, 2)
-         square = dot_product(x(:, j), images(:, j))
-         if (square > 0) smallest_rest = min(smallest_rest, sqrt(max(1 - sum(components(:, j)**2)/square, 0.0_wp)))
+         call subtract_combinations(x(:, :j - 1), triangle(:j - 1, j:j), x(:, j:j))
+         x(:, j) = x(:, j)/triangle(j, j)
       end do
-   end function smallest_rest
+   end subroutine divide
 
    ! Modified Gram-Schmidt on columns and their images alike; columns shorter than `negligible` are left out.
    subroutine orthonormalize_among(x, images, negligible, triangle, kept, least)
-      real(wp), intent(inout) :: x(:, :), images(:, :)
+      real(wp), contiguous, intent(inout) :: x(:, :), images(:, :)
       real(wp), intent(in) :: negligible
       !> The columns as given are combinations of those that were kept.
       real(wp), intent(out) :: triangle(:, :)
       integer, intent(out) :: kept
-      !> The smallest part of a column that was left, if that is less.
-      real(wp), intent(inout) :: least
+      !> The smallest part of a column that was left.
+      real(wp), intent(out) :: least
       real(wp) :: before, length
-      integer :: n, i, j
+      integer :: i, j
 
-      n = size(x, 1)
       triangle = 0
       kept = 0
+      least = 1
       do j = 1, size(x, 2)
-         before = sqrt(max(ddot(n, x(:, j), 1, images(:, j), 1), 0.0_wp))
+         before = sqrt(max(dot(x(:, j:j), images(:, j:j)), 0.0_wp))
          do i = 1, kept
-            triangle(i, j) = ddot(n, x(:, i), 1, images(:, j), 1)
+            triangle(i, j) = dot(x(:, i:i), images(:, j:j))
             x(:, j) = x(:, j) - triangle(i, j)*x(:, i)
             images(:, j) = images(:, j) - triangle(i, j)*images(:, i)
          end do
-         length = sqrt(max(ddot(n, x(:, j), 1, images(:, j), 1), 0.0_wp))
+         length = sqrt(max(dot(x(:, j:j), images(:, j:j)), 0.0_wp))
          if (.not. length > negligible) cycle
          kept = kept + 1
          triangle(kept, j) = length
@@ -366,4 +412,32 @@ contains
          images(:, kept) = images(:, j)/length
       end do
    end subroutine orthonormalize_among
+
+   ! x^T y of single columns.
+   real(wp) function dot(x, y)
+      real(wp), contiguous, intent(in) :: x(:, :), y(:, :)
+      real(wp) :: c(1, 1)
+
+      call inner_products(x, y, c)
+      dot = c(1, 1)
+   end function dot
+
+   pure function identity(n)
+      integer, intent(in) :: n
+      real(wp) :: identity(n, n)
+      integer :: i
+
+      identity = 0
+      do i = 1, n
+         identity(i, i) = 1
+      end do
+   end function identity
+
+   pure function diagonal(a)
+      real(wp), intent(in) :: a(:, :)
+      real(wp) :: diagonal(size(a, 1))
+      integer :: i
+
+      diagonal = [(a(i, i), i=1, size(a, 1))]
+   end function diagonal
 end module kschur_block_lanczos

@@ -5,10 +5,10 @@
 !> Sources: Wu and Simon, SIAM J. Matrix Anal. Appl. 22 (2000), the restart;
 !> Nour-Omid, Parlett, Ericsson, Jensen, Math. Comp. 48 (1987), semidefinite B.
 module kschur_lanczos
-   use kschur_basis_real, only: rotate_columns
+   use kschur_basis_real, only: move_columns, rotate_columns
+   use kschur_block_lanczos, only: add_random_directions, block_decomposition_type, breakdown, expand_block, make_room
    use kschur_census, only: census_type
    use kschur_clock, only: clock, seconds_since
-   use kschur_lanczos_decomposition, only: decomposition_type, breakdown, expand, fresh_direction, start
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type
@@ -22,6 +22,19 @@ module kschur_lanczos
    private
    public :: lanczos, lanczos_state_type
 
+   ! Convergence is tested after so many steps, or after this part of the dimension.
+   integer, parameter :: check_every = 8, check_part = 16
+
+   !> The first `locked` columns are converged Ritz vectors.
+   type, extends(block_decomposition_type) :: decomposition_type
+      integer :: locked = 0
+      !> The Krylov space has no more columns.
+      integer :: dimension = 0
+      !> Whether the basis spans all there is.
+      logical :: exhausted = .false.
+      real(wp) :: dropped = 0
+   end type decomposition_type
+
    !> What one call leaves to the next with the same operator.
    type :: lanczos_state_type
       type(decomposition_type) :: decomposition
@@ -32,7 +45,7 @@ module kschur_lanczos
    ! The Ritz pairs of the active part, most wanted first, and which are wanted.
    type :: ritz_type
       real(wp), allocatable :: values(:), vectors(:, :)
-      ! beta times the last entry of each vector; the same relative to the value.
+      ! The norm of N times each vector; the same relative to the value.
       real(wp), allocatable :: couplings(:), residuals(:)
       ! Of all values, locked ones included, it takes so many.
       integer :: needed = 0
@@ -81,13 +94,13 @@ contains
                call record(statistics, ritz)
                if (present(monitor)) call monitor%report(statistics%restarts, ritz%converged, ritz%needed, &
                   maxval([0.0_wp, ritz%residuals(:ritz%wanted)]), proceed)
-               if (ritz%settled .or. d%exhausted .or. d%dimension == size(d%projected, 2) .or. .not. proceed) exit
+               if (ritz%settled .or. d%exhausted .or. d%expanded >= d%dimension .or. .not. proceed) exit
             end do
             call conclude(state, ritz, options, proceed, statistics, over)
             if (over) exit
             statistics%restarts = statistics%restarts + 1
             call truncate(d, ritz, options, statistics)
-            if (ritz%settled) call fresh_direction(operator, options, d, d%locked, statistics, error)
+            if (ritz%settled) call find_fresh(operator, options, d, statistics, error)
             if (allocated(error)) return
          end do
          call extract(d, ritz, selection, options, found)
@@ -95,6 +108,63 @@ contains
          statistics%locking_error = d%dropped/max(d%scale, tiny(1.0_wp))
       end associate
    end subroutine lanczos
+
+   ! Makes room, and begins; enlarges what is kept.
+   subroutine start(operator, wanted, options, d, statistics, error)
+      class(symmetric_operator_type), intent(inout) :: operator
+      integer, intent(in) :: wanted
+      type(krylov_options_type), intent(in) :: options
+      type(decomposition_type), intent(inout) :: d
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      integer :: m
+
+      m = options%subspace
+      ! A restart, and the verification, need two blocks beside the wanted columns.
+      if (options%max_restarts > 1) m = max(m, wanted + 2*options%block)
+      m = max(min(m, operator%order()), 1)
+      d%dimension = max(d%dimension, m)
+      call make_room(d, operator%order(), d%dimension + options%block, error)
+      if (allocated(error) .or. d%vectors > 0) return
+      call find_fresh(operator, options, d, statistics, error)
+   end subroutine start
+
+   ! Goes on from random vectors in the complement of what is there, if there is one.
+   subroutine find_fresh(operator, options, d, statistics, error)
+      class(symmetric_operator_type), intent(inout) :: operator
+      type(krylov_options_type), intent(in) :: options
+      type(decomposition_type), intent(inout) :: d
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: attempts = 3
+      integer :: attempt
+
+      do attempt = 1, attempts
+         if (d%full()) exit
+         call add_random_directions(operator, d, min(options%block, size(d%basis, 2) - d%vectors), options%filter, &
+            options%seed, statistics, error)
+         if (allocated(error) .or. .not. d%closed()) return
+      end do
+      d%exhausted = .true.
+   end subroutine find_fresh
+
+   ! Steps up to the next test of convergence, the first when there are as many as are wanted.
+   subroutine expand(operator, wanted, options, d, statistics, error)
+      class(symmetric_operator_type), intent(inout) :: operator
+      integer, intent(in) :: wanted
+      type(krylov_options_type), intent(in) :: options
+      type(decomposition_type), intent(inout) :: d
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      integer :: last
+
+      last = min(max(d%expanded + max(check_every, d%expanded/check_part), wanted), d%dimension)
+      do while (d%expanded < last .and. .not. d%exhausted)
+         call expand_block(operator, d, statistics, error)
+         if (.not. allocated(error) .and. d%closed()) call find_fresh(operator, options, d, statistics, error)
+         if (allocated(error)) return
+      end do
+   end subroutine expand
 
    ! Whether the iteration ends, and why. One Krylov space holds one copy only of a multiple eigenvalue: a
    ! verification searches the complement of what was found, from a fresh random vector, until nothing wanted is there.
@@ -133,17 +203,18 @@ contains
       type(error_type), allocatable, intent(out) :: error
       complex(wp), allocatable :: values(:)
       integer, allocatable :: active_order(:)
-      integer :: active, i, near
+      integer :: active, i, near, m
 
-      active = d%dimension - d%locked
+      m = d%expanded
+      active = m - d%locked
       allocate (ritz%couplings(active), ritz%residuals(active))
-      allocate (ritz%vectors(active, active), source=d%projected(d%locked + 1:d%dimension, d%locked + 1:d%dimension))
+      allocate (ritz%vectors(active, active), source=d%couplings(d%locked + 1:m, d%locked + 1:m))
       call symmetric_eigenvectors(ritz%vectors, ritz%values, error)
       if (allocated(error)) return
 
-      allocate (values(d%dimension))
-      allocate (ritz%all_residuals(d%dimension), source=0.0_wp)
-      values(:d%locked) = [(cmplx(d%projected(i, i), 0.0_wp, wp), i=1, d%locked)]
+      allocate (values(m))
+      allocate (ritz%all_residuals(m), source=0.0_wp)
+      values(:d%locked) = [(cmplx(d%couplings(i, i), 0.0_wp, wp), i=1, d%locked)]
       do i = 1, active
          values(d%locked + i) = ritz%values(i)
          if (d%locked == 0) cycle
@@ -151,9 +222,9 @@ contains
          near = minloc(abs(values(:d%locked) - ritz%values(i)), 1)
          if (abs(values(near) - ritz%values(i)) <= breakdown*d%scale) values(d%locked + i) = values(near)
       end do
-      allocate (ritz%order(d%dimension), source=order_by_preference(selection, values))
+      allocate (ritz%order(m), source=order_by_preference(selection, values))
       ritz%needed = selection%needed(values(ritz%order))
-      associate (chosen => ritz%order(:min(ritz%needed, d%dimension)))
+      associate (chosen => ritz%order(:min(ritz%needed, m)))
          allocate (ritz%locked_is_wanted(d%locked), source=[(any(chosen == i), i=1, d%locked)])
          ritz%wanted = count(chosen > d%locked)
       end associate
@@ -161,11 +232,13 @@ contains
       allocate (active_order(active), source=pack(ritz%order, ritz%order > d%locked) - d%locked)
       ritz%values = ritz%values(active_order)
       ritz%vectors = ritz%vectors(:, active_order)
-      if (active > 0) ritz%couplings = d%beta*ritz%vectors(active, :)
+      associate (outward => d%outward())
+         ritz%couplings = norm2(matmul(outward(:, d%locked + 1:), ritz%vectors), 1)
+      end associate
       ritz%residuals = abs(ritz%couplings)/max(abs(ritz%values), epsilon(1.0_wp)/options%tolerance*d%scale, tiny(1.0_wp))
       ritz%all_residuals(d%locked + active_order) = ritz%residuals
       ritz%all_residuals = ritz%all_residuals(ritz%order)
-      allocate (ritz%all_values(d%dimension), source=real(values(ritz%order), wp))
+      allocate (ritz%all_values(m), source=real(values(ritz%order), wp))
       ritz%converged = count(ritz%residuals(:ritz%wanted) <= options%tolerance) + count(ritz%locked_is_wanted)
       ritz%settled = ritz%converged == ritz%needed
       ! Where nothing new is wanted, the best must be known well enough to say so:
@@ -187,8 +260,8 @@ contains
 
       active = size(ritz%values)
       keep = ritz%wanted
-      ! Room for one new vector at least.
-      if (.not. ritz%settled) keep = max(min(keep + max((active - keep)/2, 1), active - 1), 0)
+      ! Room for a new block at least.
+      if (.not. ritz%settled) keep = max(min(keep + max((active - keep)/2, 1), active - max(d%vectors - d%expanded, 1)), 0)
       lockable = [(i <= min(keep, ritz%wanted), i=1, active)] .and. ritz%residuals <= options%tolerance
       remaining = 0
       do i = 1, d%locked
@@ -196,7 +269,7 @@ contains
          remaining = remaining + 1
          if (remaining == i) cycle
          d%basis(:, remaining) = d%basis(:, i)
-         d%projected(remaining, remaining) = d%projected(i, i)
+         d%couplings(remaining, remaining) = d%couplings(i, i)
       end do
       call rotate(d, ritz, remaining, [pack([(i, i=1, keep)], lockable(:keep)), &
          pack([(i, i=1, keep)], .not. lockable(:keep))], statistics)
@@ -204,26 +277,32 @@ contains
       d%dropped = hypot(d%dropped, norm2(pack(ritz%couplings, lockable)))
    end subroutine truncate
 
-   ! Replaces the active part by some of its Ritz vectors, behind the first
-   ! `before` columns.
+   ! Replaces the active part by some of its Ritz vectors, behind the first `before` columns; where what is wanted has
+   ! settled, what is behind them is left.
    subroutine rotate(d, ritz, before, chosen, statistics)
       type(decomposition_type), intent(inout) :: d
       type(ritz_type), intent(in) :: ritz
       integer, intent(in) :: before, chosen(:)
       type(krylov_statistics_type), intent(inout) :: statistics
-      integer :: keep, i
+      real(wp), allocatable :: outward(:, :)
+      integer :: keep, width, i
       integer(long) :: started
 
       started = clock()
       keep = size(chosen)
+      width = merge(0, d%vectors - d%expanded, ritz%settled)
+      allocate (outward, source=d%outward())
+      outward = matmul(outward(:, d%locked + 1:), ritz%vectors(:, chosen))
       call rotate_columns(d%basis, d%locked + 1, ritz%vectors(:, chosen), before + 1)
-      if (.not. d%exhausted) d%basis(:, before + keep + 1) = d%basis(:, d%dimension + 1)
-      d%projected(:, before + 1:) = 0
+      call move_columns(d%basis, d%expanded + 1, before + keep + 1, width)
+      d%images = d%images(:, :width)
+      d%couplings(:, before + 1:) = 0
       do i = 1, keep
-         d%projected(before + i, before + i) = ritz%values(chosen(i))
+         d%couplings(before + i, before + i) = ritz%values(chosen(i))
       end do
-      d%dimension = before + keep
-      d%beta = 0
+      d%expanded = before + keep
+      d%vectors = d%expanded + width
+      d%couplings(d%expanded + 1:d%vectors, before + 1:d%expanded) = outward(:width, :)
       statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
    end subroutine rotate
 
@@ -240,7 +319,7 @@ contains
 
       started = clock()
       n = size(d%basis, 1)
-      k = d%dimension
+      k = d%expanded
       allocate (u(k, k), source=0.0_wp)
       allocate (values(k))
       active = 0
@@ -253,7 +332,7 @@ contains
             values(found) = ritz%values(active)
             u(d%locked + 1:, found) = ritz%vectors(:, active)
          else
-            values(found) = d%projected(ritz%order(i), ritz%order(i))
+            values(found) = d%couplings(ritz%order(i), ritz%order(i))
             u(ritz%order(i), found) = 1
          end if
       end do

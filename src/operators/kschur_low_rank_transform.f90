@@ -2,7 +2,7 @@
 !> of the symmetric form, with the responses to those forces among its start vectors, holds all their modes. Every mode
 !> is a combination of undamped modes and of such responses.
 module kschur_low_rank_transform
-   use kschur_block_lanczos, only: add_directions, add_random_direction, block_decomposition_type, expand_block, make_room
+   use kschur_block_lanczos, only: add_directions, add_random_directions, block_decomposition_type, expand_block, make_room
    use kschur_certificate, only: inertia_census_type, new_inertia_census
    use kschur_deflation, only: deflation_type
    use kschur_dense_eigenpairs, only: dense_eigenpairs_type
@@ -28,6 +28,9 @@ module kschur_low_rank_transform
    implicit none
    private
    public :: low_rank_transform_type, new_low_rank_transform
+
+   ! Applications that take infinite eigenvalues out of a random vector: they come in Jordan blocks of size 2 at most.
+   integer, parameter :: filter = 2
 
    type, extends(transform_type) :: low_rank_transform_type
       !> The undamped part, factored.
@@ -121,7 +124,7 @@ contains
             call expand_block(self%undamped%operator, self%space, ritz%statistics, error)
             if (allocated(error)) return
          end do
-         if (self%space%closed()) call add_random_direction(self%undamped%operator, self%space, options%seed, &
+         if (self%space%closed()) call add_random_directions(self%undamped%operator, self%space, 1, filter, options%seed, &
             ritz%statistics, error)
          if (.not. allocated(error)) call self%look(selection, options, seen, error)
          if (allocated(error)) return
@@ -134,7 +137,7 @@ contains
          if (seen%settled()) call self%copies_are_there(selection, seen, complete)
          if (self%space%closed()) exit
          if ((seen%settled() .and. complete) .or. .not. proceed .or. at_end(self)) exit
-         if (seen%settled()) call add_random_direction(self%undamped%operator, self%space, options%seed, &
+         if (seen%settled()) call add_random_directions(self%undamped%operator, self%space, 1, filter, options%seed, &
             ritz%statistics, error)
          if (allocated(error)) return
          next = min(self%space%expanded + max(8, self%space%expanded/10), self%most)
@@ -187,6 +190,7 @@ contains
          room = 2*(r + z) + self%most + 2
          if (.not. allocated(self%space)) then
             allocate (self%space)
+            self%space%cautious = .true.
             self%space%most = n - size(operator%deflation%decay)
             if (size(operator%deflation%decay) > 0) allocate (self%space%excluded, source=operator%deflation%shapes)
             call make_room(self%space, n, room, error)
@@ -199,7 +203,7 @@ contains
                if (allocated(error)) return
                deallocate (x)
             end if
-            call add_random_direction(operator, self%space, options%seed, statistics, error)
+            call add_random_directions(operator, self%space, 1, filter, options%seed, statistics, error)
             if (allocated(error)) return
             allocate (x(n, r), source=self%forces%columns_of_b(n))
             allocate (xi(size(operator%factors), r))

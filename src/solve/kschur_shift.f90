@@ -24,7 +24,7 @@ module kschur_shift
    integer, parameter :: shift_attempts = 5
    ! Beyond this, relative to the shift or to the lowest, an eigenvalue may be an infinite one that rounding
    ! blurred; that is far above a rate typical of the matrices.
-   real(wp), parameter :: too_far = 1.0e5_wp, above_the_typical = 100
+   real(wp), parameter :: too_far = 1.0e6_wp, above_the_typical = 100
    ! A few steps tell a scale to this part of it.
    real(wp), parameter :: roughly = 0.1_wp
    ! Where to, by what factors, should it be an eigenvalue.
