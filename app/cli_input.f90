@@ -89,7 +89,7 @@ contains
             call new_error(error, error_input, path//": one matrix is no problem; name its folder, or the files "// &
                "by --mass, --stiffness, --damping and --constraints")
          else if (exists) then
-            call read_hdf5_problem(problem, path, error)
+            call read_hdf5_problem(problem, path, error, trial=.true.)
          else
             call new_error(error, error_input, path//": there is no such file or folder")
          end if

@@ -34,7 +34,7 @@ module kschur
       error_memory, error_singular, error_library, error_convergence
    use kschur_formulation, only: choose_formulation
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
-   use kschur_hdf5_result, only: read_hdf5_result, write_hdf5_result
+   use kschur_hdf5_result, only: is_hdf5_result, read_hdf5_result, write_hdf5_result
    use kschur_inertia_solver, only: inertia_real_type
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_kinds, only: wp, long

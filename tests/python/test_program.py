@@ -735,7 +735,7 @@ def test_bad_input(folder):
             group.attrs["shape"] = [2000000000, 2000000000]
             for dataset, values in (("indptr", [0, 1]), ("indices", [0]), ("data", [1.0])):
                 group[dataset] = values
-    check_refused("two thousand million rows, HDF5", 2, kschur("solve", folder / "huge.h5"), "huge.h5", "2000000000")
+    check_refused("two thousand million rows, HDF5", 2, kschur("solve", folder / "huge.h5"), "huge.h5", "2000000001")
     for name in ("M.mtx", "K.mtx"):
         (bad / name).write_text("%%MatrixMarket matrix coordinate real general\n2000000000 2000000000 1\n1 1 1.0\n")
     check_refused("two thousand million rows, one entry", 2, kschur("solve", bad), "M.mtx", "2000000000")
