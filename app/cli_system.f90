@@ -1,11 +1,12 @@
 !> What the program asks of the operating system.
 module cli_system
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_intptr_t, c_null_char, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: error_unit
    use kschur, only: error_file, error_library, error_type, long, new_error
    implicit none
    private
-   public :: check_new_file, check_new_folder, check_output, complain, end_program, ends_with, is_folder, &
+   public :: check_new_file, check_new_folder, check_output, complain, end_program, ends_with, ignore_size_signal, &
+      is_folder, &
       peak_memory_bytes, print_line, same_file, set_threads, standard_error_is_terminal
 
    ! Whether a line for standard output was lost.
@@ -44,6 +45,12 @@ module cli_system
          integer(c_int), value :: descriptor
       end function c_isatty
 
+      type(c_funptr) function c_signal(number, action) bind(c, name="signal")
+         import :: c_funptr, c_int
+         integer(c_int), value :: number
+         type(c_funptr), value :: action
+      end function c_signal
+
       subroutine openblas_set_num_threads(threads) bind(c, name="openblas_set_num_threads")
          import :: c_int
          integer(c_int), value :: threads
@@ -59,6 +66,17 @@ contains
       flush (error_unit)
       call c_exit(int(status, c_int))
    end subroutine end_program
+
+   !> Makes a file that would grow beyond the limit of the shell an error of writing, as on a full disk, instead of the
+   !> end of the program.
+   subroutine ignore_size_signal()
+      integer(c_int), parameter :: sigxfsz = 25
+      ! SIG_IGN.
+      integer(c_intptr_t), parameter :: ignore = 1
+      type(c_funptr) :: before
+
+      before = c_signal(sigxfsz, transfer(ignore, before))
+   end subroutine ignore_size_signal
 
    !> One line on standard output. C writes it, as gfortran does not report a
    !> disk that is full or an output that is closed; `check_output` does.

@@ -120,6 +120,17 @@ int kschur_stage(const char *path, char *staging)
    return -1;
 }
 
+/* Makes a new file and sees that it may have so many bytes. 0, or what errno says. */
+int kschur_reserve(const char *path, long long bytes)
+{
+   int file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666), failure;
+
+   if (file < 0) return errno;
+   failure = posix_fallocate(file, 0, (off_t)bytes);
+   close(file);
+   return failure == EOPNOTSUPP || failure == EINVAL ? 0 : failure;
+}
+
 /* Removes what kschur_stage made, with all that is in it. */
 void kschur_unstage(int folder, const char *staging)
 {

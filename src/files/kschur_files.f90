@@ -1,7 +1,7 @@
 !> Files and folders, as far as Fortran has no word for them. What is written is written into a staging folder beside its
 !> place, and gets its name when it is whole and on the disk.
 module kschur_files
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_null_char, c_size_t
    use kschur_error, only: error_type, new_error, error_file
    use kschur_kinds, only: long
    implicit none
@@ -25,6 +25,8 @@ module kschur_files
    contains
       !> Makes the folder; fails with the place and the system's reason.
       procedure :: open => open_staging
+      !> Makes the file at `path` and fails where it may not have so many bytes.
+      procedure :: reserve
       !> Moves what was written to its place, unless an error is raised; removes the folder.
       procedure :: finish => finish_staging
    end type staging_type
@@ -40,6 +42,12 @@ module kschur_files
          character(kind=c_char), intent(in) :: path(*)
          character(kind=c_char), intent(out) :: staging(*)
       end function c_stage
+
+      integer(c_int) function c_reserve(path, bytes) bind(c, name="kschur_reserve")
+         import :: c_char, c_int, c_long_long
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_long_long), value :: bytes
+      end function c_reserve
 
       subroutine c_unstage(descriptor, staging) bind(c, name="kschur_unstage")
          import :: c_char, c_int
@@ -111,6 +119,17 @@ contains
       end do
       self%path = self%name//"/whole"
    end subroutine open_staging
+
+   subroutine reserve(self, bytes, error)
+      class(staging_type), intent(in) :: self
+      integer(long), intent(in) :: bytes
+      type(error_type), allocatable, intent(inout) :: error
+      integer(c_int) :: failure
+
+      if (allocated(error)) return
+      failure = c_reserve(self%path//c_null_char, int(bytes, c_long_long))
+      if (failure /= 0) call new_error(error, error_file, self%target//": cannot be written: "//trim(system_reason(failure)))
+   end subroutine reserve
 
    subroutine finish_staging(self, error)
       class(staging_type), intent(inout) :: self

@@ -8,7 +8,7 @@ module kschur_hdf5_basics
       h5gcreate_f, h5gclose_f, h5lexists_f, h5oexists_by_name_f, h5tcreate_f, h5tinsert_f, h5tclose_f, h5tget_class_f, &
       h5tget_member_index_f, H5T_COMPOUND_F, H5T_FLOAT_F, H5T_INTEGER_F
    use kschur_error, only: error_type, new_error, add_context, error_file, error_input, error_library
-   use kschur_files, only: check_length, kind_of_file, remove_file, folder, no_file, pipe_or_device, staging_type
+   use kschur_files, only: kind_of_file, folder, no_file, pipe_or_device, staging_type
    use kschur_kinds, only: wp, long
    use kschur_lock, only: acquire_lock, release_lock, lock_hdf5
    implicit none
@@ -115,33 +115,27 @@ contains
       end if
    end subroutine open_hdf5_file
 
-   !> Creates the file that will become `path`. Fails with the system's reason, also where the disk is full already:
-   !> HDF5 cannot bear that.
-   subroutine create_hdf5_file(file, staging, path, error)
+   !> Creates the file that will become `path`. Fails with the system's reason, also where there is no room for `bytes`:
+   !> HDF5 cannot bear a disk that fills up.
+   subroutine create_hdf5_file(file, staging, path, bytes, error)
       integer(hid_t), intent(out) :: file
       type(staging_type), intent(out) :: staging
       character(len=*), intent(in) :: path
+      !> Of all that will be written.
+      integer(long), intent(in) :: bytes
       type(error_type), allocatable, intent(inout) :: error
-      integer, parameter :: room = 2**16
-      character(len=256) :: reason
-      integer :: unit, status, ignored
+      integer(long), parameter :: of_hdf5_itself = 2**16
+      integer :: status
 
       file = -1
       if (allocated(error)) return
       call staging%open(path, error)
+      call staging%reserve(bytes + of_hdf5_itself, error)
       if (allocated(error)) return
-      reason = "HDF5 does not say why"
-      open (newunit=unit, file=staging%path, status="replace", action="write", access="stream", iostat=status, iomsg=reason)
-      if (status == 0) then
-         write (unit, iostat=status, iomsg=reason) repeat(" ", room)
-         close (unit, iostat=ignored)
-         call check_length(staging%path, int(room, long), status, reason)
-         if (status /= 0) call remove_file(staging%path)
-      end if
-      if (status == 0) call h5fcreate_f(staging%path, H5F_ACC_TRUNC_F, file, status)
+      call h5fcreate_f(staging%path, H5F_ACC_TRUNC_F, file, status)
       if (status == 0) return
       file = -1
-      call new_error(error, error_file, "the file cannot be created: "//trim(reason))
+      call new_error(error, error_file, path//": the file cannot be created")
    end subroutine create_hdf5_file
 
    !> Closes a file that was opened.
@@ -171,8 +165,8 @@ contains
          call h5fclose_f(file, status)
          if (status < 0 .and. .not. allocated(error)) &
             call new_error(error, error_file, "the file cannot be written: is the disk full?")
+         call add_context(error, path)
       end if
-      call add_context(error, path)
       call staging%finish(error)
    end subroutine finish_hdf5_file
 

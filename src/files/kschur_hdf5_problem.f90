@@ -8,7 +8,7 @@ module kschur_hdf5_problem
    use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, forbid_external_links, &
       open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, long
    use kschur_problem, only: modal_problem_type, settle_modal_problem
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, settle_csr_matrix
    use kschur_text, only: text
@@ -120,7 +120,7 @@ contains
       integer(hid_t) :: file
 
       call silence_hdf5(printing, error)
-      call create_hdf5_file(file, staging, path, error)
+      call create_hdf5_file(file, staging, path, bytes_of(problem), error)
       call write_matrix(file, "/mass", problem%mass, error)
       call write_matrix(file, "/stiffness", problem%stiffness, error)
       if (problem%damping%nonzeros() > 0) call write_matrix(file, "/damping", problem%damping, error)
@@ -128,6 +128,20 @@ contains
       call finish_hdf5_file(file, staging, path, error)
       call restore_printing(printing)
    end subroutine write_hdf5_problem
+
+   pure integer(long) function bytes_of(problem)
+      type(modal_problem_type), intent(in) :: problem
+
+      bytes_of = bytes_of_matrix(problem%mass) + bytes_of_matrix(problem%stiffness) + bytes_of_matrix(problem%damping) &
+         + bytes_of_matrix(problem%constraints)
+   end function bytes_of
+
+   pure integer(long) function bytes_of_matrix(matrix)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer(long), parameter :: bytes_of_an_integer = storage_size(1)/8, bytes_of_a_real = storage_size(1.0_wp)/8
+
+      bytes_of_matrix = bytes_of_an_integer*matrix%rows + (bytes_of_an_integer + bytes_of_a_real)*matrix%nonzeros()
+   end function bytes_of_matrix
 
    subroutine write_matrix(file, group, matrix, error)
       integer(hid_t), intent(in) :: file

@@ -10,7 +10,7 @@ module kschur_hdf5_result
    use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, forbid_external_links, &
       open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, long
    use kschur_options, only: arpack_names, formulation_names, index_of_name, inner_names, method_names, scaling_names
    use kschur_problem, only: damping_names
    use kschur_result, only: modal_result_type, certified_names, history_type, kind_names, reason_names
@@ -39,7 +39,7 @@ contains
          return
       end if
       call silence_hdf5(printing, error)
-      call create_hdf5_file(file, staging, path, error)
+      call create_hdf5_file(file, staging, path, bytes_of(result), error)
       call write_modes(file, result, error)
       call write_history(file, result%history, error)
       call write_facts(file, result, error)
@@ -59,6 +59,16 @@ contains
       if (allocated(result%left_eigenvectors)) &
          is_whole = is_whole .and. allocated(result%left_multipliers) .and. allocated(result%condition)
    end function is_whole
+
+   ! Of the arrays that may be large.
+   pure integer(long) function bytes_of(result)
+      type(modal_result_type), intent(in) :: result
+      integer(long), parameter :: bytes_of_a_complex = 2*storage_size(1.0_wp)/8
+
+      bytes_of = size(result%eigenvectors, kind=long) + size(result%multipliers, kind=long)
+      if (allocated(result%left_eigenvectors)) bytes_of = 2*bytes_of
+      bytes_of = bytes_of_a_complex*bytes_of
+   end function bytes_of
 
    subroutine write_modes(file, result, error)
       integer(hid_t), intent(in) :: file
