@@ -6,7 +6,7 @@ module kschur_files
    use kschur_kinds, only: long
    implicit none
    private
-   public :: staging_type, check_length, is_link, kind_of_file, make_folder, remove_file
+   public :: staging_type, check_length, is_link, kind_of_file, last_reason, make_folder, remove_file
 
    !> What `kind_of_file` answers.
    integer(c_int), parameter, public :: no_file = 0, regular_file = 1, folder = 2, pipe_or_device = 3
@@ -109,7 +109,7 @@ contains
       self%target = path
       self%descriptor = c_stage(path//c_null_char, bytes)
       if (self%descriptor < 0) then
-         call new_error(error, error_file, path//": cannot be written: "//trim(system_reason(c_errno())))
+         call new_error(error, error_file, path//": cannot be written: "//trim(last_reason()))
          return
       end if
       self%name = ""
@@ -150,6 +150,13 @@ contains
       if (failure /= 0) call new_error(error, error_file, path//": cannot be replaced by what was just written: "// &
          trim(system_reason(failure)))
    end subroutine publish
+
+   !> The system's words for what failed last.
+   function last_reason() result(reason)
+      character(len=128) :: reason
+
+      reason = system_reason(c_errno())
+   end function last_reason
 
    ! The system's words for a number of errno.
    function system_reason(failure) result(reason)

@@ -166,7 +166,7 @@ contains
 
       stored = 0
       call read_raw(file, object, name, integer_type(), size(value, kind=hsize_t), c_loc(stored), error)
-      if (any(abs(stored) > huge(value)) .and. .not. allocated(error)) &
+      if (any(stored > huge(value) .or. stored < -huge(value)) .and. .not. allocated(error)) &
          call new_error(error, error_input, label(object, name)//" is beyond "//text(huge(value)))
       if (allocated(error)) stored = 0
       value = int(stored)

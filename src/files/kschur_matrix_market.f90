@@ -93,16 +93,20 @@ contains
       if (allocated(error)) return
       header%rows = int(rows)
       header%columns = int(columns)
-      if (.not. header%is_array) return
-      select case (header%symmetry)
-      case (general)
-         header%entries = rows*columns
-      case (symmetric)
-         header%entries = rows*(rows + 1)/2
-      case (skew_symmetric)
-         header%entries = rows*(rows - 1)/2
-      end select
+      if (header%is_array) header%entries = entries_of_array(header%symmetry, rows, columns)
+      ! Each takes a byte or more.
+      if (header%entries > reader%bytes) call line_error(error, reader, text(header%entries)// &
+         " entries are announced, more than a file of "//text(reader%bytes)//" bytes can hold")
    end subroutine read_header
+
+   pure integer(long) function entries_of_array(symmetry, rows, columns) result(entries)
+      integer, intent(in) :: symmetry
+      integer(long), intent(in) :: rows, columns
+
+      entries = rows*columns
+      if (symmetry == symmetric) entries = rows*(rows + 1)/2
+      if (symmetry == skew_symmetric) entries = rows*(rows - 1)/2
+   end function entries_of_array
 
    subroutine read_banner(header, reader, error)
       type(header_type), intent(out) :: header
