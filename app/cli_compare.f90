@@ -7,7 +7,8 @@ module cli_compare
    use cli_numbers, only: rounded
    use cli_options, only: take_iteration, take_wanted
    use cli_progress, only: new_progress, progress_type
-   use cli_system, only: check_output, complain, print_line, set_threads
+   use cli_system, only: check_output, complain, print_line
+   use cli_threads, only: set_threads
    use kschur, only: add_context, damping_names, error_type, formulation_names, kschur_version, modal_options_type, &
       modal_problem_type, modal_result_type, reason_converged, reason_names, text, wp
    implicit none
@@ -43,7 +44,7 @@ contains
       call arguments%take_flag("--quiet", quiet, error)
       call take_input(arguments, input, error)
       if (allocated(error)) return
-      if (threads > 0) call set_threads(threads)
+      if (threads > 0) call set_threads(threads, error)
       progress = new_progress(quiet)
       call progress%show("reading")
       call read_problem(input, problem, error)

@@ -5,7 +5,8 @@ module cli_solve
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: print_result, take_format
    use cli_progress, only: new_progress, progress_type
-   use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes, set_threads
+   use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes
+   use cli_threads, only: set_threads
    use kschur, only: arpack_names, certified_no, error_type, error_usage, formulation_names, inaccurate_above, &
       method_arpack, method_names, &
       modal_options_type, modal_problem_type, modal_result_type, new_error, reason_cancelled, reason_converged, &
@@ -45,7 +46,8 @@ contains
       call take_request(arguments, request, error)
       if (.not. allocated(error) .and. allocated(request%output)) call check_new_file(request%output, error)
       if (allocated(error)) return
-      if (request%threads > 0) call set_threads(request%threads)
+      if (request%threads > 0) call set_threads(request%threads, error)
+      if (allocated(error)) return
       progress = new_progress(request%quiet)
 
       call progress%show("reading")

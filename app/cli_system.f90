@@ -7,7 +7,7 @@ module cli_system
    private
    public :: check_new_file, check_new_folder, check_output, complain, end_program, ends_with, ignore_size_signal, &
       is_folder, &
-      peak_memory_bytes, print_line, same_file, set_threads, standard_error_is_terminal
+      peak_memory_bytes, print_line, same_file, standard_error_is_terminal
 
    ! Whether a line for standard output was lost.
    logical :: output_lost = .false.
@@ -50,11 +50,6 @@ module cli_system
          integer(c_int), value :: number
          type(c_funptr), value :: action
       end function c_signal
-
-      subroutine openblas_set_num_threads(threads) bind(c, name="openblas_set_num_threads")
-         import :: c_int
-         integer(c_int), value :: threads
-      end subroutine openblas_set_num_threads
    end interface
 
 contains
@@ -196,13 +191,6 @@ contains
          call new_error(error, error_file, path//": the folder "//place//" may not be written to")
       end if
    end subroutine check_writable
-
-   !> Number of threads of the dense linear algebra.
-   subroutine set_threads(threads)
-      integer, intent(in) :: threads
-
-      call openblas_set_num_threads(int(threads, c_int))
-   end subroutine set_threads
 
    !> Most memory the program has held so far; -1 where the system does not
    !> tell. (The figure of getrusage counts what ran before `exec`.)
