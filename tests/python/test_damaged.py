@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Damaged files, by hand and at random: test_damaged.py KSCHUR [--files N] [--seed S] [--megabytes M] [--keep FOLDER]
+"""Damaged files and command lines, by hand and at random: test_damaged.py KSCHUR [--files N] [--seed S] [--megabytes M] [--keep FOLDER]
 
 Whatever is in a file, `kschur info` and `kschur solve` end with exit status 2 and one line, or, where the damage does no
 harm, with 0 (info) or 0, 3 or 4 (solve); soon, with little memory, and without a word of HDF5's. N files of each kind
@@ -157,6 +157,49 @@ def at_random(folder, source, number):
     path.unlink()
 
 
+# What stands in texts where numbers should, and what command lines are made of.
+TOKENS = ("0", "-1", "1", "7", "2147483647", "2147483648", "9223372036854775807", "99999999999999999999", "-9223372036854775808",
+          "1e999", "1e-999", "nan", "-inf", "1.5D+2", "+", "-", ".", "1..2", "%", "%%MatrixMarket", "\x00", "\x1b[2J", "\xff", "")
+WORDS = ("solve", "info", "compare", "scene", "help", "grid", "--modes", "--target", "--frequency", "--shift", "--band", "--method",
+         "--formulation", "--inner", "--subspace", "--tolerance", "--max-restarts", "--left", "--certify", "--output", "--format",
+         "--mass", "--stiffness", "--triplets", "--quiet", "--verbose", "--threads", "--version", "auto", "json", "csv", "dense",
+         "0", "-1", "1", "3", "1e308", "1e-308", "nan", "0,1", ",", "1,", "99999999999", "", "-", "--", "\u00e9", "\x1b[2J", "x" * 300)
+
+
+def text_at_random(folder, number):
+    """A problem of Matrix Market files with tokens and bytes exchanged."""
+    draw = random.Random(f"text {arguments.seed} {number}")
+    place = folder/f"text-{arguments.seed}-{number}"
+    place.mkdir()
+    header = "%%MatrixMarket matrix coordinate real general\n3 3 4\n"
+    texts = {"M": header + "1 1 2.0\n2 2 1e0\n3 3 .5\n1 2 0\n", "K": header + "1 1 2.0\n2 2 3\n3 3 4\n1 3 1d-3\n",
+             "R": "%%MatrixMarket matrix array real symmetric\n3 3\n1\n0\n0\n1\n0\n1\n", "Cq": header.replace("3 3 4", "1 3 1") + "1 2 1\n"}
+    chosen = draw.choice(list(texts))
+    for _ in range(draw.choice((1, 1, 2, 4))):
+        tokens = texts[chosen].split(" ")
+        tokens[draw.randrange(len(tokens))] = draw.choice(TOKENS)
+        texts[chosen] = " ".join(tokens)
+        if draw.random() < 0.5:
+            where = draw.randrange(len(texts[chosen]) or 1)
+            texts[chosen] = texts[chosen][:where] + draw.choice(TOKENS + ("\n", " ", "\r\n")) + texts[chosen][where + draw.randrange(3):]
+    for name, text in texts.items():
+        (place/f"{name}.mtx").write_text(text, encoding="latin-1")
+    if ends_well(place.name, (0, 2, 3, 4), "solve", place, "--modes", 2) or not arguments.keep:
+        return
+    os.makedirs(arguments.keep, exist_ok=True)
+    place.rename(Path(arguments.keep)/place.name)
+
+
+def words_at_random(folder, problem, number):
+    draw = random.Random(f"words {arguments.seed} {number}")
+    words = [draw.choice(WORDS + (str(problem),)) for _ in range(draw.randrange(1, 7))]
+    if draw.random() < 0.5:
+        words[:0] = ["solve", str(problem)]
+    os.chdir(folder)
+    status, errors, _ = run(*words, seconds=60)
+    check(f"kschur {words}", status in (0, 1, 2, 3, 4) and errors.count("\n") <= 2 and "\x1b" not in errors, (status, errors[-300:]))
+
+
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -176,15 +219,18 @@ def main():
             check(f"{source.name} itself is read", run("info", source)[0] == 0)
             for number in range(arguments.files):
                 at_random(folder, source, number)
+        for number in range(arguments.files):
+            text_at_random(folder, number)
+            words_at_random(folder, plain, number)
     print(f"{len(failures)} failed")
     sys.exit(bool(failures))
 
 
 parser = argparse.ArgumentParser()
-parser.add_argument("kschur")
+parser.add_argument("kschur", type=os.path.abspath)
 parser.add_argument("--files", type=int, default=40)
 parser.add_argument("--seed", type=int, default=0)
 parser.add_argument("--megabytes", type=float, default=200, help="that a run may take; sanitizers take more")
-parser.add_argument("--keep")
+parser.add_argument("--keep", type=os.path.abspath)
 arguments = parser.parse_args()
 main()

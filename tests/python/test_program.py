@@ -803,6 +803,20 @@ def test_triplets_and_pipes(folder):
     check_refused("more entries than the file can hold", 2, kschur("solve", source), "K.mtx", "line 2", "1000000000000")
 
 
+def test_messages(folder):
+    """One line without what moves a cursor, whatever the words are, and not too long."""
+    for name in (b"a\nb\rc\x1b[2J.h5", b"\x7f\xc2\x9b2J.h5", b"\x9b2J\x80.h5", "\u00e9\u6f22\U0001f600.h5".encode() * 40):
+        run = subprocess.run([os.fsencode(KSCHUR), b"solve", name], capture_output=True, timeout=60)
+        line = run.stderr.removesuffix(b"\n")
+        check(f"message about {name[:20]!r}: one plain line", run.returncode == 2 and not re.search(
+            rb"[\x00-\x1f\x7f]|\xc2[\x80-\x9f]|(?<![\x80-\xff])[\x80-\xbf]", line) and len(line) < 260, line)
+        line.decode()
+    run = kschur("solve", "\u00e9\u6f22.h5")
+    check("message about letters: as they are", "\u00e9\u6f22.h5" in run.stderr, run.stderr)
+    run = kschur("solve", "x" * 5000)
+    check("message about 5000 letters: short, says what is wrong", len(run.stderr) < 260 and "no such file" in run.stderr, run.stderr)
+
+
 def on_terminal(*words):
     """What the program writes to standard error where that is a terminal."""
     ours, its = pty.openpty()
@@ -836,7 +850,7 @@ def main():
                      test_output_that_cannot_be_written, test_certify, test_left, test_info, test_presolve_option,
                      test_restarts_run_out, test_more_modes_than_exist, test_arpack, test_compare, test_wrong_usage,
                      test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
-                     test_bad_input, test_triplets_and_pipes, test_progress):
+                     test_bad_input, test_triplets_and_pipes, test_messages, test_progress):
             try:
                 test(folder)
             except Exception as error:
