@@ -8,7 +8,6 @@ module cli_compare
    use cli_options, only: take_iteration, take_wanted
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_output, complain, print_line
-   use cli_threads, only: set_threads
    use kschur, only: add_context, damping_names, error_type, formulation_names, kschur_version, modal_options_type, &
       modal_problem_type, modal_result_type, reason_converged, reason_names, text, wp
    implicit none
@@ -31,20 +30,18 @@ contains
       type(modal_problem_type) :: problem
       type(comparison_type) :: comparison
       type(progress_type) :: progress
-      integer :: format, threads
+      integer :: format
       logical :: quiet
 
       complete = .false.
       format = 0
-      threads = 0
       call take_wanted(arguments, options, error)
       call take_iteration(arguments, options, error)
       call arguments%take_choice("--format", formats, format, error)
-      call arguments%take_integer("--threads", 1, threads, error)
+      call arguments%take_integer("--threads", 1, options%threads, error)
       call arguments%take_flag("--quiet", quiet, error)
       call take_input(arguments, input, error)
       if (allocated(error)) return
-      if (threads > 0) call set_threads(threads, error)
       progress = new_progress(quiet)
       call progress%show("reading")
       call read_problem(input, problem, error)

@@ -75,11 +75,10 @@ contains
          "  --formulation NAME     auto, undamped, undamped-negative, undamped-constrained,", &
          "                         undamped-constrained-zero, damped, damped-constrained,", &
          "                         damped-constrained-zero, quadratic, symmetric,", &
-         "                         proportional, dense (auto)", &
+         "                         proportional, low-rank, dense (auto)", &
          "  --inner NAME           auto, mumps, ldl, iterative: half of the memory (auto)", &
          "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &
-         "  --block B              vectors that the Krylov space grows by: 1, as this version has", &
-         "                         no blocks (1)", &
+         "  --block B              vectors that the Krylov space grows by at a time (chosen)", &
          "  --subspace M           largest dimension of the Krylov space (chosen)", &
          "  --tolerance T          relative residual of a converged mode (1e-12)", &
          "  --max-restarts K       (200)", &
@@ -90,7 +89,8 @@ contains
          "  --format NAME          table, json, csv (table)", &
          "  --verbose              more at the end of the table", &
          "  --quiet                no progress on the terminal", &
-         "  --threads N            threads of the linear algebra"])
+         "  --threads N            threads (as many as there are cores); any number gives the same", &
+         "                         digits but for what MUMPS factors"])
    end subroutine print_solve_help
 
    subroutine print_compare_help()

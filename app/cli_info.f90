@@ -5,9 +5,9 @@ module cli_info
    use cli_numbers, only: rounded
    use cli_output, only: format_table, print_result, take_format
    use cli_system, only: print_line
-   use kschur, only: choose_formulation, csr_matrix_type, damping_names, damping_proportional, error_type, error_usage, &
-      formulation_auto, formulation_names, is_hdf5_result, modal_problem_type, modal_result_type, new_error, presolve, &
-      presolve_type, read_hdf5_result, text
+   use kschur, only: choose_formulation, csr_matrix_type, damping_names, damping_proportional, description_of, &
+      error_type, error_usage, formulation_auto, formulation_names, is_hdf5_result, modal_problem_type, &
+      modal_result_type, new_error, presolve, presolve_type, read_hdf5_result, text
    implicit none
    private
    public :: info_command
@@ -86,6 +86,7 @@ contains
       character(len=:), allocatable :: damping_text
 
       damping_text = trim(damping_names(problem%damping_kind))
+      if (allocated(problem%dampers)) damping_text = damping_text//": "//trim(description_of(problem))
       if (problem%damping_kind == damping_proportional) damping_text = damping_text//", alpha "// &
          rounded(problem%alpha)//" 1/s, beta "//rounded(problem%beta)//" s"
    end function damping_text

@@ -44,7 +44,7 @@ contains
       type(modal_options_type), intent(inout) :: options
       type(error_type), allocatable, intent(inout) :: error
       real(wp), allocatable :: tolerance
-      integer :: presolve, block
+      integer :: presolve
 
       call arguments%take_choice("--constraint-scaling", scaling_names, options%constraint_scaling, error)
       presolve = merge(1, 0, options%presolve)
@@ -55,10 +55,6 @@ contains
       call arguments%take_positive("--tolerance", tolerance, error)
       if (allocated(tolerance)) options%tolerance = tolerance
       call arguments%take_integer("--max-restarts", 1, options%max_restarts, error)
-      block = 1
-      call arguments%take_integer("--block", 1, block, error)
-      if (allocated(error)) return
-      if (block /= 1) call new_error(error, error_usage, "--block "//text(block)// &
-         " is not in this version, which has only --block 1")
+      call arguments%take_integer("--block", 1, options%block, error)
    end subroutine take_iteration
 end module cli_options

@@ -6,7 +6,6 @@ module cli_solve
    use cli_output, only: print_result, take_format
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes
-   use cli_threads, only: set_threads
    use kschur, only: arpack_names, certified_no, error_type, error_usage, formulation_names, inaccurate_above, &
       method_arpack, method_names, &
       modal_options_type, modal_problem_type, modal_result_type, new_error, reason_cancelled, reason_converged, &
@@ -25,8 +24,6 @@ module cli_solve
       !> Where to write the result; not allocated: nowhere.
       character(len=:), allocatable :: output
       integer :: format = 0
-      !> Number of threads; 0: as the libraries choose.
-      integer :: threads = 0
       logical :: quiet = .false., verbose = .false.
    end type request_type
 
@@ -45,8 +42,6 @@ contains
       complete = .false.
       call take_request(arguments, request, error)
       if (.not. allocated(error) .and. allocated(request%output)) call check_new_file(request%output, error)
-      if (allocated(error)) return
-      if (request%threads > 0) call set_threads(request%threads, error)
       if (allocated(error)) return
       progress = new_progress(request%quiet)
 
@@ -95,7 +90,7 @@ contains
 
       call arguments%take_text("--output", request%output, error)
       call take_format(arguments, request%format, error)
-      call arguments%take_integer("--threads", 1, request%threads, error)
+      call arguments%take_integer("--threads", 1, request%options%threads, error)
       call arguments%take_flag("--quiet", request%quiet, error)
       call arguments%take_flag("--verbose", request%verbose, error)
       call take_input(arguments, request%input, error)

@@ -1,5 +1,5 @@
-!> LDL against MUMPS on definite matrices of growing fill: what sets the limit
-!> at which `--inner auto` goes over to MUMPS.
+!> LDL against MUMPS on definite matrices of growing fill: whether there is
+!> one at which `--inner auto` should go over to MUMPS.
 !>
 !>     benchmark_inner
 !>

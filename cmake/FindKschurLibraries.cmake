@@ -1,11 +1,11 @@
-# The libraries below kschur, as one target kschur::libraries: sequential MUMPS, METIS, AMD and LDL of SuiteSparse, BLAS
+# The libraries below kschur, as one target kschur::libraries: sequential MUMPS, METIS, AMD of SuiteSparse, BLAS
 # and LAPACK, and, unless KSCHUR_WITH_ARPACK or KSCHUR_WITH_HDF5 is off, ARPACK and serial HDF5 with its Fortran interface.
 #
 # BLAS is OpenBLAS where there is one, else any; BLA_VENDOR says which (Generic: the reference BLAS).
 #
 # Never the MPI build of MUMPS or HDF5: two of them in one program overwrite each other.
 # Never the parallel ARPACK either: it wants MPI.
-# Never CHOLMOD or another GPL part of SuiteSparse: LDL is LGPL, AMD BSD.
+# Never CHOLMOD or another GPL part of SuiteSparse: AMD is BSD.
 
 include(FindPackageHandleStandardArgs)
 find_package(PkgConfig QUIET)
@@ -31,7 +31,6 @@ kschur_find_library(MUMPS_COMMON mumps_common_seq)
 kschur_find_library(MUMPS_PORD pord_seq)
 kschur_find_library(MUMPS_MPISEQ mpiseq_seq)
 kschur_find_library(METIS metis)
-kschur_find_library(LDL ldl)
 kschur_find_library(AMD amd)
 find_path(KSCHUR_MUMPS_INCLUDE_DIR NAMES zmumps_struc.h)
 mark_as_advanced(KSCHUR_MUMPS_INCLUDE_DIR)

@@ -54,10 +54,11 @@ module kschur
       formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, &
       formulation_undamped_constrained_zero, formulation_damped, formulation_damped_constrained, &
       formulation_damped_constrained_zero, formulation_quadratic, formulation_symmetric, formulation_proportional, &
-      formulation_dense, &
+      formulation_dense, formulation_low_rank, &
       scaling_names, scaling_none, scaling_scalar, scaling_row, inner_names, inner_auto, inner_mumps, inner_ldl, inner_iterative
    use kschur_pencil, only: pencil_type, new_pencil
    use kschur_presolve, only: presolve_type, presolve
+   use kschur_local_forces, only: description_of
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_names, damping_none, &
       damping_proportional, damping_general
    use kschur_release, only: kschur_version

@@ -176,7 +176,7 @@ int kschur_options_set_method(kschur_options *options, const char *name);
 int kschur_options_set_arpack(kschur_options *options, const char *name);
 
 /* "auto" (default), "symmetric", "proportional", "quadratic", "undamped", "undamped-negative", "undamped-constrained",
- * "undamped-constrained-zero", "damped", "damped-constrained", "damped-constrained-zero" or "dense". */
+ * "undamped-constrained-zero", "damped", "damped-constrained", "damped-constrained-zero", "dense" or "low-rank". */
 int kschur_options_set_formulation(kschur_options *options, const char *name);
 
 /* "row" (default), "scalar" or "none": how constraints are scaled. */
@@ -186,7 +186,8 @@ int kschur_options_set_constraint_scaling(kschur_options *options, const char *n
  * KSCHUR_ERROR_CONVERGENCE when it solves. */
 int kschur_options_set_inner(kschur_options *options, const char *name);
 
-/* Largest dimension of the Krylov space; 0 (default): chosen from the number of modes. */
+/* Largest dimension of the Krylov space, but for what a verification needs beside what is locked; 0 (default): chosen
+ * from the number of modes. */
 int kschur_options_set_subspace(kschur_options *options, int64_t dimension);
 
 /* Residual of a Ritz pair, relative to its value, at which it has converged: above 0, below 1. Default 1e-12. */
@@ -194,6 +195,10 @@ int kschur_options_set_tolerance(kschur_options *options, double tolerance);
 
 /* The iteration gives up instead of making this restart: at least 1. Default 200. */
 int kschur_options_set_max_restarts(kschur_options *options, int64_t restarts);
+
+/* Threads that compute; 0 (default): as many cores as the process may use, shared among the solves that run at the same
+ * time. Any number gives the same digits, but for those of large matrices that MUMPS factors. */
+int kschur_options_set_threads(kschur_options *options, int64_t threads);
 
 /* Whether clamped and tied unknowns are eliminated first. Default yes. */
 int kschur_options_set_presolve(kschur_options *options, int flag);

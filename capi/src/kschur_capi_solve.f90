@@ -10,6 +10,7 @@ module kschur_capi_solve
    use kschur_capi_status, only: outcome, require, status_null, status_ok, status_usage
    use kschur_capi_text, only: take_text
    use kschur_krylov_options, only: subspace_dimension
+   use kschur_threads, only: enter_solve, leave_solve
    implicit none
    private
 
@@ -152,8 +153,10 @@ contains
       type(krylov_options_type) :: krylov
       type(krylov_statistics_type) :: statistics
       type(progress_type) :: progress
+      integer :: threads_before
 
       progress = options%progress
+      call enter_solve(options%options%threads, threads_before)
       krylov%subspace = subspace_dimension(options%options%subspace, selection%wanted)
       krylov%tolerance = options%options%tolerance
       krylov%max_restarts = options%options%max_restarts
@@ -168,6 +171,7 @@ contains
             call krylov_schur(real_operator, selection, krylov, result%eigenvalues, result%eigenvectors, statistics, &
                error, progress)
          end if
+         call leave_solve(threads_before)
          if (allocated(error)) return
          result%options = options%options
          result%modes_asked = selection%wanted

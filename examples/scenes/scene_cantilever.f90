@@ -23,12 +23,13 @@ contains
       type(options_type) :: options
 
       options%description = "beam clamped at its base, a heavy body at its tip"
-      allocate (options%list(5))
+      allocate (options%list(6))
       options%list(1) = option_type("--elements", "10", "beam elements")
       options%list(2) = option_type("--tip-mass", "4000", "mass of the tip body, kg")
       options%list(3) = option_type("--length", "6", "length of the beam, m")
       options%list(4) = option_type("--mass", "consistent", "mass of the beam: consistent or lumped")
       options%list(5) = option_type("--damping", "rayleigh", "damping of the beam: rayleigh or none")
+      options%list(6) = option_type("--tip-damper", "0", "dashpot between the tip body and the ground, along y, N s/m")
    end function cantilever_options
 
    !> Builds the scene: node 1 is the body, the beam's nodes follow from the
@@ -40,7 +41,7 @@ contains
       real(wp), parameter :: no_arm(3) = 0
       character(len=:), allocatable :: mass, damping
       integer :: elements, k
-      real(wp) :: tip_mass, length
+      real(wp) :: tip_mass, length, tip_damper
       type(beam_type) :: beam
 
       call options%read_integer("--elements", 1, most_elements, elements, error)
@@ -48,6 +49,7 @@ contains
       call options%read_positive("--length", length, error)
       call options%read_choice("--mass", [character(len=10) :: "consistent", "lumped"], mass, error)
       call options%read_choice("--damping", [character(len=8) :: "rayleigh", "none"], damping, error)
+      call options%read_not_negative("--tip-damper", tip_damper, error)
       if (allocated(error)) return
 
       assembly = new_assembly(6*(elements + 2))
@@ -59,6 +61,7 @@ contains
       call assembly%geometry%add_line(reshape([length + edges(1)/2, 0.0_wp, 0.0_wp], [3, 1]), node_translations([1]))
       associate (body => node_unknowns(1), base => node_unknowns(2), tip => node_unknowns(elements + 2))
          call assembly%mass%add_block(body, body, body_mass(tip_mass, box_inertia(tip_mass, edges)))
+         if (tip_damper > 0) call assembly%damping%add_entry(body(2), body(2), tip_damper)
          call add_clamp(assembly, base)
          call add_fix(assembly, body, [-edges(1)/2, 0.0_wp, 0.0_wp], tip, no_arm)
       end associate

@@ -15,6 +15,7 @@ module scene_grid
    integer, parameter :: elements_along(2) = [3, 2]
    !> Most cells along one side: all counts of entries stay default integers.
    integer, parameter :: most_cells = 2000
+   integer, parameter :: most_dashpots = 1000
    !> Axes of the beams along y: the beam's x, y, z are the grid's y, z, x. So
    !> the beams along x stand on edge, those along y lie flat.
    real(wp), parameter :: transverse_axes(3, 3) = &
@@ -27,10 +28,11 @@ contains
       type(options_type) :: options
 
       options%description = "free grid of beams tied at their crossings"
-      allocate (options%list(3))
+      allocate (options%list(4))
       options%list(1) = option_type("--cells", "20x14", "cells of 1 m along x and along y")
       options%list(2) = option_type("--mass", "consistent", "mass of the beams: consistent or lumped")
       options%list(3) = option_type("--damping", "rayleigh", "damping: rayleigh or none")
+      options%list(4) = option_type("--dashpots", "0", "dashpots of 1 to 10 N s/m to the ground, spread over it")
    end function grid_options
 
    !> Builds the scene. Nodes are numbered beam after beam, first those along x;
@@ -40,13 +42,14 @@ contains
       type(assembly_type), intent(out) :: assembly
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: mass, damping
-      integer :: cells(2), nodes_along(2), transverse, i, j, k
+      integer :: cells(2), nodes_along(2), transverse, dashpots, i, j, k
       real(wp) :: lengths(2), rayleigh(2), element_mass(12, 12), element_stiffness(12, 12)
       type(beam_type) :: beam
 
       call options%read_integer_pair("--cells", 1, most_cells, cells, error)
       call options%read_choice("--mass", [character(len=10) :: "consistent", "lumped"], mass, error)
       call options%read_choice("--damping", [character(len=8) :: "rayleigh", "none"], damping, error)
+      call options%read_integer("--dashpots", 0, most_dashpots, dashpots, error)
       if (allocated(error)) return
 
       beam = table_2_beam()
@@ -80,5 +83,21 @@ contains
                node_unknowns(1 + transverse + i*nodes_along(2) + j*elements_along(2)))
          end do
       end do
+      call add_dashpots(assembly, dashpots)
    end subroutine build_grid
+
+   ! At one translation each, along x, y and z in turns.
+   subroutine add_dashpots(assembly, dashpots)
+      type(assembly_type), intent(inout) :: assembly
+      integer, intent(in) :: dashpots
+      real(wp), parameter :: weakest = 1, strongest = 10
+      integer :: nodes, i, places(6)
+
+      nodes = assembly%unknowns/6
+      do i = 1, dashpots
+         places = node_unknowns(1 + int((real(i, wp) - 0.5_wp)/dashpots*nodes))
+         call assembly%damping%add_entry(places(1 + mod(i, 3)), places(1 + mod(i, 3)), &
+            weakest + (strongest - weakest)*(i - 1)/max(dashpots - 1, 1))
+      end do
+   end subroutine add_dashpots
 end module scene_grid

@@ -15,7 +15,7 @@ module kschur_error
    integer, parameter, public :: error_memory = 4
    !> The matrix to be factored is singular.
    integer, parameter, public :: error_singular = 5
-   !> A library below us (MUMPS, METIS, LDL, LAPACK, ARPACK, HDF5) failed.
+   !> A library below us (MUMPS, METIS, AMD, LAPACK, ARPACK, HDF5) failed.
    integer, parameter, public :: error_library = 6
    !> A linear solver that iterates came to no solution.
    integer, parameter, public :: error_convergence = 7

@@ -3,8 +3,8 @@ module kschur_lapack
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: ddot, dnrm2, dznrm2, dgees, dgelsy, dgemm, dgemv, dgeqp3, dgesvd, dorgqr, dpstrf, dsyevd, dsygv, dtrevc, &
-      dtrsen, dtrsm, zgees, zgemm, zgemv, zgesvd, ztrevc, ztrsen
+   public :: ddot, dnrm2, dznrm2, dgees, dgelsy, dgemm, dgemv, dgeqp3, dgesv, dgesvd, dorgqr, dpstrf, dsyevd, dsygv, dtrevc, &
+      dtrsen, dtrsm, zgees, zgemm, zgemv, zgesv, zgesvd, ztrevc, ztrsen
 
    interface
       !> C := alpha op(A) op(B) + beta C.
@@ -177,6 +177,22 @@ module kschur_lapack
          real(wp), intent(out) :: work(*)
          integer, intent(out) :: info
       end subroutine dorgqr
+
+      !> B := A^{-1} B by LU factors, in place of A.
+      subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine dgesv
+
+      !> The same, complex.
+      subroutine zgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         integer, intent(in) :: n, nrhs, lda, ldb
+         complex(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine zgesv
 
       !> Cholesky factor with pivots of a semidefinite matrix, and its rank; a tolerance below zero is LAPACK's own.
       subroutine dpstrf(uplo, n, a, lda, piv, rank, tol, work, info)

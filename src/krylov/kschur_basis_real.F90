@@ -3,19 +3,19 @@ module kschur_basis_real
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
-   use kschur_lapack, only: dgemm, dgemv
+   use kschur_lapack, only: dgemm
    use kschur_operator, only: real_operator_type
    use kschur_random, only: random_vector
+   use kschur_tall_products_real, only: form_combinations, inner_products, subtract_combinations
    use kschur_text, only: text
+   use kschur_threads, only: panel_rows
    implicit none
    private
-   public :: basis_type, plain_basis_type, orthogonalize, rotate_columns, combine_columns
+   public :: basis_type, plain_basis_type, combine_columns, move_columns, orthonormalize, place_last, rotate_columns
 
 #define SCALAR real(wp)
 #define OPERATOR_TYPE real_operator_type
 #define GEMM dgemm
-#define GEMV dgemv
-#define CONJUGATE_TRANSPOSE "T"
 #include "kschur_basis.inc"
 
    !> The combinations q y of the first columns.
@@ -32,8 +32,7 @@ module kschur_basis_real
       allocate (part(size(q, 1), size(y, 2)), part_of_y(size(y, 1), size(y, 2)))
       do i = 1, 2
          part_of_y = real(y/units(i), wp)
-         call dgemm("N", "N", size(q, 1), size(y, 2), size(y, 1), one, q, size(q, 1), &
-            part_of_y, size(y, 1), zero, part, size(q, 1))
+         call form_combinations(q, part_of_y, part)
          vectors = vectors + units(i)*part
       end do
    end subroutine combine_columns

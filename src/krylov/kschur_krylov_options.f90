@@ -20,6 +20,8 @@ module kschur_krylov_options
       !> vector: they remove what belongs to infinite eigenvalues.
       integer :: filter = 3
       integer :: seed = 1
+      !> Vectors that the operator is applied to at a time: the Krylov space grows by so many.
+      integer :: block = 1
       !> Whether to look for copies of multiple eigenvalues with fresh random
       !> vectors: one vector finds one copy, and others through rounding only.
       logical :: verify = .true.

@@ -5,18 +5,19 @@
 !> Sources: Wu and Simon, SIAM J. Matrix Anal. Appl. 22 (2000), the restart;
 !> Nour-Omid, Parlett, Ericsson, Jensen, Math. Comp. 48 (1987), semidefinite B.
 module kschur_lanczos
+   use kschur_basis_real, only: rotate_columns
    use kschur_census, only: census_type
    use kschur_clock, only: clock, seconds_since
    use kschur_lanczos_decomposition, only: decomposition_type, breakdown, expand, fresh_direction, start
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type
-   use kschur_lapack, only: dgemm
    use kschur_monitor, only: monitor_type
    use kschur_operator, only: symmetric_operator_type
    use kschur_outcome, only: reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
    use kschur_projected, only: symmetric_eigenvectors
    use kschur_selection, only: selection_type, order_by_preference
+   use kschur_tall_products_real, only: form_combinations
    implicit none
    private
    public :: lanczos, lanczos_state_type
@@ -27,9 +28,6 @@ module kschur_lanczos
       !> Ends the search for copies where it knows that nothing is missing.
       class(census_type), pointer :: census => null()
    end type lanczos_state_type
-
-   ! Rows of the basis rotated at a time, so that a panel stays in the cache.
-   integer, parameter :: panel = 256
 
    ! The Ritz pairs of the active part, most wanted first, and which are wanted.
    type :: ritz_type
@@ -213,22 +211,12 @@ contains
       type(ritz_type), intent(in) :: ritz
       integer, intent(in) :: before, chosen(:)
       type(krylov_statistics_type), intent(inout) :: statistics
-      real(wp), allocatable :: block(:, :), u(:, :)
-      integer :: first, active, keep, rows, n, i
+      integer :: keep, i
       integer(long) :: started
 
       started = clock()
-      n = size(d%basis, 1)
-      first = d%locked + 1
-      active = size(ritz%values)
       keep = size(chosen)
-      allocate (block(panel, keep), u(active, keep))
-      u = ritz%vectors(:, chosen)
-      do i = 1, merge(n, 0, keep > 0), panel
-         rows = min(panel, n - i + 1)
-         call dgemm("N", "N", rows, keep, active, 1.0_wp, d%basis(i, first), n, u, active, 0.0_wp, block, panel)
-         d%basis(i:i + rows - 1, before + 1:before + keep) = block(:rows, :)
-      end do
+      call rotate_columns(d%basis, d%locked + 1, ritz%vectors(:, chosen), before + 1)
       if (.not. d%exhausted) d%basis(:, before + keep + 1) = d%basis(:, d%dimension + 1)
       d%projected(:, before + 1:) = 0
       do i = 1, keep
@@ -272,7 +260,7 @@ contains
       found = min(found, selection%needed(cmplx(values(:found), 0.0_wp, wp)))
       allocate (pairs%values, source=values(:found))
       allocate (pairs%vectors(n, found))
-      if (found > 0) call dgemm("N", "N", n, found, k, 1.0_wp, d%basis, n, u, k, 0.0_wp, pairs%vectors, n)
+      call form_combinations(d%basis, u(:, :found), pairs%vectors)
       pairs%statistics%orthogonalize_seconds = pairs%statistics%orthogonalize_seconds + seconds_since(started)
    end subroutine extract
 

@@ -10,9 +10,9 @@ module kschur_lanczos_decomposition
    use kschur_error, only: error_type, new_error, error_library, error_memory
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
-   use kschur_lapack, only: ddot, dgemv
    use kschur_operator, only: symmetric_operator_type
    use kschur_random, only: random_vector, state_of_seed
+   use kschur_tall_products_real, only: inner_products, subtract_combinations
    use kschur_text, only: text
    implicit none
    private
@@ -136,28 +136,25 @@ contains
       real(wp), intent(out) :: length
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: passes = 3
-      ! The gemv of OpenBLAS reads a few entries beyond the end of its vector.
-      real(wp) :: correction(k + 4), before, smallest, y_squared
-      integer :: pass, n
+      real(wp) :: correction(k, 1), before, smallest, y_squared
+      integer :: pass
 
-      n = size(d%basis, 1)
-      correction = 0
       smallest = negligible
       associate (y => d%basis(:, k + 1:k + 1))
          do pass = 1, passes
             call operator%apply_metric(y, d%image, error)
             if (allocated(error)) return
-            before = sqrt(max(ddot(n, y, 1, d%image, 1), 0.0_wp))
-            y_squared = max(ddot(n, y, 1, y, 1), tiny(1.0_wp))
+            before = sqrt(max(dot(y, d%image), 0.0_wp))
+            y_squared = max(dot(y, y), tiny(1.0_wp))
             d%metric_scale = max(d%metric_scale, before**2/y_squared)
             if (pass == 1) smallest = max(smallest, breakdown*before)
             if (fresh) smallest = max(smallest, sqrt(breakdown*d%metric_scale*y_squared))
             length = 0
             if (.not. before > smallest) exit
-            call dgemv("T", n, k, 1.0_wp, d%basis, n, d%image, 1, 0.0_wp, correction, 1)
-            call dgemv("N", n, k, -1.0_wp, d%basis, n, correction, 1, 1.0_wp, y, 1)
-            coefficients(:k) = coefficients(:k) + correction(:k)
-            length = sqrt(max(before**2 - sum(correction(:k)**2), 0.0_wp))
+            call inner_products(d%basis, d%image, correction)
+            call subtract_combinations(d%basis(:, :k), correction, y)
+            coefficients(:k) = coefficients(:k) + correction(:, 1)
+            length = sqrt(max(before**2 - sum(correction**2), 0.0_wp))
             if (length > enough_left*before) exit
             if (pass == passes) length = 0
          end do
@@ -213,10 +210,19 @@ contains
       real(wp), intent(out) :: coefficients(:)
 
       coefficients = 0
-      coefficients(k) = ddot(size(d%basis, 1), d%image, 1, d%basis(:, k + 1), 1)
+      coefficients(k) = dot(d%image, d%basis(:, k + 1:k + 1))
       d%basis(:, k + 1) = d%basis(:, k + 1) - coefficients(k)*d%basis(:, k)
       if (.not. d%beta > 0) return
       coefficients(k - 1) = d%beta
       d%basis(:, k + 1) = d%basis(:, k + 1) - d%beta*d%basis(:, k - 1)
    end subroutine subtract_neighbours
+
+   ! x^T y of single columns.
+   real(wp) function dot(x, y)
+      real(wp), contiguous, intent(in) :: x(:, :), y(:, :)
+      real(wp) :: c(1, 1)
+
+      call inner_products(x, y, c)
+      dot = c(1, 1)
+   end function dot
 end module kschur_lanczos_decomposition

@@ -29,7 +29,7 @@ module kschur_projected
       module procedure move_to_head_complex, move_to_head_real
    end interface move_to_head
 
-   !> The moduli of the products of a row with the eigenvectors of a Schur factor, of unit norm.
+   !> The norms of the products of some rows with the eigenvectors of a Schur factor, of unit norm.
    interface eigenvector_couplings
       module procedure eigenvector_couplings_complex, eigenvector_couplings_real
    end interface eigenvector_couplings
@@ -111,8 +111,8 @@ contains
          "LAPACK could not reorder the Schur form: ztrsen returned "//text(info))
    end subroutine move_to_head_complex
 
-   subroutine eigenvector_couplings_complex(t, row, couplings, error)
-      complex(wp), intent(in) :: t(:, :), row(:)
+   subroutine eigenvector_couplings_complex(t, rows, couplings, error)
+      complex(wp), intent(in) :: t(:, :), rows(:, :)
       real(wp), intent(out) :: couplings(:)
       type(error_type), allocatable, intent(out) :: error
       complex(wp), allocatable :: copy(:, :), vectors(:, :)
@@ -133,7 +133,7 @@ contains
          return
       end if
       do j = 1, n
-         couplings(j) = abs(sum(row(:j)*vectors(:j, j)))/norm2(abs(vectors(:j, j)))
+         couplings(j) = norm2(abs(matmul(rows(:, :j), vectors(:j, j))))/norm2(abs(vectors(:j, j)))
       end do
    end subroutine eigenvector_couplings_complex
 
@@ -249,8 +249,8 @@ contains
          "LAPACK could not reorder the Schur form: dtrsen returned "//text(info))
    end subroutine move_to_head_real
 
-   subroutine eigenvector_couplings_real(t, row, couplings, error)
-      real(wp), intent(in) :: t(:, :), row(:)
+   subroutine eigenvector_couplings_real(t, rows, couplings, error)
+      real(wp), intent(in) :: t(:, :), rows(:, :)
       real(wp), intent(out) :: couplings(:)
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: copy(:, :), parts(:, :)
@@ -276,7 +276,7 @@ contains
          if (j < n) then
             if (abs(t(j + 1, j)) > 0) last = j + 1
          end if
-         couplings(j:last) = norm2(matmul(row(:last), parts(:last, j:last)))/norm2(parts(:last, j:last))
+         couplings(j:last) = norm2(matmul(rows(:, :last), parts(:last, j:last)))/norm2(parts(:last, j:last))
          j = last + 1
       end do
    end subroutine eigenvector_couplings_real

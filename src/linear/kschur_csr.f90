@@ -63,7 +63,7 @@ contains
       nonzeros = size(self%column)
    end function nonzeros
 
-   pure subroutine add_product_real(self, alpha, x, y)
+   subroutine add_product_real(self, alpha, x, y)
       class(csr_matrix_type), intent(in) :: self
       real(wp), intent(in) :: alpha
       real(wp), contiguous, intent(in) :: x(:, :)
@@ -79,7 +79,7 @@ contains
       end do
    end subroutine add_product_real
 
-   pure subroutine add_product_complex(self, alpha, x, y)
+   subroutine add_product_complex(self, alpha, x, y)
       class(csr_matrix_type), intent(in) :: self
       complex(wp), intent(in) :: alpha
       complex(wp), contiguous, intent(in) :: x(:, :)

@@ -1,5 +1,5 @@
 !> The direct solver for real matrices: looks at the matrix and takes LDL where
-!> it is symmetric, definite but for multipliers, and of low fill, else MUMPS.
+!> it is symmetric and definite, but for multipliers where its fill is low, else MUMPS.
 module kschur_direct_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, add_context, error_library, error_memory, error_usage
@@ -12,10 +12,12 @@ module kschur_direct_solver
    use kschur_quasi_definite, only: quasi_definite_type
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type
-   use kschur_symbolic, only: low_fill
    implicit none
    private
    public :: direct_real_type
+
+   ! At more entries a column of the factor MUMPS pays where each solve with LDL^T is to be refined: two to three are one.
+   integer, parameter :: low_fill = 80
 
    !> LDL or MUMPS; `description` says which and why.
    type, extends(real_linear_solver_type) :: direct_real_type
@@ -81,13 +83,11 @@ contains
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
       class(real_linear_solver_type), allocatable :: ldl
-      integer :: most_entries
 
-      most_entries = merge(low_fill, huge(1), self%inner == inner_auto)
       if (structure%multipliers > 0 .and. self%quasi_definite) then
-         allocate (ldl, source=quasi_definite_type(most_entries=most_entries))
+         allocate (ldl, source=quasi_definite_type(most_entries=merge(low_fill, huge(1), self%inner == inner_auto)))
       else
-         allocate (ldl, source=ldl_real_type(most_entries=most_entries))
+         allocate (ldl, source=ldl_real_type())
       end if
       call ldl%factorize(matrix, structure, error)
       if (.not. allocated(error)) call check_residual(ldl, matrix, structure%multipliers, error)

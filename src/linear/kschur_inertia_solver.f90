@@ -7,24 +7,19 @@ module kschur_inertia_solver
    use kschur_mumps_real, only: mumps_real_type
    use kschur_proved_inertia, only: bound_negative_eigenvalues
    use kschur_sparse, only: csr_matrix_type
-   use kschur_symbolic, only: analyze, low_fill, symbolic_type
+   use kschur_symbolic, only: analyze, symbolic_type
    implicit none
    private
    public :: inertia_real_type
 
-   !> Sets `negative_pivots`, proved by LDL^T without pivoting where the factor is sparse; where it is not, or where an
-   !> eigenvalue is so near to zero, or the factor has grown so much, that this proves nothing, MUMPS counts:
-   !> `description` says which. It keeps no factors to solve with (error_usage).
+   !> Sets `negative_pivots`, proved by LDL^T without pivoting; where an eigenvalue is so near to zero, or the factor has
+   !> grown so much, that this proves nothing, MUMPS counts: `description` says which. It keeps no factors to solve with (error_usage).
    type, extends(real_linear_solver_type) :: inertia_real_type
    contains
       procedure :: factorize
       procedure :: solve
       procedure :: solve_adjoint => solve
    end type inertia_real_type
-
-   ! With more the fronts of MUMPS, which stay in the cache, are quicker: 47 in a grid of 62,070 unknowns, where LDL takes
-   ! half of its instructions, 160 in one of 797,766, where it takes several times as long.
-   real(wp), parameter :: most_readings = 80
 
 contains
 
@@ -65,10 +60,9 @@ contains
       proved = .false.
       if (.not. structure%symmetric .or. matrix%rows /= matrix%columns) return
       started = clock()
-      call analyze(matrix, structure, low_fill, symbolic, error)
+      call analyze(matrix, structure, huge(1), symbolic, error)
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
-         if (symbolic%readings() > most_readings) return
          started = clock()
          call bound_negative_eigenvalues(matrix, symbolic, least, most, error)
          self%factorize_seconds = seconds_since(started)

@@ -9,6 +9,7 @@ module kschur_mumps_single_complex
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
    use kschur_sparse, only: complex_csr_matrix_type
+   use kschur_threads, only: set_blas_threads, team_size
    implicit none
    private
    public :: mumps_single_complex_type

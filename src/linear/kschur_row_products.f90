@@ -1,6 +1,7 @@
 !> Sums over the rows of a sparse matrix, in its bare arrays.
 module kschur_row_products
    use kschur_kinds, only: wp
+   use kschur_threads, only: panel_rows
    implicit none
    private
    public :: add_rows, add_four_rows
@@ -12,7 +13,7 @@ module kschur_row_products
 
 contains
 
-   pure subroutine add_rows_real(row_start, column, value, alpha, x, y)
+   subroutine add_rows_real(row_start, column, value, alpha, x, y)
       !> As in `csr_matrix_type`.
       integer, contiguous, intent(in) :: row_start(:), column(:)
       real(wp), contiguous, intent(in) :: value(:)
@@ -22,6 +23,7 @@ contains
       integer :: i, k
       real(wp) :: total
 
+      !$omp parallel do schedule(static) private(k, total) if (size(y) > panel_rows)
       do i = 1, size(row_start) - 1
          total = 0
          do k = row_start(i), row_start(i + 1) - 1
@@ -29,10 +31,11 @@ contains
          end do
          y(i) = y(i) + alpha*total
       end do
+      !$omp end parallel do
    end subroutine add_rows_real
 
    ! A complex product with a real number would multiply with its zero imaginary part too.
-   pure subroutine add_rows_complex(row_start, column, value, alpha, x, y)
+   subroutine add_rows_complex(row_start, column, value, alpha, x, y)
       integer, contiguous, intent(in) :: row_start(:), column(:)
       real(wp), contiguous, intent(in) :: value(:)
       complex(wp), intent(in) :: alpha
@@ -41,6 +44,7 @@ contains
       integer :: i, k
       real(wp) :: re, im
 
+      !$omp parallel do schedule(static) private(k, re, im) if (size(y) > panel_rows)
       do i = 1, size(row_start) - 1
          re = 0
          im = 0
@@ -50,10 +54,11 @@ contains
          end do
          y(i) = y(i) + alpha*cmplx(re, im, wp)
       end do
+      !$omp end parallel do
    end subroutine add_rows_complex
 
    !> The same for four vectors at once, digit by digit what each gives alone: the matrix is read once.
-   pure subroutine add_four_rows(row_start, column, value, alpha, x, y)
+   subroutine add_four_rows(row_start, column, value, alpha, x, y)
       integer, contiguous, intent(in) :: row_start(:), column(:)
       real(wp), contiguous, intent(in) :: value(:)
       real(wp), intent(in) :: alpha
@@ -63,6 +68,7 @@ contains
       integer :: i, k
       real(wp) :: total(4)
 
+      !$omp parallel do schedule(static) private(k, total) if (size(y, 1) > panel_rows)
       do i = 1, size(row_start) - 1
          total = 0
          do k = row_start(i), row_start(i + 1) - 1
@@ -70,5 +76,6 @@ contains
          end do
          y(i, :4) = y(i, :4) + alpha*total
       end do
+      !$omp end parallel do
    end subroutine add_four_rows
 end module kschur_row_products

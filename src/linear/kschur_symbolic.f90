@@ -1,96 +1,186 @@
-!> The symbolic factorisation of SuiteSparse's LDL: where L will have entries.
-!> T. A. Davis, Algorithm 849, ACM TOMS 31 (2005), doi 10.1145/1114268.1114277.
+!> The symbolic factorisation for LDL^T: in which order, and where L will have entries.
 module kschur_symbolic
-   use, intrinsic :: iso_c_binding, only: c_int
+   use kschur_elimination_tree, only: count_entries, find_parents, find_postorder
    use kschur_error, only: error_type, new_error, error_library, error_memory
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type
    use kschur_minimum_degree, only: minimum_degree_order
    use kschur_ordering, only: elimination_order
    use kschur_sparse, only: csr_matrix_type
+   use kschur_supernodes, only: find_supernodes
    use kschur_text, only: text
    implicit none
    private
-   public :: symbolic_type, analyze, low_fill
+   public :: symbolic_type, analyze
 
-   !> At more entries a column of the factor the dense fronts of MUMPS pay:
-   !> benchmarks/inner.f90 finds one solve level at 100 to 150, LDL the slower to factor.
-   integer, parameter :: low_fill = 80
+   ! At more entries a column METIS is tried too: nested dissection pays in solids.
+   integer, parameter :: solid_fill = 100
 
-   !> All 0-based.
+   !> All 1-based.
    type :: symbolic_type
       !> Unknown order(k) is the k-th to be eliminated, position(i) is the place of unknown i.
-      integer(c_int), allocatable :: order(:), position(:)
-      !> The elimination tree; -1 at a root.
-      integer(c_int), allocatable :: parent(:)
-      !> Column k of L, without its unit diagonal, holds entries(k) entries from start(k) on.
-      integer(c_int), allocatable :: start(:), entries(:)
-      !> All entries of L.
+      integer, allocatable :: order(:), position(:)
+      !> Supernode s has the columns first(s) ... first(s+1)-1 of L. Each comes after its children.
+      integer, allocatable :: first(:)
+      !> Below its diagonal block it has entries in the rows row(start(s):start(s+1)-1), ascending.
+      integer(long), allocatable :: start(:)
+      integer, allocatable :: row(:)
+      !> The supernode of each column.
+      integer, allocatable :: supernode(:)
+      !> All entries of L; a supernode stores a few zeros too.
       integer(long) :: factor_entries = 0
+      !> Multiplications that take them.
+      real(wp) :: operations = 0
    contains
       procedure :: entries_a_column
-      !> How often an entry is read while L is found row by row.
-      procedure :: readings
+      !> The rows below the diagonal block of the supernode that has most.
+      procedure :: most_rows
    end type symbolic_type
-
-   interface
-      subroutine ldl_symbolic(n, start, row, lower_start, parent, entries, flag, order, position) bind(C)
-         import :: c_int
-         integer(c_int), value :: n
-         integer(c_int), intent(in) :: start(*), row(*), order(*)
-         integer(c_int), intent(out) :: lower_start(*), parent(*), entries(*), flag(*), position(*)
-      end subroutine ldl_symbolic
-   end interface
 
 contains
 
    !> Of a symmetric matrix, in the order of `structure` where it is known, else in that of AMD, or of METIS where there
-   !> are multipliers. Fails where a column has more than so many entries (error_library).
+   !> are multipliers or it takes fewer operations. Fails where a column has more than so many entries (error_library).
    subroutine analyze(matrix, structure, most_entries, symbolic, error)
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       integer, intent(in) :: most_entries
       type(symbolic_type), intent(out) :: symbolic
       type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: position(:)
+      type(symbolic_type) :: dissected
+      integer, allocatable :: parent(:), entries(:)
+      logical :: free
+      integer :: status
 
-      if (structure%multipliers > 0 .or. allocated(structure%position)) then
-         ! A multiplier before the unknowns it touches would be a penalty that drowns their stiffness.
-         call elimination_order(matrix%row_start, matrix%column, structure, position, error)
+      ! A multiplier before the unknowns it touches would be a penalty that drowns their stiffness.
+      free = structure%multipliers == 0 .and. .not. allocated(structure%position)
+      if (free) then
+         call minimum_degree_order(matrix%row_start, matrix%column, symbolic%position, error)
       else
-         call minimum_degree_order(matrix%row_start, matrix%column, position, error)
+         call elimination_order(matrix%row_start, matrix%column, structure, symbolic%position, error)
       end if
-      if (.not. allocated(error)) call find_columns(matrix%row_start, matrix%column, position, symbolic, error)
+      if (.not. allocated(error)) call find_tree(matrix, symbolic, parent, entries, error)
       if (allocated(error)) return
+      if (free .and. symbolic%entries_a_column() > solid_fill) then
+         call elimination_order(matrix%row_start, matrix%column, structure, dissected%position, error)
+         if (.not. allocated(error)) call find_tree(matrix, dissected, parent, entries, error)
+         if (allocated(error)) return
+         if (dissected%operations < symbolic%operations) then
+            symbolic = dissected
+         else
+            call find_tree(matrix, symbolic, parent, entries, error)
+            if (allocated(error)) return
+         end if
+      end if
       if (symbolic%entries_a_column() > most_entries) then
          call new_error(error, error_library, "high fill, "//text(symbolic%entries_a_column())//" entries a column")
-      else if (symbolic%factor_entries >= huge(1_c_int)) then
-         call new_error(error, error_library, "the factor has more than "//text(huge(1_c_int))//" entries")
+         return
       end if
+      call find_structure(matrix, parent, entries, symbolic, status)
+      if (status /= 0) call no_memory(error)
    end subroutine analyze
 
-   subroutine find_columns(row_start, column, position, symbolic, error)
-      integer, intent(in) :: row_start(:), column(:), position(:)
-      type(symbolic_type), intent(out) :: symbolic
+   ! The elimination tree, and the entries of each column, in a postorder of it.
+   subroutine find_tree(matrix, symbolic, parent, entries, error)
+      type(csr_matrix_type), intent(in) :: matrix
+      !> With a position; orders itself anew.
+      type(symbolic_type), intent(inout) :: symbolic
+      integer, allocatable, intent(out) :: parent(:), entries(:)
       type(error_type), allocatable, intent(out) :: error
-      integer(c_int), allocatable :: flag(:)
-      integer :: n, i, status
+      integer, allocatable :: sequence(:), rank(:)
+      integer :: k, n, status
 
-      n = size(position)
-      associate (s => symbolic)
-         allocate (s%order(n), s%position(n), s%parent(n), s%start(n + 1), s%entries(n), flag(n), stat=status)
-         if (status /= 0) then
-            call new_error(error, error_memory, "no memory for the LDL^T factors")
-            return
-         end if
-         do i = 1, n
-            s%order(position(i)) = i - 1
+      n = matrix%rows
+      allocate (parent(n), entries(n), sequence(n), rank(n), stat=status)
+      if (status /= 0) then
+         call no_memory(error)
+         return
+      end if
+      symbolic%order = [(k, k=1, n)]
+      symbolic%order(symbolic%position) = symbolic%order
+      call find_parents(matrix%row_start, matrix%column, symbolic%order, symbolic%position, parent)
+      call find_postorder(parent, sequence)
+      call reorder(symbolic, sequence)
+      rank(sequence) = [(k, k=1, n)]
+      parent = parent(sequence)
+      do k = 1, n
+         if (parent(k) > 0) parent(k) = rank(parent(k))
+      end do
+      call count_entries(matrix%row_start, matrix%column, symbolic%order, symbolic%position, parent, entries)
+      symbolic%factor_entries = sum(int(entries, long))
+      symbolic%operations = sum(real(entries, wp)**2)/2
+   end subroutine find_tree
+
+   ! The supernodes and their rows: row k has entries in all of them on the way from a column where A has one to the
+   ! diagonal.
+   subroutine find_structure(matrix, parent, entries, symbolic, status)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: parent(:), entries(:)
+      type(symbolic_type), intent(inout) :: symbolic
+      integer, intent(out) :: status
+      integer, allocatable :: sequence(:), above(:)
+      integer(long), allocatable :: next(:)
+      integer :: nodes, s
+
+      call find_supernodes(parent, entries, sequence, symbolic%first, above)
+      call reorder(symbolic, sequence)
+      nodes = size(above)
+      allocate (symbolic%supernode(matrix%rows), symbolic%start(nodes + 1), next(nodes), stat=status)
+      if (status /= 0) return
+      do s = 1, nodes
+         symbolic%supernode(symbolic%first(s):symbolic%first(s + 1) - 1) = s
+      end do
+      next = 0
+      call visit(counting=.true.)
+      symbolic%start(1) = 1
+      do s = 1, nodes
+         symbolic%start(s + 1) = symbolic%start(s) + next(s)
+      end do
+      allocate (symbolic%row(symbolic%start(nodes + 1) - 1), stat=status)
+      if (status /= 0) return
+      next = symbolic%start(:nodes)
+      call visit(counting=.false.)
+
+   contains
+
+      subroutine visit(counting)
+         logical, intent(in) :: counting
+         integer :: seen(nodes)
+         integer :: i, k, p, s
+
+         seen = 0
+         do k = 1, matrix%rows
+            seen(symbolic%supernode(k)) = k
+            do p = matrix%row_start(symbolic%order(k)), matrix%row_start(symbolic%order(k) + 1) - 1
+               i = symbolic%position(matrix%column(p))
+               if (i > k) cycle
+               s = symbolic%supernode(i)
+               do while (seen(s) /= k)
+                  seen(s) = k
+                  if (.not. counting) symbolic%row(next(s)) = k
+                  next(s) = next(s) + 1
+                  s = above(s)
+               end do
+            end do
          end do
-         call ldl_symbolic(n, row_start - 1, column - 1, s%start, s%parent, s%entries, flag, s%order, s%position)
-         ! `start` counts in 32 bits and may have overflowed; the columns have not.
-         s%factor_entries = n + sum(int(s%entries, long))
-      end associate
-   end subroutine find_columns
+      end subroutine visit
+   end subroutine find_structure
+
+   ! What was the sequence(k)-th to be eliminated is the k-th.
+   subroutine reorder(symbolic, sequence)
+      type(symbolic_type), intent(inout) :: symbolic
+      integer, intent(in) :: sequence(:)
+      integer :: k
+
+      symbolic%order = symbolic%order(sequence)
+      symbolic%position(symbolic%order) = [(k, k=1, size(sequence))]
+   end subroutine reorder
+
+   subroutine no_memory(error)
+      type(error_type), allocatable, intent(out) :: error
+
+      call new_error(error, error_memory, "no memory for the LDL^T factors")
+   end subroutine no_memory
 
    pure integer function entries_a_column(self)
       class(symbolic_type), intent(in) :: self
@@ -98,9 +188,11 @@ contains
       entries_a_column = int(self%factor_entries/max(size(self%order), 1))
    end function entries_a_column
 
-   pure real(wp) function readings(self)
+   pure integer function most_rows(self)
       class(symbolic_type), intent(in) :: self
 
-      readings = sum(real(self%entries, wp)**2)/max(2*sum(real(self%entries, wp)), 1.0_wp)
-   end function readings
+      associate (last => size(self%start))
+         most_rows = int(maxval([0_long, self%start(2:last) - self%start(:last - 1)]))
+      end associate
+   end function most_rows
 end module kschur_symbolic

@@ -6,6 +6,7 @@ module kschur_products
    use kschur_kinds, only: wp, xp
    use kschur_problem, only: damping_general, modal_problem_type
    use kschur_sparse, only: csr_matrix_type
+   use kschur_threads, only: panel_rows
    implicit none
    private
    public :: multiply_pairs, pairs_at_once, products_type
@@ -43,7 +44,7 @@ contains
    end function pairs_at_once
 
    !> The products of pairs first..last, no more than are made at a time.
-   pure subroutine multiply_pairs(problem, transposed, pairs, first, last, products)
+   subroutine multiply_pairs(problem, transposed, pairs, first, last, products)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
       type(csr_matrix_type), intent(in) :: transposed
@@ -59,6 +60,7 @@ contains
       call make_room(products, n, merge(1, 2, pairs%is_real()))
       products%phi = transpose(phi)
       reaction = 0
+      !$omp parallel do schedule(static) private(l, total) firstprivate(reaction) if (n > panel_rows)
       do i = 1, n
          call multiply_row(problem%mass, i, phi, total)
          products%mass(i, :) = real(total, wp)
@@ -82,6 +84,7 @@ contains
             end do
          end if
       end do
+      !$omp end parallel do
       ! R = alpha M + beta K, where K phi is what is there.
       if (problem%damping_kind /= damping_general) &
          products%damping = problem%alpha*products%mass + problem%beta*products%damping
@@ -89,12 +92,14 @@ contains
    end subroutine multiply_pairs
 
    ! Norms and forms of each pair.
-   pure subroutine measure(problem, phi, pairs, products)
+   subroutine measure(problem, phi, pairs, products)
       type(modal_problem_type), intent(in) :: problem
       real(wp), contiguous, intent(in) :: phi(:, :)
       integer, intent(in) :: pairs
       type(products_type), intent(inout) :: products
       real(xp), dimension(lanes) :: violation, squares
+      real(wp), allocatable :: length(:)
+      complex(xp), allocatable :: forms(:, :)
       integer :: i, l
 
       squares = 0
@@ -104,9 +109,16 @@ contains
       end do
       associate (parts => products%parts)
          products%violation = [(real(sqrt(sum(squares(parts*(l - 1) + 1:parts*l))), wp), l=1, pairs)]
-         products%length = [(norm_of(products%phi(:, parts*(l - 1) + 1:parts*l)), l=1, pairs)]
+         allocate (length(pairs), forms(3, pairs))
+         !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
+         do l = 1, pairs
+            length(l) = norm_of(products%phi(:, parts*(l - 1) + 1:parts*l))
+            forms(:, l) = forms_of(products, l)
+         end do
+         !$omp end parallel do
       end associate
-      products%forms = reshape([(forms_of(products, l), l=1, pairs)], [3, pairs])
+      call move_alloc(length, products%length)
+      call move_alloc(forms, products%forms)
    end subroutine measure
 
    pure subroutine make_room(products, n, parts)
@@ -118,6 +130,7 @@ contains
          deallocate (products%mass, products%damping, products%rest)
       end if
       products%parts = parts
+      if (.not. allocated(products%phi)) allocate (products%phi(n, lanes))
       allocate (products%mass(n, lanes), products%damping(n, lanes), products%rest(n, 2*lanes/parts))
    end subroutine make_room
 

@@ -98,7 +98,8 @@ contains
          call form(problem%stiffness, shape, s, k_terms)
          repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= no_energy*r_terms .or. &
             abs(pairs%lambda(j)**2)*m_terms <= blurring*k_terms .or. &
-            abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r)) .and. .not. is_decay(j)
+            abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r))
+         if (repeats(j)) repeats(j) = .not. is_decay(j)
       end do
 
    contains

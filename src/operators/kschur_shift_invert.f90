@@ -143,7 +143,7 @@ contains
    end subroutine apply_with_multipliers
 
    ! The system that gives C x, but for the part of it that is known.
-   pure subroutine right_hand_side(self, x, y)
+   subroutine right_hand_side(self, x, y)
       class(shift_invert_type), intent(in) :: self
       complex(wp), contiguous, intent(in) :: x(:, :)
       complex(wp), contiguous, intent(out) :: y(:, :)

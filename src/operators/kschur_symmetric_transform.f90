@@ -27,7 +27,7 @@ module kschur_symmetric_transform
    use kschur_transposed_solver, only: transposed_real_type
    implicit none
    private
-   public :: symmetric_transform_type, new_symmetric_transform, purify
+   public :: symmetric_shift_invert_type, symmetric_transform_type, new_symmetric_transform, purify
 
    !> C = (K - s M)^{-1} M on the motions that the constraints allow.
    type, extends(symmetric_operator_type) :: symmetric_shift_invert_type
@@ -41,6 +41,8 @@ module kschur_symmetric_transform
       procedure :: apply
       procedure :: apply_metric
       procedure :: apply_with_multipliers
+      !> The motions and multipliers that forces make, C without M.
+      procedure :: respond
    end type symmetric_shift_invert_type
 
    type, extends(transform_type) :: symmetric_transform_type
@@ -176,12 +178,23 @@ contains
       real(wp), contiguous, intent(in) :: x(:, :)
       real(wp), contiguous, intent(out) :: y(:, :), xi(:, :)
       type(error_type), allocatable, intent(out) :: error
+
+      y = 0
+      call self%problem%mass%add_product(1.0_wp, x, y)
+      call self%respond(y, xi, error)
+   end subroutine apply_with_multipliers
+
+   ! (K - s M)^{-1} f.
+   subroutine respond(self, y, xi, error)
+      class(symmetric_shift_invert_type), intent(inout) :: self
+      !> Forces, and the motions that they make.
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      real(wp), contiguous, intent(out) :: xi(:, :)
+      type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: rhs(:, :)
       integer :: n, j
 
-      n = size(x, 1)
-      y = 0
-      call self%problem%mass%add_product(1.0_wp, x, y)
+      n = size(y, 1)
       ! What rounding left of deflated motions would be magnified, and C no longer self-adjoint.
       call self%deflation%project_forces(y)
       if (size(self%factors) == 0) then
@@ -189,16 +202,16 @@ contains
          if (.not. allocated(error)) call self%deflation%project(y)
          return
       end if
-      allocate (rhs(n + size(self%factors), size(x, 2)), source=0.0_wp)
+      allocate (rhs(n + size(self%factors), size(y, 2)), source=0.0_wp)
       rhs(:n, :) = y
       call self%solver%solve(rhs, error)
       if (allocated(error)) return
       y = rhs(:n, :)
       call self%deflation%project(y)
-      do j = 1, size(x, 2)
+      do j = 1, size(y, 2)
          xi(:, j) = self%factors*rhs(n + 1:, j)
       end do
-   end subroutine apply_with_multipliers
+   end subroutine respond
 
    subroutine iterate(self, selection, options, ritz, error, monitor)
       class(symmetric_transform_type), target, intent(inout) :: self

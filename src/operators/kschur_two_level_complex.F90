@@ -1,12 +1,13 @@
 !> Two-level Krylov bases of complex quadratic operators.
 module kschur_two_level_complex
-   use kschur_basis_complex, only: basis_type, orthogonalize, rotate_columns, combine_columns
+   use kschur_basis_complex, only: basis_type, combine_columns, move_columns, orthonormalize, place_last, rotate_columns
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
-   use kschur_lapack, only: zgemv, zgesvd
+   use kschur_lapack, only: zgesvd
    use kschur_quadratic_complex, only: quadratic_operator_type
    use kschur_random, only: random_vector
+   use kschur_tall_products_complex, only: form_combinations
    use kschur_text, only: text
    implicit none
    private
@@ -14,7 +15,6 @@ module kschur_two_level_complex
 
 #define SCALAR complex(wp)
 #define OPERATOR_TYPE quadratic_operator_type
-#define GEMV zgemv
 #define ADJOINT(x) conjg(transpose(x))
 #include "kschur_two_level.inc"
 

@@ -24,6 +24,7 @@ contains
       factors = balancing_factors(reduced)
       call reduced%mass%scale_entries(factors, factors)
       call reduced%damping%scale_entries(factors, factors)
+      if (allocated(reduced%dampers)) call reduced%dampers%scale_entries(factors, factors)
       call reduced%stiffness%scale_entries(factors, factors)
       call reduced%constraints%scale_entries(spread(1.0_wp, 1, reduced%multipliers()), factors)
       call plan%change_units(factors)

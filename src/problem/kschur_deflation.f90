@@ -1,9 +1,10 @@
 !> Motions that are known, kept out of an iteration.
 module kschur_deflation
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgemv, dnrm2, dsygv
+   use kschur_lapack, only: dnrm2, dsygv
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_root_space, only: root_space_type
+   use kschur_tall_products_real, only: inner_products, subtract_combinations
    implicit none
    private
    public :: deflation_type, new_deflation
@@ -139,41 +140,35 @@ contains
    subroutine project_real(self, x)
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
-      real(wp) :: before
+      real(wp) :: before(size(x, 2))
       integer :: j
 
       if (size(self%decay) == 0) return
       do j = 1, size(x, 2)
-         before = dnrm2(size(x, 1), x(:, j), 1)
-         call subtract(self%images, self%shapes, x(:, j))
-         if (dnrm2(size(x, 1), x(:, j), 1) <= nothing_left*before) x(:, j) = 0
+         before(j) = dnrm2(size(x, 1), x(:, j), 1)
+      end do
+      call subtract(self%images, self%shapes, x)
+      do j = 1, size(x, 2)
+         if (dnrm2(size(x, 1), x(:, j), 1) <= nothing_left*before(j)) x(:, j) = 0
       end do
    end subroutine project_real
 
    subroutine project_forces(self, f)
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: f(:, :)
-      integer :: j
 
-      do j = 1, size(f, 2)
-         call subtract(self%shapes, self%images, f(:, j))
-      end do
+      call subtract(self%shapes, self%images, f)
    end subroutine project_forces
 
-   ! x := x - B A^T x.
+   ! X := X - B A^T X.
    subroutine subtract(a, b, x)
       real(wp), contiguous, intent(in) :: a(:, :), b(:, :)
-      real(wp), contiguous, intent(inout) :: x(:)
-      ! OpenBLAS reads a few entries beyond the end.
-      real(wp) :: coefficients(size(a, 2) + 4)
-      integer :: n, k
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      real(wp) :: coefficients(size(a, 2), size(x, 2))
 
-      n = size(a, 1)
-      k = size(a, 2)
-      if (k == 0) return
-      coefficients = 0
-      call dgemv("T", n, k, 1.0_wp, a, n, x, 1, 0.0_wp, coefficients, 1)
-      call dgemv("N", n, k, -1.0_wp, b, n, coefficients, 1, 1.0_wp, x, 1)
+      if (size(a, 2) == 0) return
+      call inner_products(a, x, coefficients)
+      call subtract_combinations(b, coefficients, x)
    end subroutine subtract
 
    pure subroutine project_complex(self, x)

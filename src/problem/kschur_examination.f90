@@ -12,7 +12,7 @@ module kschur_examination
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: real_linear_solver_type
    use kschur_options, only: formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero, &
-      formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped
+      formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped
    use kschur_problem, only: modal_problem_type
    use kschur_rigid, only: check_inertia, find_rigid_motions
    use kschur_root_space, only: find_root_space, root_space_type
@@ -184,7 +184,7 @@ contains
 
       deflation => known%deflation
       nothing = empty_csr_matrix(problem%unknowns(), problem%unknowns())
-      deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_damped, &
+      deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_low_rank, formulation_damped, &
          formulation_damped_constrained, formulation_damped_constrained_zero])
       if (deflation%others > 0) then
          if (deflation%oscillator) then

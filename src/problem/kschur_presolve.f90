@@ -9,8 +9,9 @@ module kschur_presolve
    use kschur_elimination, only: eliminate, ties_type
    use kschur_error, only: error_type, new_error, add_context, error_input
    use kschur_kinds, only: wp
-   use kschur_problem, only: modal_problem_type, settle_modal_problem, damping_general, damping_proportional
+   use kschur_problem, only: modal_problem_type, settle_modal_problem, damping_general
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
+   use kschur_threads, only: panel_rows
    implicit none
    private
    public :: presolve_type, presolve
@@ -77,9 +78,16 @@ contains
       call reduce(plan, problem%mass, problem%symmetric, reduced%mass, error)
       if (.not. allocated(error)) call reduce(plan, problem%stiffness, problem%symmetric, reduced%stiffness, error)
       if (allocated(error)) return
-      if (problem%damping_kind == damping_proportional) then
+      if (allocated(problem%dampers)) then
+         allocate (reduced%dampers)
+         call reduce(plan, problem%dampers, problem%symmetric, reduced%dampers, error)
+         if (allocated(error)) return
+      end if
+      if (max(abs(problem%alpha), abs(problem%beta)) > 0) then
          ! Where sums cancel, those of R would not be the same combination of what is left of M and K.
          reduced%damping = linear_combination(problem%alpha, reduced%mass, problem%beta, reduced%stiffness)
+         if (allocated(problem%dampers)) &
+            reduced%damping = linear_combination(1.0_wp, reduced%damping, 1.0_wp, reduced%dampers)
       else
          call reduce(plan, problem%damping, problem%symmetric, reduced%damping, error)
       end if
@@ -282,7 +290,7 @@ contains
    !> The multipliers xi, m x k, of the problem that was reduced, such that
    !> P(lambda) phi + Cq^T xi = 0 as far as those of the reduced one satisfy its
    !> equations: what these leave shows at the masters. Redundant constraints get 0.
-   pure subroutine expand_multipliers(self, problem, pairs, xi)
+   subroutine expand_multipliers(self, problem, pairs, xi)
       class(presolve_type), intent(in) :: self
       type(modal_problem_type), intent(in) :: problem
       !> Eigenvalues and multipliers of the reduced problem, with the shapes that `expand_shapes` gave.
@@ -304,14 +312,16 @@ contains
          last = min(first + block - 1, size(xi, 2))
          call make_forces(problem, pairs, first, last, work, forces)
          call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, first:last), forces(:, :last - first + 1))
+         !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
          do j = first, last
             call balance_forces(self, problem, forces(:, j - first + 1), xi(:, j))
          end do
+         !$omp end parallel do
       end do
    end subroutine expand_multipliers
 
    ! P(lambda) phi of pairs first..last.
-   pure subroutine make_forces(problem, pairs, first, last, work, forces)
+   subroutine make_forces(problem, pairs, first, last, work, forces)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last

@@ -2,6 +2,7 @@
 !> its four matrices, what is wrong with them, and what kind of problem they make.
 module kschur_problem
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use kschur_damping, only: classify_damping, damping_general, damping_names, damping_none, damping_proportional
    use kschur_error, only: error_type, new_error, error_input
    use kschur_kinds, only: wp
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
@@ -9,18 +10,7 @@ module kschur_problem
    implicit none
    private
    public :: modal_problem_type, new_modal_problem, settle_modal_problem
-
-   !> No damping matrix, or one of zeros.
-   integer, parameter, public :: damping_none = 0
-   !> R = alpha M + beta K to rounding.
-   integer, parameter, public :: damping_proportional = 1
-   !> Any other damping or gyroscopic matrix.
-   integer, parameter, public :: damping_general = 2
-   !> The names of the kinds of damping, in this order from `damping_none` on.
-   character(len=*), parameter, public :: damping_names(0:2) = [character(len=12) :: "none", "proportional", "general"]
-
-   ! To which damping is proportional.
-   real(wp), parameter :: rounding = 1.0e-13_wp
+   public :: damping_general, damping_names, damping_none, damping_proportional
 
    !> A checked problem; made by `new_modal_problem` or `settle_modal_problem`, not changed afterwards.
    type :: modal_problem_type
@@ -36,8 +26,10 @@ module kschur_problem
       logical :: symmetric = .false.
       !> One of `damping_none`, `damping_proportional`, `damping_general`.
       integer :: damping_kind = damping_none
-      !> Where the damping is proportional: R = alpha M + beta K (1/s, s).
+      !> Where the damping is proportional, or but for a few unknowns: R = alpha M + beta K (1/s, s).
       real(wp) :: alpha = 0, beta = 0
+      !> What R has beside that at those few, n x n. Not allocated: the damping is none, proportional or general everywhere.
+      type(csr_matrix_type), allocatable :: dampers
       !> Unknown i, multipliers behind the others, is best eliminated as number position(i) where matrices of the
       !> problem are factored. Not allocated: not known yet.
       integer, allocatable :: position(:)
@@ -102,7 +94,8 @@ contains
       else
          problem%symmetric = problem%mass%is_symmetric() .and. problem%stiffness%is_symmetric() &
             .and. problem%damping%is_symmetric()
-         call classify_damping(problem)
+         call classify_damping(problem%mass, problem%stiffness, problem%damping, problem%damping_kind, problem%alpha, &
+            problem%beta, problem%dampers)
       end if
    end subroutine settle_modal_problem
 
@@ -152,132 +145,6 @@ contains
          end do
       end if
    end subroutine check_mass_and_constraints
-
-   ! Fits R = alpha M + beta K by least squares relative to the entries of R,
-   ! then asks every entry to agree to rounding: of its terms, and of the row of R it stands in.
-   subroutine classify_damping(problem)
-      type(modal_problem_type), intent(inout) :: problem
-      real(wp), allocatable :: m(:), k(:)
-      real(wp) :: alpha, beta
-
-      problem%damping_kind = damping_none
-      if (problem%damping%is_zero()) return
-      problem%damping_kind = damping_general
-      call divide(problem%mass, problem%damping, m)
-      call divide(problem%stiffness, problem%damping, k)
-      call fit(m, k, alpha, beta)
-      associate (level => maxval(abs(problem%damping%value)))
-         ! A share of the size of rounding is none.
-         if (maxval(abs(alpha*problem%mass%value)) <= rounding*level) alpha = 0
-         if (maxval(abs(beta*problem%stiffness%value)) <= rounding*level) beta = 0
-      end associate
-      if (.not. is_combination(problem, alpha, beta)) return
-      problem%damping_kind = damping_proportional
-      problem%alpha = alpha
-      problem%beta = beta
-   end subroutine classify_damping
-
-   ! The entries of a matrix over those of another of its shape, where these are not zero.
-   pure subroutine divide(matrix, divisors, ratios)
-      type(csr_matrix_type), intent(in) :: matrix, divisors
-      real(wp), allocatable, intent(out) :: ratios(:)
-      integer :: i, j, k, total
-
-      allocate (ratios(count(abs(divisors%value) > 0)), source=0.0_wp)
-      total = 0
-      do i = 1, divisors%rows
-         k = matrix%row_start(i)
-         do j = divisors%row_start(i), divisors%row_start(i + 1) - 1
-            if (.not. abs(divisors%value(j)) > 0) cycle
-            total = total + 1
-            do while (k < matrix%row_start(i + 1))
-               if (matrix%column(k) >= divisors%column(j)) exit
-               k = k + 1
-            end do
-            if (k == matrix%row_start(i + 1)) cycle
-            if (matrix%column(k) == divisors%column(j)) ratios(total) = matrix%value(k)/divisors%value(j)
-         end do
-      end do
-   end subroutine divide
-
-   ! alpha m + beta k = 1, least squares, by orthogonalisation: the normal equations would lose
-   ! alpha. Where m and k are parallel to rounding, as of K = c M, only one of them is taken.
-   pure subroutine fit(m, k, alpha, beta)
-      real(wp), intent(in) :: m(:), k(:)
-      real(wp), intent(out) :: alpha, beta
-      real(wp), parameter :: parallel = 1.0e-12_wp
-      real(wp) :: along, square_of_m, square_of_rest, step
-      integer :: pass
-
-      ! k - along m is orthogonal to m.
-      square_of_m = sum(m**2)
-      along = 0
-      if (square_of_m > 0) along = dot_product(m, k)/square_of_m
-      square_of_rest = sum((k - along*m)**2)
-      if (.not. square_of_rest > parallel**2*sum(k**2)) square_of_rest = 0
-      alpha = 0
-      beta = 0
-      ! The second pass fits what the rounding of long sums left.
-      do pass = 1, 2
-         step = 0
-         if (square_of_rest > 0) step = dot_product(k - along*m, 1 - alpha*m - beta*k)/square_of_rest
-         if (square_of_m > 0) alpha = alpha + dot_product(m, 1 - alpha*m - beta*k - step*k)/square_of_m
-         beta = beta + step
-      end do
-   end subroutine fit
-
-   ! R = alpha M + beta K, to rounding.
-   logical function is_combination(problem, alpha, beta)
-      type(modal_problem_type), intent(in) :: problem
-      real(wp), intent(in) :: alpha, beta
-      ! Of the row at hand, R - alpha M - beta K and the sum of the magnitudes of these.
-      real(wp), dimension(problem%unknowns()) :: difference, terms
-      real(wp) :: level(problem%unknowns())
-      integer :: i
-
-      level = problem%damping%row_maxima()
-      difference = 0
-      terms = 0
-      is_combination = .true.
-      do i = 1, problem%unknowns()
-         call add(problem%damping, 1.0_wp)
-         call add(problem%mass, -alpha)
-         call add(problem%stiffness, -beta)
-         call settle(problem%damping)
-         call settle(problem%mass)
-         call settle(problem%stiffness)
-         if (.not. is_combination) return
-      end do
-
-   contains
-
-      subroutine add(matrix, factor)
-         type(csr_matrix_type), intent(in) :: matrix
-         real(wp), intent(in) :: factor
-         integer :: k
-
-         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            associate (j => matrix%column(k))
-               difference(j) = difference(j) + factor*matrix%value(k)
-               terms(j) = terms(j) + abs(factor*matrix%value(k))
-            end associate
-         end do
-      end subroutine add
-
-      ! Leaves zeros behind.
-      subroutine settle(matrix)
-         type(csr_matrix_type), intent(in) :: matrix
-         integer :: k
-
-         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            associate (j => matrix%column(k))
-               is_combination = is_combination .and. abs(difference(j)) <= rounding*min(terms(j), 10*level(i))
-               difference(j) = 0
-               terms(j) = 0
-            end associate
-         end do
-      end subroutine settle
-   end function is_combination
 
    pure integer function unknowns(self)
       class(modal_problem_type), intent(in) :: self

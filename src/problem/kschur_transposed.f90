@@ -19,6 +19,7 @@ contains
       transposed%mass = transpose_csr(problem%mass)
       transposed%stiffness = transpose_csr(problem%stiffness)
       transposed%damping = transpose_csr(problem%damping)
+      if (allocated(problem%dampers)) allocate (transposed%dampers, source=transpose_csr(problem%dampers))
       transposed%constraints = problem%constraints
       call settle_modal_problem(transposed, error, kind_of=problem)
       if (allocated(problem%position)) transposed%position = problem%position

@@ -13,7 +13,9 @@ module kschur_band
    use kschur_mode_selection, only: accept_pairs, nearest_first, wanted_type
    use kschur_modes, only: modes_type, no_modes
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type, formulation_dense, formulation_proportional, &
+   use kschur_low_rank_choice, only: leave_low_rank
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, &
+      formulation_proportional, &
       formulation_symmetric, method_krylov_schur
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes, history_type, reason_cancelled, &
       reason_converged, reason_fewer_modes
@@ -27,6 +29,7 @@ module kschur_band
    use kschur_sparse, only: empty_csr_matrix
    use kschur_spectral_map, only: spectral_map_type
    use kschur_text, only: text
+   use kschur_threads, only: enter_solve, leave_solve
    implicit none
    private
    public :: solve_band
@@ -72,6 +75,21 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
       type(inner_solvers_type), intent(in), optional :: solvers
+      integer :: threads_before
+
+      call enter_solve(options%threads, threads_before)
+      call solve(problem, first, last, options, result, error, monitor, solvers)
+      call leave_solve(threads_before)
+   end subroutine solve_band
+
+   subroutine solve(problem, first, last, options, result, error, monitor, solvers)
+      type(modal_problem_type), target, intent(in) :: problem
+      real(wp), intent(in) :: first, last
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(out) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, intent(inout), optional :: monitor
+      type(inner_solvers_type), intent(in), optional :: solvers
       type(solve_context_type), target :: s
       type(modal_options_type) :: own
       type(modes_type) :: modes
@@ -88,6 +106,8 @@ contains
       if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers)
       if (allocated(error)) return
       s%may_be_dense = .false.
+      if (own%formulation == formulation_auto .and. s%formulation == formulation_low_rank) &
+         call leave_low_rank(s, "the damping is not a combination of mass and stiffness")
       band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
       counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
          min(problem%alpha, problem%beta) >= 0 .and. allocated(s%inner%counting)
@@ -102,7 +122,7 @@ contains
       call report(s, own, modes, result, error)
       allocate (result%band(2), source=[first, last])
       call result%set_total(seconds_since(started))
-   end subroutine solve_band
+   end subroutine solve
 
    subroutine check_band(first, last, options, error)
       real(wp), intent(in) :: first, last

@@ -2,7 +2,7 @@
 module kschur_dense_choice
    use kschur_context, only: solve_context_type
    use kschur_formulation, only: is_structured
-   use kschur_options, only: formulation_auto, formulation_quadratic, inner_auto, method_krylov_schur
+   use kschur_options, only: formulation_auto, formulation_low_rank, formulation_quadratic, inner_auto, method_krylov_schur
    use kschur_text, only: text
    implicit none
    private
@@ -26,12 +26,13 @@ contains
       associate (o => s%options)
          if (o%formulation /= formulation_auto) return
          limit = min(most, merge(of_states + of_states_a_mode*o%modes, of_motions + of_motions_a_mode*o%modes, &
-            s%formulation == formulation_quadratic))
+            theta_is_lambda(s)))
          ! The null space of many constraints costs as much as a matrix of that order.
          s%dense = s%may_be_dense .and. is_structured(s%formulation) .and. o%method == method_krylov_schur .and. &
             o%inner == inner_auto .and. o%subspace == 0 .and. .not. allocated(o%shift) .and. &
             max(order_of_matrix(s), s%work%unknowns()) <= limit
       end associate
+      if (s%dense .and. s%formulation == formulation_low_rank) s%formulation = formulation_quadratic
    end subroutine consider_dense
 
    !> Takes that back where it is not known how many eigenvalues there are, or where the rigid motions are all.
@@ -43,11 +44,17 @@ contains
       if (s%dense) s%decision = "dense: order "//text(order_of_matrix(s))//", cheaper than an iteration"
    end subroutine settle_dense
 
+   pure logical function theta_is_lambda(s)
+      type(solve_context_type), intent(in) :: s
+
+      theta_is_lambda = any(s%formulation == [formulation_quadratic, formulation_low_rank])
+   end function theta_is_lambda
+
    ! Of the motions that the constraints allow, in states of position and velocity where damping is general.
    pure integer function order_of_matrix(s)
       type(solve_context_type), intent(in) :: s
 
       order_of_matrix = s%work%unknowns() - s%work%multipliers() + s%known%redundant
-      if (s%formulation == formulation_quadratic) order_of_matrix = 2*order_of_matrix
+      if (theta_is_lambda(s)) order_of_matrix = 2*order_of_matrix
    end function order_of_matrix
 end module kschur_dense_choice

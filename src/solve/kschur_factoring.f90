@@ -5,8 +5,9 @@ module kschur_factoring
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
-   use kschur_options, only: formulation_names, formulation_proportional, formulation_quadratic, formulation_symmetric, &
-      inner_ldl
+   use kschur_low_rank_transform, only: low_rank_transform_type, new_low_rank_transform
+   use kschur_options, only: formulation_low_rank, formulation_names, formulation_proportional, &
+      formulation_quadratic, formulation_symmetric, inner_ldl
    use kschur_pencil_transform, only: pencil_transform_type, new_pencil_transform
    use kschur_placement, only: placement_type
    use kschur_quadratic_transform_complex, only: complex_quadratic_type => quadratic_transform_type, &
@@ -47,6 +48,8 @@ contains
       if (.not. placement%raw) placement%unit = scale(1.0_wp, exponent(max(abs(s%shift), first_scale(s%work))))
       if (any(formulation == [formulation_symmetric, formulation_proportional])) then
          call factor_symmetric(s, placement, error)
+      else if (formulation == formulation_low_rank) then
+         call factor_low_rank(s, placement, error)
       else if (formulation == formulation_quadratic .and. .not. abs(aimag(s%shift)) > 0) then
          call factor_real_quadratic(s, placement, error)
       else if (s%options%inner == inner_ldl) then
@@ -85,6 +88,20 @@ contains
       call new_symmetric_transform(symmetric, s%work, s%known%deflation, placement, solver, error, counting_solver)
       call move_alloc(symmetric, s%transform)
    end subroutine factor_symmetric
+
+   subroutine factor_low_rank(s, placement, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(placement_type), intent(in) :: placement
+      type(error_type), allocatable, intent(out) :: error
+      type(low_rank_transform_type), allocatable :: low_rank
+      class(real_linear_solver_type), allocatable :: solver, counting_solver
+
+      allocate (low_rank)
+      allocate (solver, source=s%inner%real)
+      if (allocated(s%inner%counting)) allocate (counting_solver, source=s%inner%counting)
+      call new_low_rank_transform(low_rank, s%work, s%known%deflation, placement, solver, error, counting_solver)
+      call move_alloc(low_rank, s%transform)
+   end subroutine factor_low_rank
 
    subroutine factor_real_quadratic(s, placement, error)
       type(solve_context_type), target, intent(inout) :: s

@@ -4,9 +4,10 @@ module kschur_formulation
    use kschur_effort, only: effort_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_solver_choice, only: inner_solvers_type, choose_inner_solvers
+   use kschur_local_forces, only: description_of, local_forces_type, new_local_forces
    use kschur_mass, only: examine_mass
-   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_names, formulation_proportional, &
-      formulation_quadratic, formulation_symmetric, formulation_undamped, formulation_undamped_constrained
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, formulation_names, &
+      formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped, formulation_undamped_constrained
    use kschur_pencil, only: check_fit
    use kschur_problem, only: modal_problem_type, damping_general, damping_none
    implicit none
@@ -41,7 +42,7 @@ contains
       integer, intent(in) :: formulation
 
       is_structured = any(formulation == [formulation_quadratic, formulation_symmetric, formulation_proportional, &
-         formulation_dense])
+         formulation_low_rank, formulation_dense])
    end function is_structured
 
    !> The formulation that was asked for, or the smallest exact one for `formulation_auto`; for `formulation_dense` the
@@ -69,12 +70,15 @@ contains
          if (allocated(error)) return
       end if
       if (present(inner)) then
-         call find_obstacle(problem, formulation, inner, obstacle, error, effort)
+         own = inner
       else
          call choose_inner_solvers(modal_options_type(), own, error)
-         call find_obstacle(problem, formulation, own, obstacle, error, effort)
       end if
+      call find_obstacle(problem, formulation, own, obstacle, error, effort)
       if (allocated(error)) return
+      if (asked == formulation_auto .and. formulation == formulation_quadratic .and. problem%damping_kind == damping_general) &
+         call try_low_rank(problem, formulation, own, decision, error, effort)
+      if (allocated(error) .or. allocated(decision)) return
       if (len(obstacle) > 0 .and. all(asked /= [formulation_auto, formulation_dense])) then
          call new_error(error, error_usage, "the formulation "//trim(formulation_names(formulation))// &
             " does not fit the problem: "//obstacle)
@@ -95,6 +99,51 @@ contains
       end if
    end subroutine choose_formulation
 
+   ! Takes it where only few unknowns are damped otherwise than all.
+   subroutine try_low_rank(problem, formulation, inner, decision, error, effort)
+      type(modal_problem_type), intent(in) :: problem
+      integer, intent(inout) :: formulation
+      type(inner_solvers_type), intent(in) :: inner
+      character(len=:), allocatable, intent(inout) :: decision
+      type(error_type), allocatable, intent(out) :: error
+      class(effort_type), intent(inout), optional :: effort
+      ! More than this part of all unknowns is not few.
+      integer, parameter :: few_part = 4
+      character(len=:), allocatable :: obstacle
+
+      if (.not. allocated(problem%dampers)) return
+      if (few_part*count(problem%dampers%row_maxima() > 0) > problem%unknowns()) return
+      call find_obstacle(problem, formulation_low_rank, inner, obstacle, error, effort)
+      if (allocated(error) .or. len(obstacle) > 0) return
+      formulation = formulation_low_rank
+      decision = trim(description_of(problem))
+   end subroutine try_low_rank
+
+   ! What keeps a problem from being symmetric and proportionally damped but for local forces that move masses.
+   subroutine find_distributed(problem, obstacle, error)
+      type(modal_problem_type), intent(in) :: problem
+      character(len=:), allocatable, intent(out) :: obstacle
+      type(error_type), allocatable, intent(out) :: error
+      type(local_forces_type) :: forces
+      logical :: few, heavy(problem%unknowns())
+
+      obstacle = ""
+      heavy = problem%mass%row_maxima() > 0
+      if (.not. problem%mass%is_symmetric()) then
+         obstacle = "its mass matrix is not symmetric"
+         return
+      end if
+      call new_local_forces(problem, forces, few, error)
+      if (allocated(error)) return
+      ! Of most motions the undamped space is no help.
+      if (few) few = 2*forces%rank() <= problem%unknowns()
+      if (.not. few) then
+         obstacle = "it differs from a symmetric problem with proportional damping at more than a few unknowns"
+      else if (.not. all(heavy([forces%rows, forces%columns]))) then
+         obstacle = "it is damped at unknowns without mass"
+      end if
+   end subroutine find_distributed
+
    ! What keeps a problem from a formulation for symmetric matrices; empty where nothing does.
    subroutine find_obstacle(problem, formulation, inner, obstacle, error, effort)
       type(modal_problem_type), intent(in) :: problem
@@ -107,14 +156,18 @@ contains
       integer :: nullity
 
       obstacle = ""
-      if (all(formulation /= [formulation_symmetric, formulation_proportional])) return
-      if (.not. problem%symmetric) then
+      if (all(formulation /= [formulation_symmetric, formulation_proportional, formulation_low_rank])) return
+      if (formulation == formulation_low_rank) then
+         call find_distributed(problem, obstacle, error)
+         if (allocated(error) .or. len(obstacle) > 0) return
+      else if (.not. problem%symmetric) then
          obstacle = "its matrices are not symmetric"
       else if (formulation == formulation_symmetric .and. problem%damping_kind /= damping_none) then
          obstacle = "it has damping"
       else if (problem%damping_kind == damping_general) then
          obstacle = "its damping is not proportional"
-      else
+      end if
+      if (len(obstacle) == 0) then
          call examine_mass(problem%mass, inner, semidefinite, nullity, error, effort)
          if (allocated(error)) return
          if (.not. (semidefinite .or. allocated(inner%counting))) then

@@ -7,7 +7,8 @@ module kschur_settings
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, subspace_dimension
    use kschur_options, only: modal_options_type, arpack_names, formulation_auto, formulation_damped_constrained, &
-      formulation_damped_constrained_zero, formulation_dense, formulation_names, inner_names, scaling_names, &
+      formulation_damped_constrained_zero, formulation_dense, formulation_low_rank, formulation_names, inner_names, &
+      scaling_names, &
       formulation_undamped_constrained_zero, method_arpack, method_krylov_schur, method_names, scaling_none
    implicit none
    private
@@ -29,6 +30,10 @@ contains
          call new_error(error, error_usage, "the target must be a number below 1e100")
       else if (options%subspace < 0) then
          call new_error(error, error_usage, "the subspace dimension must not be negative")
+      else if (options%block < 0) then
+         call new_error(error, error_usage, "the number of vectors of a block must not be negative")
+      else if (options%threads < 0) then
+         call new_error(error, error_usage, "the number of threads must not be negative")
       else if (options%max_restarts < 1) then
          call new_error(error, error_usage, "the number of restarts must be at least 1")
       else if (options%formulation < 0 .or. options%formulation > ubound(formulation_names, 1)) then
@@ -42,6 +47,9 @@ contains
             call new_error(error, error_usage, "the shift must be a number below 1e100")
       end if
       if (.not. allocated(error)) call check_method(options, error)
+      if (.not. allocated(error) .and. options%formulation == formulation_low_rank .and. &
+         options%method /= method_krylov_schur) call new_error(error, error_usage, &
+         "the formulation low-rank has an iteration of its own: leave out the method")
       if (.not. allocated(error) .and. options%formulation == formulation_dense) call check_dense(options, error)
    end subroutine check_options
 
@@ -138,7 +146,8 @@ contains
             if (.not. oscillator) subspace = min(subspace, max(subspace_dimension(0, values), order/2))
          end if
       end if
-      krylov%subspace = subspace_dimension(subspace, values)
+      krylov%block = max(options%block, 1)
+      krylov%subspace = max(subspace_dimension(subspace, values), values + 2*krylov%block)
       krylov%tolerance = options%tolerance
       krylov%max_restarts = options%max_restarts
       krylov%seed = options%seed

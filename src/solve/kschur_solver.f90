@@ -6,10 +6,11 @@ module kschur_solver
    use kschur_error, only: error_type, error_singular
    use kschur_kinds, only: long
    use kschur_left_run, only: find_left_modes
+   use kschur_low_rank_choice, only: leave_low_rank, settle_low_rank
    use kschur_modes, only: modes_type
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type, formulation_auto
-   use kschur_outcome, only: certified_yes, reason_cancelled, reason_fewer_modes
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_low_rank
+   use kschur_outcome, only: certified_yes, reason_cancelled, reason_converged, reason_fewer_modes
    use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type
    use kschur_report, only: report
@@ -17,6 +18,7 @@ module kschur_solver
    use kschur_search, only: find_modes, take_rigid
    use kschur_shift, only: place_shift
    use kschur_solver_choice, only: inner_solvers_type
+   use kschur_threads, only: enter_solve, leave_solve
    implicit none
    private
    public :: solve_modes
@@ -36,12 +38,27 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
       type(inner_solvers_type), intent(in), optional :: solvers
+      integer :: threads_before
+
+      call enter_solve(options%threads, threads_before)
+      call solve(problem, options, result, error, monitor, solvers)
+      call leave_solve(threads_before)
+   end subroutine solve_modes
+
+   subroutine solve(problem, options, result, error, monitor, solvers)
+      type(modal_problem_type), target, intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(out) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, intent(inout), optional :: monitor
+      type(inner_solvers_type), intent(in), optional :: solvers
       type(solve_context_type), target :: s
       type(modes_type) :: modes
       integer(long) :: started
 
       started = clock()
       call begin(s, problem, options, error, monitor, solvers)
+      if (.not. allocated(error)) call settle_low_rank(s, error)
       if (.not. allocated(error)) call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
       if (allocated(error)) return
@@ -54,30 +71,48 @@ contains
       if (.not. allocated(error) .and. options%left) call find_left_modes(s, modes, error)
       if (.not. allocated(error)) call report(s, options, modes, result, error)
       call result%set_total(seconds_since(started))
-   end subroutine solve_modes
+   end subroutine solve
 
-   ! A set that was found dense and that nobody asked for so is kept where it is known to be complete, and else iterated.
+   ! What nobody asked for gives way to the next form where it does not come to an end that is trusted.
    subroutine search(s, modes, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(out) :: modes
       type(error_type), allocatable, intent(out) :: error
       character(len=note_length), allocatable :: notes(:)
 
-      allocate (notes, source=s%notes)
-      call place_shift(s, error)
-      if (.not. allocated(error)) call find_modes(s, modes, error)
-      if (.not. s%dense .or. s%options%formulation /= formulation_auto) return
-      if (allocated(error)) then
-         if (error%code /= error_singular) return
-         deallocate (error)
-      else if (modes%certified == certified_yes .or. any(modes%reason == [reason_cancelled, reason_fewer_modes])) then
-         return
-      end if
-      call s%drop_transform()
-      call move_alloc(notes, s%notes)
-      s%dense = .false.
-      s%decision = "dense does not tell all eigenvalues apart"
-      call place_shift(s, error)
-      if (.not. allocated(error)) call find_modes(s, modes, error)
+      do
+         allocate (notes, source=s%notes)
+         call place_shift(s, error)
+         if (.not. allocated(error)) call find_modes(s, modes, error)
+         if (.not. gives_way(s, modes, error)) exit
+         if (allocated(error)) deallocate (error)
+         call s%drop_transform()
+         call move_alloc(notes, s%notes)
+         if (s%dense) then
+            s%dense = .false.
+            s%decision = "dense does not tell all eigenvalues apart"
+         else
+            call leave_low_rank(s, "the space of the low-rank form grew beyond what the quadratic one costs")
+         end if
+      end do
    end subroutine search
+
+   ! A set that was found dense is kept where it is known to be complete, one of low rank where it converged.
+   logical function gives_way(s, modes, error)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+      type(error_type), allocatable, intent(in) :: error
+
+      gives_way = s%options%formulation == formulation_auto .and. (s%dense .or. s%formulation == formulation_low_rank)
+      if (.not. gives_way) return
+      if (allocated(error)) then
+         gives_way = error%code == error_singular
+      else if (modes%reason == reason_cancelled) then
+         gives_way = .false.
+      else if (s%dense) then
+         gives_way = modes%certified /= certified_yes .and. modes%reason /= reason_fewer_modes
+      else
+         gives_way = modes%reason /= reason_converged
+      end if
+   end function gives_way
 end module kschur_solver

@@ -32,10 +32,14 @@ module kschur_options
    !> All eigenvalues by LAPACK, from the matrix of the operator of one of the last three on the motions that the
    !> constraints allow.
    integer, parameter, public :: formulation_dense = 11
+   !> Symmetric and proportionally damped but for local forces: undamped Lanczos with the responses to these, and the whole
+   !> problem projected on that space; theta = lambda.
+   integer, parameter, public :: formulation_low_rank = 12
    !> The names of the formulations, in this order from `formulation_auto` on.
-   character(len=*), parameter, public :: formulation_names(0:11) = [character(len=25) :: "auto", &
+   character(len=*), parameter, public :: formulation_names(0:12) = [character(len=25) :: "auto", &
       "undamped", "undamped-negative", "undamped-constrained", "undamped-constrained-zero", "damped", &
-      "damped-constrained", "damped-constrained-zero", "quadratic", "symmetric", "proportional", "dense"]
+      "damped-constrained", "damped-constrained-zero", "quadratic", "symmetric", "proportional", "dense", &
+      "low-rank"]
 
    !> Cq as it is given.
    integer, parameter, public :: scaling_none = 0
@@ -46,11 +50,11 @@ module kschur_options
    !> The names of the constraint scalings, in this order from `scaling_none` on.
    character(len=*), parameter, public :: scaling_names(0:2) = [character(len=6) :: "none", "scalar", "row"]
 
-   !> `ldl` where the matrix to be factored is real, symmetric, definite and of low fill, else `mumps`.
+   !> `ldl` where the matrix to be factored is real, symmetric and definite, `mumps` for all others.
    integer, parameter, public :: inner_auto = 0
    !> MUMPS, with METIS: every matrix.
    integer, parameter, public :: inner_mumps = 1
-   !> LDL of SuiteSparse, with AMD: real symmetric definite matrices without multipliers.
+   !> LDL^T without pivoting: real symmetric matrices, definite but for multipliers.
    integer, parameter, public :: inner_ldl = 2
    !> Flexible GMRES, preconditioned by MUMPS in single precision: where the factors do not fit into memory.
    integer, parameter, public :: inner_iterative = 3
@@ -91,8 +95,10 @@ module kschur_options
       integer :: constraint_scaling = scaling_row
       !> One of `inner_*`: what factors the matrix and solves with it.
       integer :: inner = inner_auto
-      !> Largest dimension of the Krylov space; 0: chosen from `modes`.
+      !> Largest dimension of the Krylov space, but for what a verification needs beside what is locked; 0: chosen from `modes`.
       integer :: subspace = 0
+      !> Vectors that the Krylov space grows by at a time; 0: chosen from what solves and products cost.
+      integer :: block = 0
       !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.
       real(wp) :: tolerance = 1.0e-12_wp
       !> The iteration gives up instead of making this restart.
@@ -106,6 +112,8 @@ module kschur_options
       logical :: certify = .false.
       !> Seed of the start vector; the same seed gives the same digits.
       integer :: seed = 1
+      !> Threads that compute; 0: as many cores as the process may use, shared among the solves that run at the same time.
+      integer :: threads = 0
    contains
       !> Whether ARPACK's raw answer is wanted.
       procedure :: is_plain

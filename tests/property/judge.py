@@ -36,7 +36,8 @@ class Verdict:
 
 
 def judge_folder(program, folder, problem):
-    """Verdict on what the program says of the problem in a folder. Where it is solved dense, an iteration solves it as well."""
+    """Verdict on what the program says of the problem in a folder. Where it is solved dense, iterations solve it as well:
+    the one that would else be taken, and the low-rank one where it fits."""
     verdict, formulation = judge_answer(program, folder, problem)
     if verdict.failed or formulation != "dense" or "--formulation" in problem.command:
         return verdict
@@ -46,7 +47,8 @@ def judge_folder(program, folder, problem):
             return Verdict(other.name, f"{iterated}: {other.detail}")
         if other.name != DECLINED:
             break
-    return verdict
+    other, _ = judge_answer(program, folder, problem, "--formulation", "low-rank")
+    return Verdict(other.name, f"low-rank: {other.detail}") if other.failed else verdict
 
 
 def judge_answer(program, folder, problem, *more):

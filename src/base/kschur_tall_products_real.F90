@@ -1,0 +1,15 @@
+!> Products with tall and narrow real blocks, by panels of rows.
+module kschur_tall_products_real
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: dgemm, dgemv
+   use kschur_threads, only: panel_rows
+   implicit none
+   private
+   public :: form_combinations, inner_products, subtract_combinations
+
+#define SCALAR real(wp)
+#define GEMV dgemv
+#define GEMM dgemm
+#define CONJUGATE_TRANSPOSE "T"
+#include "kschur_tall_products.inc"
+end module kschur_tall_products_real

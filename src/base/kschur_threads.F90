@@ -1,0 +1,83 @@
+!> The threads of one solve. OpenMP keeps their number for each thread that solves, so that those of a caller do not
+!> disturb each other; what is summed is summed in panels whose size does not depend on it, so that it does not change
+!> a digit.
+module kschur_threads
+   use, intrinsic :: iso_c_binding, only: c_int
+#ifdef _OPENMP
+   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_in_parallel, omp_set_num_threads
+#endif
+   implicit none
+   private
+   public :: enter_solve, leave_solve, set_blas_threads, team_size
+
+   !> Rows of a panel: with fewer rows than two of them nothing is worth a thread.
+   integer, parameter, public :: panel_rows = 2048
+
+   interface
+      integer(c_int) function c_enter_solve() bind(c, name="kschur_enter_solve")
+         import :: c_int
+      end function c_enter_solve
+
+      subroutine c_leave_solve() bind(c, name="kschur_leave_solve")
+      end subroutine c_leave_solve
+
+      subroutine c_set_blas_threads(threads) bind(c, name="kschur_set_blas_threads")
+         import :: c_int
+         integer(c_int), value :: threads
+      end subroutine c_set_blas_threads
+   end interface
+
+contains
+
+   !> Gives this thread its share of the cores: as many threads as were asked for, or as the process may use divided by
+   !> the solves that run at the same time. The BLAS has one thread from now on. Within another solve nothing changes.
+   subroutine enter_solve(asked, before)
+      !> 0: as many as there are.
+      integer, intent(in) :: asked
+      !> For `leave_solve`.
+      integer, intent(out) :: before
+      integer :: solves
+
+      solves = int(c_enter_solve())
+      before = team_size()
+#ifdef _OPENMP
+      if (omp_in_parallel() .or. solves == 0) return
+      if (asked > 0) then
+         call omp_set_num_threads(asked)
+      else
+         call omp_set_num_threads(max(min(before, omp_get_num_procs())/solves, 1))
+      end if
+#else
+      associate (unused => asked, also_unused => solves)
+      end associate
+#endif
+   end subroutine enter_solve
+
+   !> Gives back what it took.
+   subroutine leave_solve(before)
+      integer, intent(in) :: before
+
+#ifdef _OPENMP
+      if (.not. omp_in_parallel()) call omp_set_num_threads(before)
+#else
+      associate (unused => before)
+      end associate
+#endif
+      call c_leave_solve()
+   end subroutine leave_solve
+
+   !> So many threads work on what is parallel now.
+   integer function team_size()
+      team_size = 1
+#ifdef _OPENMP
+      if (.not. omp_in_parallel()) team_size = omp_get_max_threads()
+#endif
+   end function team_size
+
+   !> Threads of the BLAS, for a factorisation that is made of large products; one before and after it.
+   subroutine set_blas_threads(threads)
+      integer, intent(in) :: threads
+
+      call c_set_blas_threads(int(threads, c_int))
+   end subroutine set_blas_threads
+end module kschur_threads

@@ -1,0 +1,184 @@
+!> Dense kernels of LDL^T on column-major blocks: loops of our own where a block is small, BLAS where it is not.
+module kschur_panel
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: dgemm
+   implicit none
+   private
+   public :: multiply_trapezoid, factor_panel, enclosure_type
+
+   !> By what pivots are moved so that rounding cannot turn their signs: kschur_proved_inertia has the theory.
+   type :: enclosure_type
+      !> -1 downwards, 1 upwards, 0 not at all.
+      integer :: side = 0
+      !> Of each row of the panel, (e_p + sqrt(e_p)) |d_p| l_kp^2 of the columns that are known, and how many these are.
+      real(wp), allocatable :: sum(:), terms(:)
+      !> What may be lost below the smallest number.
+      real(wp) :: underflow = 0
+   contains
+      procedure, private :: move
+      procedure, private :: add_column
+   end type enclosure_type
+
+   ! A call of BLAS costs as much as so many multiplications.
+   integer, parameter :: call_cost = 4000
+   ! Columns that BLAS multiplies at once: above the diagonal it does so in vain.
+   integer, parameter :: strip = 48
+   ! Columns of a panel that are eliminated one by one.
+   integer, parameter :: narrow = 12
+
+contains
+
+   !> The lower trapezoid of A B, which is symmetric in its first rows.
+   subroutine multiply_trapezoid(rows, columns, terms, a, lda, b, product)
+      !> columns <= rows.
+      integer, intent(in) :: rows, columns, terms, lda
+      !> rows x terms, and terms x columns.
+      real(wp), intent(in) :: a(lda, *), b(terms, *)
+      !> rows x columns; what is above the diagonal means nothing.
+      real(wp), intent(inout) :: product(rows, *)
+      integer :: j, width
+
+      if (rows*columns*terms < call_cost) then
+         call multiply_small(rows, columns, terms, a, lda, b, product)
+         return
+      end if
+      do j = 1, columns, strip
+         width = min(strip, columns - j + 1)
+         call dgemm("N", "N", rows - j + 1, width, terms, 1.0_wp, a(j, 1), lda, b(1, j), terms, 0.0_wp, product(j, j), rows)
+      end do
+   end subroutine multiply_trapezoid
+
+   ! Tiles of four rows and two columns stay in registers.
+   pure subroutine multiply_small(rows, columns, terms, a, lda, b, product)
+      integer, intent(in) :: rows, columns, terms, lda
+      real(wp), intent(in) :: a(lda, *), b(terms, *)
+      real(wp), intent(inout) :: product(rows, *)
+      real(wp) :: first(4), second(4)
+      integer :: i, j, p
+
+      do j = 1, columns - 1, 2
+         do i = j, rows - 3, 4
+            first = 0
+            second = 0
+            do p = 1, terms
+               first = first + a(i:i + 3, p)*b(p, j)
+               second = second + a(i:i + 3, p)*b(p, j + 1)
+            end do
+            product(i:i + 3, j) = first
+            product(i:i + 3, j + 1) = second
+         end do
+         do i = i, rows
+            first(:2) = 0
+            do p = 1, terms
+               first(1) = first(1) + a(i, p)*b(p, j)
+               first(2) = first(2) + a(i, p)*b(p, j + 1)
+            end do
+            product(i, j) = first(1)
+            product(i, j + 1) = first(2)
+         end do
+      end do
+      if (mod(columns, 2) == 0) return
+      do i = columns, rows - 3, 4
+         first = 0
+         do p = 1, terms
+            first = first + a(i:i + 3, p)*b(p, columns)
+         end do
+         product(i:i + 3, columns) = first
+      end do
+      do i = i, rows
+         first(1) = 0
+         do p = 1, terms
+            first(1) = first(1) + a(i, p)*b(p, columns)
+         end do
+         product(i, columns) = first(1)
+      end do
+   end subroutine multiply_small
+
+   !> L and D of a panel whose first rows are symmetric: L takes its place, but for the unit diagonal.
+   subroutine factor_panel(rows, columns, panel, pivot, product, scaled, enclosure)
+      !> columns <= rows.
+      integer, intent(in) :: rows, columns
+      real(wp), intent(inout) :: panel(rows, columns)
+      !> D; what is zero or not a number is the last that is set.
+      real(wp), intent(inout) :: pivot(columns)
+      !> Workspace, as large as the panel and its square.
+      real(wp), intent(inout) :: product(*), scaled(*)
+      type(enclosure_type), intent(inout) :: enclosure
+      integer :: first, last
+
+      do first = 1, columns, narrow
+         last = min(first + narrow - 1, columns)
+         if (first > 1) call subtract_columns(rows, first - 1, last, panel, pivot, product, scaled)
+         call eliminate_columns(rows, first, last, panel, pivot, enclosure)
+      end do
+   end subroutine factor_panel
+
+   ! Takes what the first `known` columns make of the next ones.
+   subroutine subtract_columns(rows, known, last, panel, pivot, product, scaled)
+      integer, intent(in) :: rows, known, last
+      real(wp), intent(inout) :: panel(rows, *), product(rows - known, *), scaled(known, *)
+      real(wp), intent(in) :: pivot(*)
+      integer :: j, width
+
+      width = last - known
+      do j = 1, width
+         scaled(:, j) = pivot(:known)*panel(known + j, :known)
+      end do
+      call multiply_trapezoid(rows - known, width, known, panel(known + 1, 1), rows, scaled, product)
+      do j = 1, width
+         panel(known + j:, known + j) = panel(known + j:rows, known + j) - product(j:, j)
+      end do
+   end subroutine subtract_columns
+
+   pure subroutine eliminate_columns(rows, first, last, panel, pivot, enclosure)
+      integer, intent(in) :: rows, first, last
+      real(wp), intent(inout) :: panel(rows, *), pivot(*)
+      type(enclosure_type), intent(inout) :: enclosure
+      integer :: i, j, p
+
+      do j = first, last
+         do p = first, j - 4, 4
+            associate (z => panel(j, p:p + 3)*pivot(p:p + 3))
+               do i = j, rows
+                  panel(i, j) = panel(i, j) - &
+                     (panel(i, p)*z(1) + panel(i, p + 1)*z(2) + panel(i, p + 2)*z(3) + panel(i, p + 3)*z(4))
+               end do
+            end associate
+         end do
+         do p = p, j - 1
+            associate (z => panel(j, p)*pivot(p))
+               panel(j:rows, j) = panel(j:rows, j) - panel(j:rows, p)*z
+            end associate
+         end do
+         pivot(j) = panel(j, j)
+         if (enclosure%side /= 0) call enclosure%move(j, rows - j, pivot(j))
+         panel(j + 1:rows, j) = panel(j + 1:rows, j)/pivot(j)
+         if (enclosure%side /= 0) call enclosure%add_column(j, pivot(j), panel(j + 1:rows, j))
+      end do
+   end subroutine eliminate_columns
+
+   ! S_k of the pivot that has so many entries below it.
+   pure subroutine move(self, k, entries, pivot)
+      class(enclosure_type), intent(in) :: self
+      integer, intent(in) :: k, entries
+      real(wp), intent(inout) :: pivot
+      real(wp), parameter :: unit = epsilon(1.0_wp)/2
+      ! Terms of second order, and the rounding of the bound itself.
+      real(wp), parameter :: caution = 1.01_wp
+      real(wp) :: rounding
+
+      rounding = self%sum(k) + (1 + sqrt(real(entries, wp)))*abs(pivot)
+      pivot = pivot + self%side*(caution*unit*(self%terms(k) + 4)*rounding + self%underflow)
+   end subroutine move
+
+   ! What the entries of a column of L may round in the rows below pivot k.
+   pure subroutine add_column(self, k, pivot, column)
+      class(enclosure_type), intent(inout) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: pivot, column(:)
+      real(wp) :: weight
+
+      weight = (size(column) + sqrt(real(size(column), wp)))*abs(pivot)
+      self%sum(k + 1:k + size(column)) = self%sum(k + 1:k + size(column)) + weight*column**2
+   end subroutine add_column
+end module kschur_panel

@@ -1,0 +1,171 @@
+!> Supernodes: columns of L that are stored, and computed with, as one dense block, since they have entries in nearly the
+!> same rows. Those of the same rows are one, and a child joins its parent where few zeros are stored for it.
+!> C. Ashcraft, R. Grimes, ACM TOMS 15 (1989), doi 10.1145/76909.76910.
+module kschur_supernodes
+   use kschur_elimination_tree, only: find_postorder
+   use kschur_kinds, only: wp, long
+   use kschur_quotient_graph, only: stable_order
+   implicit none
+   private
+   public :: find_supernodes, widest
+
+   !> No supernode has more columns.
+   integer, parameter :: widest = 96
+
+   ! A tree of blocks. Before they are joined, one for all consecutive columns with the same rows.
+   type :: blocks_type
+      ! The last column of each; its parent, 0 at a root.
+      integer, allocatable :: top(:), parent(:)
+      integer, allocatable :: columns(:), rows_below(:)
+      ! Entries of L.
+      integer(long), allocatable :: entries(:)
+      ! The block that a block is part of: itself, or a later one.
+      integer, allocatable :: into(:)
+   end type blocks_type
+
+contains
+
+   !> Of columns in postorder, the order in which those of a supernode are neighbours: sequence(k) is the k-th. Supernode s
+   !> begins with the column that is the first(s)-th then; `above` is its parent, 0 at a root.
+   subroutine find_supernodes(parent, entries, sequence, first, above)
+      !> The elimination tree, and the entries of each column of L with its diagonal.
+      integer, intent(in) :: parent(:), entries(:)
+      integer, allocatable, intent(out) :: sequence(:), first(:), above(:)
+      type(blocks_type) :: blocks
+      integer, allocatable :: block_of(:)
+
+      call find_blocks(parent, entries, blocks, block_of)
+      call join_children(blocks)
+      call lay_out(parent, blocks, block_of, sequence, first, above)
+   end subroutine find_supernodes
+
+   pure subroutine find_blocks(parent, entries, blocks, block_of)
+      integer, intent(in) :: parent(:), entries(:)
+      type(blocks_type), intent(out) :: blocks
+      integer, allocatable, intent(out) :: block_of(:)
+      integer :: j, s, n
+
+      n = size(parent)
+      allocate (block_of(n))
+      s = min(n, 1)
+      block_of(:s) = s
+      do j = 2, n
+         if (parent(j - 1) /= j .or. entries(j - 1) /= entries(j) + 1) s = s + 1
+         block_of(j) = s
+      end do
+      allocate (blocks%top(s), blocks%parent(s), blocks%columns(s), blocks%rows_below(s), source=0)
+      allocate (blocks%entries(s), source=0_long)
+      allocate (blocks%into, source=[(j, j=1, s)])
+      do j = 1, n
+         s = block_of(j)
+         blocks%top(s) = j
+         blocks%columns(s) = blocks%columns(s) + 1
+         blocks%entries(s) = blocks%entries(s) + entries(j)
+         blocks%rows_below(s) = entries(j) - 1
+         blocks%parent(s) = 0
+         if (parent(j) /= 0) blocks%parent(s) = block_of(parent(j))
+      end do
+   end subroutine find_blocks
+
+   pure subroutine join_children(blocks)
+      type(blocks_type), intent(inout) :: blocks
+      integer, allocatable :: child(:), sibling(:)
+      integer :: c, p
+
+      allocate (child(0:size(blocks%top)), sibling(size(blocks%top)), source=0)
+      ! The last child first: its columns stand before the parent's already.
+      do c = 1, size(blocks%top)
+         sibling(c) = child(blocks%parent(c))
+         child(blocks%parent(c)) = c
+      end do
+      do p = 1, size(blocks%top)
+         c = child(p)
+         do while (c /= 0)
+            if (joined(blocks, c, p)) then
+               blocks%into(c) = p
+               blocks%columns(p) = blocks%columns(p) + blocks%columns(c)
+               blocks%entries(p) = blocks%entries(p) + blocks%entries(c)
+            end if
+            c = sibling(c)
+         end do
+      end do
+   end subroutine join_children
+
+   ! Whether the zeros that both together store are few: the narrower the block, the dearer are its row indices and
+   ! the calls it takes.
+   pure logical function joined(blocks, c, p)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: c, p
+      integer, parameter :: width(3) = [8, 24, 48]
+      real(wp), parameter :: most_zeros(4) = [0.3_wp, 0.1_wp, 0.05_wp, 0.05_wp]
+      integer(long) :: columns, all_entries, zeros
+
+      columns = blocks%columns(c) + blocks%columns(p)
+      all_entries = columns*(columns + 1)/2 + columns*blocks%rows_below(p)
+      zeros = all_entries - blocks%entries(c) - blocks%entries(p)
+      joined = real(zeros, wp) <= most_zeros(1 + count(columns > width))*real(all_entries, wp)
+   end function joined
+
+   ! The tree of the joined blocks in postorder. Those that are too wide are cut: the parent of a piece is that of its last
+   ! column, as what descends from one column of a block stands together.
+   subroutine lay_out(parent, blocks, block_of, sequence, first, above)
+      integer, intent(in) :: parent(:), block_of(:)
+      type(blocks_type), intent(in) :: blocks
+      integer, allocatable, intent(out) :: sequence(:), first(:), above(:)
+      ! The number of the block that each is part of; how many there are; of each, the block it was.
+      integer, allocatable :: number(:), whole(:), tree(:), post(:), rank(:), place(:), supernode(:)
+      integer :: wholes, s, j, k, pieces, piece
+
+      call number_wholes(blocks, number, whole)
+      wholes = size(whole)
+      allocate (tree(wholes), post(wholes), rank(wholes), source=0)
+      do k = 1, wholes
+         if (blocks%parent(whole(k)) /= 0) tree(k) = number(blocks%parent(whole(k)))
+      end do
+      call find_postorder(tree, post)
+      do k = 1, wholes
+         rank(post(k)) = k
+      end do
+      call stable_order(rank(number(block_of)), wholes, sequence)
+
+      pieces = sum((blocks%columns(whole) + widest - 1)/widest)
+      allocate (first(pieces + 1), above(pieces), source=0)
+      first(1) = 1
+      s = 0
+      do k = 1, wholes
+         associate (columns => blocks%columns(whole(post(k))))
+            pieces = (columns + widest - 1)/widest
+            do piece = 1, pieces
+               s = s + 1
+               first(s + 1) = first(s) + (columns + piece - 1)/pieces
+            end do
+         end associate
+      end do
+      allocate (place(size(parent)), supernode(size(parent)))
+      do s = 1, size(above)
+         do k = first(s), first(s + 1) - 1
+            place(sequence(k)) = k
+            supernode(k) = s
+         end do
+      end do
+      do s = 1, size(above)
+         j = parent(sequence(first(s + 1) - 1))
+         if (j /= 0) above(s) = supernode(place(j))
+      end do
+   end subroutine lay_out
+
+   pure subroutine number_wholes(blocks, number, whole)
+      type(blocks_type), intent(in) :: blocks
+      integer, allocatable, intent(out) :: number(:), whole(:)
+      integer :: s, k
+
+      allocate (number(size(blocks%into)))
+      allocate (whole, source=pack([(s, s=1, size(number))], blocks%into == [(s, s=1, size(number))]))
+      do k = size(whole), 1, -1
+         number(whole(k)) = k
+      end do
+      do s = size(number), 1, -1
+         number(s) = number(blocks%into(s))
+      end do
+   end subroutine number_wholes
+end module kschur_supernodes

@@ -1,0 +1,226 @@
+!> The projected problem of the low-rank form: small, dense, and solved at once.
+!>
+!> On the motions that the constraints allow, with A = K_s - s M and C = A^{-1} M, A^{-1} P(lambda) is
+!>
+!>     (1 + beta lambda) + c(lambda) C + F (lambda S + T),   c = lambda^2 + alpha lambda + s (1 + beta lambda)
+!>
+!> with the responses F = A^{-1} B. In a space with M-orthonormal basis V that holds F, only C leads out of it, and by
+!> how much is known from the decomposition of C alone.
+module kschur_low_rank_projection
+   use kschur_block_lanczos, only: block_decomposition_type
+   use kschur_dense_eigenpairs, only: dense_eigenpairs_type, general_eigenpairs
+   use kschur_error, only: error_type, new_error, error_singular
+   use kschur_invariant, only: invariant_type
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: dgesv
+   use kschur_local_forces, only: local_forces_type
+   use kschur_operator, only: real_operator_type
+   use kschur_projected, only: symmetric_eigenvectors
+   use kschur_root_invariant, only: zero_and_infinite
+   use kschur_root_space, only: root_space_type
+   use kschur_spectral_map, only: spectral_map_type
+   implicit none
+   private
+   public :: projection_type, new_projection
+
+   ! Of a coupling between copies of an eigenvalue, relative to that: below, it may be rounding.
+   real(wp), parameter :: noise = 1.0e-11_wp
+
+   !> The undamped part in a space, its Ritz pairs, and what the local forces add to it.
+   type :: projection_type
+      !> Ritz values of C, and their residuals relative to them.
+      real(wp), allocatable :: values(:), residuals(:)
+      !> Ritz vectors as combinations of the basis, and how C leads out of the space from each, k and q rows.
+      real(wp), allocatable :: vectors(:, :), remainder(:, :)
+      !> F, r columns, and S and T, r rows, in the Ritz vectors.
+      real(wp), allocatable :: responses(:, :), damping(:, :), stiffness(:, :)
+      !> theta and lambda of the undamped part; s.
+      type(spectral_map_type) :: map
+      real(wp) :: shift = 0
+   contains
+      !> The eigenpairs of the whole problem in the space.
+      procedure :: eigenpairs
+      !> How large the residual of A^{-1} P(lambda) is, relative to 1 + beta lambda, for a combination of Ritz vectors.
+      procedure :: residual
+   end type projection_type
+
+   ! Shift-invert of the projected problem, by its matrix.
+   type, extends(real_operator_type) :: matrix_operator_type
+      real(wp), allocatable :: matrix(:, :)
+   contains
+      procedure :: order
+      procedure :: apply
+   end type matrix_operator_type
+
+contains
+
+   !> The undamped Ritz pairs of a decomposition.
+   subroutine new_projection(projection, d, responses, forces, map, shift, error)
+      type(projection_type), intent(out) :: projection
+      type(block_decomposition_type), intent(in) :: d
+      !> F as combinations of the basis.
+      real(wp), intent(in) :: responses(:, :)
+      type(local_forces_type), intent(in) :: forces
+      type(spectral_map_type), intent(in) :: map
+      !> s.
+      real(wp), intent(in) :: shift
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: motion(:, :)
+      integer :: k, j
+
+      projection%map = map
+      projection%shift = shift
+      k = d%expanded
+      allocate (projection%vectors, source=(d%couplings(:k, :k) + transpose(d%couplings(:k, :k)))/2)
+      call symmetric_eigenvectors(projection%vectors, projection%values, error)
+      if (allocated(error)) return
+      associate (u => projection%vectors)
+         allocate (projection%remainder, source=matmul(d%couplings(k + 1:d%vectors, :k), u))
+         allocate (projection%responses, source=matmul(transpose(u), responses(:k, :)))
+         allocate (motion, source=matmul(d%basis(forces%columns, :k), u))
+         allocate (projection%damping, source=matmul(forces%damping, motion))
+         allocate (projection%stiffness, source=matmul(forces%stiffness, motion))
+      end associate
+      allocate (projection%residuals, source=[(norm2(projection%remainder(:, j))/ &
+         max(abs(projection%values(j)), epsilon(1.0_wp)*d%scale, tiny(1.0_wp)), j=1, k)])
+   end subroutine new_projection
+
+   !> mu = 1/(lambda - tau), and states (x, v) in the Ritz vectors, v = lambda/unit x, without those of the eigenvalue
+   !> zero that are known.
+   subroutine eigenpairs(self, tau, unit, zero, pairs, error)
+      class(projection_type), intent(in) :: self
+      real(wp), intent(in) :: tau, unit
+      !> Its states, in the Ritz vectors.
+      type(root_space_type), intent(in) :: zero
+      type(dense_eigenpairs_type), intent(out) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+      type(matrix_operator_type) :: operator
+      type(root_space_type) :: none
+      real(wp), allocatable :: basis(:, :), dual(:, :)
+      real(wp) :: factor
+      integer :: order(size(self%values)), k, j
+
+      k = size(self%values)
+      call make_matrix(self, tau, unit, operator%matrix, error)
+      if (allocated(error)) return
+      ! LAPACK may never end on what is no number.
+      if (.not. all(abs(operator%matrix) <= huge(1.0_wp))) then
+         call new_error(error, error_singular, "the projected problem is singular at the shift")
+         return
+      end if
+      ! As in `new_energy_basis`: positions and velocities of equal energy, the slowest motions first.
+      allocate (basis(2*k, 2*k), dual(2*k, 2*k), source=0.0_wp)
+      order = descending(abs(self%values))
+      do j = 1, k
+         associate (i => order(j))
+            factor = sqrt(max(abs(self%values(i)), epsilon(1.0_wp)**2*maxval(abs(self%values)), tiny(1.0_wp)))
+            basis(i, 2*j - 1) = factor
+            dual(i, 2*j - 1) = 1/factor
+            basis(k + i, 2*j) = 1/unit
+            dual(k + i, 2*j) = unit
+         end associate
+      end do
+      call general_eigenpairs(operator, basis, dual, zero_and_infinite(zero, none, 2*k, &
+         cmplx(tau, 0, wp), unit, oscillator=.false.), noise, pairs, error)
+   end subroutine eigenpairs
+
+   ! Positions of numbers, the largest first.
+   pure function descending(numbers) result(order)
+      real(wp), intent(in) :: numbers(:)
+      integer :: order(size(numbers))
+      logical :: left(size(numbers))
+      integer :: i
+
+      left = .true.
+      do i = 1, size(numbers)
+         order(i) = maxloc(numbers, 1, left)
+         left(order(i)) = .false.
+      end do
+   end function descending
+
+   ! The matrix of (x, v) -> (x+, v+): with D = (1 + beta tau + c(tau) C)^{-1} and H = tau S + T,
+   !
+   !     x+ = -P^{-1} (unit C v + ((tau + alpha + beta s) C + beta) x) - P^{-1} F S x,  v+ = (x + tau x+)/unit
+   !
+   ! P^{-1} = D - D F (1 + H D F)^{-1} H D (Woodbury) keeps what strong dampers would drown.
+   subroutine make_matrix(self, tau, unit, matrix, error)
+      type(projection_type), intent(in) :: self
+      real(wp), intent(in) :: tau, unit
+      real(wp), allocatable, intent(out) :: matrix(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: d(:), g(:, :), df(:, :), inverse(:, :)
+      integer :: k, r, j, pivots(size(self%responses, 2)), info
+
+      k = size(self%values)
+      r = size(self%responses, 2)
+      associate (alpha => self%map%alpha, beta => self%map%beta, s => self%shift, t => self%values)
+         allocate (d, source=1/(1 + beta*tau + (tau*(tau + alpha) + s*(1 + beta*tau))*t))
+         allocate (df, source=self%responses)
+         do j = 1, r
+            df(:, j) = d*df(:, j)
+         end do
+         ! (1 + H D F)^{-1} [H D, S], each row in units of its own.
+         allocate (g(r, r + 2*k))
+         g(:, r + 1:r + k) = tau*self%damping + self%stiffness
+         g(:, :r) = matmul(g(:, r + 1:r + k), df)
+         do j = 1, r
+            g(j, j) = g(j, j) + 1
+         end do
+         do j = 1, k
+            g(:, r + j) = g(:, r + j)*d(j)
+         end do
+         g(:, r + k + 1:) = self%damping
+         do j = 1, r
+            g(j, :) = g(j, :)/maxval(abs(g(j, :)))
+         end do
+         if (r > 0) then
+            call dgesv(r, 2*k, g, r, pivots, g(:, r + 1:), r, info)
+            if (info /= 0) call new_error(error, error_singular, "the projected problem is singular at the shift")
+            if (allocated(error)) return
+         end if
+         allocate (inverse, source=-matmul(df, g(:, r + 1:r + k)))
+         do j = 1, k
+            inverse(j, j) = inverse(j, j) + d(j)
+         end do
+         allocate (matrix(2*k, 2*k))
+         matrix(:k, :k) = -matmul(df, g(:, r + k + 1:))
+         do j = 1, k
+            matrix(:k, j) = matrix(:k, j) - inverse(:, j)*((tau + alpha + beta*s)*t(j) + beta)
+            matrix(:k, k + j) = -unit*t(j)*inverse(:, j)
+         end do
+         matrix(k + 1:, :) = (tau/unit)*matrix(:k, :)
+         do j = 1, k
+            matrix(k + j, j) = matrix(k + j, j) + 1/unit
+         end do
+      end associate
+   end subroutine make_matrix
+
+   pure real(wp) function residual(self, lambda, x)
+      class(projection_type), intent(in) :: self
+      complex(wp), intent(in) :: lambda, x(:)
+      complex(wp) :: p, c
+      real(wp) :: parts(size(x), 2), beside(size(self%remainder, 1), 2)
+
+      p = 1 + self%map%beta*lambda
+      c = lambda*(lambda + self%map%alpha) + self%shift*p
+      parts(:, 1) = real(x, wp)
+      parts(:, 2) = aimag(x)
+      beside = matmul(self%remainder, parts)
+      residual = abs(c)*norm2(beside)/max(abs(p)*norm2(abs(x)), tiny(1.0_wp))
+   end function residual
+
+   integer function order(self)
+      class(matrix_operator_type), intent(in) :: self
+
+      order = size(self%matrix, 1)
+   end function order
+
+   subroutine apply(self, x, y, error)
+      class(matrix_operator_type), intent(inout) :: self
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), contiguous, intent(out) :: y(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      y = matmul(self%matrix, x)
+   end subroutine apply
+end module kschur_low_rank_projection

@@ -1,0 +1,143 @@
+!> Shapes and multipliers of the low-rank form.
+module kschur_low_rank_shapes
+   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: dgemm, zgesv
+   use kschur_local_forces, only: local_forces_type
+   use kschur_spectral_map, only: spectral_map_type
+   use kschur_symmetric_transform, only: symmetric_shift_invert_type
+   implicit none
+   private
+   public :: combine, recover_shapes, responses_type
+
+   ! Shapes that are computed at a time, and rows.
+   integer, parameter :: block = 8, panel = 256
+
+   !> What unit local forces make.
+   type :: responses_type
+      !> F, n x r, and multipliers, m x r.
+      real(wp), allocatable :: shapes(:, :), multipliers(:, :)
+   end type responses_type
+
+contains
+
+   !> X = V U Y, Y complex, a panel of rows at a time.
+   subroutine combine(n, k, v, u, y, x)
+      integer, intent(in) :: n, k
+      real(wp), intent(in) :: v(n, k)
+      real(wp), intent(in) :: u(:, :)
+      complex(wp), intent(in) :: y(:, :)
+      complex(wp), intent(out) :: x(:, :)
+      real(wp) :: w(size(u, 1), 2*size(y, 2)), parts(panel, 2*size(y, 2))
+      integer :: c, first, rows
+
+      c = size(y, 2)
+      if (k == 0 .or. c == 0) return
+      w = matmul(u, reshape([real(y, wp), aimag(y)], [k, 2*c]))
+      do first = 1, n, panel
+         rows = min(panel, n - first + 1)
+         call dgemm("N", "N", rows, 2*c, k, 1.0_wp, v(first, 1), n, w, k, 0.0_wp, parts, panel)
+         x(first:first + rows - 1, :) = cmplx(parts(:rows, :c), parts(:rows, c + 1:), wp)
+      end do
+   end subroutine combine
+
+   !> One more application of the undamped operator, which leaves nothing of infinite eigenvalues. With H = lambda S + T
+   !> and p = 1 + beta lambda,
+   !>
+   !>     p (phi, xi/p) = (z, zeta) - (F, Xi) y,   (z, zeta) = -[K_s - s M, Cq^T; Cq, 0]^{-1} (c(lambda) M x, 0),
+   !>     (p + H F) y = H z
+   !>
+   !> where y, the local forces, follow from z and not from x, in which what a strong damper moves is rounding.
+   subroutine recover_shapes(operator, forces, responses, map, shift, lambda, pairs, error)
+      class(symmetric_shift_invert_type), intent(inout) :: operator
+      type(local_forces_type), intent(in) :: forces
+      !> F and its multipliers Xi.
+      type(responses_type), intent(in) :: responses
+      !> Of the undamped part, and s.
+      type(spectral_map_type), intent(in) :: map
+      real(wp), intent(in) :: shift
+      complex(wp), intent(in) :: lambda(:)
+      !> With the shapes x; multipliers are set, and shapes are scaled to unit norm.
+      type(eigenpairs_type), intent(inout) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: parts(:, :), xi(:, :)
+      complex(wp), allocatable :: f(:, :), y(:)
+      complex(wp) :: p
+      real(wp) :: length
+      integer :: n, first, last, c, i, j
+
+      n = size(pairs%phi, 1)
+      allocate (y(forces%rank()))
+      do first = 1, size(lambda), block
+         last = min(first + block - 1, size(lambda))
+         c = last - first + 1
+         allocate (f(n, c), parts(n, 2*c), xi(size(operator%factors), 2*c))
+         f = 0
+         do j = 1, c
+            i = first + j - 1
+            p = map%reaction(lambda(i))
+            call operator%problem%mass%add_product(-(lambda(i)*(lambda(i) + map%alpha) + shift*p), pairs%phi(:, i:i), &
+               f(:, j:j))
+         end do
+         parts(:, :c) = real(f, wp)
+         parts(:, c + 1:) = aimag(f)
+         call operator%respond(parts, xi, error)
+         if (allocated(error)) return
+         do j = 1, c
+            i = first + j - 1
+            p = map%reaction(lambda(i))
+            pairs%phi(:, i) = cmplx(parts(:, j), parts(:, c + j), wp)
+            pairs%xi(:, i) = cmplx(xi(:, j), xi(:, c + j), wp)
+            call find_forces(forces, responses%shapes(forces%columns, :), lambda(i), p, pairs%phi(forces%columns, i), y)
+            call subtract_responses(responses, y, pairs%phi(:, i), pairs%xi(:, i))
+            length = norm2(abs(pairs%phi(:, i)))
+            if (.not. length > 0) cycle
+            pairs%phi(:, i) = pairs%phi(:, i)/length
+            pairs%xi(:, i) = pairs%xi(:, i)*(p/length)
+         end do
+         deallocate (f, parts, xi)
+      end do
+   end subroutine recover_shapes
+
+   ! y of (p + H F) y = H z, each row in units of its own; zero where that is singular.
+   subroutine find_forces(forces, at_columns, lambda, p, z, y)
+      type(local_forces_type), intent(in) :: forces
+      !> The rows of F that H sees.
+      real(wp), intent(in) :: at_columns(:, :)
+      complex(wp), intent(in) :: lambda, p
+      !> The rows of z that H sees.
+      complex(wp), intent(in) :: z(:)
+      complex(wp), intent(out) :: y(:)
+      complex(wp) :: h(size(y), size(z)), a(size(y), size(y)), response(size(z), size(y))
+      real(wp) :: level
+      integer :: r, i, info, pivots(size(y))
+
+      r = size(y)
+      if (r == 0) return
+      h = lambda*forces%damping + forces%stiffness
+      response = at_columns
+      a = matmul(h, response)
+      y = matmul(h, z)
+      do i = 1, r
+         a(i, i) = a(i, i) + p
+         level = maxval(abs(a(i, :)))
+         a(i, :) = a(i, :)/level
+         y(i) = y(i)/level
+      end do
+      call zgesv(r, 1, a, r, pivots, y, r, info)
+      if (info /= 0) y = 0
+   end subroutine find_forces
+
+   subroutine subtract_responses(responses, y, phi, xi)
+      type(responses_type), intent(in) :: responses
+      complex(wp), intent(in) :: y(:)
+      complex(wp), intent(inout) :: phi(:), xi(:)
+      integer :: i
+
+      do i = 1, size(y)
+         phi = phi - responses%shapes(:, i)*y(i)
+         xi = xi - responses%multipliers(:, i)*y(i)
+      end do
+   end subroutine subtract_responses
+end module kschur_low_rank_shapes

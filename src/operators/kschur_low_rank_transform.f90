@@ -1,0 +1,408 @@
+!> Problems that are symmetric and proportionally damped but for local forces, as a transform: the undamped Krylov space
+!> of the symmetric form, with the responses to those forces among its start vectors, holds all their modes. Every mode
+!> is a combination of undamped modes and of such responses.
+module kschur_low_rank_transform
+   use kschur_block_lanczos, only: add_directions, add_random_direction, block_decomposition_type, expand_block, make_room
+   use kschur_certificate, only: inertia_census_type, new_inertia_census
+   use kschur_deflation, only: deflation_type
+   use kschur_dense_eigenpairs, only: dense_eigenpairs_type
+   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
+   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
+   use kschur_local_forces, only: local_forces_type, new_local_forces, symmetric_stiffness
+   use kschur_low_rank_projection, only: new_projection, projection_type
+   use kschur_low_rank_shapes, only: combine, recover_shapes, responses_type
+   use kschur_modal_selection, only: modal_selection_type
+   use kschur_monitor, only: monitor_type
+   use kschur_outcome, only: history_type, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
+   use kschur_placement, only: placement_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_root_space, only: root_space_type
+   use kschur_selection, only: order_by_preference
+   use kschur_spectral_map, only: spectral_map_type
+   use kschur_symmetric_transform, only: new_symmetric_transform, symmetric_transform_type
+   use kschur_transform, only: transform_type
+   use kschur_transposed_solver, only: transposed_real_type
+   implicit none
+   private
+   public :: low_rank_transform_type, new_low_rank_transform
+
+   type, extends(transform_type) :: low_rank_transform_type
+      !> The undamped part, factored.
+      type(symmetric_transform_type) :: undamped
+      type(local_forces_type) :: forces
+      ! The problem with the symmetric part of K, where K is not symmetric.
+      type(modal_problem_type), allocatable, private :: symmetric_part
+      type(inertia_census_type), allocatable, private :: census
+      type(placement_type), private :: placement
+      ! The space may grow to so many vectors.
+      integer, private :: most = 0
+      ! Grows from call to call; of its first vectors the responses and the states of the eigenvalue zero are made.
+      type(block_decomposition_type), allocatable, private :: space
+      real(wp), allocatable, private :: responses(:, :), zeros(:, :)
+      type(responses_type), private :: unit_responses
+   contains
+      procedure :: iterate
+      procedure :: recover
+      procedure :: linear_solver
+      procedure :: order
+      procedure :: transposed
+      procedure, private :: start
+      procedure, private :: look
+      procedure, private :: undamped_selection
+      procedure, private :: copies_are_there
+   end type low_rank_transform_type
+
+   ! What a look at the space tells.
+   type :: look_type
+      type(projection_type) :: undamped
+      type(dense_eigenpairs_type) :: pairs
+      !> The wanted ones of the pairs, most wanted first; how many it takes; how many of these have converged.
+      integer, allocatable :: chosen(:)
+      integer :: needed = 0, converged = 0
+      real(wp) :: residual = 0
+   contains
+      procedure :: settled
+   end type look_type
+
+contains
+
+   !> Factors [K_s - s M, Cq^T; Cq, 0], s = theta(lambda) of the proportional part; of a complex lambda the real part.
+   subroutine new_low_rank_transform(transform, problem, deflation, placement, solver, error, counting_solver)
+      type(low_rank_transform_type), target, intent(out) :: transform
+      type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
+      type(placement_type), intent(in) :: placement
+      class(real_linear_solver_type), allocatable, intent(inout) :: solver
+      type(error_type), allocatable, intent(out) :: error
+      !> A solver that tells the inertia of indefinite matrices.
+      class(real_linear_solver_type), allocatable, optional, intent(inout) :: counting_solver
+      type(modal_problem_type), pointer :: undamped
+      logical :: few
+
+      transform%placement = placement
+      transform%shift = abs(placement%lambda)
+      call new_local_forces(problem, transform%forces, few, error)
+      if (allocated(error)) return
+      undamped => problem
+      if (.not. problem%stiffness%is_symmetric()) then
+         allocate (transform%symmetric_part, source=problem)
+         transform%symmetric_part%stiffness = symmetric_stiffness(problem)
+         undamped => transform%symmetric_part
+      end if
+      call new_symmetric_transform(transform%undamped, undamped, deflation, placement, solver, error)
+      if (allocated(error) .or. .not. present(counting_solver)) return
+      if (.not. allocated(counting_solver)) return
+      allocate (transform%census)
+      call new_inertia_census(transform%census, undamped, transform%undamped%map, real(transform%undamped%shift, wp), &
+         transform%undamped%operator%solver, counting_solver, size(deflation%decay))
+   end subroutine new_low_rank_transform
+
+   subroutine iterate(self, selection, options, ritz, error, monitor)
+      class(low_rank_transform_type), target, intent(inout) :: self
+      type(modal_selection_type), intent(in) :: selection
+      class(krylov_options_type), intent(in) :: options
+      type(ritz_pairs_type), intent(out) :: ritz
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), intent(inout), optional :: monitor
+      type(look_type) :: seen
+      logical :: proceed, complete
+      integer :: next
+
+      call self%start(options, ritz%statistics, error)
+      if (allocated(error)) return
+      ritz%statistics%reason = reason_max_restarts
+      next = min(selection%wanted, self%most)
+      proceed = .true.
+      do
+         do while (self%space%expanded < next .and. .not. (self%space%closed() .or. self%space%full()))
+            call expand_block(self%undamped%operator, self%space, ritz%statistics, error)
+            if (allocated(error)) return
+         end do
+         if (self%space%closed()) call add_random_direction(self%undamped%operator, self%space, options%seed, &
+            ritz%statistics, error)
+         if (.not. allocated(error)) call self%look(selection, options, seen, error)
+         if (allocated(error)) return
+         if (.not. options%verify) then
+            call take_undamped(self, options, seen, ritz)
+            return
+         end if
+         if (present(monitor)) call monitor%report(0, seen%converged, seen%needed, seen%residual, proceed)
+         complete = .false.
+         if (seen%settled()) call self%copies_are_there(selection, seen, complete)
+         if (self%space%closed()) exit
+         if ((seen%settled() .and. complete) .or. .not. proceed .or. at_end(self)) exit
+         if (seen%settled()) call add_random_direction(self%undamped%operator, self%space, options%seed, &
+            ritz%statistics, error)
+         if (allocated(error)) return
+         next = min(self%space%expanded + max(8, self%space%expanded/10), self%most)
+      end do
+      if (.not. proceed) then
+         ritz%statistics%reason = reason_cancelled
+      else if (seen%settled() .and. (complete .or. self%space%closed())) then
+         ritz%statistics%reason = reason_converged
+      else if (self%space%closed()) then
+         ritz%statistics%reason = reason_fewer_modes
+      end if
+      call extract(self, seen, ritz)
+      associate (statistics => ritz%statistics)
+         statistics%history = history_type([seen%converged], [statistics%operator_applications], [seen%residual])
+      end associate
+   end subroutine iterate
+
+   ! Whether the space may not grow.
+   pure logical function at_end(self)
+      class(low_rank_transform_type), intent(in) :: self
+
+      at_end = self%space%full() .or. self%space%expanded >= self%most
+   end function at_end
+
+   pure logical function settled(self)
+      class(look_type), intent(in) :: self
+
+      settled = self%needed > 0 .and. self%converged >= self%needed
+   end function settled
+
+   ! The states of the eigenvalue zero, the responses, and a random vector.
+   subroutine start(self, options, statistics, error)
+      class(low_rank_transform_type), target, intent(inout) :: self
+      class(krylov_options_type), intent(in) :: options
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: levels = 8
+      ! States of the eigenvalue zero are no better known.
+      real(wp), parameter :: blurred = 1.0e-10_wp
+      real(wp), allocatable :: x(:, :), xi(:, :)
+      integer :: n, r, z, room
+
+      associate (operator => self%undamped%operator)
+         if (allocated(self%symmetric_part)) operator%problem => self%symmetric_part
+         n = operator%order()
+         r = self%forces%rank()
+         z = operator%deflation%zero%multiplicity()
+         ! Each block of responses is as many vectors, which are solved for together.
+         self%most = z + options%subspace + merge(levels*r, 0, options%verify)
+         room = 2*(r + z) + self%most + 2
+         if (.not. allocated(self%space)) then
+            allocate (self%space)
+            self%space%most = n - size(operator%deflation%decay)
+            if (size(operator%deflation%decay) > 0) allocate (self%space%excluded, source=operator%deflation%shapes)
+            call make_room(self%space, n, room, error)
+            if (allocated(error)) return
+            allocate (self%zeros(room, z), self%responses(room, r))
+            if (z > 0) then
+               x = operator%deflation%zero%x
+               call add_directions(operator, self%space, x, self%zeros, statistics, error)
+               if (.not. allocated(error)) call expand_block(operator, self%space, statistics, error, blurred)
+               if (allocated(error)) return
+               deallocate (x)
+            end if
+            call add_random_direction(operator, self%space, options%seed, statistics, error)
+            if (allocated(error)) return
+            allocate (x(n, r), source=self%forces%columns_of_b(n))
+            allocate (xi(size(operator%factors), r))
+            if (r > 0) call operator%respond(x, xi, error)
+            if (allocated(error)) return
+            allocate (self%unit_responses%shapes, source=x)
+            call move_alloc(xi, self%unit_responses%multipliers)
+            if (r > 0) call add_directions(operator, self%space, x, self%responses, statistics, error)
+            statistics%operator_applications = statistics%operator_applications + r
+         else
+            call make_room(self%space, n, room, error)
+         end if
+      end associate
+   end subroutine start
+
+   ! The undamped Ritz pairs; and, where those have converged, or nothing more is to come, the damped ones.
+   subroutine look(self, selection, options, seen, error)
+      class(low_rank_transform_type), target, intent(inout) :: self
+      type(modal_selection_type), intent(in) :: selection
+      class(krylov_options_type), intent(in) :: options
+      type(look_type), intent(out) :: seen
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: nearly = 10
+      type(modal_selection_type) :: undamped
+      integer, allocatable :: order(:)
+      complex(wp), allocatable :: vectors(:, :)
+      real(wp), allocatable :: residuals(:)
+      integer :: needed, k, j
+
+      k = self%space%expanded
+      if (k == 0) return
+      call new_projection(seen%undamped, self%space, padded(self%responses, k), self%forces, self%undamped%map, &
+         real(self%undamped%shift, wp), error)
+      if (allocated(error)) return
+      undamped = self%undamped_selection(selection)
+      allocate (order, source=order_by_preference(undamped, cmplx(seen%undamped%values, 0, wp)))
+      needed = undamped%needed(cmplx(seen%undamped%values(order), 0, wp))
+      seen%needed = needed
+      seen%converged = count(seen%undamped%residuals(order(:min(needed, k))) <= nearly*options%tolerance)
+      seen%residual = maxval(seen%undamped%residuals(order(:min(needed, k))))
+      if (seen%converged < needed .and. .not. (self%space%closed() .or. at_end(self))) then
+         ! Nothing of the damped problem is known yet.
+         seen%converged = 0
+         allocate (seen%chosen(0))
+         return
+      end if
+      call seen%undamped%eigenpairs(real(self%shift, wp), self%placement%unit, states(self, seen%undamped%vectors), &
+         seen%pairs, error)
+      if (allocated(error)) return
+      associate (values => seen%pairs%values)
+         order = order_by_preference(selection, values)
+         seen%needed = selection%needed(values(order))
+         allocate (seen%chosen, source=order(:min(seen%needed, size(values))))
+         allocate (vectors, source=seen%pairs%vectors(seen%chosen))
+         allocate (residuals, source=[(seen%undamped%residual(self%shift + 1/values(seen%chosen(j)), vectors(:k, j)), &
+            j=1, size(seen%chosen))])
+         seen%converged = count(residuals <= options%tolerance)
+         seen%residual = maxval([0.0_wp, residuals])
+         if (.not. seen%settled()) seen%chosen = pack(seen%chosen, residuals <= options%tolerance)
+      end associate
+   end subroutine look
+
+   ! What is wanted of the undamped part: as many modes, with the distances that damping in proportion gives them.
+   type(modal_selection_type) function undamped_selection(self, selection)
+      class(low_rank_transform_type), intent(in) :: self
+      type(modal_selection_type), intent(in) :: selection
+
+      undamped_selection = modal_selection_type(selection%wanted, self%undamped%map, self%undamped%shift, selection%target, &
+         selection%known)
+   end function undamped_selection
+
+   ! The states of the eigenvalue zero in the Ritz vectors.
+   type(root_space_type) function states(self, vectors)
+      class(low_rank_transform_type), intent(in) :: self
+      real(wp), intent(in) :: vectors(:, :)
+
+      associate (zero => self%undamped%operator%deflation%zero)
+         if (zero%multiplicity() == 0) return
+         allocate (states%x, source=matmul(transpose(vectors), padded(self%zeros, size(vectors, 1))))
+         allocate (states%links, source=zero%links)
+         allocate (states%v, source=matmul(states%x, zero%links))
+      end associate
+   end function states
+
+   ! The first rows, or zeros below those that there are.
+   pure function padded(matrix, rows)
+      real(wp), intent(in) :: matrix(:, :)
+      integer, intent(in) :: rows
+      real(wp) :: padded(rows, size(matrix, 2))
+      integer :: k
+
+      k = min(rows, size(matrix, 1))
+      padded = 0
+      padded(:k, :) = matrix(:k, :)
+   end function padded
+
+   ! Whether the space has all undamped modes as near to the target as the damped ones, each as often as it is one.
+   subroutine copies_are_there(self, selection, seen, complete)
+      class(low_rank_transform_type), target, intent(inout) :: self
+      type(modal_selection_type), intent(in) :: selection
+      type(look_type), intent(in) :: seen
+      logical, intent(out) :: complete
+      type(modal_selection_type) :: undamped
+      integer :: order(size(seen%undamped%values)), near, j
+      real(wp) :: reach
+
+      complete = .false.
+      if (.not. allocated(self%census)) return
+      undamped = self%undamped_selection(selection)
+      order = order_by_preference(undamped, cmplx(seen%undamped%values, 0, wp))
+      reach = maxval([0.0_wp, (selection%key(seen%pairs%values(seen%chosen(j))), j=1, size(seen%chosen))])
+      near = max(1, count([(undamped%key(cmplx(seen%undamped%values(j), 0, wp)) <= reach, j=1, size(order))]))
+      self%census%target = selection%target
+      call self%census%examine(seen%undamped%values(order), seen%undamped%residuals(order), near, complete)
+   end subroutine copies_are_there
+
+   ! What tells a scale are the undamped eigenvalues, those of rigid motions apart: the space is made for these.
+   subroutine take_undamped(self, options, seen, ritz)
+      class(low_rank_transform_type), intent(in) :: self
+      class(krylov_options_type), intent(in) :: options
+      type(look_type), intent(in) :: seen
+      type(ritz_pairs_type), intent(inout) :: ritz
+      real(wp), parameter :: nearly_zero = 1.0e-6_wp
+      complex(wp) :: lambda(2), mu(size(seen%undamped%values))
+      integer :: found, j
+
+      found = 0
+      do j = 1, size(mu)
+         associate (value => seen%undamped%values(j), undamped => self%undamped)
+            if (seen%undamped%residuals(j) > options%tolerance .or. .not. abs(value) > 0) cycle
+            if (abs(undamped%shift + 1/value) <= nearly_zero*abs(undamped%shift)) cycle
+            lambda = undamped%map%lambdas(undamped%shift + 1/value)
+            found = found + 1
+            mu(found) = 1/(lambda(1) - self%shift)
+         end associate
+      end do
+      allocate (ritz%mu, source=mu(:found))
+      allocate (ritz%vectors(0, found))
+   end subroutine take_undamped
+
+   ! The wanted pairs, of a conjugate pair one.
+   subroutine extract(self, seen, ritz)
+      class(low_rank_transform_type), intent(in) :: self
+      type(look_type), intent(in) :: seen
+      type(ritz_pairs_type), intent(inout) :: ritz
+      complex(wp), allocatable :: y(:, :)
+      integer :: k
+
+      k = self%space%expanded
+      if (.not. allocated(seen%pairs%values)) then
+         allocate (ritz%mu(0), ritz%vectors(size(self%space%basis, 1), 0))
+         return
+      end if
+      allocate (ritz%mu(size(seen%chosen)), source=seen%pairs%values(seen%chosen))
+      allocate (y, source=seen%pairs%vectors(seen%chosen))
+      allocate (ritz%vectors(size(self%space%basis, 1), size(ritz%mu)))
+      call combine(size(self%space%basis, 1), k, self%space%basis, seen%undamped%vectors, y(:k, :), ritz%vectors)
+   end subroutine extract
+
+   subroutine recover(self, ritz, pairs, error)
+      class(low_rank_transform_type), intent(inout) :: self
+      type(ritz_pairs_type), intent(inout) :: ritz
+      type(eigenpairs_type), intent(out) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+      integer :: j
+
+      call move_alloc(ritz%vectors, pairs%phi)
+      allocate (pairs%xi(size(self%undamped%operator%factors), size(ritz%mu)))
+      call recover_shapes(self%undamped%operator, self%forces, self%unit_responses, self%undamped%map, &
+         real(self%undamped%shift, wp), [(self%theta(ritz%mu(j)), j=1, size(ritz%mu))], pairs, error)
+   end subroutine recover
+
+   subroutine transposed(self, problem, deflation, solver, adjoint, error)
+      class(low_rank_transform_type), target, intent(in) :: self
+      type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
+      class(complex_linear_solver_type), intent(in) :: solver
+      class(transform_type), allocatable, intent(out) :: adjoint
+      type(error_type), allocatable, intent(out) :: error
+      type(low_rank_transform_type), allocatable :: own
+      type(transposed_real_type), allocatable :: borrowed
+      class(real_linear_solver_type), allocatable :: factors
+
+      associate (unused => solver)
+      end associate
+      allocate (own, borrowed)
+      borrowed%original => self%undamped%operator%solver
+      call move_alloc(borrowed, factors)
+      call new_low_rank_transform(own, problem, deflation, self%placement, factors, error)
+      own%borrows = .true.
+      call move_alloc(own, adjoint)
+   end subroutine transposed
+
+   function linear_solver(self) result(solver)
+      class(low_rank_transform_type), target, intent(in) :: self
+      class(linear_solver_type), pointer :: solver
+
+      solver => self%undamped%linear_solver()
+   end function linear_solver
+
+   integer function order(self)
+      class(low_rank_transform_type), intent(in) :: self
+
+      order = self%undamped%order()
+   end function order
+end module kschur_low_rank_transform

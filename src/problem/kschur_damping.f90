@@ -1,0 +1,303 @@
+!> What kind of damping a matrix R is: proportional, R = alpha M + beta K, or that but for a few unknowns, or general.
+module kschur_damping
+   use kschur_kinds, only: wp
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: classify_damping
+
+   !> No damping matrix, or one of zeros.
+   integer, parameter, public :: damping_none = 0
+   !> R = alpha M + beta K to rounding.
+   integer, parameter, public :: damping_proportional = 1
+   !> Any other damping or gyroscopic matrix.
+   integer, parameter, public :: damping_general = 2
+   !> The names of the kinds of damping, in this order from `damping_none` on.
+   character(len=*), parameter, public :: damping_names(0:2) = [character(len=12) :: "none", "proportional", "general"]
+
+   ! To which damping is proportional.
+   real(wp), parameter :: rounding = 1.0e-13_wp
+   ! Dampers at more unknowns than this are not few.
+   integer, parameter :: most_rows = 256
+   ! Of more entries a part tells what most of them are.
+   integer, parameter :: enough = 50000
+
+contains
+
+   !> Fits R = alpha M + beta K by least squares relative to the entries of R, then asks every entry to agree to
+   !> rounding: of its terms, and of the row of R it stands in. Where few rows do not, what agrees is fitted alone.
+   subroutine classify_damping(mass, stiffness, damping, kind, alpha, beta, dampers)
+      type(csr_matrix_type), intent(in) :: mass, stiffness, damping
+      !> One of `damping_*`.
+      integer, intent(out) :: kind
+      real(wp), intent(out) :: alpha, beta
+      !> Of general damping R - alpha M - beta K, n x n, if that has few rows. Not allocated: it has not.
+      type(csr_matrix_type), allocatable, intent(out) :: dampers
+      type(csr_matrix_type) :: rest
+      real(wp), allocatable :: m(:), k(:)
+
+      kind = damping_none
+      alpha = 0
+      beta = 0
+      if (damping%is_zero()) return
+      call divide(mass, damping, m)
+      call divide(stiffness, damping, k)
+      call fit(m, k, 1 + 0*m, alpha, beta)
+      call drop_rounding(mass, stiffness, maxval(abs(damping%value)), alpha, beta)
+      call subtract(mass, stiffness, damping, alpha, beta, 0, rest)
+      kind = merge(damping_proportional, damping_general, allocated(rest%value))
+      if (kind == damping_proportional) return
+      associate (every => max(size(m)/enough, 1))
+         call fit_most(m(::every), k(::every), alpha, beta)
+         call drop_rounding(mass, stiffness, median(abs(damping%value(::every))), alpha, beta)
+      end associate
+      call subtract(mass, stiffness, damping, alpha, beta, most_rows, rest)
+      call try_without(mass, stiffness, damping, alpha, beta, rest)
+      if (allocated(rest%value)) then
+         allocate (dampers, source=rest)
+      else
+         alpha = 0
+         beta = 0
+      end if
+   end subroutine classify_damping
+
+   ! Takes all of R for dampers where that has no more rows.
+   subroutine try_without(mass, stiffness, damping, alpha, beta, rest)
+      type(csr_matrix_type), intent(in) :: mass, stiffness, damping
+      real(wp), intent(inout) :: alpha, beta
+      !> Not allocated within: too many rows.
+      type(csr_matrix_type), intent(inout) :: rest
+      integer :: rows
+
+      rows = most_rows
+      if (allocated(rest%value)) rows = filled_rows(rest)
+      if (filled_rows(damping) > rows) return
+      alpha = 0
+      beta = 0
+      call subtract(mass, stiffness, damping, alpha, beta, rows, rest)
+   end subroutine try_without
+
+   pure integer function filled_rows(matrix)
+      type(csr_matrix_type), intent(in) :: matrix
+
+      filled_rows = count(matrix%row_maxima() > 0)
+   end function filled_rows
+
+   ! A share of the size of rounding is none.
+   pure subroutine drop_rounding(mass, stiffness, level, alpha, beta)
+      type(csr_matrix_type), intent(in) :: mass, stiffness
+      !> Of the damping.
+      real(wp), intent(in) :: level
+      real(wp), intent(inout) :: alpha, beta
+
+      if (maxval([0.0_wp, abs(alpha*mass%value)]) <= rounding*level) alpha = 0
+      if (maxval([0.0_wp, abs(beta*stiffness%value)]) <= rounding*level) beta = 0
+   end subroutine drop_rounding
+
+   ! The entries of a matrix over those of another of its shape, where these are not zero.
+   pure subroutine divide(matrix, divisors, ratios)
+      type(csr_matrix_type), intent(in) :: matrix, divisors
+      real(wp), allocatable, intent(out) :: ratios(:)
+      integer :: i, j, k, total
+
+      allocate (ratios(count(abs(divisors%value) > 0)), source=0.0_wp)
+      total = 0
+      do i = 1, divisors%rows
+         k = matrix%row_start(i)
+         do j = divisors%row_start(i), divisors%row_start(i + 1) - 1
+            if (.not. abs(divisors%value(j)) > 0) cycle
+            total = total + 1
+            do while (k < matrix%row_start(i + 1))
+               if (matrix%column(k) >= divisors%column(j)) exit
+               k = k + 1
+            end do
+            if (k == matrix%row_start(i + 1)) cycle
+            if (matrix%column(k) == divisors%column(j)) ratios(total) = matrix%value(k)/divisors%value(j)
+         end do
+      end do
+   end subroutine divide
+
+   ! alpha m + beta k = right, least squares, by orthogonalisation: the normal equations would lose
+   ! alpha. Where m and k are parallel to rounding, as of K = c M, only one of them is taken.
+   pure subroutine fit(m, k, right, alpha, beta)
+      real(wp), intent(in) :: m(:), k(:), right(:)
+      real(wp), intent(out) :: alpha, beta
+      real(wp), parameter :: parallel = 1.0e-12_wp
+      real(wp) :: along, square_of_m, square_of_rest, step
+      integer :: pass
+
+      ! k - along m is orthogonal to m.
+      square_of_m = sum(m**2)
+      along = 0
+      if (square_of_m > 0) along = dot_product(m, k)/square_of_m
+      square_of_rest = sum((k - along*m)**2)
+      if (.not. square_of_rest > parallel**2*sum(k**2)) square_of_rest = 0
+      alpha = 0
+      beta = 0
+      ! The second pass fits what the rounding of long sums left.
+      do pass = 1, 2
+         step = 0
+         if (square_of_rest > 0) step = dot_product(k - along*m, right - alpha*m - beta*k)/square_of_rest
+         if (square_of_m > 0) alpha = alpha + dot_product(m, right - alpha*m - beta*k - step*k)/square_of_m
+         beta = beta + step
+      end do
+   end subroutine fit
+
+   ! The same for most of the entries, and in the end for all that agree with these. Where M is lumped its share shows on
+   ! the diagonal only: then that of K is found first.
+   pure subroutine fit_most(m, k, alpha, beta)
+      real(wp), intent(in) :: m(:), k(:)
+      real(wp), intent(out) :: alpha, beta
+      ! Less than this part of the entries may be of dampers.
+      integer, parameter :: part = 8
+      integer, parameter :: turns = 2
+      real(wp), parameter :: agreeing = 1.0e-9_wp
+      logical :: fits(size(m)), alone(size(m))
+      real(wp) :: unused
+      integer :: turn
+
+      alone = .not. abs(m) > 0 .and. abs(k) > 0
+      if (part*count(alone) > size(m)) then
+         call concentrate(pack(0*m, alone), pack(k, alone), 1 + 0*pack(m, alone), unused, beta)
+         call concentrate(pack(m, abs(m) > 0), pack(0*k, abs(m) > 0), pack(1 - beta*k, abs(m) > 0), alpha, unused)
+      else
+         call concentrate(m, k, 1 + 0*m, alpha, beta)
+      end if
+      do turn = 1, turns
+         fits = abs(1 - alpha*m - beta*k) <= agreeing
+         if (any(fits)) call fit(pack(m, fits), pack(k, fits), 1 + 0*pack(m, fits), alpha, beta)
+      end do
+   end subroutine fit_most
+
+   ! The half that fits best, in turns (least trimmed squares: Rousseeuw, Van Driessen, Data Mining and Knowledge Discovery
+   ! 12 (2006)). An entry that a damper dominates has next to nothing of M and K, and does not draw the first fit aside.
+   pure subroutine concentrate(m, k, right, alpha, beta)
+      real(wp), intent(in) :: m(:), k(:), right(:)
+      real(wp), intent(out) :: alpha, beta
+      integer, parameter :: turns = 20
+      logical :: fits(size(m))
+      real(wp) :: misfit(size(m))
+      integer :: turn
+
+      call fit(m, k, right, alpha, beta)
+      do turn = 1, turns
+         misfit = abs(right - alpha*m - beta*k)
+         fits = misfit <= median(misfit)
+         if (any(fits)) call fit(pack(m, fits), pack(k, fits), pack(right, fits), alpha, beta)
+      end do
+   end subroutine concentrate
+
+   ! That which half of the numbers do not exceed, to a part of it, by bisection of its exponent.
+   pure real(wp) function median(numbers)
+      real(wp), intent(in) :: numbers(:)
+      real(wp), parameter :: least = 1.0e-30_wp
+      real(wp) :: low, high
+      integer :: step
+
+      low = least
+      high = max(maxval([0.0_wp, numbers]), 2*least)
+      do step = 1, 30
+         median = sqrt(low*high)
+         if (2*count(numbers <= median) >= size(numbers)) then
+            high = median
+         else
+            low = median
+         end if
+      end do
+      median = high
+   end function median
+
+   ! R - alpha M - beta K without what is rounding. Its arrays are allocated if it has no more rows than `most`.
+   subroutine subtract(mass, stiffness, damping, alpha, beta, most, rest)
+      type(csr_matrix_type), intent(in) :: mass, stiffness, damping
+      real(wp), intent(in) :: alpha, beta
+      integer, intent(in) :: most
+      type(csr_matrix_type), intent(out) :: rest
+      ! Of the row at hand, R - alpha M - beta K and the sum of the magnitudes of these; where it stands.
+      real(wp), dimension(damping%rows) :: difference, terms
+      real(wp) :: level(damping%rows)
+      integer :: column(damping%rows), start(damping%rows + 1), i, j, rows, width
+      integer, allocatable :: columns(:)
+      real(wp), allocatable :: values(:)
+
+      level = damping%row_maxima()
+      difference = 0
+      terms = 0
+      rows = 0
+      allocate (columns(0), values(0))
+      start(1) = 1
+      do i = 1, damping%rows
+         width = 0
+         call add(damping, 1.0_wp)
+         call add(mass, -alpha)
+         call add(stiffness, -beta)
+         call settle(damping)
+         call settle(mass)
+         call settle(stiffness)
+         if (width > 0) then
+            rows = rows + 1
+            if (rows > most) exit
+            call sort(column(:width))
+            columns = [columns, column(:width)]
+            values = [values, (difference(column(j)), j=1, width)]
+            difference(column(:width)) = 0
+         end if
+         start(i + 1) = size(columns) + 1
+      end do
+      if (rows > most) return
+      rest%rows = damping%rows
+      rest%columns = damping%columns
+      allocate (rest%row_start, source=start)
+      call move_alloc(columns, rest%column)
+      call move_alloc(values, rest%value)
+
+   contains
+
+      subroutine add(matrix, factor)
+         type(csr_matrix_type), intent(in) :: matrix
+         real(wp), intent(in) :: factor
+         integer :: k
+
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            associate (j => matrix%column(k))
+               difference(j) = difference(j) + factor*matrix%value(k)
+               terms(j) = terms(j) + abs(factor*matrix%value(k))
+            end associate
+         end do
+      end subroutine add
+
+      ! Leaves only what is left behind.
+      subroutine settle(matrix)
+         type(csr_matrix_type), intent(in) :: matrix
+         integer :: k
+
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            associate (j => matrix%column(k))
+               if (abs(difference(j)) <= rounding*min(terms(j), 10*level(i))) then
+                  difference(j) = 0
+               else if (terms(j) > 0) then
+                  width = width + 1
+                  column(width) = j
+               end if
+               terms(j) = 0
+            end associate
+         end do
+      end subroutine settle
+   end subroutine subtract
+
+   pure subroutine sort(numbers)
+      integer, intent(inout) :: numbers(:)
+      integer :: i, j, number
+
+      do i = 2, size(numbers)
+         number = numbers(i)
+         j = i - 1
+         do while (j > 0)
+            if (numbers(j) <= number) exit
+            numbers(j + 1) = numbers(j)
+            j = j - 1
+         end do
+         numbers(j + 1) = number
+      end do
+   end subroutine sort
+end module kschur_damping

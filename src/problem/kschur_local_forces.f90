@@ -1,0 +1,264 @@
+!> What keeps a problem from being symmetric and proportionally damped, where that is little: dampers, bushings,
+!> gyroscopic discs, follower forces at a few unknowns.
+module kschur_local_forces
+   use kschur_error, only: error_type, new_error, error_library
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: dgeqp3, dtrsm
+   use kschur_problem, only: modal_problem_type, damping_general
+   use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets, transpose_csr
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: description_of, local_forces_type, new_local_forces, symmetric_stiffness
+
+   ! More unknowns than this are not a few.
+   integer, parameter :: most = 256
+
+   !> With K_s the symmetric part of K, R = alpha M + beta K_s + B S and K = K_s + B T: B has few columns, S and T few
+   !> columns that are not zero.
+   type :: local_forces_type
+      !> Unknowns on which forces act, and unknowns whose motion makes them.
+      integer, allocatable :: rows(:), columns(:)
+      !> The rows of B that are not zero, size(rows) x r.
+      real(wp), allocatable :: directions(:, :)
+      !> The columns of S and T that are not zero, r x size(columns).
+      real(wp), allocatable :: damping(:, :), stiffness(:, :)
+   contains
+      !> r.
+      procedure :: rank
+      !> B, n x r.
+      procedure :: columns_of_b
+      !> f := f + a (lambda B S + B T) x.
+      procedure :: add_forces
+   end type local_forces_type
+
+contains
+
+   !> Finds them; there are too many where `few` is false. Their number may be zero.
+   subroutine new_local_forces(problem, forces, few, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(local_forces_type), intent(out) :: forces
+      logical, intent(out) :: few
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: dampers, skew
+      real(wp), allocatable :: damping(:, :), stiffness(:, :)
+
+      few = allocated(problem%dampers) .or. problem%damping_kind /= damping_general
+      if (.not. few) return
+      call find_skew(problem, skew, few, error)
+      if (allocated(error) .or. .not. few) return
+      dampers = skew
+      dampers%value = problem%beta*dampers%value
+      if (allocated(problem%dampers)) dampers = linear_combination(1.0_wp, dampers, 1.0_wp, problem%dampers)
+      allocate (forces%rows, source=filled(dampers%row_maxima(), skew%row_maxima()))
+      allocate (forces%columns, source=filled(column_maxima(dampers), column_maxima(skew)))
+      few = max(size(forces%rows), size(forces%columns)) <= most
+      if (.not. few) return
+      allocate (damping, source=block_of(dampers, forces))
+      allocate (stiffness, source=block_of(skew, forces))
+      call factor(forces, damping, stiffness, error)
+   end subroutine new_local_forces
+
+   !> In words, where there are few.
+   function description_of(problem) result(sentence)
+      type(modal_problem_type), intent(in) :: problem
+      character(len=128) :: sentence
+      type(local_forces_type) :: forces
+      type(error_type), allocatable :: error
+      logical :: few
+
+      sentence = "the damping is general"
+      call new_local_forces(problem, forces, few, error)
+      if (allocated(error) .or. .not. few) return
+      sentence = "the damping is proportional"
+      if (.not. max(abs(problem%alpha), abs(problem%beta)) > 0) sentence = "there is no damping"
+      if (size(forces%rows) == 0) return
+      sentence = trim(sentence)//" but for "//merge("dampers", "forces ", problem%symmetric)
+      sentence = trim(sentence)//" at "//text(size(forces%rows))//trim(merge(" unknown ", " unknowns", size(forces%rows) == 1))
+   end function description_of
+
+   !> (K + K^T)/2.
+   function symmetric_stiffness(problem) result(matrix)
+      type(modal_problem_type), intent(in) :: problem
+      type(csr_matrix_type) :: matrix
+
+      matrix = linear_combination(0.5_wp, problem%stiffness, 0.5_wp, transpose_csr(problem%stiffness))
+   end function symmetric_stiffness
+
+   ! (K - K^T)/2 but for rounding.
+   subroutine find_skew(problem, skew, few, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(csr_matrix_type), intent(out) :: skew
+      logical, intent(out) :: few
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: rounding = 8*epsilon(1.0_wp)
+      type(csr_matrix_type) :: whole, level
+      integer, allocatable :: row(:)
+      logical, allocatable :: left(:)
+      integer :: n
+
+      n = problem%unknowns()
+      allocate (left(0), row(0))
+      if (.not. problem%symmetric) then
+         whole = linear_combination(0.5_wp, problem%stiffness, -0.5_wp, transpose_csr(problem%stiffness))
+         level = symmetric_stiffness(problem)
+         left = abs(whole%value) > rounding*abs(level%value)
+         row = whole%row_indices()
+         few = count(left) <= most**2
+         if (.not. few) return
+         call new_csr_from_triplets(skew, n, n, pack(row, left), pack(whole%column, left), pack(whole%value, left), error)
+      else
+         few = .true.
+         call new_csr_from_triplets(skew, n, n, row, row, [real(wp) ::], error)
+      end if
+   end subroutine find_skew
+
+   pure function column_maxima(matrix) result(maxima)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp) :: maxima(matrix%columns)
+      integer :: k
+
+      maxima = 0
+      do k = 1, matrix%nonzeros()
+         maxima(matrix%column(k)) = max(maxima(matrix%column(k)), abs(matrix%value(k)))
+      end do
+   end function column_maxima
+
+   pure function filled(first, second) result(numbers)
+      real(wp), intent(in) :: first(:), second(:)
+      integer, allocatable :: numbers(:)
+      integer :: i
+
+      allocate (numbers, source=pack([(i, i=1, size(first))], max(first, second) > 0))
+   end function filled
+
+   pure function block_of(matrix, forces) result(block)
+      type(csr_matrix_type), intent(in) :: matrix
+      type(local_forces_type), intent(in) :: forces
+      real(wp) :: block(size(forces%rows), size(forces%columns))
+      integer :: place(matrix%columns), i, k
+
+      place = 0
+      place(forces%columns) = [(i, i=1, size(forces%columns))]
+      block = 0
+      do i = 1, size(forces%rows)
+         do k = matrix%row_start(forces%rows(i)), matrix%row_start(forces%rows(i) + 1) - 1
+            if (place(matrix%column(k)) > 0) block(i, place(matrix%column(k))) = matrix%value(k)
+         end do
+      end do
+   end function block_of
+
+   ! Takes rows of the two matrices, as many as are independent, for S and T, each damper on its own; the others are
+   ! combinations of these, and strong ones do not hide what is weak.
+   subroutine factor(forces, damping, stiffness, error)
+      type(local_forces_type), intent(inout) :: forces
+      real(wp), intent(in) :: damping(:, :), stiffness(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: directions(size(damping, 1), size(damping, 1)), level(size(damping, 1))
+      real(wp), allocatable :: combinations(:, :)
+      integer :: of(size(damping, 1)), taken(size(damping, 1)), i, j, part, r
+      integer, allocatable :: rows(:), pivots(:)
+
+      level = max(maxval(abs(damping), 2), maxval(abs(stiffness), 2))
+      of = parts(abs(damping) > 0 .or. abs(stiffness) > 0)
+      directions = 0
+      r = 0
+      do part = 1, size(of)
+         rows = pack([(i, i=1, size(of))], of == part)
+         if (size(rows) == 0) cycle
+         call find_rows(damping(rows, :), stiffness(rows, :), level(rows), pivots, combinations, error)
+         if (allocated(error)) return
+         do j = 1, size(combinations, 1)
+            taken(r + j) = rows(pivots(j))
+            do i = 1, size(rows)
+               directions(rows(pivots(i)), r + j) = combinations(j, i)*(level(rows(pivots(i)))/level(rows(pivots(j))))
+            end do
+         end do
+         r = r + size(combinations, 1)
+      end do
+      allocate (forces%directions, source=directions(:, :r))
+      allocate (forces%damping(r, size(damping, 2)), forces%stiffness(r, size(damping, 2)))
+      forces%damping = damping(taken(:r), :)
+      forces%stiffness = stiffness(taken(:r), :)
+   end subroutine factor
+
+   ! Rows that share a column, directly or through others, have one number: that of the first of them.
+   pure function parts(pattern) result(of)
+      logical, intent(in) :: pattern(:, :)
+      integer :: of(size(pattern, 1))
+      integer :: i, j, number
+      logical :: joined(size(pattern, 1))
+
+      of = [(i, i=1, size(pattern, 1))]
+      do j = 1, size(pattern, 2)
+         if (.not. any(pattern(:, j))) cycle
+         number = minval(of, mask=pattern(:, j))
+         joined = [(any(pattern(:, j) .and. of == of(i)), i=1, size(of))]
+         where (joined) of = number
+      end do
+   end function parts
+
+   ! Rows of two matrices side by side, divided by their levels: the first ones in an order are independent, and all are
+   ! combinations of these.
+   subroutine find_rows(first, second, level, pivots, combinations, error)
+      real(wp), intent(in) :: first(:, :), second(:, :), level(:)
+      integer, allocatable, intent(out) :: pivots(:)
+      !> As many rows as are independent, and a column for each row in that order.
+      real(wp), allocatable, intent(out) :: combinations(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: rounding = 1.0e-14_wp
+      real(wp) :: a(2*size(first, 2), size(first, 1)), tau(size(first, 1)), work(8*size(a) + 8), largest
+      integer :: m, n, i, j, rank, info
+
+      m = size(a, 1)
+      n = size(a, 2)
+      a(:m/2, :) = transpose(first)
+      a(m/2 + 1:, :) = transpose(second)
+      do j = 1, n
+         a(:, j) = a(:, j)/level(j)
+      end do
+      do i = 1, m
+         largest = maxval(abs(a(i, :)))
+         if (largest > 0) a(i, :) = a(i, :)/largest
+      end do
+      allocate (pivots(n), source=0)
+      call dgeqp3(m, n, a, m, pivots, tau, work, size(work), info)
+      rank = count([(abs(a(j, j)) > rounding*abs(a(1, 1)), j=1, min(m, n))])
+      if (info /= 0) call new_error(error, error_library, "LAPACK's dgeqp3 failed")
+      allocate (combinations(rank, n), source=0.0_wp)
+      do j = 1, rank
+         combinations(j, j) = 1
+      end do
+      combinations(:, rank + 1:) = a(:rank, rank + 1:)
+      call dtrsm("L", "U", "N", "N", rank, n - rank, 1.0_wp, a, m, combinations(:, rank + 1:), rank)
+   end subroutine find_rows
+
+   pure integer function rank(self)
+      class(local_forces_type), intent(in) :: self
+
+      rank = size(self%directions, 2)
+   end function rank
+
+   pure function columns_of_b(self, n) result(columns)
+      class(local_forces_type), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp) :: columns(n, size(self%directions, 2))
+
+      columns = 0
+      columns(self%rows, :) = self%directions
+   end function columns_of_b
+
+   pure subroutine add_forces(self, a, lambda, x, f)
+      class(local_forces_type), intent(in) :: self
+      real(wp), intent(in) :: a
+      complex(wp), intent(in) :: lambda, x(:)
+      complex(wp), intent(inout) :: f(:)
+      complex(wp) :: strength
+      integer :: i
+
+      do i = 1, size(self%directions, 2)
+         strength = a*sum((lambda*self%damping(i, :) + self%stiffness(i, :))*x(self%columns))
+         f(self%rows) = f(self%rows) + self%directions(:, i)*strength
+      end do
+   end subroutine add_forces
+end module kschur_local_forces
