@@ -61,6 +61,9 @@ contains
          "kschur solve PROBLEM [options]", &
          "kschur solve --mass FILE --stiffness FILE [--damping FILE] [--constraints FILE] [options]", &
          "", &
+         "A file named - is standard input; a file may be a pipe.", &
+         "", &
+         "  --triplets             the files named have no header: row, column, value a line, from 1", &
          "  --modes N              how many; a complex-conjugate pair is one (10)", &
          "  --target RE[,IM]       the modes nearest to this lambda, in 1/s (0)", &
          "  --frequency HZ         the same as --target 0,(2 pi HZ)", &
@@ -104,7 +107,7 @@ contains
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
          "  --constraint-scaling NAME, --mass FILE, --stiffness FILE, --damping FILE,", &
-         "  --constraints FILE, --quiet, --threads N     as for kschur solve", &
+         "  --constraints FILE, --triplets, --quiet, --threads N     as for kschur solve", &
          "  --format NAME                                table, json (table)"])
    end subroutine print_compare_help
 

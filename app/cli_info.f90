@@ -5,9 +5,9 @@ module cli_info
    use cli_numbers, only: rounded
    use cli_output, only: format_table, print_result, take_format
    use cli_system, only: print_line
-   use kschur, only: choose_formulation, csr_matrix_type, damping_names, damping_proportional, description_of, error_type, &
-      error_usage, formulation_auto, formulation_names, modal_problem_type, modal_result_type, new_error, presolve, &
-      presolve_type, read_hdf5_result, text
+   use kschur, only: choose_formulation, csr_matrix_type, damping_names, damping_proportional, description_of, &
+      error_type, error_usage, formulation_auto, formulation_names, is_hdf5_result, modal_problem_type, &
+      modal_result_type, new_error, presolve, presolve_type, read_hdf5_result, text
    implicit none
    private
    public :: info_command
@@ -18,7 +18,6 @@ contains
    subroutine info_command(arguments, error)
       type(arguments_type), intent(inout) :: arguments
       type(error_type), allocatable, intent(out) :: error
-      type(error_type), allocatable :: no_result
       type(input_type) :: input
       type(modal_problem_type) :: problem
       type(modal_result_type) :: result
@@ -30,9 +29,9 @@ contains
       call take_input(arguments, input, error)
       if (allocated(error)) return
       if (allocated(input%path)) then
-         call read_hdf5_result(result, input%path, no_result)
-         if (.not. allocated(no_result)) then
-            call print_result(result, format, verbose)
+         if (is_hdf5_result(input%path, trial=.true.)) then
+            call read_hdf5_result(result, input%path, error, trial=.true.)
+            if (.not. allocated(error)) call print_result(result, format, verbose)
             return
          end if
       end if

@@ -4,7 +4,7 @@ module cli_input
    use cli_arguments, only: arguments_type
    use cli_system, only: ends_with, is_folder, same_file
    use kschur, only: add_context, error_file, error_input, error_type, error_usage, modal_problem_type, new_error, &
-      read_hdf5_problem, read_matrix_market_files, read_matrix_market_problem
+      read_hdf5_problem, read_matrix_market_files, read_matrix_market_problem, read_triplet_files
    implicit none
    private
    public :: input_type, is_part_of, read_problem, take_input
@@ -13,8 +13,10 @@ module cli_input
    type :: input_type
       !> A folder or an HDF5 file.
       character(len=:), allocatable :: path
-      !> One file per matrix, instead of `path`.
+      !> One file per matrix, instead of `path`; - is standard input.
       character(len=:), allocatable :: mass, stiffness, damping, constraints
+      !> Whether these are rows, columns and values without a header.
+      logical :: triplets = .false.
    end type input_type
 
 contains
@@ -31,6 +33,7 @@ contains
       call arguments%take_text("--stiffness", input%stiffness, error)
       call arguments%take_text("--damping", input%damping, error)
       call arguments%take_text("--constraints", input%constraints, error)
+      call arguments%take_flag("--triplets", input%triplets, error)
       call arguments%take_word(input%path)
       call arguments%check_all_taken(error)
       if (allocated(error)) return
@@ -43,10 +46,21 @@ contains
          call new_error(error, error_usage, "files named one by one need --mass and --stiffness")
       else if (.not. (allocated(input%path) .or. any_file)) then
          call new_error(error, error_usage, "no problem is given; see kschur help")
+      else if (input%triplets .and. .not. any_file) then
+         call new_error(error, error_usage, "--triplets is for files named by --mass, --stiffness, --damping and --constraints")
+      else if (times_standard_input(input) > 1) then
+         call new_error(error, error_usage, "only one matrix can come from standard input")
       else if (.not. any_file) then
          if (input%path == "") call new_error(error, error_usage, "the name of the problem is empty")
       end if
    end subroutine take_input
+
+   pure integer function times_standard_input(input)
+      type(input_type), intent(in) :: input
+
+      times_standard_input = count([or_empty(input%mass) == "-", or_empty(input%stiffness) == "-", &
+         or_empty(input%damping) == "-", or_empty(input%constraints) == "-"])
+   end function times_standard_input
 
    !> Whether a path names a file that the problem is read from.
    logical function is_part_of(input, path)
@@ -78,8 +92,13 @@ contains
 
       if (.not. allocated(input%path)) then
          path = input%mass
-         call read_matrix_market_files(problem, input%mass, input%stiffness, or_empty(input%damping), &
-            or_empty(input%constraints), error)
+         if (input%triplets) then
+            call read_triplet_files(problem, input%mass, input%stiffness, or_empty(input%damping), &
+               or_empty(input%constraints), error)
+         else
+            call read_matrix_market_files(problem, input%mass, input%stiffness, or_empty(input%damping), &
+               or_empty(input%constraints), error)
+         end if
       else
          path = input%path
          inquire (file=path, exist=exists)
@@ -89,7 +108,7 @@ contains
             call new_error(error, error_input, path//": one matrix is no problem; name its folder, or the files "// &
                "by --mass, --stiffness, --damping and --constraints")
          else if (exists) then
-            call read_hdf5_problem(problem, path, error)
+            call read_hdf5_problem(problem, path, error, trial=.true.)
          else
             call new_error(error, error_input, path//": there is no such file or folder")
          end if

@@ -1,11 +1,12 @@
 !> What the program asks of the operating system.
 module cli_system
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_intptr_t, c_null_char, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: error_unit
    use kschur, only: error_file, error_library, error_type, long, new_error
    implicit none
    private
-   public :: check_new_file, check_new_folder, check_output, complain, end_program, ends_with, is_folder, &
+   public :: check_new_file, check_new_folder, check_output, complain, end_program, ends_with, ignore_size_signal, &
+      is_folder, &
       peak_memory_bytes, print_line, same_file, standard_error_is_terminal
 
    ! Whether a line for standard output was lost.
@@ -43,6 +44,12 @@ module cli_system
          import :: c_int
          integer(c_int), value :: descriptor
       end function c_isatty
+
+      type(c_funptr) function c_signal(number, action) bind(c, name="signal")
+         import :: c_funptr, c_int
+         integer(c_int), value :: number
+         type(c_funptr), value :: action
+      end function c_signal
    end interface
 
 contains
@@ -54,6 +61,17 @@ contains
       flush (error_unit)
       call c_exit(int(status, c_int))
    end subroutine end_program
+
+   !> Makes a file that would grow beyond the limit of the shell an error of writing, as on a full disk, instead of the
+   !> end of the program.
+   subroutine ignore_size_signal()
+      integer(c_int), parameter :: sigxfsz = 25
+      ! SIG_IGN.
+      integer(c_intptr_t), parameter :: ignore = 1
+      type(c_funptr) :: before
+
+      before = c_signal(sigxfsz, transfer(ignore, before))
+   end subroutine ignore_size_signal
 
    !> One line on standard output. C writes it, as gfortran does not report a
    !> disk that is full or an output that is closed; `check_output` does.
@@ -72,17 +90,78 @@ contains
          call new_error(error, error_library, "standard output cannot be written to")
    end subroutine check_output
 
-   !> One line on standard error, with the name of the program before it.
+   !> One line on standard error, with the name of the program before it. What would move the cursor of a terminal, in
+   !> names and words that came from outside, is shown as \xHH; the middle of a long message is left out.
    subroutine complain(message)
       character(len=*), intent(in) :: message
-      character(len=len(message)) :: line
-      integer :: i
+      integer, parameter :: longest = 240, end_kept = 90
+      character(len=:), allocatable :: line
+      integer :: first, last
 
-      do i = 1, len(message)
-         line(i:i) = merge(" ", message(i:i), iachar(message(i:i)) < 32)
-      end do
+      line = escaped(message)
+      if (len(line) > longest) then
+         first = longest - end_kept
+         last = len(line) - end_kept + 1
+         ! Not within a character of UTF-8.
+         do while (is_continuation(line(first + 1:first + 1)))
+            first = first - 1
+         end do
+         do while (is_continuation(line(last:last)))
+            last = last + 1
+         end do
+         line = line(:first)//" ... "//line(last:)
+      end if
       write (error_unit, "(2a)") "kschur: ", line
    end subroutine complain
+
+   function escaped(message) result(line)
+      character(len=*), intent(in) :: message
+      character(len=:), allocatable :: line
+      character(len=4) :: code
+      integer :: i, j, length
+
+      line = ""
+      i = 1
+      do while (i <= len(message))
+         length = length_of_character(message(i:))
+         if (length > 0) then
+            line = line//message(i:i + length - 1)
+         else
+            j = min(i + 1, len(message))
+            length = merge(2, 1, iachar(message(i:i)) == 194 .and. is_continuation(message(j:j)))
+            do j = i, i + length - 1
+               write (code, "(a, z2.2)") "\x", iachar(message(j:j))
+               line = line//code
+            end do
+         end if
+         i = i + length
+      end do
+   end function escaped
+
+   ! Number of bytes of the character that a text begins with in UTF-8; 0 where that is none, or moves the cursor.
+   pure integer function length_of_character(text) result(length)
+      character(len=*), intent(in) :: text
+      integer :: first, i
+
+      first = iachar(text(1:1))
+      length = 1
+      if (first >= 192) length = 2
+      if (first >= 224) length = 3
+      if (first >= 240) length = 4
+      if (first < 32 .or. first == 127 .or. (first >= 128 .and. first < 194) .or. first >= 245 .or. length > len(text)) length = 0
+      do i = 2, length
+         if (.not. is_continuation(text(i:i))) length = 0
+         if (length == 0) exit
+      end do
+      if (first == 194 .and. length == 2) length = merge(2, 0, iachar(text(2:2)) >= 160)
+   end function length_of_character
+
+   ! Whether a byte is none of the first of a character in UTF-8.
+   elemental logical function is_continuation(byte)
+      character(len=1), intent(in) :: byte
+
+      is_continuation = iachar(byte) >= 128 .and. iachar(byte) < 192
+   end function is_continuation
 
    !> Whether someone may be watching standard error.
    logical function standard_error_is_terminal()

@@ -6,7 +6,7 @@ program kschur_program
    use cli_info, only: info_command
    use cli_scene, only: scene_command
    use cli_solve, only: solve_command
-   use cli_system, only: check_output, complain, end_program
+   use cli_system, only: check_output, complain, end_program, ignore_size_signal
    use kschur, only: error_input, error_type, error_usage, new_error
    implicit none
 
@@ -17,6 +17,7 @@ program kschur_program
    logical :: complete, help, version
 
    complete = .true.
+   call ignore_size_signal()
    arguments = command_arguments()
    call arguments%take_word(command)
    if (.not. allocated(command)) allocate (character(len=0) :: command)

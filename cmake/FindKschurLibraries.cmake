@@ -1,5 +1,7 @@
-# The libraries below kschur, as one target kschur::libraries: sequential MUMPS, METIS,
-# AMD of SuiteSparse, ARPACK, OpenBLAS (with LAPACK) and serial HDF5 with its Fortran interface.
+# The libraries below kschur, as one target kschur::libraries: sequential MUMPS, METIS, AMD of SuiteSparse, BLAS
+# and LAPACK, and, unless KSCHUR_WITH_ARPACK or KSCHUR_WITH_HDF5 is off, ARPACK and serial HDF5 with its Fortran interface.
+#
+# BLAS is OpenBLAS where there is one, else any; BLA_VENDOR says which (Generic: the reference BLAS).
 #
 # Never the MPI build of MUMPS or HDF5: two of them in one program overwrite each other.
 # Never the parallel ARPACK either: it wants MPI.
@@ -30,18 +32,44 @@ kschur_find_library(MUMPS_PORD pord_seq)
 kschur_find_library(MUMPS_MPISEQ mpiseq_seq)
 kschur_find_library(METIS metis)
 kschur_find_library(AMD amd)
-kschur_find_library(ARPACK arpack)
-kschur_find_library(OPENBLAS openblas)
-kschur_find_library(HDF5_FORTRAN hdf5_serial_fortran hdf5_fortran)
-kschur_find_library(HDF5 hdf5_serial hdf5)
-
 find_path(KSCHUR_MUMPS_INCLUDE_DIR NAMES zmumps_struc.h)
-find_path(KSCHUR_HDF5_MODULE_DIR NAMES hdf5.mod HINTS ${PC_HDF5_INCLUDE_DIRS} PATH_SUFFIXES hdf5/serial)
-mark_as_advanced(KSCHUR_MUMPS_INCLUDE_DIR KSCHUR_HDF5_MODULE_DIR)
+mark_as_advanced(KSCHUR_MUMPS_INCLUDE_DIR)
+list(APPEND KschurLibraries_VARIABLES KSCHUR_MUMPS_INCLUDE_DIR)
+if(NOT DEFINED KSCHUR_WITH_ARPACK OR KSCHUR_WITH_ARPACK)
+  kschur_find_library(ARPACK arpack)
+endif()
 
-find_package(Threads REQUIRED)
-find_package_handle_standard_args(KschurLibraries
-  REQUIRED_VARS ${KschurLibraries_VARIABLES} KSCHUR_MUMPS_INCLUDE_DIR KSCHUR_HDF5_MODULE_DIR)
+if(NOT BLA_VENDOR AND NOT DEFINED ENV{BLA_VENDOR})
+  set(BLA_VENDOR OpenBLAS)
+  find_package(BLAS QUIET)
+  find_package(LAPACK QUIET)
+  unset(BLA_VENDOR)
+endif()
+if(NOT BLAS_FOUND OR NOT LAPACK_FOUND)
+  find_package(BLAS QUIET)
+  find_package(LAPACK QUIET)
+endif()
+set(KSCHUR_BLAS_LIBRARIES ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES})
+list(REMOVE_DUPLICATES KSCHUR_BLAS_LIBRARIES)
+list(APPEND KschurLibraries_VARIABLES KSCHUR_BLAS_LIBRARIES)
+list(APPEND KschurLibraries_FOUND_LIBRARIES ${KSCHUR_BLAS_LIBRARIES})
+
+if(NOT DEFINED KSCHUR_WITH_HDF5 OR KSCHUR_WITH_HDF5)
+  kschur_find_library(HDF5_FORTRAN hdf5_serial_fortran hdf5_fortran)
+  kschur_find_library(HDF5 hdf5_serial hdf5)
+  find_path(KSCHUR_HDF5_MODULE_DIR NAMES hdf5.mod HINTS ${PC_HDF5_INCLUDE_DIRS} PATH_SUFFIXES hdf5/serial)
+  mark_as_advanced(KSCHUR_HDF5_MODULE_DIR)
+  list(APPEND KschurLibraries_VARIABLES KSCHUR_HDF5_MODULE_DIR)
+endif()
+
+# CMake looks for threads in C and C++ only.
+if(CMAKE_C_COMPILER_LOADED OR CMAKE_CXX_COMPILER_LOADED)
+  find_package(Threads REQUIRED)
+elseif(NOT TARGET Threads::Threads)
+  add_library(Threads::Threads INTERFACE IMPORTED)
+  set_target_properties(Threads::Threads PROPERTIES INTERFACE_LINK_LIBRARIES pthread)
+endif()
+find_package_handle_standard_args(KschurLibraries REQUIRED_VARS ${KschurLibraries_VARIABLES})
 
 if(KschurLibraries_FOUND AND NOT TARGET kschur::libraries)
   add_library(kschur::libraries INTERFACE IMPORTED)

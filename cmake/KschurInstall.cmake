@@ -1,18 +1,31 @@
-# Libraries, modules, header, programs, CMake package and pkg-config files.
+# Libraries, modules, header, programs, documents, CMake package and pkg-config files.
 
 include(CMakePackageConfigHelpers)
 
-install(TARGETS kschur kschur_capi EXPORT kschur-targets)
-install(FILES capi/include/kschur.h TYPE INCLUDE)
-install(TARGETS kschur_program)
+install(TARGETS kschur EXPORT kschur-targets)
 install(DIRECTORY "${CMAKE_Fortran_MODULE_DIRECTORY}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kschur"
         FILES_MATCHING PATTERN "kschur.mod" PATTERN "kschur_*.mod" PATTERN "kschur_scenes.mod" EXCLUDE
         PATTERN "app" EXCLUDE PATTERN "capi" EXCLUDE PATTERN "kschur_funit" EXCLUDE)
-set(KSCHUR_REPORT_FOLDER "../${CMAKE_INSTALL_DATADIR}/kschur")
-configure_file("${PROJECT_SOURCE_DIR}/benchmarks/kschur-report.in" "${PROJECT_BINARY_DIR}/kschur-report" @ONLY)
-install(PROGRAMS "${PROJECT_BINARY_DIR}/kschur-report" DESTINATION "${CMAKE_INSTALL_BINDIR}")
-install(DIRECTORY "${PROJECT_SOURCE_DIR}/benchmarks/kschur_report" "${PROJECT_SOURCE_DIR}/benchmarks/peers"
-        DESTINATION "${CMAKE_INSTALL_DATADIR}/kschur" FILES_MATCHING PATTERN "*.py")
+install(FILES LICENSE README.md CHANGELOG.md TYPE DOC)
+install(DIRECTORY docs/ TYPE DOC FILES_MATCHING PATTERN "*.md" PATTERN "*.png")
+set(KSCHUR_PACKAGES kschur)
+if(KSCHUR_BUILD_CAPI)
+  install(TARGETS kschur_capi EXPORT kschur-targets)
+  install(FILES capi/include/kschur.h TYPE INCLUDE)
+  list(APPEND KSCHUR_PACKAGES kschur_capi)
+endif()
+if(KSCHUR_BUILD_PROGRAM)
+  install(TARGETS kschur_program)
+endif()
+if(KSCHUR_BUILD_BENCHMARKS)
+  set(KSCHUR_REPORT_FOLDER "../${CMAKE_INSTALL_DATADIR}/kschur")
+  configure_file("${PROJECT_SOURCE_DIR}/benchmarks/kschur-report.in" "${PROJECT_BINARY_DIR}/kschur-report" @ONLY)
+  install(PROGRAMS "${PROJECT_BINARY_DIR}/kschur-report" DESTINATION "${CMAKE_INSTALL_BINDIR}")
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/benchmarks/kschur_report" "${PROJECT_SOURCE_DIR}/benchmarks/peers"
+          DESTINATION "${CMAKE_INSTALL_DATADIR}/kschur" FILES_MATCHING PATTERN "*.py")
+endif()
+
+# The CMake package.
 install(EXPORT kschur-targets NAMESPACE kschur:: DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/kschur")
 configure_package_config_file(cmake/kschur-config.cmake.in "${PROJECT_BINARY_DIR}/kschur-config.cmake"
   INSTALL_DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/kschur")
@@ -21,7 +34,32 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/kschur-config-version.cm
 install(FILES "${PROJECT_BINARY_DIR}/kschur-config.cmake" "${PROJECT_BINARY_DIR}/kschur-config-version.cmake"
         cmake/FindKschurLibraries.cmake
         DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/kschur")
-foreach(name kschur kschur_capi)
+
+# The pkg-config files find their folders from where they are, unless a folder was given as an absolute path.
+if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
+  set(KSCHUR_PC_PREFIX "${CMAKE_INSTALL_PREFIX}")
+else()
+  file(RELATIVE_PATH KSCHUR_PC_PREFIX "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+  string(REGEX REPLACE "/$" "" KSCHUR_PC_PREFIX "\${pcfiledir}/${KSCHUR_PC_PREFIX}")
+endif()
+foreach(folder LIBDIR INCLUDEDIR)
+  set(KSCHUR_PC_${folder} "${CMAKE_INSTALL_${folder}}")
+  if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_${folder}}")
+    string(PREPEND KSCHUR_PC_${folder} "\${prefix}/")
+  endif()
+endforeach()
+# A library in a folder that the linker knows goes by its name.
+set(KSCHUR_PC_LIBRARIES)
+foreach(library IN LISTS KschurLibraries_FOUND_LIBRARIES)
+  get_filename_component(folder "${library}" DIRECTORY)
+  get_filename_component(name "${library}" NAME_WE)
+  if(folder IN_LIST CMAKE_C_IMPLICIT_LINK_DIRECTORIES)
+    string(REGEX REPLACE "^lib" "-l" library "${name}")
+  endif()
+  string(APPEND KSCHUR_PC_LIBRARIES "${library} ")
+endforeach()
+string(APPEND KSCHUR_PC_LIBRARIES "${KSCHUR_OPENMP_LIBRARY} -lpthread -lgfortran -lm")
+foreach(name IN LISTS KSCHUR_PACKAGES)
   configure_file(cmake/${name}.pc.in "${PROJECT_BINARY_DIR}/${name}.pc" @ONLY)
   install(FILES "${PROJECT_BINARY_DIR}/${name}.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 endforeach()

@@ -34,7 +34,7 @@ module kschur
       error_memory, error_singular, error_library, error_convergence
    use kschur_formulation, only: choose_formulation
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
-   use kschur_hdf5_result, only: read_hdf5_result, write_hdf5_result
+   use kschur_hdf5_result, only: is_hdf5_result, read_hdf5_result, write_hdf5_result
    use kschur_inertia_solver, only: inertia_real_type
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_kinds, only: wp, long
@@ -44,6 +44,7 @@ module kschur
    use kschur_linear_solver, only: real_linear_solver_type, complex_linear_solver_type, matrix_structure_type
    use kschur_matrix_market, only: read_matrix_market, write_matrix_market, read_matrix_market_problem, &
       read_matrix_market_files, write_matrix_market_problem
+   use kschur_triplet_files, only: read_triplet_files
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_mumps_real, only: mumps_real_type

@@ -1,21 +1,75 @@
-!> Files and folders, as far as Fortran has no word for them.
+!> Files and folders, as far as Fortran has no word for them. What is written is written into a staging folder beside its
+!> place, and gets its name when it is whole and on the disk.
 module kschur_files
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_null_char, c_size_t
    use kschur_error, only: error_type, new_error, error_file
    use kschur_kinds, only: long
    implicit none
    private
-   public :: temporary_name, check_length, replace_file, remove_file, make_folder, is_link
+   public :: staging_type, check_length, is_link, kind_of_file, last_reason, make_folder, remove_file
 
-   character(len=*), parameter :: mark = ".partial-"
-   ! Of the number of a process.
-   integer, parameter :: longest_number = 10
+   !> What `kind_of_file` answers.
+   integer(c_int), parameter, public :: no_file = 0, regular_file = 1, folder = 2, pipe_or_device = 3
+
+   integer, parameter :: longest_path = 4096
+   integer(c_int), parameter :: everyone = int(o'777', c_int)
+
+   !> A folder beside the place of what is written. No other process has its name; what a killed run left is removed
+   !> when the same output is staged again.
+   type :: staging_type
+      private
+      !> The file or folder to write; empty where there is no place.
+      character(len=:), allocatable, public :: path
+      character(len=:), allocatable :: target, name
+      integer(c_int) :: descriptor = -1
+   contains
+      !> Makes the folder; fails with the place and the system's reason.
+      procedure :: open => open_staging
+      !> Makes the file at `path` and fails where it may not have so many bytes.
+      procedure :: reserve
+      !> Moves what was written to its place, unless an error is raised; removes the folder.
+      procedure :: finish => finish_staging
+   end type staging_type
 
    interface
-      integer(c_int) function c_rename(from, to) bind(c, name="rename")
+      integer(c_int) function c_kind_of_file(path) bind(c, name="kschur_kind_of_file")
          import :: c_char, c_int
-         character(kind=c_char), intent(in) :: from(*), to(*)
-      end function c_rename
+         character(kind=c_char), intent(in) :: path(*)
+      end function c_kind_of_file
+
+      integer(c_int) function c_stage(path, staging) bind(c, name="kschur_stage")
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+         character(kind=c_char), intent(out) :: staging(*)
+      end function c_stage
+
+      integer(c_int) function c_reserve(path, bytes) bind(c, name="kschur_reserve")
+         import :: c_char, c_int, c_long_long
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_long_long), value :: bytes
+      end function c_reserve
+
+      subroutine c_unstage(descriptor, staging) bind(c, name="kschur_unstage")
+         import :: c_char, c_int
+         integer(c_int), value :: descriptor
+         character(kind=c_char), intent(in) :: staging(*)
+      end subroutine c_unstage
+
+      integer(c_int) function c_publish(finished, path) bind(c, name="kschur_publish")
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: finished(*), path(*)
+      end function c_publish
+
+      integer(c_int) function c_errno() bind(c, name="kschur_errno")
+         import :: c_int
+      end function c_errno
+
+      subroutine c_reason(failure, words, size) bind(c, name="kschur_system_reason")
+         import :: c_char, c_int, c_size_t
+         integer(c_int), value :: failure
+         character(kind=c_char), intent(out) :: words(*)
+         integer(c_size_t), value :: size
+      end subroutine c_reason
 
       integer(c_int) function c_remove(path) bind(c, name="remove")
          import :: c_char, c_int
@@ -35,24 +89,96 @@ module kschur_files
          character(kind=c_char), intent(out) :: target(*)
          integer(c_size_t), value :: size
       end function c_readlink
-
-      integer(c_int) function c_getpid() bind(c, name="getpid")
-         import :: c_int
-      end function c_getpid
    end interface
 
 contains
 
-   !> A name beside `path` under which to write what will become `path`; no
-   !> other process uses it.
-   function temporary_name(path) result(name)
+   subroutine open_staging(self, path, error)
+      class(staging_type), intent(out) :: self
       character(len=*), intent(in) :: path
-      character(len=len(path) + len(mark) + longest_number) :: name
-      character(len=longest_number) :: process
+      type(error_type), allocatable, intent(inout) :: error
+      character(kind=c_char, len=1) :: bytes(longest_path)
+      integer :: i
 
-      write (process, "(i10.10)") c_getpid()
-      name = path//mark//process
-   end function temporary_name
+      self%path = ""
+      if (allocated(error)) return
+      if (index(path, "/dev/") == 1) then
+         call new_error(error, error_file, path//": a device, not a place for a file")
+         return
+      end if
+      self%target = path
+      self%descriptor = c_stage(path//c_null_char, bytes)
+      if (self%descriptor < 0) then
+         call new_error(error, error_file, path//": cannot be written: "//trim(last_reason()))
+         return
+      end if
+      self%name = ""
+      do i = 1, longest_path
+         if (bytes(i) == c_null_char) exit
+         self%name = self%name//bytes(i)
+      end do
+      self%path = self%name//"/whole"
+   end subroutine open_staging
+
+   subroutine reserve(self, bytes, error)
+      class(staging_type), intent(in) :: self
+      integer(long), intent(in) :: bytes
+      type(error_type), allocatable, intent(inout) :: error
+      integer(c_int) :: failure
+
+      if (allocated(error)) return
+      failure = c_reserve(self%path//c_null_char, int(bytes, c_long_long))
+      if (failure /= 0) call new_error(error, error_file, self%target//": cannot be written: "//trim(system_reason(failure)))
+   end subroutine reserve
+
+   subroutine finish_staging(self, error)
+      class(staging_type), intent(inout) :: self
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (self%descriptor < 0) return
+      if (.not. allocated(error)) call publish(self%path, self%target, error)
+      call c_unstage(self%descriptor, self%name//c_null_char)
+      self%descriptor = -1
+   end subroutine finish_staging
+
+   subroutine publish(finished, path, error)
+      character(len=*), intent(in) :: finished, path
+      type(error_type), allocatable, intent(inout) :: error
+      integer(c_int) :: failure
+
+      failure = c_publish(finished//c_null_char, path//c_null_char)
+      if (failure /= 0) call new_error(error, error_file, path//": cannot be replaced by what was just written: "// &
+         trim(system_reason(failure)))
+   end subroutine publish
+
+   !> The system's words for what failed last.
+   function last_reason() result(reason)
+      character(len=128) :: reason
+
+      reason = system_reason(c_errno())
+   end function last_reason
+
+   ! The system's words for a number of errno.
+   function system_reason(failure) result(reason)
+      integer(c_int), intent(in) :: failure
+      character(len=128) :: reason
+      character(kind=c_char) :: bytes(len(reason))
+      integer :: i
+
+      call c_reason(failure, bytes, size(bytes, kind=c_size_t))
+      reason = ""
+      do i = 1, size(bytes)
+         if (bytes(i) == c_null_char) exit
+         reason(i:i) = bytes(i)
+      end do
+   end function system_reason
+
+   !> What a path names, after links: `no_file`, `regular_file`, `folder` or `pipe_or_device`.
+   integer(c_int) function kind_of_file(path)
+      character(len=*), intent(in) :: path
+
+      kind_of_file = c_kind_of_file(path//c_null_char)
+   end function kind_of_file
 
    !> Where `status` is 0, sets it and the reason if a closed file is not as long
    !> as what was written into it: gfortran does not report a disk that fills up.
@@ -69,21 +195,6 @@ contains
       status = 1
       reason = "the disk is full"
    end subroutine check_length
-
-   !> Renames the finished file `temporary` to `path`, which it replaces at once
-   !> and as a whole. Where that fails, and where `path` is a device, the
-   !> temporary is removed.
-   subroutine replace_file(temporary, path, error)
-      character(len=*), intent(in) :: temporary, path
-      type(error_type), allocatable, intent(out) :: error
-
-      if (index(path, "/dev/") == 1) then
-         call new_error(error, error_file, path//": a device, not a place for a file")
-      else if (c_rename(temporary//c_null_char, path//c_null_char) /= 0) then
-         call new_error(error, error_file, path//": cannot be replaced by the file just written")
-      end if
-      if (allocated(error)) call remove_file(temporary)
-   end subroutine replace_file
 
    !> Removes a file; nothing happens where there is none.
    subroutine remove_file(path)
@@ -105,7 +216,6 @@ contains
    !> does not: writing into it will fail then.
    subroutine make_folder(path)
       character(len=*), intent(in) :: path
-      integer(c_int), parameter :: everyone = int(o'777', c_int)
       integer(c_int) :: status
 
       status = c_mkdir(path//c_null_char, everyone)

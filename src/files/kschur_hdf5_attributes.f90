@@ -36,14 +36,19 @@ module kschur_hdf5_attributes
 
 contains
 
-   !> Whether the object has an attribute of this name.
-   logical function has_attribute(file, object, name)
+   !> Whether the object has an attribute of this name. Fails where it cannot be told.
+   logical function has_attribute(file, object, name, error)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: object, name
+      type(error_type), allocatable, intent(inout) :: error
       integer :: status
 
+      has_attribute = .false.
+      if (allocated(error)) return
       call h5aexists_by_name_f(file, object, name, has_attribute, status)
-      if (status < 0) has_attribute = .false.
+      if (status == 0) return
+      has_attribute = .false.
+      call new_error(error, error_input, label(object, name)//" cannot be looked up: the file is damaged")
    end function has_attribute
 
    ! How messages call an attribute.
@@ -65,9 +70,8 @@ contains
       integer :: status, ignored
 
       attribute = -1
-      if (allocated(error)) return
-      if (.not. has_attribute(file, object, name)) then
-         call new_error(error, error_input, "there is no "//label(object, name))
+      if (.not. has_attribute(file, object, name, error)) then
+         if (.not. allocated(error)) call new_error(error, error_input, "there is no "//label(object, name))
          return
       end if
       call h5aopen_by_name_f(file, object, name, attribute, status)
@@ -162,7 +166,7 @@ contains
 
       stored = 0
       call read_raw(file, object, name, integer_type(), size(value, kind=hsize_t), c_loc(stored), error)
-      if (any(abs(stored) > huge(value)) .and. .not. allocated(error)) &
+      if (any(stored > huge(value) .or. stored < -huge(value)) .and. .not. allocated(error)) &
          call new_error(error, error_input, label(object, name)//" is beyond "//text(huge(value)))
       if (allocated(error)) stored = 0
       value = int(stored)
@@ -266,11 +270,14 @@ contains
       character(len=:), allocatable, intent(out) :: value
       integer(hid_t), intent(in) :: attribute, type
       integer, intent(out) :: status
+      ! Beyond any sense.
+      integer(size_t), parameter :: longest = 2**20
       character(kind=c_char), allocatable, target :: bytes(:)
       integer(size_t) :: length
 
       value = ""
       call h5tget_size_f(type, length, status)
+      if (length > longest) status = -1
       if (status < 0) return
       allocate (bytes(length))
       call read_values(attribute, type, c_loc(bytes), status)

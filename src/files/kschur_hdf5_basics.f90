@@ -5,16 +5,16 @@ module kschur_hdf5_basics
    use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_int64_t, c_null_funptr, c_null_ptr, c_ptr, c_size_t
    use hdf5, only: hid_t, hsize_t, h5open_f, h5iis_valid_f, h5kind_to_type, H5_INTEGER_KIND, H5_REAL_KIND, &
       H5T_NATIVE_INTEGER, h5fis_hdf5_f, h5fopen_f, h5fcreate_f, h5fclose_f, H5F_ACC_RDONLY_F, H5F_ACC_TRUNC_F, &
-      h5gcreate_f, h5gclose_f, h5lexists_f, h5tcreate_f, h5tinsert_f, h5tclose_f, h5tget_class_f, &
+      h5gcreate_f, h5gclose_f, h5lexists_f, h5oexists_by_name_f, h5tcreate_f, h5tinsert_f, h5tclose_f, h5tget_class_f, &
       h5tget_member_index_f, H5T_COMPOUND_F, H5T_FLOAT_F, H5T_INTEGER_F
    use kschur_error, only: error_type, new_error, add_context, error_file, error_input, error_library
-   use kschur_files, only: check_length, replace_file, remove_file
+   use kschur_files, only: kind_of_file, folder, no_file, pipe_or_device, staging_type
    use kschur_kinds, only: wp, long
    use kschur_lock, only: acquire_lock, release_lock, lock_hdf5
    implicit none
    private
    public :: printing_type, silence_hdf5, restore_printing
-   public :: open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
+   public :: forbid_external_links, open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    public :: integer_type, real_type, new_complex_type, check_class
 
    !> How HDF5 printed its errors before it was silenced.
@@ -25,8 +25,9 @@ module kschur_hdf5_basics
       type(c_ptr) :: data = c_null_ptr
    end type printing_type
 
-   ! H5E_DEFAULT: the error stack of this thread.
+   ! H5E_DEFAULT: the error stack of this thread; H5L_TYPE_EXTERNAL.
    integer(c_int64_t), parameter :: default_stack = 0
+   integer(c_int), parameter :: external_links = 64
 
    interface
       integer(c_int) function c_get_printing(stack, printer, data) bind(c, name="H5Eget_auto2")
@@ -42,6 +43,11 @@ module kschur_hdf5_basics
          type(c_funptr), value :: printer
          type(c_ptr), value :: data
       end function c_set_printing
+
+      integer(c_int) function c_unregister_links(kind) bind(c, name="H5Lunregister")
+         import :: c_int
+         integer(c_int), value :: kind
+      end function c_unregister_links
    end interface
 
 contains
@@ -69,22 +75,33 @@ contains
       call release_lock(lock_hdf5)
    end subroutine restore_printing
 
+   !> Keeps HDF5 from following links into other files, for good: for a process that reads one file.
+   subroutine forbid_external_links()
+      integer(c_int) :: status
+
+      status = c_unregister_links(external_links)
+   end subroutine forbid_external_links
+
    !> Opens a file for reading. Fails, without naming the file, where it does not
    !> exist, is not HDF5, or is damaged.
    subroutine open_hdf5_file(file, path, error)
       integer(hid_t), intent(out) :: file
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(inout) :: error
-      logical :: present_on_disk, is_hdf5
+      logical :: is_hdf5
       integer :: status
 
       file = -1
       if (allocated(error)) return
-      inquire (file=path, exist=present_on_disk)
-      if (.not. present_on_disk) then
+      select case (kind_of_file(path))
+      case (no_file)
          call new_error(error, error_file, "no such file")
-         return
-      end if
+      case (folder)
+         call new_error(error, error_file, "a folder, not an HDF5 file")
+      case (pipe_or_device)
+         call new_error(error, error_file, "a pipe or a device, not an HDF5 file")
+      end select
+      if (allocated(error)) return
       call h5fis_hdf5_f(path, is_hdf5, status)
       if (status < 0) then
          call new_error(error, error_file, "the file cannot be read")
@@ -98,30 +115,27 @@ contains
       end if
    end subroutine open_hdf5_file
 
-   !> Creates a file, or empties it. Fails with the system's reason, also where
-   !> the disk is full already: HDF5 cannot bear that.
-   subroutine create_hdf5_file(file, path, error)
+   !> Creates the file that will become `path`. Fails with the system's reason, also where there is no room for `bytes`:
+   !> HDF5 cannot bear a disk that fills up.
+   subroutine create_hdf5_file(file, staging, path, bytes, error)
       integer(hid_t), intent(out) :: file
+      type(staging_type), intent(out) :: staging
       character(len=*), intent(in) :: path
+      !> Of all that will be written.
+      integer(long), intent(in) :: bytes
       type(error_type), allocatable, intent(inout) :: error
-      integer, parameter :: room = 2**16
-      character(len=256) :: reason
-      integer :: unit, status, ignored
+      integer(long), parameter :: of_hdf5_itself = 2**16
+      integer :: status
 
       file = -1
       if (allocated(error)) return
-      reason = "HDF5 does not say why"
-      open (newunit=unit, file=path, status="replace", action="write", access="stream", iostat=status, iomsg=reason)
-      if (status == 0) then
-         write (unit, iostat=status, iomsg=reason) repeat(" ", room)
-         close (unit, iostat=ignored)
-         call check_length(path, int(room, long), status, reason)
-         if (status /= 0) call remove_file(path)
-      end if
-      if (status == 0) call h5fcreate_f(path, H5F_ACC_TRUNC_F, file, status)
+      call staging%open(path, error)
+      call staging%reserve(bytes + of_hdf5_itself, error)
+      if (allocated(error)) return
+      call h5fcreate_f(staging%path, H5F_ACC_TRUNC_F, file, status)
       if (status == 0) return
       file = -1
-      call new_error(error, error_file, "the file cannot be created: "//trim(reason))
+      call new_error(error, error_file, path//": the file cannot be created")
    end subroutine create_hdf5_file
 
    !> Closes a file that was opened.
@@ -132,11 +146,12 @@ contains
       if (file >= 0) call h5fclose_f(file, status)
    end subroutine close_hdf5_file
 
-   !> Completes and closes the file created as `temporary` and gives it the name
-   !> `path`; removes it where an error is raised, now or before.
-   subroutine finish_hdf5_file(file, temporary, path, error)
+   !> Completes and closes the file created in `staging`, which is finished then: the file is at its place, `path`, or,
+   !> where an error is raised, now or before, nowhere.
+   subroutine finish_hdf5_file(file, staging, path, error)
       integer(hid_t), intent(in) :: file
-      character(len=*), intent(in) :: temporary, path
+      type(staging_type), intent(inout) :: staging
+      character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(inout) :: error
       integer :: status, unit
 
@@ -144,19 +159,15 @@ contains
          if (allocated(error)) then
             ! A full disk must not keep HDF5 from writing what it holds back: a
             ! close that fails breaks the library, to a crash at the end of the program.
-            open (newunit=unit, file=temporary, status="replace", iostat=status)
+            open (newunit=unit, file=staging%path, status="replace", iostat=status)
             if (status == 0) close (unit, iostat=status)
          end if
          call h5fclose_f(file, status)
          if (status < 0 .and. .not. allocated(error)) &
             call new_error(error, error_file, "the file cannot be written: is the disk full?")
-      end if
-      if (allocated(error)) then
-         call remove_file(temporary)
          call add_context(error, path)
-      else
-         call replace_file(temporary, path, error)
       end if
+      call staging%finish(error)
    end subroutine finish_hdf5_file
 
    !> Creates the group `name`.
@@ -173,14 +184,24 @@ contains
       if (status < 0) call new_error(error, error_file, "group "//name//" cannot be written")
    end subroutine create_group
 
-   !> Whether the file holds an object of this name.
-   logical function exists(file, name)
+   !> Whether the file holds an object of this name; its group is there. Fails where it cannot be told, and where the
+   !> name is a link that leads out of the file, or nowhere.
+   logical function exists(file, name, error)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
       integer :: status
+      logical :: resolved
 
+      exists = .false.
+      if (allocated(error)) return
       call h5lexists_f(file, name, exists, status)
-      if (status < 0) exists = .false.
+      if (status < 0) call new_error(error, error_input, name//" cannot be looked up: the file is damaged")
+      if (status < 0 .or. .not. exists) return
+      call h5oexists_by_name_f(file, name, resolved, status)
+      exists = status == 0 .and. resolved
+      if (.not. exists) call new_error(error, error_input, &
+         name//" cannot be opened: it is damaged, or a link into another file, which is not followed")
    end function exists
 
    !> HDF5's name for the integers read and written; not to be closed.

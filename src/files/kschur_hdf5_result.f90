@@ -4,20 +4,21 @@
 module kschur_hdf5_result
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use hdf5, only: hid_t
-   use kschur_error, only: error_type, new_error, add_context, error_input, error_usage
-   use kschur_files, only: temporary_name
+   use kschur_error, only: error_type, new_error, add_context, error_input, error_memory, error_usage
+   use kschur_files, only: staging_type
    use kschur_hdf5_attributes, only: has_attribute, read_attribute, write_attribute
-   use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, open_hdf5_file, create_hdf5_file, &
-      close_hdf5_file, finish_hdf5_file, create_group, exists
+   use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, forbid_external_links, &
+      open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, long
    use kschur_options, only: arpack_names, formulation_names, index_of_name, inner_names, method_names, scaling_names
    use kschur_problem, only: damping_names
    use kschur_result, only: modal_result_type, certified_names, history_type, kind_names, reason_names
    use kschur_release, only: kschur_version
+   use kschur_trial, only: try_in_child
    implicit none
    private
-   public :: read_hdf5_result, write_hdf5_result
+   public :: is_hdf5_result, read_hdf5_result, write_hdf5_result
 
    character(len=*), parameter :: root = "/", line_end = achar(10)
 
@@ -29,7 +30,7 @@ contains
       type(modal_result_type), intent(in) :: result
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: temporary
+      type(staging_type) :: staging
       type(printing_type) :: printing
       integer(hid_t) :: file
 
@@ -37,14 +38,13 @@ contains
          call new_error(error, error_usage, path//": a result without all its arrays cannot be written")
          return
       end if
-      temporary = temporary_name(path)
       call silence_hdf5(printing, error)
-      call create_hdf5_file(file, temporary, error)
+      call create_hdf5_file(file, staging, path, bytes_of(result), error)
       call write_modes(file, result, error)
       call write_history(file, result%history, error)
       call write_facts(file, result, error)
       call write_options(file, result, error)
-      call finish_hdf5_file(file, temporary, path, error)
+      call finish_hdf5_file(file, staging, path, error)
       call restore_printing(printing)
    end subroutine write_hdf5_result
 
@@ -59,6 +59,16 @@ contains
       if (allocated(result%left_eigenvectors)) &
          is_whole = is_whole .and. allocated(result%left_multipliers) .and. allocated(result%condition)
    end function is_whole
+
+   ! Of the arrays that may be large.
+   pure integer(long) function bytes_of(result)
+      type(modal_result_type), intent(in) :: result
+      integer(long), parameter :: bytes_of_a_complex = 2*storage_size(1.0_wp)/8
+
+      bytes_of = size(result%eigenvectors, kind=long) + size(result%multipliers, kind=long)
+      if (allocated(result%left_eigenvectors)) bytes_of = 2*bytes_of
+      bytes_of = bytes_of_a_complex*bytes_of
+   end function bytes_of
 
    subroutine write_modes(file, result, error)
       integer(hid_t), intent(in) :: file
@@ -182,26 +192,90 @@ contains
       end do
    end subroutine add_lines
 
-   !> Reads a result that `write_hdf5_result` wrote. Fails with the file and what
-   !> is wrong.
-   subroutine read_hdf5_result(result, path, error)
+   !> Reads a result that `write_hdf5_result` wrote. Fails with the file and what is wrong.
+   subroutine read_hdf5_result(result, path, error, trial)
       type(modal_result_type), intent(out) :: result
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
+      !> As that of `read_hdf5_problem`.
+      logical, intent(in), optional :: trial
       type(printing_type) :: printing
-      integer(hid_t) :: file
 
       call silence_hdf5(printing, error)
+      if (present(trial)) then
+         if (trial) call try_in_child(forget_result, path, "result", error)
+      end if
+      call read_all(result, path, error)
+      call restore_printing(printing)
+      call add_context(error, path)
+   end subroutine read_hdf5_result
+
+   !> Whether a file holds a result, be it a damaged one; false also where the file cannot be read.
+   logical function is_hdf5_result(path, trial)
+      character(len=*), intent(in) :: path
+      !> As that of `read_hdf5_problem`.
+      logical, intent(in), optional :: trial
+      type(error_type), allocatable :: error
+      type(printing_type) :: printing
+
+      call silence_hdf5(printing, error)
+      if (present(trial)) then
+         if (trial) call try_in_child(look_for_result, path, "result", error)
+      end if
+      call look_for_result(path, error)
+      call restore_printing(printing)
+      is_hdf5_result = .not. allocated(error)
+   end function is_hdf5_result
+
+   subroutine look_for_result(path, error)
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: file
+
       call open_hdf5_file(file, path, error)
+      call check_is_result(file, error)
+      call close_hdf5_file(file)
+   end subroutine look_for_result
+
+   subroutine check_is_result(file, error)
+      integer(hid_t), intent(in) :: file
+      type(error_type), allocatable, intent(inout) :: error
+      logical :: marked
+
+      marked = has_attribute(file, root, "kschur", error)
+      if (.not. marked) marked = exists(file, "/eigenvalues", error)
+      if (.not. marked .and. .not. allocated(error)) call new_error(error, error_input, "not a result of kschur")
+   end subroutine check_is_result
+
+   subroutine forget_result(path, error)
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(inout) :: error
+      type(modal_result_type) :: result
+
+      call forbid_external_links()
+      call read_all(result, path, error)
+   end subroutine forget_result
+
+   subroutine read_all(result, path, error)
+      type(modal_result_type), intent(inout) :: result
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: file
+      logical :: marked
+
+      call open_hdf5_file(file, path, error)
+      call check_is_result(file, error)
+      marked = .not. allocated(error)
       call read_facts(result, file, error)
       call read_options(result, file, error)
       call read_modes(result, file, error)
       call read_history(result%history, file, error)
       call close_hdf5_file(file)
-      call restore_printing(printing)
       if (.not. allocated(error)) call check_shapes(result, error)
-      call add_context(error, path)
-   end subroutine read_hdf5_result
+      if (.not. (marked .and. allocated(error))) return
+      error%code = merge(error_memory, error_input, error%code == error_memory)
+      call add_context(error, "a damaged result")
+   end subroutine read_all
 
    subroutine read_modes(result, file, error)
       type(modal_result_type), intent(inout) :: result
@@ -217,7 +291,7 @@ contains
       call read_dataset(result%damped_frequency_hz, file, "/damped_frequency_hz", error)
       call read_dataset(result%damping_ratio, file, "/damping_ratio", error)
       call read_dataset(result%backward_error, file, "/backward_error", error)
-      if (exists(file, "/error")) then
+      if (exists(file, "/error", error)) then
          call read_dataset(result%error_bound, file, "/error", error)
       else if (allocated(result%backward_error)) then
          ! Files of 0.1.0 do not tell.
@@ -225,7 +299,7 @@ contains
       end if
       call read_dataset(words, file, "/kind", error)
       if (allocated(error)) return
-      result%options%left = exists(file, "/left_eigenvectors")
+      result%options%left = exists(file, "/left_eigenvectors", error)
       if (result%options%left) then
          call read_dataset(result%left_eigenvectors, file, "/left_eigenvectors", error)
          call read_dataset(result%left_multipliers, file, "/left_multipliers", error)
@@ -253,8 +327,7 @@ contains
       integer(hid_t), intent(in) :: file
       type(error_type), allocatable, intent(inout) :: error
 
-      if (allocated(error)) return
-      if (.not. exists(file, "/history")) return
+      if (.not. exists(file, "/history", error)) return
       call read_dataset(history%converged, file, "/history/converged", 0, huge(1), error)
       call read_dataset(history%operator_applications, file, "/history/operator_applications", 0, huge(1), error)
       call read_dataset(history%residual, file, "/history/residual", error)
@@ -274,7 +347,7 @@ contains
       call read_attribute(result%method, file, root, "method", error)
       call read_name(result%formulation, file, "formulation", formulation_names, error)
       result%decision = ""
-      if (has_attribute(file, root, "decision")) call read_attribute(result%decision, file, root, "decision", error)
+      if (has_attribute(file, root, "decision", error)) call read_attribute(result%decision, file, root, "decision", error)
       call read_attribute(result%target, file, root, "target", error)
       call read_attribute(result%shift, file, root, "shift", error)
       call read_name(result%reason, file, "reason", reason_names, error)
@@ -342,7 +415,7 @@ contains
       logical function has(name)
          character(len=*), intent(in) :: name
 
-         has = has_attribute(file, root, name)
+         has = has_attribute(file, root, name, error)
       end function has
    end subroutine read_options
 

@@ -3,9 +3,10 @@
 !> own, unless it is a comment.
 module kschur_line_reader
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf, ieee_negative_inf
-   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_intptr_t, c_loc, c_null_char
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_intptr_t, c_loc, c_null_char, c_null_ptr, &
+      c_ptr, c_size_t
    use kschur_error, only: error_type, new_error, error_file
-   use kschur_files, only: is_link
+   use kschur_files, only: is_link, kind_of_file, last_reason, folder, regular_file
    use kschur_kinds, only: wp, long
    implicit none
    private
@@ -14,17 +15,20 @@ module kschur_line_reader
    integer, parameter :: buffer_size = 2**20
    character(len=*), parameter :: newline = achar(10)
 
-   !> A file that is open for reading, and the line it has come to.
+   !> A file or pipe that is open for reading, and the line it has come to.
    type :: line_reader_type
       private
       !> Number of the line, from 1.
       integer, public :: line = 0
       !> Whether the system refused to read on before the end of the file.
       logical, public :: failed = .false.
+      !> Size of the file in bytes; that of a pipe is not known.
+      integer(long), public :: bytes = huge(1_long)
       character(len=:), allocatable :: buffer
-      integer :: unit = 0
+      type(c_ptr) :: stream = c_null_ptr
       integer :: filled = 0
-      integer(long) :: unread = 0
+      ! Whether nothing is left to be read into the buffer.
+      logical :: ended = .false.
       ! The words of the line that are still to come, and the start of the next line.
       integer :: cursor = 1, line_end = 0, next = 1
       ! Whether the line goes on in the next piece.
@@ -52,42 +56,62 @@ module kschur_line_reader
          character(kind=c_char), intent(in) :: word(*)
          integer(c_intptr_t), intent(out) :: after
       end function c_strtod
+
+      type(c_ptr) function c_fopen(path, mode) bind(c, name="fopen")
+         import :: c_char, c_ptr
+         character(kind=c_char), intent(in) :: path(*), mode(*)
+      end function c_fopen
+
+      integer(c_size_t) function c_fread(bytes, size, count, stream) bind(c, name="fread")
+         import :: c_char, c_ptr, c_size_t
+         character(kind=c_char), intent(out) :: bytes(*)
+         integer(c_size_t), value :: size, count
+         type(c_ptr), value :: stream
+      end function c_fread
+
+      integer(c_int) function c_ferror(stream) bind(c, name="ferror")
+         import :: c_int, c_ptr
+         type(c_ptr), value :: stream
+      end function c_ferror
+
+      integer(c_int) function c_fclose(stream) bind(c, name="fclose")
+         import :: c_int, c_ptr
+         type(c_ptr), value :: stream
+      end function c_fclose
    end interface
 
 contains
 
+   ! The name - is standard input.
    subroutine open_file(self, path, error)
       class(line_reader_type), intent(out) :: self
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      character(len=256) :: reason
-      integer :: status, place
-      logical :: there
+      character(len=:), allocatable :: name, reason
 
-      inquire (file=path//"/", exist=there)
-      if (there) then
+      name = path
+      if (path == "-") name = "/dev/stdin"
+      if (kind_of_file(name) == folder) then
          call new_error(error, error_file, path//": a folder, not a file")
          return
       end if
-      open (newunit=self%unit, file=path, status="old", action="read", access="stream", &
-         form="unformatted", iostat=status, iomsg=reason)
-      if (status /= 0) then
-         ! What gfortran puts before the system's words names the file again.
-         place = index(reason, "': ", back=.true.)
-         if (place > 0) reason = reason(place + 3:)
-         if (is_link(path)) reason = trim(reason)//" (where this link leads)"
-         call new_error(error, error_file, path//": "//trim(reason))
+      self%stream = c_fopen(name//c_null_char, "r"//c_null_char)
+      if (.not. c_associated(self%stream)) then
+         reason = trim(last_reason())
+         if (is_link(path)) reason = reason//" (where this link leads)"
+         call new_error(error, error_file, path//": "//reason)
          return
       end if
-      inquire (unit=self%unit, size=self%unread)
+      if (kind_of_file(name) == regular_file) inquire (file=name, size=self%bytes)
       allocate (character(len=buffer_size) :: self%buffer)
    end subroutine open_file
 
    subroutine close_file(self)
       class(line_reader_type), intent(inout) :: self
-      integer :: status
+      integer(c_int) :: status
 
-      close (self%unit, iostat=status)
+      status = c_fclose(self%stream)
+      self%stream = c_null_ptr
    end subroutine close_file
 
    !> `found` is false at the end of the file, and where it cannot be read on.
@@ -121,7 +145,7 @@ contains
             if (self%buffer(place:place) == newline) exit
             place = place + 1
          end do
-         if (place <= self%filled .or. self%unread <= 0 .or. place - self%next == buffer_size) exit
+         if (place <= self%filled .or. self%ended .or. place - self%next == buffer_size) exit
          place = place - self%next + 1
          call refill(self)
       end do
@@ -129,26 +153,23 @@ contains
       self%cursor = self%next
       self%line_end = place - 1
       self%next = min(place, self%filled) + 1
-      self%unfinished = place > self%filled .and. self%unread > 0
+      self%unfinished = place > self%filled .and. .not. self%ended
       if (found .and. .not. continues) self%line = self%line + 1
    end subroutine next_raw_line
 
    ! Moves the unfinished line to the front, and reads as much as fits behind it.
    subroutine refill(self)
       class(line_reader_type), intent(inout) :: self
-      integer :: kept, fresh, status
+      integer :: kept, asked, fresh
 
       kept = self%filled - self%next + 1
       self%buffer(:kept) = self%buffer(self%next:self%filled)
-      fresh = int(min(self%unread, int(buffer_size - kept, long)))
-      read (self%unit, iostat=status) self%buffer(kept + 1:kept + fresh)
+      asked = buffer_size - kept
+      fresh = int(c_fread(self%buffer(kept + 1:), 1_c_size_t, int(asked, c_size_t), self%stream))
       self%next = 1
       self%filled = kept + fresh
-      self%unread = self%unread - fresh
-      if (status == 0) return
-      self%failed = .true.
-      self%filled = kept
-      self%unread = 0
+      self%ended = fresh < asked
+      if (self%ended) self%failed = c_ferror(self%stream) /= 0
    end subroutine refill
 
    subroutine skip_blanks(self)
@@ -208,7 +229,10 @@ contains
       if (first > last .or. last - first > 17) valid = .false.
       do place = first, min(last, first + 17)
          digit = iachar(self%buffer(place:place)) - iachar("0")
-         if (digit < 0 .or. digit > 9) valid = .false.
+         if (digit < 0 .or. digit > 9) then
+            valid = .false.
+            return
+         end if
          number = 10*number + digit
       end do
       if (negative) number = -number

@@ -2,7 +2,7 @@
 !> K. A. Remington, The Matrix Market exchange formats, NISTIR 5935 (1996).
 module kschur_matrix_market
    use kschur_error, only: error_type, new_error, add_context, error_file, error_input
-   use kschur_files, only: temporary_name, check_length, replace_file, remove_file, make_folder, is_link
+   use kschur_files, only: staging_type, check_length, remove_file, make_folder, is_link
    use kschur_kinds, only: wp, long
    use kschur_line_reader, only: line_reader_type, lower_case
    use kschur_problem, only: modal_problem_type, settle_modal_problem
@@ -93,16 +93,20 @@ contains
       if (allocated(error)) return
       header%rows = int(rows)
       header%columns = int(columns)
-      if (.not. header%is_array) return
-      select case (header%symmetry)
-      case (general)
-         header%entries = rows*columns
-      case (symmetric)
-         header%entries = rows*(rows + 1)/2
-      case (skew_symmetric)
-         header%entries = rows*(rows - 1)/2
-      end select
+      if (header%is_array) header%entries = entries_of_array(header%symmetry, rows, columns)
+      ! Each takes a byte or more.
+      if (header%entries > reader%bytes) call line_error(error, reader, text(header%entries)// &
+         " entries are announced, more than a file of "//text(reader%bytes)//" bytes can hold")
    end subroutine read_header
+
+   pure integer(long) function entries_of_array(symmetry, rows, columns) result(entries)
+      integer, intent(in) :: symmetry
+      integer(long), intent(in) :: rows, columns
+
+      entries = rows*columns
+      if (symmetry == symmetric) entries = rows*(rows + 1)/2
+      if (symmetry == skew_symmetric) entries = rows*(rows - 1)/2
+   end function entries_of_array
 
    subroutine read_banner(header, reader, error)
       type(header_type), intent(out) :: header
@@ -255,13 +259,24 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: temporary
+      type(staging_type) :: staging
+
+      call staging%open(path, error)
+      call write_file(matrix, staging%path, path, error)
+      call staging%finish(error)
+   end subroutine write_matrix_market
+
+   ! Writes a matrix where it is staged; a message names where it will be.
+   subroutine write_file(matrix, path, place, error)
+      type(csr_matrix_type), intent(in) :: matrix
+      character(len=*), intent(in) :: path, place
+      type(error_type), allocatable, intent(inout) :: error
       character(len=256) :: reason
       integer :: unit, status, ignored, i, k
       integer(long) :: position
 
-      temporary = temporary_name(path)
-      open (newunit=unit, file=temporary, status="replace", action="write", access="stream", form="formatted", &
+      if (allocated(error)) return
+      open (newunit=unit, file=path, status="replace", action="write", access="stream", form="formatted", &
          iostat=status, iomsg=reason)
       if (status == 0) then
          write (unit, "(a)", iostat=status, iomsg=reason) banner//" matrix coordinate real general"
@@ -275,15 +290,10 @@ contains
          end do
          inquire (unit=unit, pos=position)
          close (unit, iostat=ignored)
-         call check_length(temporary, position - 1, status, reason)
+         call check_length(path, position - 1, status, reason)
       end if
-      if (status == 0) then
-         call replace_file(temporary, path, error)
-      else
-         call remove_file(temporary)
-         call new_error(error, error_file, path//": cannot be written: "//trim(reason))
-      end if
-   end subroutine write_matrix_market
+      if (status /= 0) call new_error(error, error_file, place//": cannot be written: "//trim(reason))
+   end subroutine write_file
 
    !> Reads M.mtx, K.mtx and, where they exist, R.mtx and Cq.mtx of a folder; a
    !> link that leads nowhere exists. Fails with the file, the matrix and what is wrong.
@@ -343,26 +353,34 @@ contains
    end subroutine read_named
 
    !> Writes M.mtx, K.mtx and, where they have entries, R.mtx and Cq.mtx into a
-   !> folder, which is made where it does not exist.
+   !> folder, which is made where it does not exist. All are there when each is whole.
    subroutine write_matrix_market_problem(problem, folder, error)
       type(modal_problem_type), intent(in) :: problem
       character(len=*), intent(in) :: folder
       type(error_type), allocatable, intent(out) :: error
+      type(staging_type) :: staging
+      logical :: damped, constrained
 
-      call make_folder(folder)
-      call write_matrix_market(problem%mass, folder//"/M.mtx", error)
-      if (.not. allocated(error)) call write_matrix_market(problem%stiffness, folder//"/K.mtx", error)
+      damped = problem%damping%nonzeros() > 0
+      constrained = problem%multipliers() > 0
+      call staging%open(folder, error)
+      if (.not. allocated(error)) call make_folder(staging%path)
+      call write_one(problem%mass, "/M.mtx")
+      call write_one(problem%stiffness, "/K.mtx")
+      if (damped) call write_one(problem%damping, "/R.mtx")
+      if (constrained) call write_one(problem%constraints, "/Cq.mtx")
+      call staging%finish(error)
       if (allocated(error)) return
-      if (problem%damping%nonzeros() > 0) then
-         call write_matrix_market(problem%damping, folder//"/R.mtx", error)
-      else
-         call remove_file(folder//"/R.mtx")
-      end if
-      if (allocated(error)) return
-      if (problem%multipliers() > 0) then
-         call write_matrix_market(problem%constraints, folder//"/Cq.mtx", error)
-      else
-         call remove_file(folder//"/Cq.mtx")
-      end if
+      if (.not. damped) call remove_file(folder//"/R.mtx")
+      if (.not. constrained) call remove_file(folder//"/Cq.mtx")
+
+   contains
+
+      subroutine write_one(matrix, name)
+         type(csr_matrix_type), intent(in) :: matrix
+         character(len=*), intent(in) :: name
+
+         call write_file(matrix, staging%path//name, folder//name, error)
+      end subroutine write_one
    end subroutine write_matrix_market_problem
 end module kschur_matrix_market

@@ -81,41 +81,44 @@ contains
       real(wp) :: discriminant, root, meeting
 
       distance_to = huge(1.0_wp)
-      if (first > -huge(1.0_wp)) call consider(self%lambdas(cmplx(first, 0, wp)))
-      if (last < huge(1.0_wp)) call consider(self%lambdas(cmplx(last, 0, wp)))
+      if (first > -huge(1.0_wp)) call consider(distance_to, self%lambdas(cmplx(first, 0, wp)))
+      if (last < huge(1.0_wp)) call consider(distance_to, self%lambdas(cmplx(last, 0, wp)))
       if (max(-first, last) >= huge(1.0_wp) .and. abs(self%beta) > 0) &
-         call consider(spread(cmplx(-1/self%beta, 0, wp), 1, 2))
+         call consider(distance_to, spread(cmplx(-1/self%beta, 0, wp), 1, 2))
       associate (x => real(target, wp))
-         if (abs(1 + self%beta*x) > 0) call consider_if_inside(cmplx(x, 0, wp), -x*(x + self%alpha)/(1 + self%beta*x))
+         if (abs(1 + self%beta*x) > 0) &
+            call consider_if_inside(distance_to, cmplx(x, 0, wp), -x*(x + self%alpha)/(1 + self%beta*x))
       end associate
       discriminant = 1 - self%alpha*self%beta
       if (discriminant < 0) return
       root = sqrt(discriminant)
       meeting = -self%alpha/(1 + root)
-      call consider_if_inside(cmplx(meeting, 0, wp), meeting**2)
+      call consider_if_inside(distance_to, cmplx(meeting, 0, wp), meeting**2)
       if (abs(self%beta) > 0) then
          meeting = -(1 + root)/self%beta
-         call consider_if_inside(cmplx(meeting, 0, wp), meeting**2)
+         call consider_if_inside(distance_to, cmplx(meeting, 0, wp), meeting**2)
       end if
       direction = 1 + self%beta*target
       if (.not. abs(direction) > 0) return
       projection = target - direction/abs(direction)* &
          (self%alpha + self%beta*abs(target)**2 + 2*real(target, wp))/(root + abs(direction))
-      call consider_if_inside(projection, abs(projection)**2)
+      call consider_if_inside(distance_to, projection, abs(projection)**2)
 
    contains
 
-      pure subroutine consider(candidates)
+      pure subroutine consider(distance, candidates)
+         real(wp), intent(inout) :: distance
          complex(wp), intent(in) :: candidates(2)
 
-         distance_to = min(distance_to, minval(abs(candidates - target)))
+         distance = min(distance, minval(abs(candidates - target)))
       end subroutine consider
 
-      pure subroutine consider_if_inside(lambda, theta)
+      pure subroutine consider_if_inside(distance, lambda, theta)
+         real(wp), intent(inout) :: distance
          complex(wp), intent(in) :: lambda
          real(wp), intent(in) :: theta
 
-         if (theta >= first .and. theta <= last) call consider([lambda, conjg(lambda)])
+         if (theta >= first .and. theta <= last) call consider(distance, [lambda, conjg(lambda)])
       end subroutine consider_if_inside
    end function distance_to
 end module kschur_spectral_map

@@ -1,5 +1,8 @@
-# Installs into a fresh prefix, then builds and runs consumers in C, C++ and Fortran twice: by
-# find_package(kschur) and by pkg-config.
+# Installs into a fresh prefix, moves the tree to another folder, then builds and runs consumers in C, C++ and Fortran
+# twice: by find_package(kschur) and by pkg-config, each as somebody would who knows nothing but where kschur is.
+#
+# With OPTIONS, kschur is configured with them and built first, without optimisation. LIB_DIR is the folder of the
+# libraries where the options say so; what is installed stays where it is then.
 
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -23,31 +26,51 @@ function(build_project name)
     list(APPEND arguments -DCMAKE_${language}_COMPILER=${${language}_COMPILER} "-DCMAKE_${language}_FLAGS=${FLAGS}")
   endforeach()
   list(JOIN ARGN "\\;" languages)
-  run("${CMAKE_COMMAND}" -S "${SOURCE_DIR}" -B "${WORK_DIR}/${name}" -G "${GENERATOR}" -DCMAKE_PREFIX_PATH=${prefix}
+  run("${CMAKE_COMMAND}" -S "${SOURCE_DIR}" -B "${WORK_DIR}/${name}" -G "${GENERATOR}" ${package}
       "-DLANGUAGES=${languages}" ${arguments})
   run("${CMAKE_COMMAND}" --build "${WORK_DIR}/${name}")
 endfunction()
 
-# A consumer built without CMake.
+# Each consumer in a project of its language alone: none knows the others' compilers.
+function(build_projects)
+  build_project(c C)
+  check_answer("${WORK_DIR}/c/consumer_c")
+  build_project(fortran Fortran)
+  check_answer("${WORK_DIR}/fortran/consumer_fortran")
+  build_project(cxx CXX)
+  check_answer("${WORK_DIR}/cxx/consumer_cxx")
+endfunction()
+
+# A consumer built without CMake. At run time the loader is told where the library is.
 function(build_by_pkg_config package compiler source)
-  run(pkg-config --define-variable=prefix=${prefix} --cflags --libs ${package})
+  run(pkg-config --cflags --libs ${STATIC} ${package})
   separate_arguments(flags UNIX_COMMAND "${output}")
-  run("${compiler}" ${FLAGS} "${SOURCE_DIR}/${source}" ${flags} -Wl,-rpath,${lib_dir} -o "${WORK_DIR}/by_pkg_config")
-  check_answer("${WORK_DIR}/by_pkg_config")
+  run("${compiler}" ${FLAGS} "${SOURCE_DIR}/${source}" ${flags} -o "${WORK_DIR}/by_pkg_config")
+  check_answer("${CMAKE_COMMAND}" -E env "LD_LIBRARY_PATH=${lib_dir}" "${WORK_DIR}/by_pkg_config")
 endfunction()
 
 file(REMOVE_RECURSE "${WORK_DIR}")
+if(OPTIONS)
+  separate_arguments(OPTIONS UNIX_COMMAND "${OPTIONS}")
+  set(BUILD_DIR "${WORK_DIR}/build")
+  run("${CMAKE_COMMAND}" -S "${SOURCE_DIR}/../.." -B "${BUILD_DIR}" -G "${GENERATOR}" -DCMAKE_C_COMPILER=${C_COMPILER}
+      -DCMAKE_Fortran_COMPILER=${Fortran_COMPILER} -DCMAKE_Fortran_FLAGS_RELEASE=-O0 -DKSCHUR_BUILD_TESTS=OFF
+      "-DCMAKE_INSTALL_PREFIX=${WORK_DIR}/prefix" ${OPTIONS})
+  run("${CMAKE_COMMAND}" --build "${BUILD_DIR}")
+endif()
 set(prefix "${WORK_DIR}/prefix")
-run("${CMAKE_COMMAND}" --install "${BUILD_DIR}" --prefix "${prefix}")
+if(LIB_DIR)
+  run("${CMAKE_COMMAND}" --install "${BUILD_DIR}")
+  set(package "-Dkschur_DIR=${LIB_DIR}/cmake/kschur")
+else()
+  run("${CMAKE_COMMAND}" --install "${BUILD_DIR}" --prefix "${WORK_DIR}/first place")
+  file(RENAME "${WORK_DIR}/first place" "${prefix}")
+  set(package "-DCMAKE_PREFIX_PATH=${prefix}")
+endif()
+build_projects()
 
-# Neither project knows the other's compiler.
-build_project(c C CXX)
-build_project(fortran Fortran)
-check_answer("${WORK_DIR}/c/consumer_c")
-check_answer("${WORK_DIR}/c/consumer_cxx")
-check_answer("${WORK_DIR}/fortran/consumer_fortran")
-
-file(GLOB_RECURSE pc "${prefix}/*/kschur.pc")
+file(GLOB_RECURSE pc "${WORK_DIR}/kschur.pc")
+list(FILTER pc EXCLUDE REGEX "^${WORK_DIR}/build/")
 get_filename_component(pc_dir "${pc}" DIRECTORY)
 get_filename_component(lib_dir "${pc_dir}" DIRECTORY)
 set(ENV{PKG_CONFIG_PATH} "${pc_dir}")
@@ -55,4 +78,34 @@ build_by_pkg_config(kschur_capi "${C_COMPILER}" consumer.c)
 build_by_pkg_config(kschur_capi "${CXX_COMPILER}" consumer.cpp)
 build_by_pkg_config(kschur "${Fortran_COMPILER}" consumer.f90)
 
-run("${prefix}/bin/kschur" --version)
+if(EXISTS "${prefix}/bin/kschur")
+  run("${prefix}/bin/kschur" --version)
+  run("${prefix}/bin/kschur" scene grid --cells 2x1 --output "${WORK_DIR}/grid")
+  run("${prefix}/bin/kschur" solve "${WORK_DIR}/grid")
+endif()
+# What is left out says so.
+foreach(part HDF5 ARPACK)
+  if(OPTIONS MATCHES "KSCHUR_WITH_${part}=OFF")
+    set(words --output "${WORK_DIR}/r.h5")
+    if(part STREQUAL "ARPACK")
+      set(words --method arpack)
+    endif()
+    execute_process(COMMAND "${prefix}/bin/kschur" solve "${WORK_DIR}/grid" ${words} RESULT_VARIABLE status
+                    OUTPUT_QUIET ERROR_VARIABLE output)
+    if(status EQUAL 0 OR NOT output MATCHES "built without ${part}")
+      message(FATAL_ERROR "without ${part}: ${status}, ${output}")
+    endif()
+  endif()
+endforeach()
+# No folder of this machine stands in what is installed, but that of the libraries in the CMake and pkg-config files.
+file(GLOB binaries "${prefix}/bin/kschur" "${lib_dir}/libkschur*")
+foreach(binary IN LISTS binaries)
+  file(STRINGS "${binary}" paths REGEX "${SOURCE_DIR}|/src/(linear|solve)/")
+  if(RELEASE AND paths)
+    message(FATAL_ERROR "${binary} names ${paths}")
+  endif()
+endforeach()
+file(GLOB_RECURSE license "${prefix}/share/doc/*/LICENSE")
+if(license STREQUAL "")
+  message(FATAL_ERROR "no LICENSE is installed")
+endif()

@@ -737,7 +737,7 @@ def test_bad_input(folder):
             group.attrs["shape"] = [2000000000, 2000000000]
             for dataset, values in (("indptr", [0, 1]), ("indices", [0]), ("data", [1.0])):
                 group[dataset] = values
-    check_refused("two thousand million rows, HDF5", 2, kschur("solve", folder / "huge.h5"), "huge.h5", "2000000000")
+    check_refused("two thousand million rows, HDF5", 2, kschur("solve", folder / "huge.h5"), "huge.h5", "2000000001")
     for name in ("M.mtx", "K.mtx"):
         (bad / name).write_text("%%MatrixMarket matrix coordinate real general\n2000000000 2000000000 1\n1 1 1.0\n")
     check_refused("two thousand million rows, one entry", 2, kschur("solve", bad), "M.mtx", "2000000000")
@@ -770,6 +770,53 @@ def test_bad_input(folder):
             source.copy(name, target)
         target["stiffness/data"][7] = math.nan
     check_refused("NaN in an HDF5 file", 2, kschur("solve", folder / "nan.h5"), "nan.h5", "stiffness matrix K")
+
+
+def test_triplets_and_pipes(folder):
+    """M, K, R and Cq as rows, columns and values, and through pipes: the same modes as from the folder."""
+    source = write_problem(folder / "piped", M=np.diag([1.0, 2, 3]), K=np.array([[5.0, -1, 0], [-1, 4, 0], [0, 0, 2]]),
+                           R=np.array([[0.1, 0, 0], [0, 0, 0], [0, 0, 0]]), Cq=np.array([[1.0, -1, 0]]))
+    words = []
+    for option, name in (("--mass", "M"), ("--stiffness", "K"), ("--damping", "R"), ("--constraints", "Cq")):
+        entries = [line for line in (source / f"{name}.mtx").read_text().splitlines()[2:]]
+        (source / f"{name}.txt").write_text("\n".join(entries))
+        words += [option, source / f"{name}.txt"]
+    expected = eigenvalues(solve(source, "--modes", 2)[0])
+    check("triplets: three unknowns", len(expected) > 0)
+    found = eigenvalues(solve(*words, "--triplets", "--modes", 2)[0])
+    check("triplets: the same modes", np.allclose(found, expected, rtol=1e-12), (found, expected))
+    named = [str(word).replace(".txt", ".mtx") for word in words]
+    with open(source / "M.mtx") as given:
+        run = kschur("solve", "--mass", "-", *named[2:], "--modes", 2, "--format", "json", stdin=given)
+    check("--mass -: the same modes", run.returncode == 0
+          and np.allclose(eigenvalues(json.loads(run.stdout)), expected, rtol=1e-12), run)
+    run = subprocess.run(["bash", "-c", '"$0" solve --mass <(cat "$2") "${@:3}" --modes 2 --format json', KSCHUR, *named],
+                         capture_output=True, text=True, timeout=300)
+    check("--mass of a pipe: the same modes", run.returncode == 0
+          and np.allclose(eigenvalues(json.loads(run.stdout)), expected, rtol=1e-12), run)
+    check_refused("two matrices from standard input", 1, kschur("solve", "--mass", "-", "--stiffness", "-"), "standard input")
+    check_refused("--triplets of a folder", 1, kschur("solve", source, "--triplets"), "--triplets")
+    for text, *parts in (("0 1 2.0\n", "(0, 1)", "from 1"), ("1 2\n", "line 1", "three numbers"), ("", "empty"),
+                         ("1 1 nan\n", "finite"), ("1 1 1 1\n", "three numbers")):
+        (source / "bad.txt").write_text(text)
+        check_refused(f"triplets {text!r}", 2, kschur("solve", "--mass", source / "bad.txt", *words[2:], "--triplets"),
+                      "mass matrix M", *parts)
+    (source / "K.mtx").write_text("%%MatrixMarket matrix coordinate real general\n3 3 1000000000000\n1 1 1\n")
+    check_refused("more entries than the file can hold", 2, kschur("solve", source), "K.mtx", "line 2", "1000000000000")
+
+
+def test_messages(folder):
+    """One line without what moves a cursor, whatever the words are, and not too long."""
+    for name in (b"a\nb\rc\x1b[2J.h5", b"\x7f\xc2\x9b2J.h5", b"\x9b2J\x80.h5", "\u00e9\u6f22\U0001f600.h5".encode() * 40):
+        run = subprocess.run([os.fsencode(KSCHUR), b"solve", name], capture_output=True, timeout=60)
+        line = run.stderr.removesuffix(b"\n")
+        check(f"message about {name[:20]!r}: one plain line", run.returncode == 2 and not re.search(
+            rb"[\x00-\x1f\x7f]|\xc2[\x80-\x9f]|(?<![\x80-\xff])[\x80-\xbf]", line) and len(line) < 260, line)
+        line.decode()
+    run = kschur("solve", "\u00e9\u6f22.h5")
+    check("message about letters: as they are", "\u00e9\u6f22.h5" in run.stderr, run.stderr)
+    run = kschur("solve", "x" * 5000)
+    check("message about 5000 letters: short, says what is wrong", len(run.stderr) < 260 and "no such file" in run.stderr, run.stderr)
 
 
 def on_terminal(*words):
@@ -805,7 +852,7 @@ def main():
                      test_output_that_cannot_be_written, test_certify, test_left, test_info, test_presolve_option,
                      test_restarts_run_out, test_more_modes_than_exist, test_arpack, test_compare, test_wrong_usage,
                      test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
-                     test_bad_input, test_progress):
+                     test_bad_input, test_triplets_and_pipes, test_messages, test_progress):
             try:
                 test(folder)
             except Exception as error:

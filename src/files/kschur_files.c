@@ -1,0 +1,205 @@
+/* What kschur_files.f90 asks of the operating system. */
+#define _DEFAULT_SOURCE
+#define _XOPEN_SOURCE 700
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* Of a path with what is put behind it; of what stays of a name when that is done. */
+enum { longest_path = 4096, longest_name = 200 };
+
+static const char mark[] = ".partial-XXXXXX";
+static const int folder_flags = O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC;
+
+/* 0: there is nothing, 1: a file, 2: a folder, 3: a pipe, a device, a socket. Links are followed. */
+int kschur_kind_of_file(const char *path)
+{
+   struct stat status;
+
+   if (stat(path, &status) != 0) return 0;
+   return S_ISREG(status.st_mode) ? 1 : S_ISDIR(status.st_mode) ? 2 : 3;
+}
+
+/* Removes all that is in an open folder; follows no link. */
+static void empty_folder(int folder)
+{
+   DIR *entries = fdopendir(dup(folder));
+   struct dirent *entry;
+
+   if (entries == NULL) return;
+   rewinddir(entries);
+   while ((entry = readdir(entries)) != NULL) {
+      int inner;
+      if (strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0) continue;
+      if (unlinkat(folder, entry->d_name, 0) == 0) continue;
+      inner = openat(folder, entry->d_name, folder_flags);
+      if (inner < 0) continue;
+      empty_folder(inner);
+      close(inner);
+      unlinkat(folder, entry->d_name, AT_REMOVEDIR);
+   }
+   closedir(entries);
+}
+
+/* The folder that a path lies in, and where the name begins in it. */
+static const char *split(const char *path, char *parent)
+{
+   const char *slash = strrchr(path, '/');
+   size_t length = slash == NULL ? 0 : (size_t)(slash - path) + 1;
+
+   memcpy(parent, path, length);
+   memcpy(parent + length, ".", 2);
+   return path + length;
+}
+
+/* Removes the staging folders of runs that were killed: those that nobody locks. */
+static void remove_strays(const char *parent, const char *stem)
+{
+   DIR *entries = opendir(parent);
+   struct dirent *entry;
+
+   if (entries == NULL) return;
+   while ((entry = readdir(entries)) != NULL) {
+      int stray;
+      if (strncmp(entry->d_name, stem, strlen(stem)) != 0 || strlen(entry->d_name) != strlen(stem) + 6) continue;
+      stray = openat(dirfd(entries), entry->d_name, folder_flags);
+      if (stray < 0) continue;
+      if (flock(stray, LOCK_EX | LOCK_NB) == 0) {
+         empty_folder(stray);
+         unlinkat(dirfd(entries), entry->d_name, AT_REMOVEDIR);
+      }
+      close(stray);
+   }
+   closedir(entries);
+}
+
+/* Opens and locks a new folder. 1: done, 0: somebody took it for a stray, and removes it, -1: it cannot be. A file
+ * system without locks has no strays removed. */
+static int lock_folder(const char *path, int *folder)
+{
+   struct stat opened, named;
+
+   *folder = open(path, folder_flags);
+   if (*folder < 0) return errno == ENOENT ? 0 : -1;
+   if (flock(*folder, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      close(*folder);
+      return 0;
+   }
+   if (fstat(*folder, &opened) == 0 && stat(path, &named) == 0 && opened.st_ino == named.st_ino) return 1;
+   close(*folder);
+   return 0;
+}
+
+/* Makes and locks a folder beside `path`, whose name nobody else has, after removing those of killed runs. Its path,
+ * ended by a null, goes to `staging`. A descriptor, or -1. */
+int kschur_stage(const char *path, char *staging)
+{
+   char parent[longest_path], stem[longest_name + sizeof mark];
+   const char *name;
+   int folder, tries;
+
+   errno = ENAMETOOLONG;
+   if (strlen(path) + sizeof mark > longest_path) return -1;
+   name = split(path, parent);
+   snprintf(stem, sizeof stem, "%.*s%.9s", longest_name, name, mark);
+   remove_strays(parent, stem);
+   for (tries = 0; tries < 100; tries++) {
+      int locked;
+      snprintf(staging, longest_path, "%.*s%sXXXXXX", (int)(name - path), path, stem);
+      if (mkdtemp(staging) == NULL) return -1;
+      locked = lock_folder(staging, &folder);
+      if (locked > 0) return folder;
+      if (locked < 0) break;
+   }
+   return -1;
+}
+
+/* Makes a new file and sees that it may have so many bytes. 0, or what errno says. */
+int kschur_reserve(const char *path, long long bytes)
+{
+   int file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666), failure;
+
+   if (file < 0) return errno;
+   failure = posix_fallocate(file, 0, (off_t)bytes);
+   close(file);
+   return failure == EOPNOTSUPP || failure == EINVAL ? 0 : failure;
+}
+
+/* Removes what kschur_stage made, with all that is in it. */
+void kschur_unstage(int folder, const char *staging)
+{
+   if (folder < 0) return;
+   empty_folder(folder);
+   rmdir(staging);
+   close(folder);
+}
+
+/* Brings a file, or a folder with the files in it, to the disk. 0, or what errno says. */
+static int bring_to_disk(int parent, const char *name)
+{
+   int file = openat(parent, name, O_RDONLY | O_CLOEXEC), failure = 0;
+   DIR *entries = file < 0 ? NULL : fdopendir(dup(file));
+   struct dirent *entry;
+
+   if (file < 0) return errno;
+   while (entries != NULL && failure == 0 && (entry = readdir(entries)) != NULL)
+      if (entry->d_name[0] != '.') failure = bring_to_disk(file, entry->d_name);
+   if (entries != NULL) closedir(entries);
+   if (failure == 0 && fsync(file) != 0 && errno != EINVAL && errno != EROFS) failure = errno;
+   close(file);
+   return failure;
+}
+
+/* Moves the files of one folder into another. 0, or what errno says. */
+static int move_files(const char *from, const char *to)
+{
+   DIR *entries = opendir(from);
+   int target = open(to, O_RDONLY | O_DIRECTORY | O_CLOEXEC), failure = 0;
+   struct dirent *entry;
+
+   if (entries == NULL || target < 0) failure = errno;
+   while (failure == 0 && (entry = readdir(entries)) != NULL)
+      if (entry->d_name[0] != '.' && renameat(dirfd(entries), entry->d_name, target, entry->d_name) != 0) failure = errno;
+   if (entries != NULL) closedir(entries);
+   if (failure == 0 && fsync(target) != 0 && errno != EINVAL && errno != EROFS) failure = errno;
+   if (target >= 0) close(target);
+   return failure;
+}
+
+/* Gives what is finished, and on the disk, the name `path`, where it replaces a file, or an empty folder, at once; into
+ * a folder that is not empty its files are moved. 0, or what errno says. */
+int kschur_publish(const char *finished, const char *path)
+{
+   char parent[longest_path];
+   int failure = bring_to_disk(AT_FDCWD, finished);
+   DIR *folder;
+
+   if (failure != 0) return failure;
+   if (rename(finished, path) != 0) {
+      failure = errno;
+      return kschur_kind_of_file(finished) == 2 && kschur_kind_of_file(path) == 2 ? move_files(finished, path) : failure;
+   }
+   split(path, parent);
+   folder = opendir(parent);
+   if (folder == NULL) return 0;
+   fsync(dirfd(folder));
+   closedir(folder);
+   return 0;
+}
+
+/* The system's words for a number of errno, ended by a null, in at most `size` characters. */
+void kschur_system_reason(int failure, char *words, size_t size)
+{
+   snprintf(words, size, "%s", strerror(failure));
+}
+
+int kschur_errno(void)
+{
+   return errno;
+}

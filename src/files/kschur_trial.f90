@@ -1,0 +1,108 @@
+!> Reads a file first in a process of its own. A library that reads binary files trusts what stands in them: one damaged
+!> byte can make HDF5 crash, or go round in a circle. That ends the child then, and is an error here. Only for a process
+!> without other threads at work: OpenBLAS does not bear a fork while it computes.
+module kschur_trial
+   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_null_char, &
+      c_ptr
+   use kschur_error, only: error_type, new_error, error_input
+   use kschur_kinds, only: wp, long
+   implicit none
+   private
+   public :: try_in_child
+
+   abstract interface
+      !> Reads a file and forgets it; fails as the reader does.
+      subroutine attempt_type(path, error)
+         import :: error_type
+         character(len=*), intent(in) :: path
+         type(error_type), allocatable, intent(inout) :: error
+      end subroutine attempt_type
+   end interface
+
+   ! What the child needs to know.
+   type :: context_type
+      procedure(attempt_type), pointer, nopass :: attempt => null()
+      character(len=:), allocatable :: path
+   end type context_type
+
+   ! As in kschur_trial.c.
+   integer, parameter :: longest = 1024
+   integer(c_int), parameter :: ended = 0, broken = 1
+
+   interface
+      integer(c_int) function c_try(attempt, context, seconds, bytes, code, message) bind(c, name="kschur_try")
+         import :: c_char, c_double, c_funptr, c_int, c_ptr
+         type(c_funptr), value :: attempt
+         type(c_ptr), value :: context
+         real(c_double), value :: seconds, bytes
+         integer(c_int), intent(out) :: code
+         character(kind=c_char), intent(out) :: message(*)
+      end function c_try
+   end interface
+
+contains
+
+   !> Fails where `attempt` on the file fails, and where it comes to no end. The processor time and memory it may take
+   !> grow with the file, compressed as well as it may be. Where the system gives no process, nothing is tried.
+   subroutine try_in_child(attempt, path, what, error)
+      procedure(attempt_type) :: attempt
+      character(len=*), intent(in) :: path
+      !> What the file should hold, in messages.
+      character(len=*), intent(in) :: what
+      type(error_type), allocatable, intent(inout) :: error
+      real(c_double), parameter :: least_seconds = 0.25_c_double, seconds_per_byte = 1e-6_c_double
+      real(c_double), parameter :: least_memory = 1e8_c_double, memory_per_byte = 3000
+      type(context_type), target :: context
+      character(kind=c_char), target :: message(longest)
+      integer(c_int) :: code
+      integer(long) :: bytes
+
+      if (allocated(error)) return
+      inquire (file=path, size=bytes)
+      context%attempt => attempt
+      context%path = path
+      select case (c_try(c_funloc(run_attempt), c_loc(context), least_seconds + seconds_per_byte*real(bytes, wp), &
+         least_memory + memory_per_byte*real(bytes, wp), code, message))
+      case (ended)
+         if (code /= 0) call raise(error, int(code), message)
+      case (broken)
+         call new_error(error, error_input, "a damaged "//what//": its reader breaks down over it")
+      end select
+   end subroutine try_in_child
+
+   ! In the child.
+   subroutine run_attempt(context, code, message) bind(c)
+      type(c_ptr), value :: context
+      integer(c_int), intent(out) :: code
+      character(kind=c_char), intent(out) :: message(*)
+      type(context_type), pointer :: given
+      type(error_type), allocatable :: error
+      integer :: i, length
+
+      call c_f_pointer(context, given)
+      call given%attempt(given%path, error)
+      code = 0
+      length = 0
+      if (allocated(error)) then
+         code = int(error%code, c_int)
+         length = min(len(error%message), longest - 1)
+         do i = 1, length
+            message(i) = error%message(i:i)
+         end do
+      end if
+      message(length + 1) = c_null_char
+   end subroutine run_attempt
+
+   pure subroutine raise(error, code, bytes)
+      type(error_type), allocatable, intent(inout) :: error
+      integer, intent(in) :: code
+      character(kind=c_char), intent(in) :: bytes(:)
+      character(len=size(bytes)) :: message
+      integer :: i
+
+      do i = 1, size(bytes)
+         message(i:i) = bytes(i)
+      end do
+      call new_error(error, code, message(:index(message, c_null_char) - 1))
+   end subroutine raise
+end module kschur_trial

@@ -1,0 +1,236 @@
+#!/usr/bin/python3
+"""Damaged files and command lines, by hand and at random: test_damaged.py KSCHUR [--files N] [--seed S] [--megabytes M] [--keep FOLDER]
+
+Whatever is in a file, `kschur info` and `kschur solve` end with exit status 2 and one line, or, where the damage does no
+harm, with 0 (info) or 0, 3 or 4 (solve); soon, with little memory, and without a word of HDF5's. N files of each kind
+are damaged at random (default 40); those that fail are kept in FOLDER. Exit status 0: all is well.
+"""
+import argparse
+import os
+import random
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+SECONDS = 5
+failures = []
+
+
+def run(*words, seconds=SECONDS):
+    """Exit status (of a signal below zero, None: it had to be stopped), standard error, most memory in bytes."""
+    with tempfile.TemporaryFile() as errors:
+        child = subprocess.Popen([arguments.kschur, *map(str, words)], stdout=subprocess.DEVNULL, stderr=errors,
+                                 env=dict(os.environ, OPENBLAS_NUM_THREADS="1"))
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            pid, status, usage = os.wait4(child.pid, os.WNOHANG)
+            if pid:
+                errors.seek(0)
+                return os.waitstatus_to_exitcode(status), errors.read().decode(errors="replace"), 1024*usage.ru_maxrss
+            time.sleep(0.002)
+        child.kill()
+        os.wait4(child.pid, 0)
+        return None, "", 0
+
+
+def check(what, passed, detail=""):
+    if not passed:
+        failures.append(what)
+        print(f"FAILS {what}  [{detail}]", flush=True)
+    return passed
+
+
+def ends_well(what, statuses, *words):
+    status, errors, memory = run(*words)
+    return check(what, status in statuses and errors.count("\n") == (status != 0) and memory < 1e6*arguments.megabytes,
+                 (status, errors[-300:], memory))
+
+
+def refused(what, path, *parts, result=False):
+    for command in ("info", "solve"):
+        status, errors, memory = run(command, path)
+        shown = command == "info" or not result
+        check(f"{command}: {what}", status == 2 and errors.count("\n") == 1 and memory < 1e6*arguments.megabytes and len(errors) < 300
+              and path.name in errors and (not shown or all(part in errors for part in parts)),
+              (status, errors[-300:], memory))
+
+
+def write_problem(path, change=None, **options):
+    """Masses on springs as h5py writes them; `change` is done to the file."""
+    with h5py.File(path, "w", **options) as file:
+        for name in ("mass", "stiffness"):
+            group = file.create_group(name)
+            group.attrs["encoding-type"] = "csr_matrix"
+            group.attrs["shape"] = [6, 6]
+            group["indptr"], group["indices"], group["data"] = np.arange(7), np.arange(6), 1.0 + np.arange(6)
+        if change is not None:
+            change(file)
+    return path
+
+
+def replaced(name, make):
+    def change(file):
+        del file[name]
+        make(file, name)
+    return change
+
+
+def by_hand(folder):
+    path = folder/"hand.h5"
+    huge = replaced("mass/indices", lambda file, name: file.create_dataset(name, (2**31 - 1,), "i4", chunks=(1024,)))
+    refused("7 kB that declare 2^31-1 indices", write_problem(path, huge), "/mass/indices", "more values")
+    outside = replaced("mass/data", lambda file, name: file.create_dataset(
+        name, (6,), "f8", external=[(str(folder/"elsewhere"), 0, 48)]))
+    (folder/"elsewhere").write_bytes(np.ones(6).tobytes())
+    refused("external storage", write_problem(path, outside), "/mass/data", "another file")
+
+    def virtual(source):
+        def make(file, name):
+            layout = h5py.VirtualLayout((6,), "f8")
+            layout[:] = h5py.VirtualSource(source, name, (6,))
+            file.create_virtual_dataset(name, layout)
+        return make
+    for source in (".", str(folder/"sound.h5")):
+        refused(f"a virtual dataset of {Path(source).name}", write_problem(path, replaced("mass/data", virtual(source))),
+                "/mass/data", "virtual")
+    write_problem(folder/"sound.h5")
+    for name in ("mass", "mass/data"):
+        def link(file, name):
+            file[name] = h5py.ExternalLink(str(folder/"sound.h5"), name)
+
+        def two_links(file, name):
+            file["behind"] = h5py.ExternalLink(str(folder/"sound.h5"), name)
+            file[name] = h5py.SoftLink("/behind")
+        for make in (link, two_links):
+            refused(f"/{name} by {make.__name__}", write_problem(path, replaced(name, make)), f"/{name}", "another file")
+    def ring(file, name):
+        file[name], file["behind"] = h5py.SoftLink("/behind"), h5py.SoftLink(f"/{name}")
+    refused("links in a ring", write_problem(path, replaced("mass", ring)), "/mass")
+    def inside(file, name):
+        file["behind"] = 1.0 + np.arange(6)
+        file[name] = h5py.SoftLink("/behind")
+    status = run("info", write_problem(path, replaced("mass/data", inside)))[0]
+    check("a link inside the file is followed", status == 0, status)
+    os.mkfifo(folder/"pipe.h5")
+    refused("a pipe", folder/"pipe.h5", "a pipe or a device")
+    refused("a folder's file that is a device", Path("/dev/zero"), "/dev/zero")
+
+
+def heaps(folder, problem, result):
+    """The strings of variable length: each number of their heaps wrong in several ways."""
+    for source, is_result in ((problem, False), (result, True)):
+        whole = source.read_bytes()
+        heap = whole.index(b"GCOL")
+        for place in (*range(heap + 4, heap + 40), heap + 48, heap + 56, heap + 57):
+            for value in (0, 1, 0x7f, 0x80, 0xff):
+                damaged = bytearray(whole)
+                damaged[place] = value
+                path = folder/"heap.h5"
+                path.write_bytes(damaged)
+                ends_well(f"{source.name}, byte {place} is {value}", (0, 2), "info", path)
+        size = heap + 24
+        path.write_bytes(whole[:size] + b"\xff\xff\xff\xff\xff\xff\xff\xff" + whole[size + 8:])
+        refused(f"{source.name}, a string without end", path, *(["a damaged result"] if is_result else []), result=is_result)
+
+
+def at_random(folder, source, number):
+    draw = random.Random(f"{source.name} {arguments.seed} {number}")
+    damaged = bytearray(source.read_bytes())
+    for _ in range(draw.choice((1, 1, 1, 2, 4, 16))):
+        place = draw.randrange(len(damaged))
+        damaged[place] = draw.choice((0, 1, 0x7f, 0x80, 0xff, damaged[place] ^ 1 << draw.randrange(8), draw.randrange(256)))
+    if draw.random() < 0.1:
+        del damaged[draw.randrange(len(damaged)):]
+    path = folder/f"{source.stem}-{arguments.seed}-{number}.h5"
+    path.write_bytes(damaged)
+    well = ends_well(path.name, (0, 2), "info", path)
+    if number % 4 == 0:
+        well &= ends_well("solve " + path.name, (0, 2, 3, 4), "solve", path, "--modes", 2)
+    if not well and arguments.keep:
+        os.makedirs(arguments.keep, exist_ok=True)
+        (Path(arguments.keep)/path.name).write_bytes(damaged)
+    path.unlink()
+
+
+# What stands in texts where numbers should, and what command lines are made of.
+TOKENS = ("0", "-1", "1", "7", "2147483647", "2147483648", "9223372036854775807", "99999999999999999999", "-9223372036854775808",
+          "1e999", "1e-999", "nan", "-inf", "1.5D+2", "+", "-", ".", "1..2", "%", "%%MatrixMarket", "\x00", "\x1b[2J", "\xff", "")
+WORDS = ("solve", "info", "compare", "scene", "help", "grid", "--modes", "--target", "--frequency", "--shift", "--band", "--method",
+         "--formulation", "--inner", "--subspace", "--tolerance", "--max-restarts", "--left", "--certify", "--output", "--format",
+         "--mass", "--stiffness", "--triplets", "--quiet", "--verbose", "--threads", "--version", "auto", "json", "csv", "dense",
+         "0", "-1", "1", "3", "1e308", "1e-308", "nan", "0,1", ",", "1,", "99999999999", "", "-", "--", "\u00e9", "\x1b[2J", "x" * 300)
+
+
+def text_at_random(folder, number):
+    """A problem of Matrix Market files with tokens and bytes exchanged."""
+    draw = random.Random(f"text {arguments.seed} {number}")
+    place = folder/f"text-{arguments.seed}-{number}"
+    place.mkdir()
+    header = "%%MatrixMarket matrix coordinate real general\n3 3 4\n"
+    texts = {"M": header + "1 1 2.0\n2 2 1e0\n3 3 .5\n1 2 0\n", "K": header + "1 1 2.0\n2 2 3\n3 3 4\n1 3 1d-3\n",
+             "R": "%%MatrixMarket matrix array real symmetric\n3 3\n1\n0\n0\n1\n0\n1\n", "Cq": header.replace("3 3 4", "1 3 1") + "1 2 1\n"}
+    chosen = draw.choice(list(texts))
+    for _ in range(draw.choice((1, 1, 2, 4))):
+        tokens = texts[chosen].split(" ")
+        tokens[draw.randrange(len(tokens))] = draw.choice(TOKENS)
+        texts[chosen] = " ".join(tokens)
+        if draw.random() < 0.5:
+            where = draw.randrange(len(texts[chosen]) or 1)
+            texts[chosen] = texts[chosen][:where] + draw.choice(TOKENS + ("\n", " ", "\r\n")) + texts[chosen][where + draw.randrange(3):]
+    for name, text in texts.items():
+        (place/f"{name}.mtx").write_text(text, encoding="latin-1")
+    if ends_well(place.name, (0, 2, 3, 4), "solve", place, "--modes", 2) or not arguments.keep:
+        return
+    os.makedirs(arguments.keep, exist_ok=True)
+    place.rename(Path(arguments.keep)/place.name)
+
+
+def words_at_random(folder, problem, number):
+    draw = random.Random(f"words {arguments.seed} {number}")
+    words = [draw.choice(WORDS + (str(problem),)) for _ in range(draw.randrange(1, 7))]
+    if draw.random() < 0.5:
+        words[:0] = ["solve", str(problem)]
+    os.chdir(folder)
+    status, errors, _ = run(*words, seconds=60)
+    check(f"kschur {words}", status in (0, 1, 2, 3, 4) and errors.count("\n") <= 2 and "\x1b" not in errors, (status, errors[-300:]))
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        problem, result = folder/"problem.h5", folder/"result.h5"
+        run("scene", "beam-body", "--output", problem, seconds=60)
+        run("solve", problem, "--left", "--output", result, seconds=60)
+        plain = write_problem(folder/"plain.h5")
+        newest = write_problem(folder/"newest.h5", libver="latest")
+        with h5py.File(problem) as file, h5py.File(folder/"zipped.h5", "w") as zipped:
+            for group in file:
+                zipped.create_group(group).attrs.update(file[group].attrs)
+                for dataset in file[group]:
+                    zipped[group].create_dataset(dataset, data=file[group][dataset][:], compression="gzip", shuffle=True)
+        by_hand(folder)
+        heaps(folder, plain, result)
+        for source in (problem, result, plain, newest, folder/"zipped.h5"):
+            check(f"{source.name} itself is read", run("info", source)[0] == 0)
+            for number in range(arguments.files):
+                at_random(folder, source, number)
+        for number in range(arguments.files):
+            text_at_random(folder, number)
+            words_at_random(folder, plain, number)
+    print(f"{len(failures)} failed")
+    sys.exit(bool(failures))
+
+
+parser = argparse.ArgumentParser()
+parser.add_argument("kschur", type=os.path.abspath)
+parser.add_argument("--files", type=int, default=40)
+parser.add_argument("--seed", type=int, default=0)
+parser.add_argument("--megabytes", type=float, default=200, help="that a run may take; sanitizers take more")
+parser.add_argument("--keep", type=os.path.abspath)
+arguments = parser.parse_args()
+main()
