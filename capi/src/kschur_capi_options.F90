@@ -126,6 +126,11 @@ contains
 #define CHANGE call take_integer(given, "number of restarts", change%options%max_restarts, change%error)
 #include "kschur_capi_options.inc"
 
+#define SETTER kschur_options_set_block
+#define GIVEN_TYPE integer(c_int64_t)
+#define CHANGE call take_integer(given, "number of vectors of a block", change%options%block, change%error)
+#include "kschur_capi_options.inc"
+
 #define SETTER kschur_options_set_threads
 #define GIVEN_TYPE integer(c_int64_t)
 #define CHANGE call take_integer(given, "number of threads", change%options%threads, change%error)

@@ -6,7 +6,8 @@ module kschur_ldl
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_sparse, only: csr_matrix_type
-   use kschur_substitution, only: block, substitute_block, substitute_one
+   use kschur_substitution, only: block, substitute
+   use kschur_subtrees, only: cut_subtrees, subtrees_type
    use kschur_supernodal, only: eliminate, supernodal_factors_type
    use kschur_symbolic, only: analyze, symbolic_type
    use kschur_text, only: text
@@ -26,6 +27,7 @@ module kschur_ldl
       ! The matrix has been factored.
       logical, private :: factored = .false.
       type(symbolic_type), private :: symbolic
+      type(subtrees_type), private :: subtrees
       type(supernodal_factors_type), private :: factors
    contains
       procedure :: factorize
@@ -54,6 +56,7 @@ contains
 
       started = clock()
       call analyze(matrix, structure, self%most_entries, self%symbolic, error)
+      if (.not. allocated(error)) self%subtrees = cut_subtrees(self%symbolic)
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
          started = clock()
@@ -99,6 +102,7 @@ contains
 
       self%factored = .false.
       self%symbolic = symbolic_type()
+      self%subtrees = subtrees_type()
       self%factors = supernodal_factors_type()
    end subroutine release
 
@@ -106,7 +110,7 @@ contains
       class(ldl_real_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: y(:, :), rows(:, :)
+      real(wp), allocatable :: y(:, :)
       integer :: first, last, together, status
       integer(long) :: started
 
@@ -118,7 +122,7 @@ contains
       if (allocated(error)) return
       started = clock()
       together = merge(block, 1, size(x, 2) > 1)
-      allocate (y(together, size(x, 1)), rows(together, self%symbolic%most_rows()), stat=status)
+      allocate (y(together, size(x, 1)), stat=status)
       if (status /= 0) then
          call new_error(error, error_memory, "no memory for the right-hand sides")
          return
@@ -126,11 +130,8 @@ contains
       do first = 1, size(x, 2), together
          last = min(first + together - 1, size(x, 2))
          call gather(self%symbolic%order, x(:, first:last), y)
-         if (together > 1) then
-            call substitute_block(self%symbolic, self%factors, y, rows)
-         else
-            call substitute_one(self%symbolic, self%factors, y, rows)
-         end if
+         call substitute(self%symbolic, self%subtrees, self%factors, y, error)
+         if (allocated(error)) return
          call scatter(self%symbolic%order, y, x(:, first:last))
       end do
       self%solve_seconds = self%solve_seconds + seconds_since(started)

@@ -1,12 +1,14 @@
 !> Solves with supernodal factors L D L^T: reads L once forward and once backward, for one right-hand side or for four.
 module kschur_substitution
+   use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgemm, dgemv
+   use kschur_subtrees, only: subtrees_type
    use kschur_supernodal, only: supernodal_factors_type
    use kschur_symbolic, only: symbolic_type
    implicit none
    private
-   public :: substitute_one, substitute_block, block
+   public :: substitute, block
 
    !> Right-hand sides that share one pass over L.
    integer, parameter :: block = 4
@@ -14,39 +16,186 @@ module kschur_substitution
    ! Entries that are read before a call of BLAS returns.
    integer, parameter :: small = 600, small_block = 1000
 
+   ! What a subtree subtracts from the rows above it.
+   type :: passed_type
+      real(wp), allocatable :: values(:, :)
+   end type passed_type
+
 contains
 
-   !> y := L^{-T} D^{-1} L^{-1} y, in the order of elimination.
-   subroutine substitute_one(symbolic, factors, y, rows)
+   !> y := L^{-T} D^{-1} L^{-1} y, in the order of elimination: y holds the right-hand sides of an unknown side by side,
+   !> one or a block. Subtrees are independent of each other; what they pass on is added up in their order.
+   subroutine substitute(symbolic, subtrees, factors, y, error)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
+      type(supernodal_factors_type), intent(in) :: factors
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      type(passed_type), allocatable :: passed(:)
+      ! Workspace of a thread: the rows of a supernode; what is above its subtree.
+      real(wp), allocatable :: rows(:, :), above(:, :)
+      integer :: lanes, n, t, i, status, failed
+
+      lanes = size(y, 1)
+      n = size(y, 2)
+      allocate (passed(size(subtrees%root)))
+      failed = 0
+      !$omp parallel private(rows, above, status) reduction(max: failed) if (size(passed) > 1)
+      allocate (rows(lanes, symbolic%most_rows()), above(lanes, subtrees%columns), stat=status)
+      failed = max(failed, abs(status))
+      if (status == 0) above = 0
+      !$omp do schedule(dynamic)
+      do t = 1, size(passed)
+         if (status == 0) call climb(symbolic, subtrees, factors, t, y, rows, above, passed(t))
+      end do
+      !$omp end do
+      !$omp single
+      if (status == 0) then
+         do t = 1, size(passed)
+            call add_passed(symbolic, subtrees%root(t), passed(t), y)
+         end do
+         do i = 1, size(subtrees%top)
+            call forward(symbolic, subtrees%place, factors, subtrees%top(i), n, y, rows, above)
+         end do
+         call divide(factors%pivot, y)
+         do i = size(subtrees%top), 1, -1
+            call backward(symbolic, factors, subtrees%top(i), y, rows)
+         end do
+      end if
+      !$omp end single
+      !$omp do schedule(dynamic)
+      do t = 1, size(passed)
+         if (status == 0) call descend(symbolic, factors, subtrees%first(t), subtrees%root(t), y, rows)
+      end do
+      !$omp end do
+      !$omp end parallel
+      if (failed /= 0) call new_error(error, error_memory, "no memory for the right-hand sides")
+   end subroutine substitute
+
+   subroutine climb(symbolic, subtrees, factors, t, y, rows, above, passed)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
+      type(supernodal_factors_type), intent(in) :: factors
+      integer, intent(in) :: t
+      real(wp), contiguous, intent(inout) :: y(:, :), rows(:, :)
+      !> Zero, as it is left.
+      real(wp), contiguous, intent(inout) :: above(:, :)
+      type(passed_type), intent(inout) :: passed
+      integer :: s
+
+      do s = subtrees%first(t), subtrees%root(t)
+         call forward(symbolic, subtrees%place, factors, s, symbolic%first(subtrees%root(t) + 1) - 1, y, rows, above)
+      end do
+      ! The rows of its root are all that a subtree reaches.
+      associate (root => subtrees%root(t))
+         associate (place => subtrees%place(symbolic%row(symbolic%start(root):symbolic%start(root + 1) - 1)))
+            passed%values = above(:, place)
+            above(:, place) = 0
+         end associate
+      end associate
+   end subroutine climb
+
+   pure subroutine divide(pivot, y)
+      real(wp), intent(in) :: pivot(:)
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      integer :: i
+
+      if (size(y, 1) == 1) then
+         y(1, :) = y(1, :)/pivot
+      else
+         do i = 1, size(pivot)
+            y(:block, i) = y(:block, i)/pivot(i)
+         end do
+      end if
+   end subroutine divide
+
+   pure subroutine add_passed(symbolic, root, passed, y)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: root
+      type(passed_type), intent(in) :: passed
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      integer :: i
+
+      associate (row => symbolic%row(symbolic%start(root):symbolic%start(root + 1) - 1))
+         do i = 1, size(row)
+            y(:, row(i)) = y(:, row(i)) + passed%values(:, i)
+         end do
+      end associate
+   end subroutine add_passed
+
+   subroutine descend(symbolic, factors, first, root, y, rows)
       type(symbolic_type), intent(in) :: symbolic
       type(supernodal_factors_type), intent(in) :: factors
-      real(wp), intent(inout) :: y(size(symbolic%order))
-      !> Workspace: as long as the longest list of rows.
-      real(wp), intent(inout) :: rows(*)
-      integer :: s, columns, below, i
+      integer, intent(in) :: first, root
+      real(wp), contiguous, intent(inout) :: y(:, :), rows(:, :)
+      integer :: s
 
-      do s = 1, size(symbolic%first) - 1
-         associate (first => symbolic%first(s), row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1))
-            columns = symbolic%first(s + 1) - first
-            below = size(row)
-            call forward_one(columns, below, factors%lower(factors%offset(s):), y(first:), rows)
-            do i = 1, below
-               y(row(i)) = y(row(i)) - rows(i)
-            end do
-         end associate
+      do s = root, first, -1
+         call backward(symbolic, factors, s, y, rows)
       end do
-      y = y/factors%pivot
-      do s = size(symbolic%first) - 1, 1, -1
-         associate (first => symbolic%first(s), row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1))
-            columns = symbolic%first(s + 1) - first
-            below = size(row)
-            do i = 1, below
-               rows(i) = y(row(i))
+   end subroutine descend
+
+   ! L^{-1} of one supernode: what is in rows up to `last` is subtracted there, the rest from what is above.
+   subroutine forward(symbolic, place, factors, s, last, y, rows, above)
+      type(symbolic_type), intent(in) :: symbolic
+      !> Of a row, where it stands above.
+      integer, intent(in) :: place(:)
+      type(supernodal_factors_type), intent(in) :: factors
+      integer, intent(in) :: s, last
+      real(wp), contiguous, intent(inout) :: y(:, :), rows(:, :), above(:, :)
+      integer :: i, inside
+
+      associate (first => symbolic%first(s), row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1), &
+         columns => symbolic%first(s + 1) - symbolic%first(s))
+         if (size(y, 1) == 1) then
+            call forward_one(columns, size(row), factors%lower(factors%offset(s):), y(:, first:), rows)
+         else
+            call forward_block(columns, size(row), factors%lower(factors%offset(s):), y(:, first:), rows)
+         end if
+         do inside = size(row), 1, -1
+            if (row(inside) <= last) exit
+         end do
+         if (size(y, 1) == 1) then
+            do i = 1, inside
+               y(1, row(i)) = y(1, row(i)) - rows(1, i)
             end do
-            call backward_one(columns, below, factors%lower(factors%offset(s):), y(first:), rows)
-         end associate
-      end do
-   end subroutine substitute_one
+            do i = inside + 1, size(row)
+               above(1, place(row(i))) = above(1, place(row(i))) - rows(1, i)
+            end do
+         else
+            do i = 1, inside
+               y(:block, row(i)) = y(:block, row(i)) - rows(:block, i)
+            end do
+            do i = inside + 1, size(row)
+               above(:block, place(row(i))) = above(:block, place(row(i))) - rows(:block, i)
+            end do
+         end if
+      end associate
+   end subroutine forward
+
+   ! L^{-T} of one supernode.
+   subroutine backward(symbolic, factors, s, y, rows)
+      type(symbolic_type), intent(in) :: symbolic
+      type(supernodal_factors_type), intent(in) :: factors
+      integer, intent(in) :: s
+      real(wp), contiguous, intent(inout) :: y(:, :), rows(:, :)
+      integer :: i
+
+      associate (first => symbolic%first(s), row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1), &
+         columns => symbolic%first(s + 1) - symbolic%first(s))
+         if (size(y, 1) == 1) then
+            do i = 1, size(row)
+               rows(1, i) = y(1, row(i))
+            end do
+            call backward_one(columns, size(row), factors%lower(factors%offset(s):), y(:, first:), rows)
+         else
+            do i = 1, size(row)
+               rows(:block, i) = y(:block, row(i))
+            end do
+            call backward_block(columns, size(row), factors%lower(factors%offset(s):), y(:, first:), rows)
+         end if
+      end associate
+   end subroutine backward
 
    ! x := T^{-1} x, rows := B x, T the triangle and B the block of a supernode.
    subroutine forward_one(columns, below, lower, x, rows)
@@ -142,38 +291,6 @@ contains
          if (i == below) x(j) = x(j) - b(below, j)*rows(below)
       end do
    end subroutine subtract_transposed
-
-   !> The same for a block: y holds the right-hand sides of an unknown side by side.
-   subroutine substitute_block(symbolic, factors, y, rows)
-      type(symbolic_type), intent(in) :: symbolic
-      type(supernodal_factors_type), intent(in) :: factors
-      real(wp), contiguous, intent(inout) :: y(:, :), rows(:, :)
-      integer :: s, columns, below, i
-
-      do s = 1, size(symbolic%first) - 1
-         associate (first => symbolic%first(s), row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1))
-            columns = symbolic%first(s + 1) - first
-            below = size(row)
-            call forward_block(columns, below, factors%lower(factors%offset(s):), y(:, first:), rows)
-            do i = 1, below
-               y(:block, row(i)) = y(:block, row(i)) - rows(:block, i)
-            end do
-         end associate
-      end do
-      do i = 1, size(y, 2)
-         y(:block, i) = y(:block, i)/factors%pivot(i)
-      end do
-      do s = size(symbolic%first) - 1, 1, -1
-         associate (first => symbolic%first(s), row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1))
-            columns = symbolic%first(s + 1) - first
-            below = size(row)
-            do i = 1, below
-               rows(:block, i) = y(:block, row(i))
-            end do
-            call backward_block(columns, below, factors%lower(factors%offset(s):), y(:, first:), rows)
-         end associate
-      end do
-   end subroutine substitute_block
 
    subroutine forward_block(columns, below, lower, x, rows)
       integer, intent(in) :: columns, below

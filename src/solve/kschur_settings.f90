@@ -30,8 +30,8 @@ contains
          call new_error(error, error_usage, "the target must be a number below 1e100")
       else if (options%subspace < 0) then
          call new_error(error, error_usage, "the subspace dimension must not be negative")
-      else if (options%block < 0) then
-         call new_error(error, error_usage, "the number of vectors of a block must not be negative")
+      else if (options%block < 1) then
+         call new_error(error, error_usage, "a block has at least one vector")
       else if (options%threads < 0) then
          call new_error(error, error_usage, "the number of threads must not be negative")
       else if (options%max_restarts < 1) then
@@ -146,7 +146,7 @@ contains
             if (.not. oscillator) subspace = min(subspace, max(subspace_dimension(0, values), order/2))
          end if
       end if
-      krylov%block = max(options%block, 1)
+      krylov%block = options%block
       krylov%subspace = max(subspace_dimension(subspace, values), values + 2*krylov%block)
       krylov%tolerance = options%tolerance
       krylov%max_restarts = options%max_restarts

@@ -96,6 +96,7 @@ static void null_handles(void)
    CHECK_STATUS(kschur_options_set_constraint_scaling(NULL, "row"), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_inner(NULL, "auto"), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_subspace(NULL, 20), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_block(NULL, 2), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_threads(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_tolerance(NULL, 1e-9), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_max_restarts(NULL, 1), KSCHUR_ERROR_NULL);
