@@ -28,8 +28,8 @@ module kschur_lanczos
    !> The first `locked` columns are converged Ritz vectors.
    type, extends(block_decomposition_type) :: decomposition_type
       integer :: locked = 0
-      !> The Krylov space has no more columns.
-      integer :: dimension = 0
+      !> The Krylov space has no more columns; it grew by so many at a time.
+      integer :: dimension = 0, block = 0
       !> Whether the basis spans all there is.
       logical :: exhausted = .false.
       real(wp) :: dropped = 0
@@ -126,6 +126,7 @@ contains
       d%dimension = max(d%dimension, m)
       call make_room(d, operator%order(), d%dimension + options%block, error)
       if (allocated(error) .or. d%vectors > 0) return
+      d%block = options%block
       call find_fresh(operator, options, d, statistics, error)
    end subroutine start
 

@@ -246,12 +246,11 @@ contains
       selection = modal_selection_type(s%options%modes, s%transform%map, s%transform%shift, s%options%target, &
          s%known%deflation%eigenvalues())
       ! A mode is one value of an oscillator, and two otherwise.
-      ! A block sees less with as many vectors, but they are not lost.
-      subspace = merge(20, 30, s%transform%map%oscillator) + 8*(s%options%block - 1)
-      ! The search goes on from there, if it may have a space as large.
+      subspace = merge(20, 30, s%transform%map%oscillator)
+      ! The search goes on from there, if it takes single vectors too and may have a space as large.
       call s%transform%iterate(selection, krylov_options_type(subspace=subspace, tolerance=roughly, max_restarts=1, &
-         seed=s%options%seed, block=s%options%block, verify=.false., &
-         keep=s%options%subspace == 0 .or. s%options%subspace >= subspace), ritz, error)
+         seed=s%options%seed, verify=.false., &
+         keep=s%options%block == 1 .and. (s%options%subspace == 0 .or. s%options%subspace >= subspace)), ritz, error)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
       s%effort%seconds%orthogonalize = s%effort%seconds%orthogonalize + ritz%statistics%orthogonalize_seconds

@@ -24,8 +24,9 @@ def check(what, passed, detail=""):
 
 
 def start(*words, **options):
+    environment = dict(os.environ, OPENBLAS_NUM_THREADS="1", **options.pop("more", {}))
     return subprocess.Popen([KSCHUR, *map(str, words)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                            env=dict(os.environ, OPENBLAS_NUM_THREADS="1"), **options)
+                            env=environment, **options)
 
 
 def run(*words, **options):
@@ -118,7 +119,7 @@ def test_full_disk(folder):
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (100000, 100000))
     for name in ("full.h5", "full"):
-        status, errors = run(*scene(folder/name), preexec_fn=limit, env={**os.environ, "ASAN_OPTIONS": "detect_leaks=0"})
+        status, errors = run(*scene(folder/name), preexec_fn=limit, more={"ASAN_OPTIONS": "detect_leaks=0"})
         check(f"a full disk: {name}", status == 4 and errors.count("\n") == 1 and name in errors, (status, errors))
         check(f"a full disk: no {name}", not (folder/name).exists() and not strays(folder), os.listdir(folder))
 
