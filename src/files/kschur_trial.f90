@@ -50,7 +50,7 @@ contains
       !> What the file should hold, in messages.
       character(len=*), intent(in) :: what
       type(error_type), allocatable, intent(inout) :: error
-      real(c_double), parameter :: least_seconds = 0.25_c_double, seconds_per_byte = 1e-6_c_double
+      real(c_double), parameter :: least_seconds = 0.6_c_double, seconds_per_byte = 1e-6_c_double
       real(c_double), parameter :: least_memory = 1e8_c_double, memory_per_byte = 3000
       type(context_type), target :: context
       character(kind=c_char), target :: message(longest)
