@@ -4,6 +4,7 @@ module cli_solve
    use cli_input, only: input_type, is_part_of, read_problem, take_input
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: print_result, take_format
+   use cli_processes, only: gather_processes
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes
    use kschur, only: arpack_names, certified_no, error_type, error_usage, formulation_names, inaccurate_above, &
@@ -49,6 +50,7 @@ contains
       call read_problem(request%input, problem, error)
       if (.not. allocated(error)) then
          call progress%show(text(problem%unknowns())//" unknowns, "//text(problem%multipliers())//" constraints")
+         call gather_processes(request%options)
          if (allocated(request%band)) then
             call solve_band(problem, request%band(1), request%band(2), request%options, result, error, progress)
          else

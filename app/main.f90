@@ -4,6 +4,7 @@ program kschur_program
    use cli_compare, only: compare_command
    use cli_help, only: print_help, print_version
    use cli_info, only: info_command
+   use cli_processes, only: start_processes
    use cli_scene, only: scene_command
    use cli_solve, only: solve_command
    use cli_system, only: check_output, complain, end_program, ignore_size_signal
@@ -18,6 +19,7 @@ program kschur_program
 
    complete = .true.
    call ignore_size_signal()
+   call start_processes()
    arguments = command_arguments()
    call arguments%take_word(command)
    if (.not. allocated(command)) allocate (character(len=0) :: command)
