@@ -3,7 +3,8 @@ module cli_mac
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns
    use cli_output, only: take_format
-   use kschur, only: error_type, error_usage, modal_assurance, modal_result_type, new_error, read_hdf5_result, text, wp
+   use kschur, only: error_file, error_input, error_type, error_usage, modal_assurance, modal_result_type, new_error, &
+      read_hdf5_result, text, wp
    implicit none
    private
    public :: mac_command
@@ -26,9 +27,14 @@ contains
       if (.not. allocated(error)) call arguments%check_all_taken(error)
       if (.not. (allocated(error) .or. allocated(other))) &
          call new_error(error, error_usage, "kschur mac wants two results, which kschur solve --output wrote")
-      if (.not. allocated(error)) call read_hdf5_result(first, one, error, trial=.true.)
+      if (allocated(error)) return
+      call read_hdf5_result(first, one, error, trial=.true.)
       if (.not. allocated(error)) call read_hdf5_result(second, other, error, trial=.true.)
-      if (.not. allocated(error)) call modal_assurance(first, second, mac, error)
+      if (allocated(error)) then
+         if (error%code == error_file) error%code = error_input
+         return
+      end if
+      call modal_assurance(first, second, mac, error)
       if (allocated(error)) return
       allocate (names(size(mac, 2)))
       do j = 1, size(names)
