@@ -45,7 +45,7 @@ contains
 
       call join_processes(options%communicator, options%distribute, processes, error)
       if (allocated(error)) return
-      call enter_solve(processes%threads(options%threads), threads_before)
+      call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before)
       if (processes%rank == 0) then
          call solve(problem, options, processes, result, error, monitor, solvers)
       else
