@@ -2,6 +2,7 @@
 !> the others take part in its solves.
 module cli_processes
    use, intrinsic :: iso_c_binding, only: c_int
+   use cli_waiting, only: start_again_to_wait_asleep
    use kschur, only: error_type, modal_options_type, modal_problem_type, modal_result_type, solve_modes
    use kschur_processes, only: broadcast_words
    use mpi_f08, only: MPI_Comm_rank, MPI_COMM_WORLD, MPI_Finalize, MPI_Init_thread, MPI_THREAD_FUNNELED
@@ -25,6 +26,8 @@ contains
    subroutine start_processes()
       integer :: provided, rank
 
+      ! Once MPI has begun it would be too late.
+      call start_again_to_wait_asleep()
       call MPI_Init_thread(MPI_THREAD_FUNNELED, provided)
       call MPI_Comm_rank(MPI_COMM_WORLD, rank)
       if (rank > 0) call take_part()
