@@ -8,7 +8,7 @@ module kschur_help
 contains
 
    subroutine help(processes)
-      type(processes_type), target, intent(inout) :: processes
+      type(processes_type), intent(inout) :: processes
 
       processes%number = 1
    end subroutine help

@@ -8,11 +8,12 @@ module kschur_processes
    use kschur_kinds, only: wp, long
    use mpi_f08, only: operator(==), MPI_Bcast, MPI_CHARACTER, MPI_Comm, MPI_Comm_dup, MPI_Comm_free, MPI_COMM_NULL, MPI_Comm_rank, &
       MPI_COMM_SELF, MPI_Comm_size, MPI_Comm_split, MPI_Comm_split_type, MPI_COMM_TYPE_SHARED, MPI_Ibcast, MPI_INFO_NULL, &
-      MPI_Initialized, MPI_INTEGER, MPI_Request, MPI_STATUS_IGNORE, MPI_Test
+      MPI_Initialized, MPI_INTEGER, MPI_Request, MPI_STATUS_IGNORE, MPI_Test, &
+      MPI_UNDEFINED
    use omp_lib, only: omp_get_num_procs
    implicit none
    private
-   public :: are_several, broadcast_words, join_processes, processes_type
+   public :: are_several, broadcast_words, join_processes, nap, processes_type
 
    !> What the first process may say; further words go with it.
    integer, parameter, public :: word_end = 0, word_mumps = 1, word_parts = 2
@@ -35,6 +36,8 @@ module kschur_processes
       procedure :: hear
       !> Cuts them into groups of neighbours, each of which works as these did.
       procedure :: split
+      !> How many unknowns from which on a matrix is distributed.
+      procedure :: distribute
       !> Ends what they do together: each gets the error of the first one.
       procedure :: leave
    end type processes_type
@@ -128,12 +131,8 @@ contains
    subroutine broadcast_words(words, communicator)
       integer, asynchronous, contiguous, intent(inout) :: words(:)
       type(MPI_Comm), intent(in) :: communicator
-      ! A nap is this part of the time that was waited, and no longer than that (seconds).
-      real(wp), parameter :: part = 0.05_wp, longest = 1.0e-3_wp, shortest = 2.0e-5_wp
       type(MPI_Request) :: request
-      real(wp) :: nap
       integer(long) :: started
-      integer(c_int) :: ignored
       logical :: done
 
       call MPI_Ibcast(words, size(words), MPI_INTEGER, 0, communicator, request)
@@ -141,22 +140,42 @@ contains
       do
          call MPI_Test(request, done, MPI_STATUS_IGNORE)
          if (done) exit
-         nap = min(part*seconds_since(started), longest)
-         if (nap > shortest) ignored = c_usleep(int(1.0e6_wp*nap, c_int))
+         call nap(seconds_since(started))
       end do
    end subroutine broadcast_words
 
-   !> Process r is in group r*groups/number, counted from 0.
-   subroutine split(self, groups, group)
+   !> Sleeps for a small part of the time that was waited; not at all at first.
+   subroutine nap(waited)
+      !> Seconds.
+      real(wp), intent(in) :: waited
+      real(wp), parameter :: part = 0.05_wp, longest = 1.0e-3_wp, shortest = 2.0e-5_wp
+      real(wp) :: seconds
+      integer(c_int) :: ignored
+
+      seconds = min(part*waited, longest)
+      if (seconds > shortest) ignored = c_usleep(int(1.0e6_wp*seconds, c_int))
+   end subroutine nap
+
+   !> Process r is in group r*groups/number, counted from 0; to be called by all.
+   subroutine split(self, groups, group, leaders)
       class(processes_type), intent(in) :: self
       integer, intent(in) :: groups
       type(processes_type), intent(out) :: group
+      !> Of the first processes of all groups; MPI_COMM_NULL in the others.
+      type(MPI_Comm), intent(out) :: leaders
 
       group%rows = self%rows
       call MPI_Comm_split(self%communicator, int(int(self%rank, long)*groups/self%number), self%rank, group%communicator)
       call look_around(group)
       group%on_this_machine = self%on_this_machine
+      call MPI_Comm_split(self%communicator, merge(0, MPI_UNDEFINED, group%rank == 0), self%rank, leaders)
    end subroutine split
+
+   pure integer function distribute(self)
+      class(processes_type), intent(in) :: self
+
+      distribute = self%rows
+   end function distribute
 
    subroutine leave(self, error)
       class(processes_type), intent(inout) :: self
