@@ -1,12 +1,14 @@
 !> kschur solve: reads a problem, computes its modes, writes and prints them.
 module cli_solve
    use cli_arguments, only: arguments_type
-   use cli_input, only: input_type, is_part_of, read_problem, take_input
+   use cli_input, only: input_type, is_large, is_part_of, read_problem, take_input
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: format_table, print_result, take_format
+   use cli_processes, only: gather_processes
    use cli_properties, only: print_properties, read_directions, take_properties
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes
+   use cli_waiting, only: start_again_to_wait_asleep
    use kschur, only: arpack_names, certified_no, error_type, error_usage, find_modal_properties, formulation_names, &
       inaccurate_above, method_arpack, method_names, modal_options_type, modal_problem_type, modal_result_type, new_error, &
       normalisation_names, reason_cancelled, reason_converged, reason_fewer_modes, reason_inaccurate, reason_max_restarts, &
@@ -47,6 +49,9 @@ contains
       call take_request(arguments, request, error)
       if (.not. allocated(error) .and. allocated(request%output)) call check_new_file(request%output, error)
       if (allocated(error)) return
+      if (request%options%threads /= 1) then
+         if (is_large(request%input)) call start_again_to_wait_asleep()
+      end if
       progress = new_progress(request%quiet)
 
       call progress%show("reading")
@@ -57,6 +62,7 @@ contains
          if (request%properties .and. .not. problem%symmetric) request%options%left = .true.
       end if
       if (.not. allocated(error)) then
+         call gather_processes(request%options)
          if (allocated(request%band)) then
             call solve_band(problem, request%band(1), request%band(2), request%options, result, error, progress)
          else
@@ -138,8 +144,12 @@ contains
       sentence = text(size(result%eigenvalues))//" of "//text(result%modes_asked)//" modes: "
       select case (result%reason)
       case (reason_max_restarts)
-         sentence = sentence//"the others had not converged when the restarts ran out; "// &
-            "more --max-restarts or a larger --subspace may help"
+         if (size(result%eigenvalues) < result%modes_asked) then
+            sentence = sentence//"the others had not converged when the restarts ran out; "
+         else
+            sentence = sentence//"the restarts ran out before it was certain that they are the nearest; "
+         end if
+         sentence = sentence//"more --max-restarts or a larger --subspace may help"
       case (reason_fewer_modes)
          sentence = sentence//"the problem has no more"
       case (reason_inaccurate)

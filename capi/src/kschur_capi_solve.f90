@@ -156,8 +156,8 @@ contains
       integer :: threads_before
 
       progress = options%progress
-      call enter_solve(options%options%threads, threads_before)
-      krylov%subspace = subspace_dimension(options%options%subspace, selection%wanted)
+      call enter_solve(options%options%threads, n, threads_before)
+      krylov%subspace = subspace_dimension(options%options%subspace, selection%wanted, krylov%block)
       krylov%tolerance = options%options%tolerance
       krylov%max_restarts = options%options%max_restarts
       krylov%seed = options%options%seed

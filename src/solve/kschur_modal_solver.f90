@@ -4,7 +4,7 @@ module kschur_modal_solver
    use kschur_band, only: band_options, prepare_band, solve_band_prepared
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, resume, solve_context_type
-   use kschur_error, only: error_type, new_error, error_input
+   use kschur_error, only: error_type, new_error, error_input, error_usage
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_eigenvalue_count, only: count_eigenvalues
    use kschur_kinds, only: wp, long
@@ -73,7 +73,7 @@ contains
       integer(long) :: started
       logical :: kept
 
-      call enter_solve(options%threads, threads_before)
+      call enter_solve(options%threads, self%problem%unknowns(), threads_before)
       started = clock()
       do
          call make_ready(self, options, .false., kept, error, monitor)
@@ -111,7 +111,7 @@ contains
       integer(long) :: started
       logical :: kept
 
-      call enter_solve(options%threads, threads_before)
+      call enter_solve(options%threads, self%problem%unknowns(), threads_before)
       started = clock()
       call band_options(first, last, options, own, error)
       ! Zeros are counted there.
@@ -214,6 +214,10 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
 
       kept = .false.
+      if (allocated(options%communicator)) then
+         call new_error(error, error_usage, "a solver that remembers works in one process: leave out the communicator")
+         return
+      end if
       if (allocated(self%context)) then
          if (.not. serves(self, options, for_band)) deallocate (self%context)
       end if
