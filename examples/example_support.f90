@@ -6,7 +6,7 @@ module example_support
    use scene_geometry, only: geometry_type
    implicit none
    private
-   public :: argument, argument_count, solve_scene, stop_on
+   public :: argument, argument_count, arguments_from, solve_scene, stop_on
 
 contains
 
@@ -40,6 +40,18 @@ contains
       call get_command_argument(i, word, status=status)
       if (status /= 0) word = default
    end function argument
+
+   !> The words of the command line from the i-th on.
+   function arguments_from(i) result(words)
+      integer, intent(in) :: i
+      character(len=1024) :: words
+      integer :: j
+
+      words = ""
+      do j = i, command_argument_count()
+         words = trim(words)//" "//argument(j, "")
+      end do
+   end function arguments_from
 
    !> The i-th word of the command line as a count of at least one, or a default.
    integer function argument_count(i, default)
