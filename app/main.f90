@@ -5,10 +5,12 @@ program kschur_program
    use cli_help, only: print_help, print_version
    use cli_info, only: info_command
    use cli_mac, only: mac_command
+   use cli_processes, only: start_processes
    use cli_scene, only: scene_command
    use cli_sensitivity, only: sensitivity_command
    use cli_solve, only: solve_command
    use cli_system, only: check_output, complain, end_program, ignore_size_signal
+   use cli_view, only: view_command
    use kschur, only: error_input, error_type, error_usage, new_error
    implicit none
 
@@ -20,6 +22,7 @@ program kschur_program
 
    complete = .true.
    call ignore_size_signal()
+   call start_processes()
    arguments = command_arguments()
    call arguments%take_word(command)
    if (.not. allocated(command)) allocate (character(len=0) :: command)
@@ -72,6 +75,8 @@ contains
             call scene_command(arguments, error)
          case ("info")
             call info_command(arguments, error)
+         case ("view")
+            call view_command(arguments, error)
          case ("help")
             call arguments%take_word(topic)
             if (.not. allocated(topic)) allocate (character(len=0) :: topic)
