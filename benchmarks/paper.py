@@ -14,7 +14,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import xml.etree.ElementTree as ElementTree
 
 import h5py
 import matplotlib
@@ -130,17 +129,17 @@ def figure2(bench):
     fitted = ("--material", "table-2", "--angle", "113", "--scale", "1.151")
     frequencies = {}
     for name, words in (("steel, 60 degrees", ()), ("table-2, 60 degrees", fitted[:2]), ("fitted", fitted)):
-        _, values, _, _ = bench.solve(bench.scene("crank", "--damping", "none", *words), "--modes", 7)
+        _, values, shapes, _ = bench.solve(bench.scene("crank", "--damping", "none", *words), "--modes", 7)
         frequencies[name] = np.sort(abs(values))[1:]/(2*np.pi)
     print("# crank: the first six oscillations (Hz)")
     for name, found in frequencies.items():
         print(f"{name:20s}", *(f"{f:8.1f}" for f in found))
-    path = f"{bench.folder}/crank.vtu"
-    bench.run("example_crank", 4, path, *fitted)
-    points, surface, shapes = read_surface(path)
+    with h5py.File(f"{bench.folder}/result.h5") as file:
+        points, surface = file["coordinates"][:], surface_of(file["cells/connectivity"][:].reshape(-1, 4))
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.2))
     for axis, mode in zip(axes, (2, 6)):
-        shape = shapes[mode]
+        # The first shape is the motion of the mechanism.
+        shape = shapes[mode].real.reshape(-1, 3)
         moved = points + 0.04*shape/abs(shape).max()
         axis.tripcolor(moved[:, 0], moved[:, 1], surface, np.linalg.norm(shape, axis=1), shading="gouraud")
         axis.set(aspect="equal", title=f"oscillation {mode}, {frequencies['fitted'][mode - 1]:.0f} Hz")
@@ -148,14 +147,11 @@ def figure2(bench):
     bench.save(figure, 2)
 
 
-def read_surface(path):
-    """Points, triangles of the surface and the real parts of the modes of a .vtu file of tetrahedra."""
-    piece = ElementTree.parse(path).getroot().find("UnstructuredGrid").find("Piece")
-    points = np.array(piece.find("Points")[0].text.split(), dtype=float).reshape(-1, 3)
-    cells = np.array(piece.find("Cells").find("DataArray[@Name='connectivity']").text.split(), dtype=int).reshape(-1, 4)
-    faces = np.sort(cells[:, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]].reshape(-1, 3), axis=1)
+def surface_of(tetrahedra):
+    """The triangles that belong to one tetrahedron only."""
+    faces = np.sort(tetrahedra[:, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]].reshape(-1, 3), axis=1)
     faces, count = np.unique(faces, axis=0, return_counts=True)
-    return points, faces[count == 1], [np.array(a.text.split(), dtype=float).reshape(-1, 3) for a in piece.find("PointData")][::2]
+    return faces[count == 1]
 
 
 def figure3(bench):
