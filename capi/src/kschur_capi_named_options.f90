@@ -177,7 +177,9 @@ contains
       integer :: failed
 
       number = 0
+      ! gfortran reads beyond a word that ends in its exponent's letter.
       failed = verify(word, "+-.0123456789eE")
+      if (failed == 0) failed = verify(word, "+-eE", back=.true.) - len(word)
       if (failed == 0) read (word, "(f100.0)", iostat=failed) number
       valid = failed == 0 .and. scan(word, "0123456789") > 0
    end subroutine read_real
