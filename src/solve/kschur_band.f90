@@ -2,7 +2,7 @@
 module kschur_band
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur_band_groups, only: band_groups_type
-   use kschur_band_part, only: part_modes_type
+   use kschur_band_part, only: part_modes_type, solve_part
    use kschur_band_parts, only: count_parts, part_type
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, solve_context_type
@@ -36,7 +36,7 @@ module kschur_band
    use kschur_threads, only: enter_solve, leave_solve
    implicit none
    private
-   public :: solve_band
+   public :: band_options, prepare_band, solve_band, solve_band_prepared
 
    ! The edges of a band are moved outwards by this, relative to them.
    real(wp), parameter :: edge = 1.0e-6_wp
@@ -108,40 +108,81 @@ contains
       type(inner_solvers_type), intent(in), optional :: solvers
       type(solve_context_type), target :: s
       type(modal_options_type) :: own
-      type(modes_type) :: modes
-      real(wp) :: band(2)
-      logical :: counted
       integer(long) :: started
 
       started = clock()
+      call band_options(edges(1), edges(2), options, own, error)
+      if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers, processes)
+      if (allocated(error)) return
+      ! A caller's own solvers are in this process only.
+      if (can_be_counted(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes)
+      call prepare_band(s, error)
+      if (.not. allocated(error)) call solve_band_prepared(s, edges(1), edges(2), own, result, error, groups)
+      call groups%finish()
+      call result%set_total(seconds_since(started))
+   end subroutine solve
+
+   !> The options of a caller as a band solves with them. Fails where they do not fit one.
+   subroutine band_options(first, last, options, own, error)
+      real(wp), intent(in) :: first, last
+      type(modal_options_type), intent(in) :: options
+      type(modal_options_type), intent(out) :: own
+      type(error_type), allocatable, intent(out) :: error
+
       own = options
       own%modes = 1
-      own%target = cmplx(0, 2*pi*edges(1), wp)
+      own%target = cmplx(0, 2*pi*first, wp)
       if (allocated(own%shift)) deallocate (own%shift)
-      call check_band(edges(1), edges(2), own, error)
-      if (.not. allocated(error)) call begin(s, problem, own, processes, error, monitor, solvers)
-      if (allocated(error)) return
+      call check_band(first, last, own, error)
+   end subroutine band_options
+
+   !> What is done before the modes of a band are looked for, and holds for other bands as well.
+   subroutine prepare_band(s, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(error_type), allocatable, intent(out) :: error
+
       s%may_be_dense = .false.
-      if (own%formulation == formulation_auto .and. s%formulation == formulation_low_rank) &
+      if (s%options%formulation == formulation_auto .and. s%formulation == formulation_low_rank) &
          call leave_low_rank(s, "the damping is not a combination of mass and stiffness")
-      band = 2*pi*[(1 - edge)*edges(1), (1 + edge)*edges(2)]
-      counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
-         min(problem%alpha, problem%beta) >= 0 .and. allocated(s%inner%counting)
-      ! A caller's own solvers are in this process only.
-      if (counted .and. .not. present(solvers)) call groups%begin(problem, s%options, processes)
       call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
-      if (.not. allocated(error) .and. counted) call solve_counted(s, band, groups, modes, counted, error)
-      call groups%finish()
+   end subroutine prepare_band
+
+   !> The modes of a band of a problem that is prepared. The context stays so, without factors.
+   subroutine solve_band_prepared(s, first, last, options, result, error, groups)
+      type(solve_context_type), target, intent(inout) :: s
+      real(wp), intent(in) :: first, last
+      !> As `band_options` made them.
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      !> Who finds the modes of its parts; absent: this process.
+      type(band_groups_type), intent(inout), optional :: groups
+      type(modal_options_type) :: own
+      type(modes_type) :: modes
+      real(wp) :: band(2)
+      logical :: counted
+
+      own = options
+      band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
+      counted = can_be_counted(s)
+      if (counted) call solve_counted(s, band, modes, counted, error, groups)
       if (.not. allocated(error) .and. .not. counted) call solve_disc(s, band, modes, error)
       if (.not. allocated(error) .and. own%left) call find_left_modes(s, modes, error)
       if (allocated(error)) return
       own%modes = size(modes%lambda)
       if (counted) own%modes = modes%found
       call report(s, own, modes, result, error)
-      allocate (result%band(2), source=edges)
-      call result%set_total(seconds_since(started))
-   end subroutine solve
+      allocate (result%band(2), source=[first, last])
+   end subroutine solve_band_prepared
+
+   ! Whether its modes are counted, unless it turns out that they cannot be.
+   pure logical function can_be_counted(s)
+      type(solve_context_type), intent(in) :: s
+
+      can_be_counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
+         min(s%problem%alpha, s%problem%beta) >= 0 .and. allocated(s%inner%counting)
+   end function can_be_counted
 
    subroutine check_band(first, last, options, error)
       real(wp), intent(in) :: first, last
@@ -160,16 +201,15 @@ contains
    end subroutine check_band
 
    ! The undamped modes of each part, from which the damped ones follow.
-   subroutine solve_counted(s, band, groups, modes, counted, error)
+   subroutine solve_counted(s, band, modes, counted, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(in) :: band(2)
-      !> Who finds the modes of the parts.
-      type(band_groups_type), intent(inout) :: groups
       !> `found` is how many the band holds, listed or not.
       type(modes_type), intent(out) :: modes
       !> False where it turned out that the modes cannot be counted.
       logical, intent(out) :: counted
       type(error_type), allocatable, intent(out) :: error
+      type(band_groups_type), intent(inout), optional :: groups
       ! So many that it takes a while.
       integer, parameter :: many = 1000
       type(modal_problem_type), target :: undamped
@@ -198,7 +238,7 @@ contains
       undamped = given
       call exchange_damping(undamped, damped)
       formulation = s%formulation
-      if (size(parts) > 0) call solve_parts(s, undamped, parts, groups, oscillators, modes, counted, error)
+      if (size(parts) > 0) call solve_parts(s, undamped, parts, oscillators, modes, counted, error, groups)
       s%problem => given
       s%formulation = formulation
       s%known%rigid = rigid
@@ -214,16 +254,16 @@ contains
    end subroutine solve_counted
 
    ! Without its damping the problem is iterated part by part.
-   subroutine solve_parts(s, undamped, parts, groups, oscillators, modes, counted, error)
+   subroutine solve_parts(s, undamped, parts, oscillators, modes, counted, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       !> The problem as given, without its damping.
       type(modal_problem_type), target, intent(in) :: undamped
       type(part_type), intent(in) :: parts(:)
-      type(band_groups_type), intent(inout) :: groups
       type(oscillators_type), intent(inout) :: oscillators
       type(modes_type), intent(inout) :: modes
       logical, intent(inout) :: counted
       type(error_type), allocatable, intent(out) :: error
+      type(band_groups_type), intent(inout), optional :: groups
       type(modal_problem_type) :: damped
       type(modal_options_type) :: asked
       type(eigenvalue_count_type) :: total
@@ -242,9 +282,13 @@ contains
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
          size(s%known%rigid%lambda))
       before = s%effort%operator_applications
-      call groups%announce(parts)
+      if (present(groups)) call groups%announce(parts)
       do i = 1, size(parts)
-         call groups%obtain(i, s, parts, found, error)
+         if (present(groups)) then
+            call groups%obtain(i, s, parts, found, error)
+         else
+            call solve_part(s, parts(i), found, error)
+         end if
          if (allocated(error)) exit
          call add_history(modes%history, found%history, before)
          before = before + found%effort%operator_applications
