@@ -161,7 +161,7 @@ contains
 
       call queue%begin(leaders)
       call share_problem(problem, options, leaders)
-      call begin_solve(s, problem, options, processes, error)
+      call begin_solve(s, problem, options, error, processes=processes)
       s%may_be_dense = .false.
       if (.not. allocated(error)) call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
