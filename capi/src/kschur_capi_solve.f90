@@ -156,7 +156,8 @@ contains
       integer :: threads_before
 
       progress = options%progress
-      call enter_solve(options%options%threads, n, threads_before)
+      call enter_solve(options%options%threads, n, threads_before, error)
+      if (allocated(error)) return
       krylov%subspace = subspace_dimension(options%options%subspace, selection%wanted)
       krylov%tolerance = options%options%tolerance
       krylov%max_restarts = options%options%max_restarts

@@ -10,6 +10,7 @@ module kschur_preparation
    use kschur_examination, only: find_rigid, suppose_none
    use kschur_formulation, only: is_structured
    use kschur_kinds, only: long
+   use kschur_memory, only: require_memory
    use kschur_modes, only: modes_type, no_modes
    use kschur_notes, only: note_problem
    use kschur_presolve, only: presolve
@@ -29,6 +30,8 @@ contains
       type(solve_context_type), intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
 
+      call require_memory(3*s%problem%bytes(), "the reduced matrices", error)
+      if (allocated(error)) return
       call presolve(s%problem, s%work, s%plan, error, eliminating=s%options%presolve .and. is_structured(s%formulation))
       if (s%plan%unknowns_after == 0 .and. allocated(error)) deallocate (error)
       if (allocated(error) .or. s%plan%unknowns_after == 0) return
@@ -44,6 +47,8 @@ contains
       type(eigenpairs_type) :: rigid
       integer(long) :: started
 
+      call require_memory(3*s%work%bytes() + s%bytes_of_shapes(8), "the examination of the problem", error)
+      if (allocated(error)) return
       s%known%redundant = s%plan%redundant
       if (s%plan%unknowns_after == 0) then
          none = no_modes(s%problem%unknowns(), s%problem%multipliers())
@@ -66,6 +71,8 @@ contains
          call consider_dense(s)
          call find_rigid(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, error)
       end if
+      if (allocated(error)) return
+      call require_memory(s%bytes_of_shapes(3*size(s%known%rigid%lambda)), "rigid motions", error)
       if (allocated(error)) return
       rigid = s%known%rigid
       call s%expand(rigid)
