@@ -6,7 +6,7 @@ module kschur_preparation
    use kschur_dense_choice, only: consider_dense, settle_dense
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_eigenvalue_count, only: count_eigenvalues
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, error_input
    use kschur_examination, only: find_rigid, suppose_none
    use kschur_formulation, only: is_structured
    use kschur_kinds, only: long
@@ -33,7 +33,10 @@ contains
       call require_memory(3*s%problem%bytes(), "the reduced matrices", error)
       if (allocated(error)) return
       call presolve(s%problem, s%work, s%plan, error, eliminating=s%options%presolve .and. is_structured(s%formulation))
-      if (s%plan%unknowns_after == 0 .and. allocated(error)) deallocate (error)
+      if (allocated(error)) then
+         ! No motion is left.
+         if (s%plan%unknowns_after == 0 .and. error%code == error_input) deallocate (error)
+      end if
       if (allocated(error) .or. s%plan%unknowns_after == 0) return
       if (.not. s%options%is_plain()) call balance(s%work, s%plan)
    end subroutine reduce
