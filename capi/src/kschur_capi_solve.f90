@@ -157,8 +157,11 @@ contains
 
       progress = options%progress
       call enter_solve(options%options%threads, n, threads_before, error)
-      if (allocated(error)) return
-      krylov%subspace = subspace_dimension(options%options%subspace, selection%wanted)
+      if (allocated(error)) then
+         call leave_solve(threads_before)
+         return
+      end if
+      krylov%subspace = subspace_dimension(options%options%subspace, selection%wanted, krylov%block)
       krylov%tolerance = options%options%tolerance
       krylov%max_restarts = options%options%max_restarts
       krylov%seed = options%options%seed

@@ -44,8 +44,7 @@ contains
 
    !> Gives this thread its share of the cores: as many threads as were asked for, or as the process may use divided by
    !> the solves that run at the same time; of a small problem one, as where there is no memory for more. The BLAS has one
-   !> thread from now on. Within another solve nothing changes. Fails where there is no memory for one, and has taken nothing
-   !> then.
+   !> thread from now on. Within another solve nothing changes. Fails where there is no memory for one; to be left in any case.
    subroutine enter_solve(asked, unknowns, before, error)
       !> 0: as many as there are.
       integer, intent(in) :: asked
@@ -74,7 +73,6 @@ contains
       if (threads > 0) then
          call start_team(threads)
       else
-         call leave_solve(before)
          call new_error(error, error_memory, "no memory for the buffers of the BLAS")
       end if
    end subroutine enter_solve
