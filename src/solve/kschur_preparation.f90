@@ -50,8 +50,6 @@ contains
       type(eigenpairs_type) :: rigid
       integer(long) :: started
 
-      call require_memory(3*s%work%bytes() + s%bytes_of_shapes(8), "the examination of the problem", error)
-      if (allocated(error)) return
       s%known%redundant = s%plan%redundant
       if (s%plan%unknowns_after == 0) then
          none = no_modes(s%problem%unknowns(), s%problem%multipliers())
@@ -59,6 +57,8 @@ contains
          call note_problem(s%work, s%problem%multipliers(), s%known%redundant, s%notes)
          return
       end if
+      call require_memory(3*s%work%bytes() + s%bytes_of_shapes(8), "the examination of the problem", error)
+      if (allocated(error)) return
       call count_redundant(s%work%constraints, s%known%redundant, error, s%effort, s%inner%counting)
       if (allocated(error)) return
       call note_problem(s%work, s%problem%multipliers(), s%plan%redundant + s%known%redundant, s%notes)
