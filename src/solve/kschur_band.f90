@@ -85,12 +85,12 @@ contains
 
       call join_processes(options%communicator, options%distribute, processes, error)
       if (allocated(error)) return
-      call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before)
-      if (processes%rank == 0) then
+      call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before, error)
+      if (processes%rank > 0) then
+         call help(processes)
+      else if (.not. allocated(error)) then
          call solve(problem, [first, last], options, processes, groups, result, error, monitor, solvers)
          call groups%disband(processes)
-      else
-         call help(processes)
       end if
       call processes%leave(error)
       call leave_solve(threads_before)

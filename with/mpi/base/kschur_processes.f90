@@ -6,9 +6,9 @@ module kschur_processes
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
-   use mpi_f08, only: operator(==), MPI_Bcast, MPI_CHARACTER, MPI_Comm, MPI_Comm_dup, MPI_Comm_free, MPI_COMM_NULL, MPI_Comm_rank, &
+   use mpi_f08, only: operator(==), MPI_Allreduce, MPI_Bcast, MPI_CHARACTER, MPI_Comm, MPI_Comm_dup, MPI_Comm_free, MPI_COMM_NULL, MPI_Comm_rank, &
       MPI_COMM_SELF, MPI_Comm_size, MPI_Comm_split, MPI_Comm_split_type, MPI_COMM_TYPE_SHARED, MPI_Ibcast, MPI_INFO_NULL, &
-      MPI_Initialized, MPI_INTEGER, MPI_Request, MPI_STATUS_IGNORE, MPI_Test, &
+      MPI_Initialized, MPI_INTEGER, MPI_MIN, MPI_Request, MPI_STATUS_IGNORE, MPI_Test, &
       MPI_UNDEFINED
    use omp_lib, only: omp_get_num_procs
    implicit none
@@ -38,7 +38,7 @@ module kschur_processes
       procedure :: split
       !> How many unknowns from which on a matrix is distributed.
       procedure :: distribute
-      !> Ends what they do together: each gets the error of the first one.
+      !> Ends what they do together: all get the error of the first one that has one.
       procedure :: leave
    end type processes_type
 
@@ -181,22 +181,20 @@ contains
       class(processes_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
       character(len=:), allocatable :: message
-      integer :: raised(2)
+      integer :: raised(2), from, first
 
       if (self%communicator == MPI_COMM_NULL) return
-      raised = 0
-      if (self%rank == 0) then
-         call self%tell([word_end])
-         if (allocated(error)) raised = [error%code, len(error%message)]
-      end if
-      if (self%number > 1) then
-         call MPI_Bcast(raised, 2, MPI_INTEGER, 0, self%communicator)
-         if (raised(1) /= 0) then
-            allocate (character(len=raised(2)) :: message)
-            if (self%rank == 0) message = error%message
-            call MPI_Bcast(message, raised(2), MPI_CHARACTER, 0, self%communicator)
-            if (self%rank > 0) call new_error(error, raised(1), message)
-         end if
+      if (self%rank == 0) call self%tell([word_end])
+      from = merge(self%rank, self%number, allocated(error))
+      call MPI_Allreduce(from, first, 1, MPI_INTEGER, MPI_MIN, self%communicator)
+      if (first < self%number) then
+         raised = 0
+         if (self%rank == first) raised = [error%code, len(error%message)]
+         call MPI_Bcast(raised, 2, MPI_INTEGER, first, self%communicator)
+         allocate (character(len=raised(2)) :: message)
+         if (self%rank == first) message = error%message
+         call MPI_Bcast(message, raised(2), MPI_CHARACTER, first, self%communicator)
+         if (self%rank /= first) call new_error(error, raised(1), message)
       end if
       call MPI_Comm_free(self%communicator)
    end subroutine leave
