@@ -4,11 +4,12 @@ module kschur_ldl
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
    use kschur_kinds, only: wp, long
+   use kschur_left_looking, only: supernodal_factors_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_substitution, only: block, substitute
    use kschur_subtrees, only: cut_subtrees, subtrees_type
-   use kschur_supernodal, only: eliminate, supernodal_factors_type
+   use kschur_supernodal, only: eliminate
    use kschur_symbolic, only: analyze, symbolic_type
    use kschur_text, only: text
    implicit none
@@ -60,7 +61,7 @@ contains
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
          started = clock()
-         call eliminate(matrix, self%symbolic, 0, self%factors, error)
+         call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error)
          if (.not. allocated(error)) call examine_pivots(self, matrix, structure%multipliers, error)
          self%factorize_seconds = seconds_since(started)
       end if
