@@ -23,7 +23,7 @@ module kschur_ldl
    type, extends(real_linear_solver_type) :: ldl_real_type
       !> A matrix whose factor has more entries a column is refused (error_library).
       integer :: most_entries = huge(1)
-      !> Takes multipliers with negative diagonal entries: their pivots have to come out negative, all others positive.
+      !> Takes multipliers: their pivots have to come out negative, all others positive.
       logical :: quasi_definite = .false.
       ! The matrix has been factored.
       logical, private :: factored = .false.
@@ -84,8 +84,10 @@ contains
          allocate (diagonal, source=matrix%diagonal())
          if (.not. all(abs(pivot) > merge(unstable, rounding, self%quasi_definite)*abs(diagonal(order)))) then
             call new_error(error, error_singular, "a pivot of the matrix is zero")
-         else if (self%quasi_definite .and. any(pivot > 0 .eqv. order > matrix%rows - multipliers)) then
+         else if (self%quasi_definite .and. any(pivot < 0 .and. order <= matrix%rows - multipliers)) then
             call new_error(error, error_library, "the matrix is not quasi-definite")
+         else if (self%quasi_definite .and. any(pivot > 0 .and. order > matrix%rows - multipliers)) then
+            call new_error(error, error_singular, "a pivot of the matrix is zero to rounding")
          else if (.not. self%quasi_definite .and. any(pivot > 0) .and. any(pivot < 0)) then
             call new_error(error, error_library, "the matrix is indefinite")
          end if
