@@ -2,12 +2,13 @@
 module cli_compare
    use cli_arguments, only: arguments_type
    use cli_comparison, only: comparison_type, compare_methods, entry_type, labels, method_count
-   use cli_input, only: input_type, read_problem, take_input
+   use cli_input, only: input_type, is_large, read_problem, take_input
    use cli_json, only: certified, counts, number, pair, problem_facts, seconds, string
    use cli_numbers, only: rounded
    use cli_options, only: take_iteration, take_wanted
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_output, complain, print_line
+   use cli_waiting, only: start_again_to_wait_asleep
    use kschur, only: add_context, damping_names, error_type, formulation_names, kschur_version, modal_options_type, &
       modal_problem_type, modal_result_type, reason_converged, reason_names, text, wp
    implicit none
@@ -42,6 +43,9 @@ contains
       call arguments%take_flag("--quiet", quiet, error)
       call take_input(arguments, input, error)
       if (allocated(error)) return
+      if (options%threads /= 1) then
+         if (is_large(input)) call start_again_to_wait_asleep()
+      end if
       progress = new_progress(quiet)
       call progress%show("reading")
       call read_problem(input, problem, error)

@@ -26,12 +26,17 @@ contains
          call print_solve_help()
       case ("compare")
          call print_compare_help()
+      case ("mac")
+         call print_mac_help()
+      case ("sensitivity")
+         call print_sensitivity_help()
       case ("scene")
          call print_scene_help()
       case ("info")
          call print_info_help()
       case default
-         call new_error(error, error_usage, "there is no help on '"//topic//"', only on solve, compare, scene and info")
+         call new_error(error, error_usage, "there is no help on '"//topic// &
+            "', only on solve, compare, mac, sensitivity, scene and info")
       end select
    end subroutine print_help
 
@@ -42,9 +47,11 @@ contains
          "", &
          "  kschur solve PROBLEM [options]               compute modes", &
          "  kschur compare PROBLEM [options]             the same problem by each method", &
+         "  kschur mac RESULT RESULT                     how alike the shapes of two results are", &
+         "  kschur sensitivity PROBLEM CHANGED           how modes change with a parameter", &
          "  kschur scene NAME [options] --output FILE    write a problem of a model structure", &
          "  kschur info PROBLEM | RESULT                 what a problem is; the modes of a result", &
-         "  kschur help solve | compare | scene | info   more on one of them", &
+         "  kschur help COMMAND                          more on one of them", &
          "  kschur --version", &
          "", &
          "PROBLEM is an HDF5 file with the groups /mass, /stiffness and, where there is", &
@@ -83,6 +90,10 @@ contains
          "  --tolerance T          relative residual of a converged mode (1e-12)", &
          "  --max-restarts K       (200)", &
          "  --constraint-scaling   row, scalar, none (row)", &
+         "  --normalise NAME       shapes of unit length, mass or displacement (length)", &
+         "  --properties           generalised mass, damping, stiffness and modal a of each mode", &
+         "  --directions FILE      with them participation factors and effective masses: motions of", &
+         "                         all unknowns, columns of a Matrix Market file", &
          "  --left                 left eigenvectors and condition numbers as well", &
          "  --certify              count the eigenvalues, for a proof that no mode is missing", &
          "  --output RESULT.h5     write values, vectors and multipliers", &
@@ -110,6 +121,31 @@ contains
          "  --constraints FILE, --triplets, --quiet, --threads N     as for kschur solve", &
          "  --format NAME                                table, json (table)"])
    end subroutine print_compare_help
+
+   subroutine print_mac_help()
+      call print_lines([character(len=90) :: &
+         "kschur mac RESULT.h5 OTHER.h5 [--format table|json|csv]", &
+         "", &
+         "The modal assurance criterion |phi_i^* phi_j|^2/(|phi_i|^2 |phi_j|^2) of the modes i of", &
+         "a result and j of another one, which kschur solve --output wrote: 1 where the shapes", &
+         "are the same, 0 where they are orthogonal."])
+   end subroutine print_mac_help
+
+   subroutine print_sensitivity_help()
+      call print_lines([character(len=90) :: &
+         "kschur sensitivity PROBLEM CHANGED [--step H] [options]", &
+         "", &
+         "The rates at which eigenvalues, natural frequencies and damping ratios of a problem", &
+         "change with a parameter p. CHANGED is the same problem where p is larger by H (1): the", &
+         "rates are exact where the matrices are linear in p. Modes of a multiple eigenvalue get", &
+         "the rates of what it splits into, in no order; - where there is none, as of a rigid", &
+         "motion that nothing damps.", &
+         "", &
+         "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
+         "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
+         "  --constraint-scaling NAME, --quiet, --threads N     as for kschur solve", &
+         "  --format NAME                                       table, json, csv (table)"])
+   end subroutine print_sensitivity_help
 
    subroutine print_scene_help()
       integer :: i

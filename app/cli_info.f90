@@ -4,6 +4,7 @@ module cli_info
    use cli_input, only: input_type, read_problem, take_input
    use cli_numbers, only: rounded
    use cli_output, only: format_table, print_result, take_format
+   use cli_properties, only: print_properties
    use cli_system, only: print_line
    use kschur, only: choose_formulation, csr_matrix_type, damping_names, damping_proportional, description_of, &
       error_type, error_usage, formulation_auto, formulation_names, is_hdf5_result, modal_problem_type, &
@@ -31,7 +32,9 @@ contains
       if (allocated(input%path)) then
          if (is_hdf5_result(input%path, trial=.true.)) then
             call read_hdf5_result(result, input%path, error, trial=.true.)
-            if (.not. allocated(error)) call print_result(result, format, verbose)
+            if (allocated(error)) return
+            call print_result(result, format, verbose)
+            if (allocated(result%properties) .and. format == format_table) call print_properties(result%properties)
             return
          end if
       end if

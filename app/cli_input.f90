@@ -3,11 +3,11 @@
 module cli_input
    use cli_arguments, only: arguments_type
    use cli_system, only: ends_with, is_folder, same_file
-   use kschur, only: add_context, error_file, error_input, error_type, error_usage, modal_problem_type, new_error, &
+   use kschur, only: add_context, error_file, error_input, error_type, error_usage, long, modal_problem_type, new_error, &
       read_hdf5_problem, read_matrix_market_files, read_matrix_market_problem, read_triplet_files
    implicit none
    private
-   public :: input_type, is_part_of, read_problem, take_input
+   public :: input_type, is_large, is_part_of, read_problem, take_input
 
    !> Names of files; what was not given is not allocated.
    type :: input_type
@@ -54,6 +54,25 @@ contains
          if (input%path == "") call new_error(error, error_usage, "the name of the problem is empty")
       end if
    end subroutine take_input
+
+   !> Whether a problem is large enough for more than one thread, by the size of its files.
+   logical function is_large(input)
+      type(input_type), intent(in) :: input
+      integer(long), parameter :: large = 2_long**20
+
+      if (allocated(input%path)) then
+         is_large = max(bytes(input%path), bytes(input%path//"/K.mtx")) >= large
+      else
+         is_large = bytes(input%stiffness) >= large
+      end if
+   end function is_large
+
+   ! Of a file that is there.
+   integer(long) function bytes(path)
+      character(len=*), intent(in) :: path
+
+      inquire (file=path, size=bytes)
+   end function bytes
 
    pure integer function times_standard_input(input)
       type(input_type), intent(in) :: input

@@ -31,6 +31,7 @@ contains
          call print_line("  "//mode(result, i)//trim(merge(",", " ", i < size(result%eigenvalues))))
       end do
       call print_line(' ],')
+      if (allocated(result%properties)) call print_line(' "total_mass": '//list(result%properties%total_mass)//',')
       call print_line(' "counts": '//counts(result)//',')
       call print_line(' "seconds": '//seconds(result%seconds)//',')
       call print_line(' "peak_memory_bytes": '//memory(result%peak_memory_bytes)//'}')
@@ -63,8 +64,42 @@ contains
          ', "damping_ratio": '//number(result%damping_ratio(i))//', "kind": '//string(kind_names(result%kind(i)))// &
          ', "backward_error": '//number(result%backward_error(i))// &
          ', "error": '//number(result%error_bound(i))// &
-         condition(result, i, ', "condition_number": ', "null")//'}'
+         condition(result, i, ', "condition_number": ', "null")//properties(result, i)//'}'
    end function mode
+
+   ! Nothing where modal properties were not asked for.
+   pure function properties(result, i)
+      type(modal_result_type), intent(in) :: result
+      integer, intent(in) :: i
+      character(len=:), allocatable :: properties, factors
+      integer :: j
+
+      properties = ""
+      if (.not. allocated(result%properties)) return
+      associate (p => result%properties)
+         factors = ""
+         do j = 1, size(p%total_mass)
+            factors = factors//", "//pair(p%participation(i, j))
+         end do
+         properties = ', "generalised_mass": '//number(p%mass(i))//', "generalised_damping": '//number(p%damping(i))// &
+            ', "generalised_stiffness": '//number(p%stiffness(i))//', "modal_a": '//pair(p%a(i))//', "modal_b": '// &
+            pair(p%b(i))//', "participation": ['//factors(min(3, len(factors) + 1):)//'], "effective_mass": '// &
+            list(p%effective_mass(i, :))
+      end associate
+   end function properties
+
+   pure function list(values)
+      real(wp), intent(in) :: values(:)
+      character(len=:), allocatable :: list
+      integer :: j
+
+      list = "["
+      do j = 1, size(values)
+         if (j > 1) list = list//", "
+         list = list//number(values(j))
+      end do
+      list = list//"]"
+   end function list
 
    ! Nothing where condition numbers were not asked for.
    pure function condition(result, i, label, undefined)

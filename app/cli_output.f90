@@ -10,6 +10,8 @@ module cli_output
 
    !> The format for people, and the default.
    integer, parameter, public :: format_table = 0
+   !> The formats for programs.
+   integer, parameter, public :: format_json = 1, format_csv = 2
    character(len=*), parameter :: formats(0:2) = [character(len=5) :: "table", "json", "csv"]
 
 contains

@@ -1,16 +1,17 @@
 !> kschur solve: reads a problem, computes its modes, writes and prints them.
 module cli_solve
    use cli_arguments, only: arguments_type
-   use cli_input, only: input_type, is_part_of, read_problem, take_input
+   use cli_input, only: input_type, is_large, is_part_of, read_problem, take_input
    use cli_options, only: take_iteration, take_wanted
-   use cli_output, only: print_result, take_format
+   use cli_output, only: format_table, print_result, take_format
+   use cli_properties, only: print_properties, read_directions, take_properties
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes
-   use kschur, only: arpack_names, certified_no, error_type, error_usage, formulation_names, inaccurate_above, &
-      method_arpack, method_names, &
-      modal_options_type, modal_problem_type, modal_result_type, new_error, reason_cancelled, reason_converged, &
-      reason_fewer_modes, reason_inaccurate, reason_max_restarts, reason_names, solve_band, solve_modes, text, wp, &
-      write_hdf5_result
+   use cli_waiting, only: start_again_to_wait_asleep
+   use kschur, only: arpack_names, certified_no, error_type, error_usage, find_modal_properties, formulation_names, &
+      inaccurate_above, method_arpack, method_names, modal_options_type, modal_problem_type, modal_result_type, new_error, &
+      normalisation_names, reason_cancelled, reason_converged, reason_fewer_modes, reason_inaccurate, reason_max_restarts, &
+      reason_names, solve_band, solve_modes, text, wp, write_hdf5_result
    implicit none
    private
    public :: solve_command
@@ -25,6 +26,9 @@ module cli_solve
       character(len=:), allocatable :: output
       integer :: format = 0
       logical :: quiet = .false., verbose = .false.
+      !> Whether modal properties are wanted, and the file of directions.
+      logical :: properties = .false.
+      character(len=:), allocatable :: directions
    end type request_type
 
 contains
@@ -38,17 +42,25 @@ contains
       type(modal_problem_type) :: problem
       type(modal_result_type) :: result
       type(progress_type) :: progress
+      real(wp), allocatable :: directions(:, :)
 
       complete = .false.
       call take_request(arguments, request, error)
       if (.not. allocated(error) .and. allocated(request%output)) call check_new_file(request%output, error)
       if (allocated(error)) return
+      if (request%options%threads /= 1) then
+         if (is_large(request%input)) call start_again_to_wait_asleep()
+      end if
       progress = new_progress(request%quiet)
 
       call progress%show("reading")
       call read_problem(request%input, problem, error)
       if (.not. allocated(error)) then
          call progress%show(text(problem%unknowns())//" unknowns, "//text(problem%multipliers())//" constraints")
+         if (request%properties) call read_directions(request%directions, problem%unknowns(), directions, error)
+         if (request%properties .and. .not. problem%symmetric) request%options%left = .true.
+      end if
+      if (.not. allocated(error)) then
          if (allocated(request%band)) then
             call solve_band(problem, request%band(1), request%band(2), request%options, result, error, progress)
          else
@@ -56,11 +68,13 @@ contains
          end if
       end if
       call progress%show("")
+      if (.not. allocated(error) .and. request%properties) call find_modal_properties(problem, result, error, directions)
       if (allocated(error)) return
 
       result%peak_memory_bytes = peak_memory_bytes()
       if (allocated(request%output)) call write_hdf5_result(result, request%output, error)
       call print_result(result, request%format, request%verbose)
+      if (request%properties .and. request%format == format_table) call print_properties(result%properties)
       call check_output(error)
       if (allocated(error)) return
       complete = result%reason == reason_converged .and. size(result%eigenvalues) >= result%modes_asked
@@ -84,10 +98,12 @@ contains
          call take_iteration(arguments, options, error)
          call take_method(arguments, options, error)
          call arguments%take_choice("--formulation", formulation_names, options%formulation, error)
+         call arguments%take_choice("--normalise", normalisation_names, options%normalisation, error)
          call arguments%take_flag("--left", options%left, error)
          call arguments%take_flag("--certify", options%certify, error)
       end associate
 
+      call take_properties(arguments, request%properties, request%directions, error)
       call arguments%take_text("--output", request%output, error)
       call take_format(arguments, request%format, error)
       call arguments%take_integer("--threads", 1, request%options%threads, error)

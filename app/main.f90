@@ -4,7 +4,9 @@ program kschur_program
    use cli_compare, only: compare_command
    use cli_help, only: print_help, print_version
    use cli_info, only: info_command
+   use cli_mac, only: mac_command
    use cli_scene, only: scene_command
+   use cli_sensitivity, only: sensitivity_command
    use cli_solve, only: solve_command
    use cli_system, only: check_output, complain, end_program, ignore_size_signal
    use kschur, only: error_input, error_type, error_usage, new_error
@@ -62,6 +64,10 @@ contains
             call solve_command(arguments, complete, error)
          case ("compare")
             call compare_command(arguments, complete, error)
+         case ("mac")
+            call mac_command(arguments, error)
+         case ("sensitivity")
+            call sensitivity_command(arguments, complete, error)
          case ("scene")
             call scene_command(arguments, error)
          case ("info")

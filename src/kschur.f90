@@ -42,6 +42,8 @@ module kschur
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_krylov_real, only: krylov_schur
    use kschur_linear_solver, only: real_linear_solver_type, complex_linear_solver_type, matrix_structure_type
+   use kschur_mac, only: modal_assurance
+   use kschur_modal_properties, only: find_modal_properties
    use kschur_matrix_market, only: read_matrix_market, write_matrix_market, read_matrix_market_problem, &
       read_matrix_market_files, write_matrix_market_problem
    use kschur_triplet_files, only: read_triplet_files
@@ -55,12 +57,14 @@ module kschur
       formulation_undamped_constrained_zero, formulation_damped, formulation_damped_constrained, &
       formulation_damped_constrained_zero, formulation_quadratic, formulation_symmetric, formulation_proportional, &
       formulation_dense, formulation_low_rank, &
+      normalisation_displacement, normalisation_length, normalisation_mass, normalisation_names, &
       scaling_names, scaling_none, scaling_scalar, scaling_row, inner_names, inner_auto, inner_mumps, inner_ldl, inner_iterative
    use kschur_pencil, only: pencil_type, new_pencil
    use kschur_presolve, only: presolve_type, presolve
    use kschur_local_forces, only: description_of
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_names, damping_none, &
       damping_proportional, damping_general
+   use kschur_properties, only: modal_properties_type
    use kschur_release, only: kschur_version
    use kschur_result, only: modal_result_type, history_type, timings_type, kind_names, kind_rigid, kind_undamped, &
       kind_underdamped, kind_overdamped, kind_unstable, kind_real, certified_names, certified_unknown, &
@@ -68,6 +72,7 @@ module kschur
       reason_max_restarts, reason_fewer_modes, reason_cancelled, reason_inaccurate, inaccurate_above, note_length
    use kschur_selection, only: selection_type, named_selection_type, nearest_target, largest_magnitude, &
       smallest_magnitude, largest_real, smallest_real, largest_imaginary, smallest_imaginary
+   use kschur_sensitivity, only: problem_rate_type, eigenvalue_rates, rate_between
    use kschur_shift_invert, only: shift_invert_type, new_shift_invert
    use kschur_solver, only: solve_modes
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_matrix, new_csr_from_triplets, &

@@ -117,6 +117,7 @@ class Runner:
                 scaling,
                 unknowns=problem.unknowns,
                 constraints=problem.constraints.shape[0],
+                dampers=scene.dampers,
             )
             for tolerance in study.tolerances
             for scaling in study.scalings
@@ -140,11 +141,12 @@ class Runner:
             float(abs(first.facts["shift"])),
         )
         judge = Judge(problem, first.eigenvalues)
-        if first.facts["formulation"] == "quadratic" and any(run.method == "auto" for run in runs):
-            runs = [run for run in runs if run.method != "quadratic"]
-            self.note(
-                f"{METHODS['quadratic'].label} on {scene.label}: it is what {METHODS['auto'].label} chooses, not run twice."
-            )
+        if any(run.method == "auto" for run in runs):
+            for run in [run for run in runs if METHODS[run.method].formulation == first.facts["formulation"]]:
+                runs.remove(run)
+                self.note(
+                    f"{METHODS[run.method].label} on {scene.label}: it is what {METHODS['auto'].label} chooses, not run twice."
+                )
         if sum(problem.constraints.shape) <= study.reference_order:
             judge.reference = refine_modes(problem, first)
         for repetition in range(study.repeats):

@@ -27,6 +27,11 @@ class Method:
     arithmetic: str = ""
 
     @property
+    def formulation(self):
+        """The one that it forces; empty where it forces none."""
+        return self.options[1] if self.options[:1] == ("--formulation",) else ""
+
+    @property
     def is_peer(self):
         return bool(self.script)
 
@@ -43,6 +48,14 @@ METHODS = {
             "#56B4E9",
             "s",
             ("--formulation", "quadratic"),
+        ),
+        Method(
+            "low-rank",
+            "kschur (low-rank)",
+            "the structured form for few dampers, order n + m",
+            "#44AA99",
+            "d",
+            ("--formulation", "low-rank"),
         ),
         Method(
             "dense",

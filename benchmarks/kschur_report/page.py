@@ -6,11 +6,11 @@ import io
 import re
 
 from . import advice
-from .figures import constraint_scaling, phases, residuals, scaling, stability, work_precision
+from .figures import constraint_scaling, dampers, phases, residuals, scaling, stability, work_precision
 from .figures.picture import plt
 from .tables import tables
 
-DRAWERS = (work_precision.draw, scaling.draw, phases.draw, residuals.draw, constraint_scaling.draw, stability.draw)
+DRAWERS = (work_precision.draw, scaling.draw, dampers.draw, phases.draw, residuals.draw, constraint_scaling.draw, stability.draw)
 STYLE = """
 body { font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: #222; background: #fff; margin: 2rem auto;
        max-width: 72rem; padding: 0 1rem; }

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 from .methods import METHODS, OURS, PEER_NAMES
 
-ACCURACY, SCALING, CONSTRAINT_SCALING = "accuracy", "scaling", "constraint-scaling"
+ACCURACY, SCALING, CONSTRAINT_SCALING, DAMPERS = "accuracy", "scaling", "constraint-scaling", "dampers"
 
 
 @dataclass(frozen=True)
@@ -14,6 +14,7 @@ class Scene:
     label: str
     arguments: tuple = ()
     file: str = ""
+    dampers: int = 0
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,12 @@ def grid(cells):
     return Scene(f"grid {cells}", ("grid", "--cells", cells))
 
 
+def damped_grid(cells, dampers):
+    return Scene(
+        f"grid {cells}, {dampers} {'dashpot' if dampers == 1 else 'dashpots'}", ("grid", "--cells", cells, "--dashpots", str(dampers)), dampers=dampers
+    )
+
+
 def cantilever(elements, tip_mass):
     return Scene(f"cantilever, {tip_mass:g} kg", ("cantilever", "--elements", str(elements), "--tip-mass", f"{tip_mass:g}"))
 
@@ -57,9 +64,10 @@ FINE_CRANK = Scene("crank, fine", ("crank", "--density", "8"))
 GRIDS = tuple(
     grid(cells) for cells in ("6x4", "10x7", "20x14", "30x21", "40x28", "60x42", "90x63", "130x90", "180x125", "220x150")
 )
-ALL = OURS + PEER_NAMES
+ALL = tuple(name for name in OURS if name != "low-rank") + PEER_NAMES
 STRUCTURED = ("auto", "quadratic")
 GROWING = ("auto", "quadratic", "pencil", "arpack-fair", "slepc-toar-unscaled", "slepc-symmetric")
+BY_DAMPERS = ("auto", "low-rank", "quadratic", "slepc-toar-unscaled")
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
 
 
@@ -87,7 +95,13 @@ def quick():
             patience=40,
             grows=True,
         ),
+        dampers("20x14", (1, 2, 4, 8, 16, 24, 32), 2),
     )
+
+
+def dampers(cells, counts, seconds, methods=BY_DAMPERS):
+    """A proportional model with more and more dampers."""
+    return Study(DAMPERS, tuple(damped_grid(cells, count) for count in counts), methods, 56, seconds=seconds, patience=300)
 
 
 def full():
@@ -106,6 +120,7 @@ def full():
             scalings=("row", "scalar", "none"),
         ),
         Study(ACCURACY, (grid("60x42"),), ALL, 56, seconds=5, patience=300),
+        dampers("60x42", (1, 2, 4, 8, 16, 32, 64), 20),
         Study(ACCURACY, (FINE_CRANK,), ("auto", "quadratic", "arpack-fair", "slepc-toar"), 20, seconds=30, patience=300),
     )
 
@@ -117,6 +132,7 @@ def tiny():
         Study(ACCURACY, (grid("6x4"),), methods, 20, (1e-8, 1e-12), repeats=2, reference_order=20000),
         Study(CONSTRAINT_SCALING, (cantilever(10, 4000),), ("pencil",), 8, repeats=1, scalings=("row", "scalar", "none")),
         Study(SCALING, tuple(grid(cells) for cells in ("3x2", "6x4", "9x6")), STRUCTURED, 20, repeats=2, grows=True),
+        dampers("6x4", (1, 4, 16), 0, ("auto", "low-rank", "quadratic")),
     )
 
 

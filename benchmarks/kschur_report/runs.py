@@ -28,6 +28,7 @@ class Run:
     failure: str = ""
     unknowns: int = 0
     constraints: int = 0
+    dampers: int = 0
     modes_asked: int = 0
     shift: float = 0.0
     formulation: str = ""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from .advice import problems_of, where_not_first
 from .methods import METHODS, REFERENCE_TOLERANCE
-from .plan import ACCURACY, CONSTRAINT_SCALING, SCALING
+from .plan import ACCURACY, CONSTRAINT_SCALING, DAMPERS, SCALING
 from .runs import median
 
 PLAIN = "arpack-plain"  # gets most of the hard cases wrong
@@ -38,7 +38,18 @@ def tables(campaign):
     every = [
         not_first_table(campaign),
         *accuracy_tables(campaign),
-        scaling_table(campaign),
+        growth_table(
+            campaign.study(SCALING),
+            "unknowns",
+            "Growth with the number of unknowns",
+            "The grid of beams of the paper's Figure 5 in growing sizes.",
+        ),
+        growth_table(
+            campaign.study(DAMPERS),
+            "dampers",
+            "Growth with the number of dampers",
+            "A grid of beams with proportional damping and more and more dashpots to the ground.",
+        ),
         constraint_table(campaign),
         *hard_tables(campaign),
         method_table(campaign),
@@ -110,10 +121,11 @@ def found(run):
     return f"{run.found}/{run.expected}"
 
 
-def scaling_table(campaign):
+def growth_table(runs, what, title, note):
+    """`what` is the number of a run that grows."""
     rows = [
         [
-            str(run.unknowns),
+            str(getattr(run, what)),
             METHODS[run.method].label,
             run.formulation,
             seconds(run.median_seconds),
@@ -122,12 +134,12 @@ def scaling_table(campaign):
             error(run.worst_backward_error),
             found(run),
         ]
-        for run in sorted(campaign.study(SCALING), key=lambda run: (run.unknowns, list(METHODS).index(run.method)))
+        for run in sorted(runs, key=lambda run: (getattr(run, what), list(METHODS).index(run.method)))
     ]
     return Table(
-        "Growth with the number of unknowns",
-        "The grid of beams of the paper's Figure 5 in growing sizes.",
-        ["unknowns", "method", "formulation", "time (s)", "runs", "memory (MB)", "backward error", "eigenvalues"],
+        title,
+        note,
+        [what, "method", "formulation", "time (s)", "runs", "memory (MB)", "backward error", "eigenvalues"],
         rows,
     )
 

@@ -206,6 +206,10 @@ int kschur_options_set_threads(kschur_options *options, int64_t threads);
 /* Whether clamped and tied unknowns are eliminated first. Default yes. */
 int kschur_options_set_presolve(kschur_options *options, int flag);
 
+/* "length" (default): shapes of unit Euclidean norm; "mass": phi^* M phi = 1; "displacement": the largest entry is 1. The
+ * largest entry is real and positive in each case, left vectors are of unit Euclidean norm. */
+int kschur_options_set_normalisation(kschur_options *options, const char *name);
+
 /* Whether left eigenvectors and condition numbers are computed as well. Default no. */
 int kschur_options_set_left(kschur_options *options, int flag);
 
@@ -313,7 +317,8 @@ int kschur_result_get_size(kschur_result *result, int64_t *unknowns, int64_t *co
 /* Eigenvalues (1/s), Im >= 0: a conjugate pair stands once. 2 * modes doubles. */
 int kschur_result_get_eigenvalues(kschur_result *result, double *values, int64_t length);
 
-/* Mode shapes phi, of unit Euclidean norm, the largest entry real and positive; one after the other: 2 * n * modes
+/* Mode shapes phi, of unit Euclidean norm unless kschur_options_set_normalisation says otherwise, the largest entry real
+ * and positive; one after the other: 2 * n * modes
  * doubles. */
 int kschur_result_get_eigenvectors(kschur_result *result, double *values, int64_t length);
 
@@ -440,6 +445,51 @@ int kschur_result_get_history_count(kschur_result *result, int64_t *count);
  * applied, the largest relative residual. Three arrays of `length` elements, each optional. */
 int kschur_result_get_history(kschur_result *result, int64_t *converged, int64_t *operator_applications,
                               double *residual, int64_t length);
+
+/* ---- What is made of modes -------------------------------------------------------------------------------------- */
+
+/* Computes the properties of the modes of a problem, for the getters below. `directions` are `count` motions of all n
+ * unknowns, one after the other, as 1 along x and 0 else; with 0 there are none. KSCHUR_ERROR_USAGE where the modes are
+ * not those of the problem, or left vectors are missing that an unsymmetric problem needs. */
+int kschur_result_find_properties(kschur_result *result, kschur_problem *problem, const double *directions,
+                                  int64_t count);
+
+/* Generalised masses phi^* M phi: `modes` doubles. */
+int kschur_result_get_generalised_masses(kschur_result *result, double *values, int64_t length);
+
+/* Generalised dampings phi^* R phi: `modes` doubles. */
+int kschur_result_get_generalised_dampings(kschur_result *result, double *values, int64_t length);
+
+/* Generalised stiffnesses phi^* K phi: `modes` doubles. */
+int kschur_result_get_generalised_stiffnesses(kschur_result *result, double *values, int64_t length);
+
+/* Modal a = psi^* (2 lambda M + R) phi, psi the left vector, conj(phi) where the problem is symmetric: 2 * modes
+ * doubles. */
+int kschur_result_get_modal_a(kschur_result *result, double *values, int64_t length);
+
+/* Modal b = -lambda a: 2 * modes doubles. */
+int kschur_result_get_modal_b(kschur_result *result, double *values, int64_t length);
+
+/* Participation factors, the modes of one direction after the other: a direction that the constraints allow is the sum of
+ * Re(factor phi) over all modes there are. 2 * modes * count doubles. */
+int kschur_result_get_participation_factors(kschur_result *result, double *values, int64_t length);
+
+/* Effective masses, which over all modes add up to the total, the modes of one direction after the other: modes * count
+ * doubles. */
+int kschur_result_get_effective_masses(kschur_result *result, double *values, int64_t length);
+
+/* Total masses d^T M d of the directions: `count` doubles. */
+int kschur_result_get_total_masses(kschur_result *result, double *values, int64_t length);
+
+/* Modal assurance criterion |phi_i^* phi_j|^2/(|phi_i|^2 |phi_j|^2) of the modes i of one result and j of another, i
+ * fastest: `modes` of the one times `modes` of the other doubles. KSCHUR_ERROR_USAGE where shapes are not equally long. */
+int kschur_result_get_mac(kschur_result *result, kschur_result *other, double *values, int64_t length);
+
+/* d lambda/d p of each mode, 2 * modes doubles: `changed` is the problem where the parameter p is larger by `step`, in
+ * which the matrices are taken for linear. Modes of a multiple eigenvalue get the rates of what it splits into, in no
+ * order; NaN where there is none, as of a double zero. KSCHUR_ERROR_USAGE as for properties. */
+int kschur_result_get_rates(kschur_result *result, kschur_problem *problem, kschur_problem *changed, double step,
+                            double *values, int64_t length);
 
 /* Writes a result into an HDF5 file, which appears under its name when it is whole. KSCHUR_ERROR_FILE. */
 int kschur_result_write_hdf5(kschur_result *result, const char *path);

@@ -9,7 +9,7 @@ module kschur_capi_arrays
 
    !> Hands an array to the caller. What is not allocated is not in the result, or not yet.
    interface give_array
-      module procedure give_reals, give_integers, give_complex, give_complex_columns
+      module procedure give_reals, give_real_columns, give_integers, give_complex, give_complex_columns
    end interface give_array
 
    !> Writes a number to an optional place.
@@ -56,6 +56,21 @@ contains
       call c_f_pointer(address, place, [needed])
       place = values
    end function give_reals
+
+   integer(c_int) function give_real_columns(handle, values, address, length) result(status)
+      class(handle_type), intent(inout) :: handle
+      real(wp), allocatable, intent(in) :: values(:, :)
+      type(c_ptr), intent(in) :: address
+      integer(c_int64_t), intent(in) :: length
+      real(c_double), pointer :: place(:, :)
+      integer(c_int64_t) :: needed
+
+      needed = 0
+      if (allocated(values)) needed = size(values, kind=c_int64_t)
+      if (.not. has_room(handle, allocated(values), needed, address, length, status) .or. needed == 0) return
+      call c_f_pointer(address, place, shape(values))
+      place = values
+   end function give_real_columns
 
    integer(c_int) function give_integers(handle, values, address, length) result(status)
       class(handle_type), intent(inout) :: handle

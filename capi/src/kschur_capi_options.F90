@@ -4,7 +4,7 @@ module kschur_capi_options
       c_null_ptr, c_ptr
    use kschur, only: arpack_names, error_type, formulation_names, index_of_name, inner_names, inner_solvers_type, &
       method_names, modal_options_type, new_error, &
-      scaling_names, text, wp
+      normalisation_names, scaling_names, text, wp
    use kschur_capi_callbacks, only: progress_type
    use kschur_capi_linear_solver, only: called_complex_solver_type, called_real_solver_type, solver_callbacks_type
    use kschur_capi_status, only: handle_type, fail, get_message, outcome, require, status_memory, status_null, status_ok, &
@@ -149,6 +149,11 @@ contains
 #define SETTER kschur_options_set_certify
 #define GIVEN_TYPE integer(c_int)
 #define CHANGE change%options%certify = given /= 0
+#include "kschur_capi_options.inc"
+
+#define SETTER kschur_options_set_normalisation
+#define GIVEN_TYPE type(c_ptr)
+#define CHANGE call take_name(given, "normalisation", normalisation_names, change%options%normalisation, change%error)
 #include "kschur_capi_options.inc"
 
 #define SETTER kschur_options_set_seed

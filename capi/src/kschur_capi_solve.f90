@@ -156,7 +156,7 @@ contains
       integer :: threads_before
 
       progress = options%progress
-      call enter_solve(options%options%threads, threads_before)
+      call enter_solve(options%options%threads, n, threads_before)
       krylov%subspace = subspace_dimension(options%options%subspace, selection%wanted)
       krylov%tolerance = options%options%tolerance
       krylov%max_restarts = options%options%max_restarts

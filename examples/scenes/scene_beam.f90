@@ -9,7 +9,9 @@ module scene_beam
    private
    public :: add_beam, beam_type, rectangular_beam, table_2_beam, tube
 
-   !> Rayleigh damping of the paper's test beams (Table 2): alpha (1/s), beta (s).
+   !> The paper's test beams (Table 2): Young's modulus (Pa), Poisson's ratio, density (kg/m^3); alpha (1/s) and beta (s)
+   !> of their Rayleigh damping.
+   real(wp), parameter, public :: table_2_material(3) = [1.0e8_wp, 0.31_wp, 1000.0_wp]
    real(wp), parameter, public :: table_2_rayleigh(2) = [1.0e-3_wp, 1.0e-5_wp]
 
    !> What a beam is made of: one material, one section.
@@ -68,8 +70,8 @@ contains
    pure function table_2_beam() result(beam)
       type(beam_type) :: beam
 
-      beam = rectangular_beam(width_y=0.05_wp, width_z=0.3_wp, youngs_modulus=100.0e6_wp, &
-         poisson_ratio=0.31_wp, density=1000.0_wp)
+      beam = rectangular_beam(width_y=0.05_wp, width_z=0.3_wp, youngs_modulus=table_2_material(1), &
+         poisson_ratio=table_2_material(2), density=table_2_material(3))
    end function table_2_beam
 
    !> A round beam, solid or hollow.

@@ -3,7 +3,7 @@
 module scene_crank
    use kschur, only: error_type, wp
    use scene_assembly, only: assembly_type, new_assembly
-   use scene_beam, only: table_2_rayleigh
+   use scene_beam, only: table_2_material, table_2_rayleigh
    use scene_joint, only: averaged, prismatic_rows, revolute_rows, spherical_rows
    use scene_options, only: option_type, options_type
    use scene_solid, only: add_box, box_face, box_type
@@ -12,10 +12,10 @@ module scene_crank
    private
    public :: build_crank, crank_options
 
-   !> Steel: Young's modulus (Pa), Poisson's ratio, density (kg/m^3).
-   real(wp), parameter :: youngs_modulus = 2.1e11_wp, poisson_ratio = 0.3_wp, density = 7800
-   !> A part: its size in units of the thickness (m) of the rod.
-   real(wp), parameter :: thickness = 0.02_wp
+   !> Young's modulus (Pa), Poisson's ratio, density (kg/m^3).
+   real(wp), parameter :: steel(3) = [2.1e11_wp, 0.3_wp, 7800.0_wp]
+   !> A part: its size in units of the thickness (m) of the rod at scale 1.
+   real(wp), parameter :: rod_thickness = 0.02_wp
    integer, parameter :: crank = 1, rod = 2, piston = 3, sizes(3, 3) = reshape([5, 2, 1, 15, 1, 1, 3, 3, 2], [3, 3])
    real(wp), parameter :: about(3) = identity(:, 3), along(3) = identity(:, 1)
 
@@ -26,11 +26,13 @@ contains
       type(options_type) :: options
 
       options%description = "crank, rod and piston of tetrahedra"
-      allocate (options%list(4))
+      allocate (options%list(6))
       options%list(1) = option_type("--density", "4", "cells across the rod; n is 11,973 at 4, 253,917 at 12")
       options%list(2) = option_type("--angle", "60", "angle of the crank, degrees")
       options%list(3) = option_type("--bearings", "revolute", "of the rod: revolute or spherical, which lets it spin")
       options%list(4) = option_type("--damping", "rayleigh", "damping: rayleigh or none")
+      options%list(5) = option_type("--material", "steel", "steel, or table-2 of the paper: 100 MPa, 1000 kg/m^3")
+      options%list(6) = option_type("--scale", "1", "factor on all lengths; the rod is 0.3 m long at 1")
    end function crank_options
 
    !> Builds the scene: the nodes of crank, rod and piston; m = 20, or 16 with spherical bearings.
@@ -39,8 +41,8 @@ contains
       type(assembly_type), intent(out) :: assembly
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: most_cells = 20
-      character(len=:), allocatable :: bearings, damping
-      real(wp) :: angle
+      character(len=:), allocatable :: bearings, damping, material
+      real(wp) :: angle, factor
       type(box_type) :: box(3)
       integer :: cells, before(4), p
 
@@ -48,9 +50,11 @@ contains
       call options%read_number("--angle", angle, error)
       call options%read_choice("--bearings", [character(len=9) :: "revolute", "spherical"], bearings, error)
       call options%read_choice("--damping", [character(len=8) :: "rayleigh", "none"], damping, error)
+      call options%read_choice("--material", [character(len=7) :: "steel", "table-2"], material, error)
+      call options%read_positive("--scale", factor, error)
       if (allocated(error)) return
 
-      box = parts(angle*degree, cells)
+      box = parts(angle*degree, cells, merge(table_2_material, steel, material == "table-2"), factor*rod_thickness)
       before(1) = 0
       do p = 1, 3
          before(p + 1) = before(p) + 3*box(p)%nodes()
@@ -101,10 +105,12 @@ contains
    end subroutine join
 
    ! Crank, rod and piston in their places: the middle of the first face of each is where the part before ends.
-   pure function parts(angle, cells) result(box)
+   pure function parts(angle, cells, material, thickness) result(box)
       !> Angle of the crank, rad, and cells across the rod.
       real(wp), intent(in) :: angle
       integer, intent(in) :: cells
+      !> As `steel`, and thickness of the rod, m.
+      real(wp), intent(in) :: material(3), thickness
       type(box_type) :: box(3)
       real(wp) :: start(3), turn(3, 3), angles(3)
       integer :: p
@@ -114,7 +120,7 @@ contains
       do p = 1, 3
          turn = rotation(about, angles(p))
          associate (edges => thickness*sizes(:, p))
-            box(p) = box_type(youngs_modulus, poisson_ratio, density, cells*sizes(:, p), edges, &
+            box(p) = box_type(material(1), material(2), material(3), cells*sizes(:, p), edges, &
                start - matmul(turn, [0.0_wp, edges(2), edges(3)]/2), turn)
             start = start + turn(:, 1)*edges(1)
          end associate

@@ -5,6 +5,8 @@
 !>
 !>     m z'' + (c + beta k) z' + (1 - i beta Omega) k z = 0,   k = 48 E I/L^3, unstable above Omega = w (1 + c/(beta k)),
 !>     J_d theta'' + (beta k' - i J_p Omega) theta' + (1 - i beta Omega) k' theta = 0,   k' = 12 E I/L.
+!>
+!> Bearings of stiffness b and cross-coupled stiffness q are in series with the shaft: 1/k of it + 1/(2 (b - i q)).
 module scene_rotor
    use kschur, only: error_type, error_usage, new_error, text, wp
    use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
@@ -33,14 +35,15 @@ contains
       type(options_type) :: options
 
       options%description = "disc on a spinning shaft in two bearings"
-      allocate (options%list(7))
+      allocate (options%list(8))
       options%list(1) = option_type("--speed", "3000", "speed of the shaft, rpm")
       options%list(2) = option_type("--bearings", "isotropic", "rigid, isotropic (2 MN/m) or anisotropic (2, 1 MN/m)")
-      options%list(3) = option_type("--rotating", "1e-4", "damping of the shaft by its stiffness, s")
-      options%list(4) = option_type("--resting", "100", "damping of the disc against the ground, N s/m")
-      options%list(5) = option_type("--density", "7850", "density of the shaft, kg/m^3")
-      options%list(6) = option_type("--elements", "8", "elements of the shaft, an even number: the disc is at the middle")
-      options%list(7) = option_type("--damping", "on", "rotating and resting damping: on or none")
+      options%list(3) = option_type("--cross", "0", "cross-coupled stiffness of a bearing, as of an oil film, N/m")
+      options%list(4) = option_type("--rotating", "1e-4", "damping of the shaft by its stiffness, s")
+      options%list(5) = option_type("--resting", "100", "damping of the disc against the ground, N s/m")
+      options%list(6) = option_type("--density", "7850", "density of the shaft, kg/m^3")
+      options%list(7) = option_type("--elements", "8", "elements of the shaft, an even number: the disc is at the middle")
+      options%list(8) = option_type("--damping", "on", "rotating and resting damping: on or none")
    end function rotor_options
 
    !> Builds the scene: node 1 is the disc, the nodes of the shaft follow. The first is driven: it neither turns about
@@ -53,17 +56,20 @@ contains
       integer, parameter :: most_elements = 10000
       character(len=:), allocatable :: bearings, damping
       type(beam_type) :: shaft
-      real(wp) :: speed, rotating, resting, density, inertia(3, 3), stiffness(12, 12)
+      real(wp) :: speed, cross, rotating, resting, density, inertia(3, 3), stiffness(12, 12)
       integer :: elements, k
 
       call options%read_not_negative("--speed", speed, error)
       call options%read_choice("--bearings", [character(len=11) :: "rigid", "isotropic", "anisotropic"], bearings, error)
+      call options%read_not_negative("--cross", cross, error)
       call options%read_not_negative("--rotating", rotating, error)
       call options%read_not_negative("--resting", resting, error)
       call options%read_choice("--damping", [character(len=4) :: "on", "none"], damping, error)
       call options%require("--damping", "on", [character(len=10) :: "--rotating", "--resting"], error)
       call options%read_not_negative("--density", density, error)
       call options%read_integer("--elements", 2, most_elements, elements, error)
+      if (.not. allocated(error) .and. bearings == "rigid" .and. cross > 0) call new_error(error, error_usage, &
+         "option --cross wants --bearings isotropic or anisotropic, not 'rigid'")
       if (.not. allocated(error) .and. mod(elements, 2) /= 0) call new_error(error, error_usage, &
          "option --elements wants an even number, as the disc is at the middle of the shaft, not '"//text(elements)//"'")
       if (allocated(error)) return
@@ -109,7 +115,7 @@ contains
          integer, intent(in) :: places(2)
          real(wp), intent(in) :: springs(2)
 
-         call assembly%stiffness%add_block(places, places, spread(springs, 2, 2)*identity(:2, :2))
+         call assembly%stiffness%add_block(places, places, reshape([springs(1), -cross, cross, springs(2)], [2, 2]))
       end subroutine add_bearing
    end subroutine build_rotor
 end module scene_rotor

@@ -14,6 +14,10 @@ module kschur_threads
    !> Rows of a panel: with fewer rows than two of them nothing is worth a thread.
    integer, parameter, public :: panel_rows = 2048
 
+   ! Unknowns of a problem. Threads wait for each other some thousand times in a solve; where others use the cores as well,
+   ! that takes longer than all that there is to do in a smaller one.
+   integer, parameter :: worth_threads = 10000
+
    interface
       integer(c_int) function c_enter_solve() bind(c, name="kschur_enter_solve")
          import :: c_int
@@ -31,10 +35,12 @@ module kschur_threads
 contains
 
    !> Gives this thread its share of the cores: as many threads as were asked for, or as the process may use divided by
-   !> the solves that run at the same time. The BLAS has one thread from now on. Within another solve nothing changes.
-   subroutine enter_solve(asked, before)
+   !> the solves that run at the same time; of a small problem one. The BLAS has one thread from now on. Within another solve
+   !> nothing changes.
+   subroutine enter_solve(asked, unknowns, before)
       !> 0: as many as there are.
       integer, intent(in) :: asked
+      integer, intent(in) :: unknowns
       !> For `leave_solve`.
       integer, intent(out) :: before
       integer :: solves
@@ -45,11 +51,13 @@ contains
       if (omp_in_parallel() .or. solves == 0) return
       if (asked > 0) then
          call omp_set_num_threads(asked)
+      else if (unknowns < worth_threads) then
+         call omp_set_num_threads(1)
       else
          call omp_set_num_threads(max(min(before, omp_get_num_procs())/solves, 1))
       end if
 #else
-      associate (unused => asked, also_unused => solves)
+      associate (unused => asked, also_unused => solves, unused_too => unknowns)
       end associate
 #endif
    end subroutine enter_solve

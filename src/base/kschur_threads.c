@@ -48,6 +48,7 @@ void kschur_leave_solve(void)
 void kschur_set_blas_threads(int threads)
 {
    pthread_mutex_lock(&mutex);
-   if ((solves == 1 || (solves > 1 && threads == 1)) && HAS_OPENBLAS && openblas_get_num_threads() != threads) openblas_set_num_threads(threads);
+   if ((solves == 1 || (solves > 1 && threads == 1)) && HAS_OPENBLAS && openblas_get_num_threads() != threads)
+      openblas_set_num_threads(threads);
    pthread_mutex_unlock(&mutex);
 }

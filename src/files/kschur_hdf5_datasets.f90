@@ -22,12 +22,12 @@ module kschur_hdf5_datasets
    !> Reads a whole dataset of the rank of `values`; the extents are in Fortran's
    !> order, that is, the reverse of what h5py shows.
    interface read_dataset
-      module procedure read_integers, read_reals, read_complexes, read_complex_block, read_words
+      module procedure read_integers, read_reals, read_real_block, read_complexes, read_complex_block, read_words
    end interface read_dataset
 
    !> Writes a new dataset.
    interface write_dataset
-      module procedure write_integers, write_reals, write_complexes, write_complex_block, write_words
+      module procedure write_integers, write_reals, write_real_block, write_complexes, write_complex_block, write_words
    end interface write_dataset
 
 contains
@@ -293,6 +293,21 @@ contains
       call close_dataset(dataset, status, name//" cannot be read", error)
    end subroutine read_reals
 
+   subroutine read_real_block(values, file, name, error)
+      real(wp), allocatable, target, intent(out) :: values(:, :)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: dataset
+      integer :: extents(2), status
+
+      call open_dataset(dataset, extents, file, name, real_type(), error)
+      if (allocated(error)) return
+      allocate (values(extents(1), extents(2)), stat=status)
+      if (status == 0 .and. minval(extents) > 0) call read_values(dataset, real_type(), c_loc(values), status)
+      call close_dataset(dataset, status, name//" cannot be read", error)
+   end subroutine read_real_block
+
    subroutine read_complexes(values, file, name, error)
       complex(wp), allocatable, target, intent(out) :: values(:)
       integer(hid_t), intent(in) :: file
@@ -380,6 +395,15 @@ contains
 
       call write_values(file, name, real_type(), shape(values), c_loc(values), error)
    end subroutine write_reals
+
+   subroutine write_real_block(file, name, values, error)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      real(wp), target, contiguous, intent(in) :: values(:, :)
+      type(error_type), allocatable, intent(inout) :: error
+
+      call write_values(file, name, real_type(), shape(values), c_loc(values), error)
+   end subroutine write_real_block
 
    subroutine write_complexes(file, name, values, error)
       integer(hid_t), intent(in) :: file

@@ -10,8 +10,10 @@ module kschur_hdf5_result
    use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, forbid_external_links, &
       open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
+   use kschur_hdf5_properties, only: read_properties, write_properties
    use kschur_kinds, only: wp, long
-   use kschur_options, only: arpack_names, formulation_names, index_of_name, inner_names, method_names, scaling_names
+   use kschur_options, only: arpack_names, formulation_names, index_of_name, inner_names, method_names, &
+      normalisation_names, scaling_names
    use kschur_problem, only: damping_names
    use kschur_result, only: modal_result_type, certified_names, history_type, kind_names, reason_names
    use kschur_release, only: kschur_version
@@ -41,6 +43,7 @@ contains
       call silence_hdf5(printing, error)
       call create_hdf5_file(file, staging, path, bytes_of(result), error)
       call write_modes(file, result, error)
+      call write_properties(file, result%properties, error)
       call write_history(file, result%history, error)
       call write_facts(file, result, error)
       call write_options(file, result, error)
@@ -152,6 +155,7 @@ contains
          call write_attribute(file, root, "constraint_scaling", trim(scaling_names(options%constraint_scaling)), error)
          call write_attribute(file, root, "inner_asked", trim(inner_names(options%inner)), error)
          call write_attribute(file, root, "presolve", merge(1, 0, options%presolve), error)
+         call write_attribute(file, root, "normalisation", trim(normalisation_names(options%normalisation)), error)
          call write_attribute(file, root, "certify", merge(1, 0, options%certify), error)
          call write_attribute(file, root, "method_asked", trim(method_names(options%method)), error)
          call write_attribute(file, root, "arpack", trim(arpack_names(options%arpack)), error)
@@ -269,6 +273,7 @@ contains
       call read_facts(result, file, error)
       call read_options(result, file, error)
       call read_modes(result, file, error)
+      if (.not. allocated(error)) call read_properties(result%properties, file, size(result%eigenvalues), error)
       call read_history(result%history, file, error)
       call close_hdf5_file(file)
       if (.not. allocated(error)) call check_shapes(result, error)
@@ -388,6 +393,7 @@ contains
             call read_attribute(presolve, file, root, "presolve", error)
             options%presolve = presolve /= 0
          end if
+         if (has("normalisation")) call read_name(options%normalisation, file, "normalisation", normalisation_names, error)
          if (has("method_asked")) call read_name(options%method, file, "method_asked", method_names, error)
          if (has("arpack")) call read_name(options%arpack, file, "arpack", arpack_names, error)
          if (has("seed")) call read_attribute(options%seed, file, root, "seed", error)

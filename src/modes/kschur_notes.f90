@@ -5,10 +5,10 @@ module kschur_notes
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesvd
    use kschur_left, only: condition_number, merges
-   use kschur_options, only: method_arpack
+   use kschur_options, only: formulation_low_rank, method_arpack
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_result, only: modal_result_type, append_note, certified_unknown, kind_rigid, inaccurate_above, note_length, &
-      reason_max_restarts
+      reason_converged, reason_max_restarts
    use kschur_text, only: magnitude, text
    implicit none
    private
@@ -52,6 +52,9 @@ contains
       call note_accumulation(problem, result)
       if (result%options%method == method_arpack .and. result%certified == certified_unknown) call result%add_note( &
          "ARPACK looks for no further copies of multiple eigenvalues, and nothing was counted: a mode may be missing")
+      if (result%formulation == formulation_low_rank .and. result%reason == reason_converged .and. &
+         result%certified == certified_unknown) call result%add_note("all undamped modes this near were counted, and the modes "// &
+         "come from them; that the local forces make no further ones is not proved by that: certify does")
    end subroutine note_modes
 
    ! With R = alpha M + beta K the slower root of each stiff motion is next to -1/beta: far too many to be told

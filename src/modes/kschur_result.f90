@@ -5,6 +5,7 @@ module kschur_result
    use kschur_outcome, only: history_type, certified_names, certified_no, certified_unknown, certified_yes, inaccurate_above, &
       reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, reason_inaccurate
    use kschur_options, only: modal_options_type, formulation_auto
+   use kschur_properties, only: modal_properties_type
    implicit none
    private
    public :: append_note, modal_result_type, history_type, timings_type
@@ -35,7 +36,8 @@ module kschur_result
    type, extends(effort_type) :: modal_result_type
       !> Eigenvalues lambda (1/s), Im >= 0: a conjugate pair stands once.
       complex(wp), allocatable :: eigenvalues(:)
-      !> Mode shapes phi, n x modes, of unit Euclidean norm, largest entry real and positive.
+      !> Mode shapes phi, n x modes, largest entry real and positive: that is the phase also of the complex shapes of damped
+      !> modes. Of unit Euclidean norm, or as `options%normalisation` says.
       complex(wp), allocatable :: eigenvectors(:, :)
       !> Lagrange multipliers xi, m x modes, of the constraints as given.
       complex(wp), allocatable :: multipliers(:, :)
@@ -62,6 +64,8 @@ module kschur_result
       !> infinity norms move it by no more than kappa eps |lambda|. Of a multiple eigenvalue that of the vectors as
       !> they are. Infinite for a zero and for a defective eigenvalue, NaN without a left vector.
       real(wp), allocatable :: condition(:)
+      !> What the modes weigh; not allocated until `find_modal_properties` computes it.
+      type(modal_properties_type), allocatable :: properties
 
       !> What was asked for.
       type(modal_options_type) :: options

@@ -77,7 +77,7 @@ contains
       type(inner_solvers_type), intent(in), optional :: solvers
       integer :: threads_before
 
-      call enter_solve(options%threads, threads_before)
+      call enter_solve(options%threads, problem%unknowns(), threads_before)
       call solve(problem, first, last, options, result, error, monitor, solvers)
       call leave_solve(threads_before)
    end subroutine solve_band

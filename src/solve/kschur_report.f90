@@ -5,6 +5,7 @@ module kschur_report
    use kschur_error, only: error_type
    use kschur_linear_solver, only: linear_solver_type
    use kschur_modes, only: modes_type
+   use kschur_normalisation, only: normalise_shapes
    use kschur_notes, only: note_inaccurate, note_modes
    use kschur_options, only: modal_options_type, formulation_dense
    use kschur_result, only: modal_result_type
@@ -32,6 +33,7 @@ contains
       call describe(s%problem, result)
       call note_inaccurate(modes%inaccurate, result)
       if (size(result%eigenvalues) > 0) call note_modes(s%problem, result, error)
+      if (.not. allocated(error)) call normalise_shapes(s%problem, result)
    end subroutine report
 
    subroutine report_problem(s, options, result)

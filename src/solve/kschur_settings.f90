@@ -8,7 +8,7 @@ module kschur_settings
    use kschur_krylov_options, only: krylov_options_type, subspace_dimension
    use kschur_options, only: modal_options_type, arpack_names, formulation_auto, formulation_damped_constrained, &
       formulation_damped_constrained_zero, formulation_dense, formulation_low_rank, formulation_names, inner_names, &
-      scaling_names, &
+      normalisation_names, scaling_names, &
       formulation_undamped_constrained_zero, method_arpack, method_krylov_schur, method_names, scaling_none
    implicit none
    private
@@ -42,6 +42,8 @@ contains
          call new_error(error, error_usage, "there is no such constraint scaling")
       else if (options%inner < 0 .or. options%inner > ubound(inner_names, 1)) then
          call new_error(error, error_usage, "there is no such inner solver")
+      else if (options%normalisation < 0 .or. options%normalisation > ubound(normalisation_names, 1)) then
+         call new_error(error, error_usage, "there is no such normalisation")
       else if (allocated(options%shift)) then
          if (.not. abs(options%shift) <= largest) &
             call new_error(error, error_usage, "the shift must be a number below 1e100")

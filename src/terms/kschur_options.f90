@@ -61,6 +61,15 @@ module kschur_options
    !> The names of the inner solvers, in this order from `inner_auto` on.
    character(len=*), parameter, public :: inner_names(0:3) = [character(len=9) :: "auto", "mumps", "ldl", "iterative"]
 
+   !> Shapes of unit Euclidean norm.
+   integer, parameter, public :: normalisation_length = 0
+   !> Shapes of unit mass, phi^* M phi = 1.
+   integer, parameter, public :: normalisation_mass = 1
+   !> Shapes whose largest entry is 1.
+   integer, parameter, public :: normalisation_displacement = 2
+   !> The names of the normalisations, in this order from `normalisation_length` on.
+   character(len=*), parameter, public :: normalisation_names(0:2) = [character(len=12) :: "length", "mass", "displacement"]
+
    !> Krylov-Schur, and Lanczos for the symmetric formulations.
    integer, parameter, public :: method_krylov_schur = 0
    !> ARPACK on the same operators, as a baseline; one thread of a process at a time.
@@ -105,6 +114,8 @@ module kschur_options
       integer :: max_restarts = 200
       !> Whether the structured formulations eliminate clamped and tied unknowns first.
       logical :: presolve = .true.
+      !> One of `normalisation_*`: the length of the shapes.
+      integer :: normalisation = normalisation_length
       !> Whether to compute left eigenvectors and condition numbers as well.
       logical :: left = .false.
       !> Whether to count the eigenvalues about the target where nothing else proves that no mode is missing: for

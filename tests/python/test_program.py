@@ -682,6 +682,22 @@ def test_output_never_replaces_the_problem(folder):
     check("the problem is as it was", problem.read_bytes() == before)
 
 
+def test_waiting_threads(folder):
+    """The threads of a large solve do not spin while they wait, unless the user says so."""
+    problem = folder / "large.h5"
+    kschur("scene", "grid", "--cells", "24x16", "--output", problem)
+    plain = {name: value for name, value in os.environ.items() if not name.startswith(("OMP_", "GOMP_"))}
+    counts = {}
+    for name, said in {"nothing": {}, "active": {"OMP_WAIT_POLICY": "ACTIVE"}, "a count": {"GOMP_SPINCOUNT": "7"}}.items():
+        run = kschur("solve", problem, "--modes", 2, "--quiet", env={**plain, **said, "OMP_DISPLAY_ENV": "VERBOSE"})
+        check(f"waiting threads, said {name}: solves", run.returncode == 0, run.stderr)
+        counts[name] = re.findall("GOMP_SPINCOUNT = '(.*)'", run.stderr)
+    # Without OpenMP, or with another one than that of GCC, nothing is shown.
+    if any(counts.values()):
+        check("waiting threads: asleep by default", counts["nothing"][-1] == "0", counts)
+        check("waiting threads: as the user says", counts["active"][-1] not in ("0", "7") and counts["a count"] == ["7"], counts)
+
+
 def run_without_output(how, *words):
     """Runs kschur with its standard output redirected as the shell writes it."""
     return subprocess.run(["sh", "-c", f'exec "$0" "$@" {how}', KSCHUR, *map(str, words)], stderr=subprocess.PIPE,
@@ -851,7 +867,7 @@ def main():
                      test_rigid_modes, test_notes, test_inaccurate, test_csv, test_result_file,
                      test_output_that_cannot_be_written, test_certify, test_left, test_info, test_presolve_option,
                      test_restarts_run_out, test_more_modes_than_exist, test_arpack, test_compare, test_wrong_usage,
-                     test_output_never_replaces_the_problem, test_lost_output, test_matrices_that_cannot_be_read,
+                     test_output_never_replaces_the_problem, test_lost_output, test_waiting_threads, test_matrices_that_cannot_be_read,
                      test_bad_input, test_triplets_and_pipes, test_messages, test_progress):
             try:
                 test(folder)

@@ -37,6 +37,7 @@ FIGURES = {
     "work_precision_damping",
     "time_against_unknowns",
     "memory_against_unknowns",
+    "time_against_dampers",
     "where_the_time_goes",
     "residual_by_mode",
     "residual_by_row",
@@ -299,6 +300,15 @@ def test_numbers(folder):
     check("memory: more than nothing", all((run.memory_bytes > 0).all() for run in runs))
     sizes = {run.unknowns for run in campaign.study("scaling")}
     check("scaling: three sizes", sizes == {300, 948, 1956}, sizes)
+    dampers = campaign.study("dampers")
+    check(
+        "dampers: each number by low-rank and by quadratic, one of them chosen, the same modes",
+        sorted((run.dampers, run.formulation) for run in dampers)
+        == [(count, form) for count in (1, 4, 16) for form in ("low-rank", "quadratic")]
+        and all(run.found == run.expected for run in dampers)
+        and len([run for run in dampers if run.method == "auto"]) == 3,
+        [(run.dampers, run.method, run.formulation) for run in dampers],
+    )
     check(
         "hard cases: ours are right, read from the program",
         campaign.hard_cases and all(case.good for case in campaign.hard_cases if case.method == "auto"),
@@ -331,6 +341,7 @@ def test_own_problem(folder):
         - {
             "time_against_unknowns",
             "memory_against_unknowns",
+            "time_against_dampers",
             "constraint_scaling",
             "stability_map",
             "work_precision_damping",

@@ -1,0 +1,122 @@
+!> What is made of modes, for C: modal properties, MAC, sensitivities.
+module kschur_capi_study
+   use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int, c_int64_t, c_ptr
+   use kschur, only: eigenvalue_rates, error_type, find_modal_properties, modal_assurance, new_error, problem_rate_type, &
+      rate_between, text, wp
+   use kschur_capi_arrays, only: give_array
+   use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
+   use kschur_capi_result, only: result_handle_type, has_modes, result_of
+   use kschur_capi_status, only: fail, outcome, require, status_order, status_usage
+   implicit none
+   private
+
+contains
+
+   integer(c_int) function kschur_result_find_properties(address, problem, directions, count) bind(c) result(status)
+      type(c_ptr), value :: address, problem, directions
+      integer(c_int64_t), value :: count
+      type(result_handle_type), pointer :: handle
+      type(problem_handle_type), pointer :: problem_handle
+      type(error_type), allocatable :: error
+      real(c_double), pointer :: given(:, :)
+
+      handle => result_of(address)
+      if (.not. has_modes(handle, status)) return
+      call require_problem(problem, problem_handle, error)
+      if (.not. allocated(error) .and. (count < 0 .or. count > huge(1))) &
+         call new_error(error, status_usage, "the number of directions is "//text(count))
+      if (count > 0) call require(directions, "directions", error)
+      if (.not. allocated(error)) then
+         if (count > 0) then
+            call c_f_pointer(directions, given, [problem_handle%problem%unknowns(), int(count)])
+            call find_modal_properties(problem_handle%problem, handle%result, error, given)
+         else
+            call find_modal_properties(problem_handle%problem, handle%result, error)
+         end if
+      end if
+      status = outcome(handle, error)
+   end function kschur_result_find_properties
+
+#define GETTER kschur_result_get_generalised_masses
+#define PROPERTY mass
+#include "kschur_capi_properties.inc"
+
+#define GETTER kschur_result_get_generalised_dampings
+#define PROPERTY damping
+#include "kschur_capi_properties.inc"
+
+#define GETTER kschur_result_get_generalised_stiffnesses
+#define PROPERTY stiffness
+#include "kschur_capi_properties.inc"
+
+#define GETTER kschur_result_get_modal_a
+#define PROPERTY a
+#include "kschur_capi_properties.inc"
+
+#define GETTER kschur_result_get_modal_b
+#define PROPERTY b
+#include "kschur_capi_properties.inc"
+
+#define GETTER kschur_result_get_participation_factors
+#define PROPERTY participation
+#include "kschur_capi_properties.inc"
+
+#define GETTER kschur_result_get_effective_masses
+#define PROPERTY effective_mass
+#include "kschur_capi_properties.inc"
+
+#define GETTER kschur_result_get_total_masses
+#define PROPERTY total_mass
+#include "kschur_capi_properties.inc"
+
+   integer(c_int) function kschur_result_get_mac(address, other, values, length) bind(c) result(status)
+      type(c_ptr), value :: address, other, values
+      integer(c_int64_t), value :: length
+      type(result_handle_type), pointer :: handle, second
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: mac(:, :)
+
+      handle => result_of(address)
+      if (.not. has_modes(handle, status)) return
+      call require(other, "other", error)
+      if (.not. allocated(error)) then
+         second => result_of(other)
+         call modal_assurance(handle%result, second%result, mac, error)
+      end if
+      status = outcome(handle, error)
+      if (.not. allocated(error)) status = give_array(handle, mac, values, length)
+   end function kschur_result_get_mac
+
+   integer(c_int) function kschur_result_get_rates(address, problem, changed, step, values, length) bind(c) result(status)
+      type(c_ptr), value :: address, problem, changed, values
+      real(c_double), value :: step
+      integer(c_int64_t), value :: length
+      type(result_handle_type), pointer :: handle
+      type(problem_handle_type), pointer :: here, there
+      type(problem_rate_type) :: rate
+      type(error_type), allocatable :: error
+      complex(wp), allocatable :: rates(:)
+
+      handle => result_of(address)
+      if (.not. has_modes(handle, status)) return
+      call require_problem(problem, here, error)
+      if (.not. allocated(error)) call require_problem(changed, there, error)
+      if (.not. allocated(error)) call rate_between(here%problem, there%problem, step, rate, error)
+      if (.not. allocated(error)) call eigenvalue_rates(here%problem, handle%result, rate, rates, error)
+      status = outcome(handle, error)
+      if (.not. allocated(error)) status = give_array(handle, rates, values, length)
+   end function kschur_result_get_rates
+
+   ! What is behind the handle of a problem, whole.
+   subroutine require_problem(address, handle, error)
+      type(c_ptr), intent(in) :: address
+      type(problem_handle_type), pointer, intent(out) :: handle
+      type(error_type), allocatable, intent(out) :: error
+
+      nullify (handle)
+      call require(address, "problem", error)
+      if (allocated(error)) return
+      handle => problem_of(address)
+      call check_problem(handle, error)
+   end subroutine require_problem
+end module kschur_capi_study

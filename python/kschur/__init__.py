@@ -1,0 +1,15 @@
+"""Modes of damped, constrained, possibly unsymmetric structures.
+
+    result = kschur.solve(M, K, R, Cq, modes=20)      # matrices of SciPy or NumPy
+    result                                            # prints as a table
+    result.frequency_hz, result.damping_ratio, result.shapes
+"""
+from . import errors
+from ._library import version as _version
+from .errors import Error
+from .geometry import Geometry
+from .result import Result
+from .solving import load, solve
+
+__version__ = _version()
+__all__ = ["Error", "Geometry", "Result", "errors", "load", "solve"]

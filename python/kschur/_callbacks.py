@@ -1,0 +1,80 @@
+"""Python functions that the C library calls back while it solves. An exception must not pass through it: the first one is
+kept, the solve ends, and it is raised again behind the call."""
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sparse
+
+from ._library import FACTORIZE, PROGRESS, RELEASE, SOLVE, Handle
+
+_SINGULAR = 5
+_FAILED = 24
+
+
+class Callbacks:
+    """What is called back in one solve; it must live as long."""
+
+    def __init__(self, options: Handle, progress: Callable[..., Any] | None, linear_solver: Callable[..., Any] | None) -> None:
+        self.raised: BaseException | None = None
+        self._progress = progress
+        self._factors: dict[int, Any] = {}
+        self._keys = itertools.count(1)
+        # Also without a function of the caller: an interrupt by the keyboard is raised in it.
+        self._kept: list[Any] = [PROGRESS(self._report)]
+        options.call("set_progress", self._kept[0], None)
+        if linear_solver is None:
+            return
+        release = RELEASE(self._release)
+        for kind, scalar in (("real", np.float64), ("complex", np.complex128)):
+            functions = FACTORIZE(self._factorize_as(scalar, linear_solver)), SOLVE(self._solve_as(scalar)), release
+            options.call(f"set_{kind}_solver", *functions, None)
+            self._kept.extend(functions)
+
+    def _report(self, _context: Any, restart: int, converged: int, wanted: int, residual: float) -> int:
+        try:
+            return int(self._progress is not None and self._progress(restart, converged, wanted, residual) is True)
+        except BaseException as error:
+            self.raised = self.raised or error
+            return 1
+
+    def _factorize_as(self, scalar: Any, linear_solver: Callable[..., Any]) -> Callable[..., int]:
+        def factorize(_context: Any, n: int, entries: int, row_start: Any, column: Any, value: Any, _symmetric: int,
+                      factors: Any) -> int:
+            try:
+                values = np.ctypeslib.as_array(value, (entries * (np.dtype(scalar).itemsize // 8),)).view(scalar)
+                matrix = sparse.csr_matrix((values, np.ctypeslib.as_array(column, (entries,)),
+                                            np.ctypeslib.as_array(row_start, (n + 1,))), shape=(n, n)).tocsc()
+                key = next(self._keys)
+                self._factors[key] = linear_solver(matrix)
+                factors[0] = key
+                return 0
+            except BaseException as error:
+                return self._status_of(error)
+        return factorize
+
+    def _solve_as(self, scalar: Any) -> Callable[..., int]:
+        transposed = "T" if scalar is np.float64 else "H"
+
+        def solve(_context: Any, key: int, adjoint: int, n: int, vectors: int, x: Any) -> int:
+            try:
+                columns = np.ctypeslib.as_array(x, (vectors, n * (np.dtype(scalar).itemsize // 8))).view(scalar).T
+                columns[...] = self._factors[key].solve(np.array(columns, order="F"), transposed if adjoint else "N")
+                return 0
+            except BaseException as error:
+                self.raised = self.raised or error
+                return _FAILED
+        return solve
+
+    def _release(self, _context: Any, key: int) -> None:
+        self._factors.pop(key, None)
+
+    def _status_of(self, error: BaseException) -> int:
+        # SciPy's splu says it in words.
+        if isinstance(error, np.linalg.LinAlgError) or (isinstance(error, RuntimeError) and "singular" in str(error)):
+            return _SINGULAR
+        self.raised = self.raised or error
+        return _FAILED

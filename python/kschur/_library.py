@@ -1,0 +1,97 @@
+"""The C library: where it is, what its functions take, and the handles that they work on."""
+from __future__ import annotations
+
+import ctypes
+import os
+from ctypes import CFUNCTYPE, POINTER, c_double, c_int, c_int32, c_int64, c_void_p
+from pathlib import Path
+from typing import Any
+
+from .errors import OF_STATUS, Error
+
+PROGRESS = CFUNCTYPE(c_int, c_void_p, c_int64, c_int64, c_int64, c_double)
+FACTORIZE = CFUNCTYPE(c_int, c_void_p, c_int64, c_int64, POINTER(c_int32), POINTER(c_int32), POINTER(c_double), c_int,
+                      POINTER(c_void_p))
+SOLVE = CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_int64, c_int64, POINTER(c_double))
+RELEASE = CFUNCTYPE(None, c_void_p, c_void_p)
+
+# By hand only what C would convert: numbers that are not int, and callbacks.
+_ARGUMENTS = {
+    "kschur_problem_set_csr": [c_void_p, c_int, c_int64, c_int64, c_int64, c_int, c_void_p, c_void_p, c_void_p],
+    "kschur_problem_set_csr64": [c_void_p, c_int, c_int64, c_int64, c_int64, c_int, c_void_p, c_void_p, c_void_p],
+    "kschur_options_set_progress": [c_void_p, PROGRESS, c_void_p],
+    "kschur_options_set_real_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],
+    "kschur_options_set_complex_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],
+    "kschur_solve": [c_void_p, c_void_p, c_void_p],
+    "kschur_solve_band": [c_void_p, c_double, c_double, c_void_p, c_void_p],
+}
+
+
+def _load() -> ctypes.CDLL:
+    """The library that KSCHUR_LIBRARY names, else the one in this package, else an installed one."""
+    beside = Path(__file__).with_name("libkschur_capi.so")
+    path = os.environ.get("KSCHUR_LIBRARY") or (str(beside) if beside.exists() else "libkschur_capi.so.0.1")
+    try:
+        loaded = ctypes.CDLL(path)
+    except OSError as error:
+        raise ImportError(f"the library of kschur cannot be loaded: {error}; pip install builds it into the package, "
+                          "or KSCHUR_LIBRARY names one that is built") from error
+    for name, arguments in _ARGUMENTS.items():
+        getattr(loaded, name).argtypes = arguments
+    return loaded
+
+
+library = _load()
+
+
+def version() -> str:
+    """The version of the library that runs, as "0.1.0"."""
+    parts = [c_int() for _ in range(3)]
+    library.kschur_version(*map(ctypes.byref, parts))
+    return ".".join(str(part.value) for part in parts)
+
+
+def name_of(what: str, number: int) -> str:
+    """The name of a kind or a reason."""
+    buffer = ctypes.create_string_buffer(100)
+    getattr(library, f"kschur_{what}_name")(int(number), buffer, c_int64(len(buffer)))
+    return buffer.value.decode()
+
+
+class Handle:
+    """A kschur_problem, kschur_options or kschur_result, by its kind; ended with this object."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+        self.address = c_void_p()
+        status = self._function("create")(ctypes.byref(self.address))
+        if status != 0:
+            raise OF_STATUS[status](f"no {kind} could be made")
+
+    def __del__(self) -> None:
+        if self.address:
+            self._function("destroy")(ctypes.byref(self.address))
+
+    def call(self, name: str, *arguments: Any) -> None:
+        """Calls kschur_KIND_NAME on this handle; a failure is raised."""
+        self.check(self._function(name)(self.address, *arguments))
+
+    def check(self, status: int) -> None:
+        """Raises the failure that a status stands for, with the message of this handle."""
+        if status != 0:
+            raise OF_STATUS.get(status, Error)(self.text("get_message"))
+
+    def text(self, name: str, *arguments: Any) -> str:
+        """The text that kschur_KIND_NAME gives."""
+        buffer = ctypes.create_string_buffer(4096)
+        self._function(name)(self.address, *arguments, buffer, c_int64(len(buffer)))
+        return buffer.value.decode(errors="replace")
+
+    def numbers(self, name: str, *types: Any) -> list[Any]:
+        """The numbers of these ctypes that kschur_KIND_NAME gives."""
+        places = [kind() for kind in types]
+        self.call(name, *map(ctypes.byref, places))
+        return [place.value for place in places]
+
+    def _function(self, name: str) -> Any:
+        return getattr(library, f"kschur_{self.kind}_{name}")

@@ -1,0 +1,43 @@
+"""Matrices of SciPy and NumPy as a problem of the C library."""
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sparse
+
+from ._library import Handle
+from .errors import InputError
+
+NAMES = ("mass matrix M", "stiffness matrix K", "damping matrix R", "constraint Jacobian Cq")
+
+
+def new_problem(*matrices: Any) -> Handle:
+    """A problem of M, K, R and Cq: sparse or dense, real; R and Cq may be None. Raises InputError."""
+    problem = Handle("problem")
+    for number, (matrix, name) in enumerate(zip(matrices, NAMES)):
+        if matrix is not None:
+            _set_matrix(problem, number, matrix, name)
+    problem.call("get_size", None, None)
+    return problem
+
+
+def _set_matrix(problem: Handle, number: int, matrix: Any, name: str) -> None:
+    rows = _compressed_rows(matrix, name)
+    index = np.int64 if rows.indices.dtype == np.int64 else np.int32
+    start, column, value = (np.ascontiguousarray(array, dtype) for array, dtype in
+                            ((rows.indptr, index), (rows.indices, index), (rows.data, np.float64)))
+    problem.call("set_csr64" if index == np.int64 else "set_csr", number, *rows.shape, len(value), 0,
+                 start.ctypes.data, column.ctypes.data, value.ctypes.data)
+
+
+def _compressed_rows(matrix: Any, name: str) -> sparse.csr_matrix:
+    if not sparse.issparse(matrix):
+        matrix = np.asarray(matrix)
+        if matrix.ndim != 2:
+            raise InputError(f"the {name} has {matrix.ndim} dimensions but must have 2")
+    if not (np.issubdtype(matrix.dtype, np.number) or matrix.dtype == bool):
+        raise InputError(f"the {name} holds {matrix.dtype} but must hold real numbers")
+    if np.issubdtype(matrix.dtype, np.complexfloating):
+        raise InputError(f"the {name} is complex but must be real")
+    return sparse.csr_matrix(matrix)

@@ -1,0 +1,64 @@
+"""Pictures of mode shapes, by Matplotlib."""
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry import Geometry
+
+
+def plot_shape(geometry: Geometry, shape: NDArray[Any], *, scale: float | None = None, phase: float = 0.0,
+               title: str = "", ax: Any = None) -> Any:
+    """Draws a shape of n unknowns, and in gray the structure at rest; returns the axes.
+
+    scale : what the shape is multiplied by; by default the largest displacement is a tenth of the structure.
+    phase : angle of the oscillation in radians; 0 is the real part of the shape.
+    ax : axes to draw on, with projection="3d" for what is not flat; by default new ones.
+    """
+    from matplotlib import pyplot as plt
+    from matplotlib.collections import LineCollection
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    rest = geometry.coordinates
+    moved = geometry.displacements(shape)
+    moved = (moved * np.exp(1j * phase)).real
+    amplitude = np.linalg.norm(moved, axis=1)
+    if scale is None:
+        scale = float(0.1 * np.linalg.norm(np.ptp(rest, axis=0)) / (amplitude.max() or 1.0)) or 1.0
+    now = rest + scale * moved
+    axes = _axes_of(rest, moved)
+    collection = LineCollection if len(axes) == 2 else Line3DCollection
+    if ax is None:
+        ax = plt.figure().add_subplot(projection=None if len(axes) == 2 else "3d")
+    ax.add_collection(collection(rest[:, axes][geometry.lines], colors="lightgray", linewidths=0.8))
+    coloured = collection(now[:, axes][geometry.lines], cmap="viridis", linewidths=1.5)
+    coloured.set_array(amplitude[geometry.lines].mean(axis=1))
+    ax.add_collection(coloured)
+    if len(geometry.lines) == 0:
+        ax.scatter(*now[:, axes].T)
+    _frame(ax, np.vstack([rest, now])[:, axes], axes)
+    ax.set_title(title)
+    return ax
+
+
+def _axes_of(rest: NDArray[Any], moved: NDArray[Any]) -> list[int]:
+    """Those of a plane where nothing stands or moves outside it, else all three."""
+    for left_out in (2, 1, 0):
+        if not (np.ptp(rest[:, left_out]) or moved[:, left_out].any()):
+            return [axis for axis in range(3) if axis != left_out]
+    return [0, 1, 2]
+
+
+def _frame(ax: Any, points: NDArray[Any], axes: list[int]) -> None:
+    """Limits about all points, of equal units on all axes, and their names."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.05 * (high - low).max() or 1.0
+    for place, axis, first, last in zip("xyz", axes, low - margin, high + margin):
+        getattr(ax, f"set_{place}lim")(first, last)
+        getattr(ax, f"set_{place}label")("xyz"[axis])
+    if len(axes) == 3:
+        ax.set_box_aspect(high - low + 2 * margin)
+    else:
+        ax.set_aspect("equal")

@@ -1,0 +1,81 @@
+"""From matrices to modes."""
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from ._callbacks import Callbacks
+from ._library import Handle, library
+from ._options import new_options
+from ._problem import new_problem
+from .errors import UsageError
+from .geometry import Geometry
+from .result import Result
+
+
+def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = None, target: complex | None = None, *,
+          frequency: float | None = None, band: tuple[float, float] | None = None, shift: complex | None = None,
+          left: bool = False, certify: bool = False, geometry: Geometry | None = None,
+          progress: Callable[[int, int, int, float], Any] | None = None,
+          linear_solver: Callable[..., Any] | None = None, **more: Any) -> Result:
+    """The modes of (lambda^2 M + lambda R + K) phi + Cq^T xi = 0, Cq phi = 0 nearest to a target, or all of a band.
+
+    M, K, R : real n x n matrices, sparse (SciPy, any format) or dense: mass, stiffness, damping (none where absent).
+    Cq : real m x n constraint Jacobian (none where absent).
+    modes : how many; a complex-conjugate pair is one, multiplicities count (10).
+    target : the modes nearest to this lambda (1/s) are wanted (0: the lowest).
+    frequency : the same in Hz: target = 2 pi i frequency.
+    band : two frequencies (Hz): all modes between them. Excludes the three above and `shift`.
+    shift : where to factor (1/s); chosen at the scale of the modes where absent.
+    left : whether to compute left vectors and condition numbers as well.
+    certify : whether to count eigenvalues where nothing else proves that no mode is missing.
+    geometry : where the unknowns stand in space, for `Result.plot_shape`.
+    progress : called as progress(restart, converged, wanted, residual); the solve ends with what has converged where it
+        returns True. An exception in it ends the solve and is raised here.
+    linear_solver : called as linear_solver(A) with a matrix in CSC to factor, in the place of the library's solvers;
+        what it returns has solve(b, trans) with trans "N", "T" or "H": scipy.sparse.linalg.splu is one. It raises
+        numpy.linalg.LinAlgError where A is singular.
+    more : method, arpack, formulation, inner, constraint_scaling, presolve, subspace, block, tolerance, max_restarts,
+        threads, seed: as the options of the program, with _ for -.
+
+    Fewer modes than asked for are no exception: see `Result.reason`. What is wrong is raised as one of
+    `kschur.errors`: UsageError for options, InputError for matrices, and so on.
+    """
+    if frequency is not None:
+        if target is not None:
+            raise UsageError("target and frequency exclude each other")
+        if not frequency >= 0:
+            raise UsageError(f"the frequency must not be {frequency}")
+        target = 2j * math.pi * frequency
+    if band is not None and not (modes is None and target is None and shift is None):
+        raise UsageError("band excludes modes, target, frequency and shift")
+    problem = new_problem(M, K, R, Cq)
+    options = new_options({"modes": modes, "target": target, "shift": shift, "left": left, "certify": certify, **more})
+    callbacks = Callbacks(options, progress, linear_solver)
+    result = Handle("result")
+    if band is None:
+        status = library.kschur_solve(problem.address, options.address, result.address)
+    else:
+        status = library.kschur_solve_band(problem.address, *_two_frequencies(band), options.address, result.address)
+    if callbacks.raised is not None:
+        raise callbacks.raised
+    result.check(status)
+    if geometry is not None:
+        geometry = geometry.completed(K)
+    return Result(result, geometry)
+
+
+def load(path: Any) -> Result:
+    """The result that `Result.save` or `kschur solve --output` wrote. Raises FileError or InputError."""
+    result = Handle("result")
+    result.call("read_hdf5", str(path).encode())
+    return Result(result)
+
+
+def _two_frequencies(band: Any) -> tuple[float, float]:
+    try:
+        first, last = map(float, band)
+    except (TypeError, ValueError):
+        raise UsageError(f"the band must be two frequencies in Hz, not {band!r}") from None
+    return first, last

@@ -1,0 +1,77 @@
+"""Functions of the caller: they are told, may cancel, may solve, and their exceptions come out."""
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.sparse.linalg
+from test_solve import chain, chain_omega, damped
+
+import kschur
+
+
+def test_progress_is_told_and_may_cancel():
+    M, K = chain(400)
+    calls = []
+    kschur.solve(M, K, modes=30, formulation="symmetric", subspace=40, progress=lambda *state: calls.append(state))
+    assert len(calls) > 1 and all(wanted >= 30 for _, _, wanted, _ in calls)
+    stopped = kschur.solve(M, K, modes=30, formulation="symmetric", subspace=40, progress=lambda *state: True)
+    assert stopped.reason == "cancelled" and len(stopped) < 30 and not stopped.converged
+    assert stopped.message.endswith("cancelled")
+
+
+def test_an_exception_in_progress_comes_out():
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        kschur.solve(*chain(400), modes=30, formulation="symmetric", progress=interrupt)
+    assert len(kschur.solve(*chain(40), modes=3)) == 3
+
+
+@pytest.mark.parametrize("wanted", [{}, {"target": -0.1 + 1.1j}])
+def test_own_linear_solver(wanted):
+    M, K, R = damped(150, 1)
+    kinds = []
+
+    def factorize(matrix):
+        kinds.append(matrix.dtype)
+        return scipy.sparse.linalg.splu(matrix)
+
+    own = kschur.solve(M, K, R, modes=6, formulation="quadratic", linear_solver=factorize, left=True, **wanted)
+    theirs = kschur.solve(M, K, R, modes=6, formulation="quadratic", left=True, **wanted)
+    assert (np.complex128 if wanted else np.float64) in kinds and own.inner.startswith("callbacks")
+    assert np.allclose(own.eigenvalues, theirs.eigenvalues, rtol=1e-10)
+    assert np.allclose(own.condition_number, theirs.condition_number, rtol=1e-6)
+    assert own.backward_error.max() < 1e-12
+
+
+def test_a_singular_matrix_is_told():
+    # Free at both ends: the matrix at zero is singular for sure.
+    M, K = chain(150)
+    K = K.tolil()
+    K[0, 0] = K[-1, -1] = 1
+    result = kschur.solve(M, K, modes=3, shift=0, formulation="symmetric", linear_solver=scipy.sparse.linalg.splu)
+    assert result.kind[0] == "rigid"
+    assert np.allclose(result.eigenvalues.imag[1:], 2 * np.sin(np.arange(1, 3) * np.pi / 300), rtol=1e-9)
+
+
+@pytest.mark.parametrize("broken", ["factorize", "solve"])
+def test_an_exception_in_a_linear_solver_comes_out(broken):
+    class Broken:
+        def __init__(self, _matrix):
+            if broken == "factorize":
+                raise ZeroDivisionError("of the caller")
+
+        def solve(self, _b, _trans):
+            raise ZeroDivisionError("of the caller")
+
+    with pytest.raises(ZeroDivisionError, match="of the caller"):
+        kschur.solve(*damped(150, 2), modes=3, formulation="quadratic", linear_solver=Broken)
+
+
+def test_threads_may_solve_at_the_same_time():
+    from concurrent.futures import ThreadPoolExecutor
+    sizes = [60, 80, 100, 120] * 3
+    with ThreadPoolExecutor(4) as pool:
+        results = list(pool.map(lambda n: kschur.solve(*chain(n), modes=4), sizes))
+    for n, result in zip(sizes, results):
+        assert np.allclose(result.eigenvalues.imag, chain_omega(n)[:4], rtol=1e-11)

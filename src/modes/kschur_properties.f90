@@ -1,0 +1,24 @@
+!> What a mode weighs, as numbers.
+module kschur_properties
+   use kschur_kinds, only: wp
+   implicit none
+   private
+   public :: modal_properties_type
+
+   !> Of each mode of a result, with its shape as long as it is there. `find_modal_properties` computes them.
+   type :: modal_properties_type
+      !> Generalised mass phi^* M phi, damping phi^* R phi and stiffness phi^* K phi; of forms that are not Hermitian the real part.
+      real(wp), allocatable :: mass(:), damping(:), stiffness(:)
+      !> Modal a = psi^* (2 lambda M + R) phi and b = -lambda a of the state-space form; psi is the left vector, conj(phi)
+      !> where the problem is symmetric. Without damping b = 2 psi^* K phi.
+      complex(wp), allocatable :: a(:), b(:)
+      !> Participation factors, modes x directions: a direction d that the constraints allow is the sum of Re(factor phi)
+      !> over all modes there are. Of an undamped mode phi^T M d/(phi^T M phi).
+      complex(wp), allocatable :: participation(:, :)
+      !> Effective masses Re(factor d^T M phi), modes x directions; over all modes they add up to the total. The slower root
+      !> of an overdamped oscillator has a negative one: only the sum of its two is a mass.
+      real(wp), allocatable :: effective_mass(:, :)
+      !> d^T M d of each direction.
+      real(wp), allocatable :: total_mass(:)
+   end type modal_properties_type
+end module kschur_properties

@@ -1,0 +1,159 @@
+!> What a mode weighs: generalised mass, stiffness and damping, modal a and b, participation and effective masses.
+module kschur_modal_properties
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kschur_description, only: form
+   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: zgesvd
+   use kschur_mode_groups, only: check_modes_of, form_between, group_of, mode_group_type, solve_small
+   use kschur_problem, only: modal_problem_type
+   use kschur_properties, only: modal_properties_type
+   use kschur_result, only: modal_result_type
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: find_modal_properties
+
+contains
+
+   !> Sets the properties of all modes of a result, those that `modal_properties_type` has. Fails where the result is not one
+   !> of the problem, where left vectors are missing that an unsymmetric problem needs, and where directions are not as
+   !> long as shapes.
+   subroutine find_modal_properties(problem, result, error, directions)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      !> Motions of all unknowns, n x directions, as 1 along x and 0 else. Absent: none.
+      real(wp), intent(in), optional :: directions(:, :)
+      complex(wp), allocatable :: momenta(:, :)
+      logical, allocatable :: pending(:)
+      type(modal_properties_type), allocatable :: properties
+      type(mode_group_type) :: group
+      complex(wp) :: value
+      real(wp) :: terms
+      integer :: k, j, d
+
+      if (allocated(result%properties)) deallocate (result%properties)
+      call check_modes_of(problem, result, error)
+      if (allocated(error)) return
+      allocate (properties)
+      if (present(directions)) then
+         call find_momenta(problem, directions, momenta, properties%total_mass, error)
+         if (allocated(error)) return
+      else
+         allocate (momenta(problem%unknowns(), 0), properties%total_mass(0))
+      end if
+      k = size(result%eigenvalues)
+      d = size(momenta, 2)
+      allocate (properties%mass(k), properties%damping(k), properties%stiffness(k), properties%a(k), properties%b(k))
+      allocate (properties%participation(k, d), properties%effective_mass(k, d))
+      allocate (pending(k), source=.true.)
+      do j = 1, k
+         call form(problem%mass, result%eigenvectors(:, j), value, terms)
+         properties%mass(j) = real(value, wp)
+         call form(problem%damping, result%eigenvectors(:, j), value, terms)
+         properties%damping(j) = real(value, wp)
+         call form(problem%stiffness, result%eigenvectors(:, j), value, terms)
+         properties%stiffness(j) = real(value, wp)
+         if (.not. pending(j)) cycle
+         group = group_of(problem, result, j)
+         pending(group%member) = .false.
+         call add_group(problem, group, momenta, properties)
+      end do
+      call move_alloc(properties, result%properties)
+   end subroutine find_modal_properties
+
+   ! M d of each direction, and d^T M d.
+   subroutine find_momenta(problem, directions, momenta, total, error)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: directions(:, :)
+      complex(wp), allocatable, intent(out) :: momenta(:, :)
+      real(wp), allocatable, intent(out) :: total(:)
+      type(error_type), allocatable, intent(out) :: error
+      complex(wp), allocatable :: columns(:, :)
+      integer :: i
+
+      if (size(directions, 1) /= problem%unknowns()) then
+         call new_error(error, error_usage, "the directions have "//text(size(directions, 1))// &
+            " entries, but the problem has "//text(problem%unknowns())//" unknowns")
+         return
+      end if
+      allocate (columns(size(directions, 1), size(directions, 2)), source=cmplx(directions, kind=wp))
+      allocate (momenta(size(directions, 1), size(directions, 2)), source=(0.0_wp, 0.0_wp))
+      call problem%mass%add_product((1.0_wp, 0.0_wp), columns, momenta)
+      allocate (total(size(directions, 2)), source=[(sum(directions(:, i)*real(momenta(:, i), wp)), &
+         i=1, size(directions, 2))])
+   end subroutine find_momenta
+
+   subroutine add_group(problem, group, momenta, properties)
+      type(modal_problem_type), intent(in) :: problem
+      type(mode_group_type), intent(in) :: group
+      complex(wp), intent(in) :: momenta(:, :)
+      type(modal_properties_type), intent(inout) :: properties
+      complex(wp), allocatable :: factor(:, :), a(:, :)
+      integer :: i, k
+
+      k = size(group%member)
+      allocate (a(k, k), source=group%derivative(problem))
+      do i = 1, k
+         properties%a(group%member(i)) = a(i, i)
+         properties%b(group%member(i)) = -group%lambda*a(i, i)
+      end do
+      if (size(momenta, 2) == 0) return
+      allocate (factor(k, size(momenta, 2)), source=matmul(transpose(group%chi), momenta))
+      if (abs(group%lambda) > 0) then
+         call share(a, factor)
+         factor = group%lambda*factor
+         ! With its conjugate.
+         if (abs(aimag(group%lambda)) > 0) factor = 2*factor
+      else
+         call share_of_rigid(problem, group, a, factor)
+      end if
+      do i = 1, k
+         properties%participation(group%member(i), :) = factor(i, :)
+         properties%effective_mass(group%member(i), :) = real(factor(i, :)*matmul(group%phi(:, i), momenta), wp)
+      end do
+   end subroutine add_group
+
+   ! NaN of a defective eigenvalue.
+   subroutine share(a, factor)
+      complex(wp), intent(in) :: a(:, :)
+      complex(wp), intent(inout) :: factor(:, :)
+      logical :: singular
+
+      call solve_small(a, factor, singular)
+      if (singular) factor = ieee_value(1.0_wp, ieee_quiet_nan)
+   end subroutine share
+
+   ! Rigid motions that nothing damps are double zeros and have all their mass; of the others the mass is with their decays.
+   subroutine share_of_rigid(problem, group, damping, factor)
+      type(modal_problem_type), intent(in) :: problem
+      type(mode_group_type), intent(in) :: group
+      !> chi^T R phi.
+      complex(wp), intent(in) :: damping(:, :)
+      complex(wp), allocatable, intent(inout) :: factor(:, :)
+      ! What is damped less, relative to the terms, is not damped.
+      real(wp), parameter :: rounding = 1.0e-10_wp
+      complex(wp), dimension(size(damping, 1), size(damping, 1)) :: copy, u, vt
+      complex(wp) :: work(5*size(damping, 1))
+      complex(wp), allocatable :: left(:, :), right(:, :), free(:, :)
+      real(wp) :: s(size(damping, 1)), rwork(5*size(damping, 1)), terms, largest
+      complex(wp) :: value
+      integer :: k, i, damped, info
+
+      k = size(damping, 1)
+      largest = 0
+      do i = 1, k
+         call form(problem%damping, group%phi(:, i), value, terms)
+         largest = max(largest, terms)
+      end do
+      copy = damping
+      call zgesvd("A", "A", k, k, copy, k, s, u, k, vt, k, work, size(work), rwork, info)
+      damped = count(s > rounding*largest)
+      allocate (left(k, k - damped), source=conjg(u(:, damped + 1:)))
+      allocate (right(k, k - damped), source=conjg(transpose(vt(damped + 1:, :))))
+      allocate (free(k - damped, size(factor, 2)), source=matmul(transpose(left), factor))
+      call share(matmul(transpose(left), matmul(form_between(group%chi, problem%mass, group%phi), right)), free)
+      factor = matmul(right, free)
+   end subroutine share_of_rigid
+end module kschur_modal_properties

@@ -1,0 +1,109 @@
+!> Modes of a result that share an eigenvalue, with their left vectors: what is made of one alone depends on how the
+!> others were chosen, what is made of all does not.
+module kschur_mode_groups
+   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: zgesv
+   use kschur_problem, only: modal_problem_type
+   use kschur_result, only: modal_result_type
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: mode_group_type, check_modes_of, form_between, group_of, solve_small
+
+   !> k modes of one eigenvalue.
+   type :: mode_group_type
+      !> Their numbers in the result.
+      integer, allocatable :: member(:)
+      !> Their eigenvalue (1/s).
+      complex(wp) :: lambda
+      !> Shapes and multipliers, n x k and m x k.
+      complex(wp), allocatable :: phi(:, :), xi(:, :)
+      !> Those of the transposed problem, the conjugates of left vectors: the same where the problem is symmetric.
+      complex(wp), allocatable :: chi(:, :), eta(:, :)
+   contains
+      !> chi^T (2 lambda M + R) phi, k x k: the derivative of the problem by lambda, the modal a of a single mode.
+      procedure :: derivative
+   end type mode_group_type
+
+contains
+
+   !> Fails where a result is not one of the problem, or left vectors are missing that an unsymmetric problem needs.
+   subroutine check_modes_of(problem, result, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(in) :: result
+      type(error_type), allocatable, intent(out) :: error
+
+      if (.not. (allocated(result%eigenvectors) .and. allocated(result%multipliers))) then
+         call new_error(error, error_usage, "the result holds no modes")
+      else if (any([size(result%eigenvectors, 1), size(result%multipliers, 1)] /= &
+         [problem%unknowns(), problem%multipliers()])) then
+         call new_error(error, error_usage, "the result is not one of this problem: its shapes have other lengths")
+      else if (.not. (problem%symmetric .or. allocated(result%left_eigenvectors))) then
+         call new_error(error, error_usage, "the problem is unsymmetric: its left vectors are needed, ask for them as well")
+      end if
+   end subroutine check_modes_of
+
+   !> The modes that share the eigenvalue of mode j.
+   function group_of(problem, result, j) result(group)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(in) :: result
+      integer, intent(in) :: j
+      type(mode_group_type) :: group
+      ! Eigenvalues that differ by less, relative to their size, are equal to rounding.
+      real(wp), parameter :: equal = 1.0e-9_wp
+      integer :: i, k
+
+      associate (lambda => result%eigenvalues)
+         group%lambda = lambda(j)
+         allocate (group%member, source=pack([(i, i=1, size(lambda))], abs(lambda - lambda(j)) <= equal*abs(lambda(j))))
+      end associate
+      k = size(group%member)
+      allocate (group%phi(problem%unknowns(), k), group%chi(problem%unknowns(), k))
+      allocate (group%xi(problem%multipliers(), k), group%eta(problem%multipliers(), k))
+      do i = 1, k
+         group%phi(:, i) = result%eigenvectors(:, group%member(i))
+         group%xi(:, i) = result%multipliers(:, group%member(i))
+         if (problem%symmetric) cycle
+         group%chi(:, i) = conjg(result%left_eigenvectors(:, group%member(i)))
+         group%eta(:, i) = conjg(result%left_multipliers(:, group%member(i)))
+      end do
+      if (.not. problem%symmetric) return
+      group%chi = group%phi
+      group%eta = group%xi
+   end function group_of
+
+   function derivative(self, problem)
+      class(mode_group_type), intent(in) :: self
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp) :: derivative(size(self%member), size(self%member))
+
+      derivative = 2*self%lambda*form_between(self%chi, problem%mass, self%phi) + &
+         form_between(self%chi, problem%damping, self%phi)
+   end function derivative
+
+   !> x^T A y.
+   function form_between(x, matrix, y) result(form)
+      complex(wp), contiguous, intent(in) :: x(:, :), y(:, :)
+      type(csr_matrix_type), intent(in) :: matrix
+      complex(wp) :: form(size(x, 2), size(y, 2))
+      complex(wp) :: product(size(x, 1), size(y, 2))
+
+      product = 0
+      call matrix%add_product((1.0_wp, 0.0_wp), y, product)
+      form = matmul(transpose(x), product)
+   end function form_between
+
+   !> b := A^{-1} b; `singular` where that is not possible.
+   subroutine solve_small(a, b, singular)
+      complex(wp), intent(in) :: a(:, :)
+      complex(wp), intent(inout) :: b(:, :)
+      logical, intent(out) :: singular
+      complex(wp) :: factors(size(a, 1), size(a, 1))
+      integer :: pivots(size(a, 1)), info
+
+      factors = a
+      call zgesv(size(a, 1), size(b, 2), factors, max(1, size(a, 1)), pivots, b, max(1, size(b, 1)), info)
+      singular = info /= 0
+   end subroutine solve_small
+end module kschur_mode_groups

@@ -1,0 +1,124 @@
+!> How eigenvalues change with the matrices of a problem.
+module kschur_sensitivity
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: zgees
+   use kschur_mode_groups, only: check_modes_of, form_between, group_of, mode_group_type, solve_small
+   use kschur_problem, only: modal_problem_type
+   use kschur_result, only: modal_result_type
+   use kschur_sparse, only: csr_matrix_type, linear_combination
+   implicit none
+   private
+   public :: problem_rate_type, eigenvalue_rates, rate_between
+
+   !> The derivatives of M, R, K and Cq by a parameter; what is not allocated does not depend on it.
+   type :: problem_rate_type
+      type(csr_matrix_type), allocatable :: mass, damping, stiffness, constraints
+   end type problem_rate_type
+
+contains
+
+   !> The derivatives of the matrices by a parameter, as differences: exact where they are linear in it.
+   subroutine rate_between(problem, changed, step, rate, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> The problem where the parameter is larger by the step, not 0.
+      type(modal_problem_type), intent(in) :: changed
+      real(wp), intent(in) :: step
+      type(problem_rate_type), intent(out) :: rate
+      type(error_type), allocatable, intent(out) :: error
+
+      if (any([problem%unknowns(), problem%multipliers()] /= [changed%unknowns(), changed%multipliers()])) then
+         call new_error(error, error_usage, "the two problems do not have the same numbers of unknowns and constraints")
+      else if (.not. abs(step) > 0) then
+         call new_error(error, error_usage, "the step of the parameter is zero")
+      end if
+      if (allocated(error)) return
+      allocate (rate%mass, source=linear_combination(1/step, changed%mass, -1/step, problem%mass))
+      allocate (rate%damping, source=linear_combination(1/step, changed%damping, -1/step, problem%damping))
+      allocate (rate%stiffness, source=linear_combination(1/step, changed%stiffness, -1/step, problem%stiffness))
+      allocate (rate%constraints, source=linear_combination(1/step, changed%constraints, -1/step, problem%constraints))
+   end subroutine rate_between
+
+   !> d lambda/d p of each mode (1/s for a unit of the parameter),
+   !> -(psi^* (lambda^2 dM + lambda dR + dK) phi + psi^* dCq^T xi + eta^* dCq phi)/(psi^* (2 lambda M + R) phi).
+   !> Modes of a multiple eigenvalue get the rates of what it splits into, in no order. NaN where an eigenvalue has none:
+   !> a double zero, a defective one. Fails as `find_modal_properties` does.
+   subroutine eigenvalue_rates(problem, result, rate, rates, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> Modes of the problem; left vectors where that is unsymmetric.
+      type(modal_result_type), intent(in) :: result
+      type(problem_rate_type), intent(in) :: rate
+      complex(wp), allocatable, intent(out) :: rates(:)
+      type(error_type), allocatable, intent(out) :: error
+      logical, allocatable :: pending(:)
+      type(mode_group_type) :: group
+      integer :: j
+
+      call check_modes_of(problem, result, error)
+      if (.not. allocated(error)) call check_rate(problem, rate, error)
+      if (allocated(error)) return
+      allocate (rates(size(result%eigenvalues)))
+      allocate (pending(size(rates)), source=.true.)
+      do j = 1, size(rates)
+         if (.not. pending(j)) cycle
+         group = group_of(problem, result, j)
+         pending(group%member) = .false.
+         rates(group%member) = rates_of(problem, group, rate)
+      end do
+   end subroutine eigenvalue_rates
+
+   subroutine check_rate(problem, rate, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(problem_rate_type), intent(in) :: rate
+      type(error_type), allocatable, intent(out) :: error
+
+      call check(rate%mass, problem%mass, "mass matrix M")
+      call check(rate%damping, problem%damping, "damping matrix R")
+      call check(rate%stiffness, problem%stiffness, "stiffness matrix K")
+      call check(rate%constraints, problem%constraints, "constraint Jacobian Cq")
+
+   contains
+
+      subroutine check(matrix, given, name)
+         type(csr_matrix_type), allocatable, intent(in) :: matrix
+         type(csr_matrix_type), intent(in) :: given
+         character(len=*), intent(in) :: name
+
+         if (allocated(error) .or. .not. allocated(matrix)) return
+         if (matrix%rows /= given%rows .or. matrix%columns /= given%columns) call new_error(error, error_usage, &
+            "the derivative of the "//name//" has another shape than the matrix")
+      end subroutine check
+   end subroutine check_rate
+
+   ! Of k equal eigenvalues those of the k x k problem that they make.
+   function rates_of(problem, group, rate) result(rates)
+      type(modal_problem_type), intent(in) :: problem
+      type(mode_group_type), intent(in) :: group
+      type(problem_rate_type), intent(in) :: rate
+      complex(wp) :: rates(size(group%member))
+      complex(wp) :: change(size(rates), size(rates)), no_vectors(1, 1), work(4*size(rates))
+      real(wp) :: rwork(size(rates))
+      logical :: no_order(1), singular
+      integer :: info, unused
+
+      rates = ieee_value(1.0_wp, ieee_quiet_nan)
+      change = 0
+      if (allocated(rate%mass)) change = change + group%lambda**2*form_between(group%chi, rate%mass, group%phi)
+      if (allocated(rate%damping)) change = change + group%lambda*form_between(group%chi, rate%damping, group%phi)
+      if (allocated(rate%stiffness)) change = change + form_between(group%chi, rate%stiffness, group%phi)
+      if (allocated(rate%constraints)) change = change + form_between(group%eta, rate%constraints, group%phi) + &
+         transpose(form_between(group%xi, rate%constraints, group%chi))
+      call solve_small(group%derivative(problem), change, singular)
+      if (singular .or. .not. all(abs(change) <= huge(1.0_wp)) .or. .not. abs(group%lambda) > 0) return
+      change = -change
+      call zgees("N", "N", never, size(rates), change, size(rates), unused, rates, no_vectors, 1, work, size(work), rwork, &
+         no_order, info)
+   end function rates_of
+
+   pure logical function never(w)
+      complex(wp), intent(in) :: w
+
+      never = abs(w) < 0
+   end function never
+end module kschur_sensitivity

@@ -1,0 +1,118 @@
+/* What is made of modes, on chains with closed forms: phi_i = sin(i j pi/(n + 1)). */
+#include <complex.h>
+
+#include "models.h"
+
+enum { n = 9 };
+
+static char text[1000];
+
+/* Of unit mass; a direction of ones has 2/(n + 1) cot(j pi/(2 (n + 1)))^2 of its mass in each odd mode j. */
+static void properties(void)
+{
+   kschur_problem *problem = new_chain(n, 0.3, 0), *other = new_chain(4, 0, 0);
+   kschur_options *options = new_options(n);
+   kschur_result *result = new_result();
+   double mass[n], damping[n], stiffness[n], effective[n], total, direction[n], sum = 0;
+   double complex lambda[n], a[n], b[n], factor[n];
+
+   for (int i = 0; i < n; i++) direction[i] = 1;
+   CHECK_OK(kschur_options_set_normalisation(options, "mass"));
+   CHECK_STATUS(kschur_options_set_normalisation(options, "weight"), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(options, options, "no normalisation 'weight', only length, mass, displacement");
+   CHECK_OK(kschur_solve(problem, options, result));
+   CHECK_STATUS(kschur_result_get_generalised_masses(result, mass, n), KSCHUR_ERROR_ORDER);
+   CHECK_MESSAGE(result, result, "kschur_result_find_properties");
+   CHECK_STATUS(kschur_result_find_properties(result, other, NULL, 0), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_result_find_properties(result, problem, NULL, 1), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_result_find_properties(result, NULL, NULL, 0), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_result_find_properties(result, problem, direction, -1), KSCHUR_ERROR_USAGE);
+   CHECK_OK(kschur_result_find_properties(result, problem, NULL, 0));
+   CHECK_OK(kschur_result_get_generalised_masses(result, mass, n));
+   CHECK_OK(kschur_result_get_effective_masses(result, NULL, 0));
+   CHECK_OK(kschur_result_find_properties(result, problem, direction, 1));
+   CHECK_OK(kschur_result_get_eigenvalues(result, (double *)lambda, 2 * n));
+   CHECK_OK(kschur_result_get_generalised_dampings(result, damping, n));
+   CHECK_OK(kschur_result_get_generalised_stiffnesses(result, stiffness, n));
+   CHECK_OK(kschur_result_get_modal_a(result, (double *)a, 2 * n));
+   CHECK_OK(kschur_result_get_modal_b(result, (double *)b, 2 * n));
+   CHECK_OK(kschur_result_get_participation_factors(result, (double *)factor, 2 * n));
+   CHECK_OK(kschur_result_get_effective_masses(result, effective, n));
+   CHECK_OK(kschur_result_get_total_masses(result, &total, 1));
+   CHECK_STATUS(kschur_result_get_effective_masses(result, effective, n - 1), KSCHUR_ERROR_LENGTH);
+   CHECK_NEAR(total, n, 1e-13);
+   for (int j = 1; j <= n; j++) {
+      double cotangent = 1 / tan(j * pi / (2 * (n + 1)));
+      double expected = j % 2 ? 2.0 / (n + 1) * cotangent * cotangent : 0;
+      CHECK_NEAR(mass[j - 1], 1, 1e-13);
+      CHECK_NEAR(damping[j - 1], 0.3, 1e-13);
+      CHECK_NEAR(sqrt(stiffness[j - 1]), chain_omega(n, j), 1e-11);
+      CHECK(cabs(a[j - 1] - (2 * lambda[j - 1] + 0.3)) < 1e-11);
+      CHECK(cabs(b[j - 1] + lambda[j - 1] * a[j - 1]) < 1e-9);
+      CHECK_NEAR(effective[j - 1], expected, 1e-11);
+      CHECK(fabs(fabs(creal(factor[j - 1])) - sqrt(expected)) < 1e-6);
+      sum += effective[j - 1];
+   }
+   CHECK_NEAR(sum, n, 1e-11);
+   kschur_problem_destroy(&problem);
+   kschur_problem_destroy(&other);
+   kschur_options_destroy(&options);
+   kschur_result_destroy(&result);
+}
+
+static void mac(void)
+{
+   kschur_problem *problem = new_chain(n, 0, 0), *damped = new_chain(n, 0.1, 0.01), *other = new_chain(4, 0, 0);
+   kschur_options *options = new_options(3);
+   kschur_result *first = new_result(), *second = new_result();
+   double values[6];
+
+   CHECK_OK(kschur_solve(problem, options, first));
+   CHECK_STATUS(kschur_result_get_mac(first, second, values, 6), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_result_get_mac(second, first, values, 6), KSCHUR_ERROR_ORDER);
+   CHECK_STATUS(kschur_result_get_mac(first, NULL, values, 6), KSCHUR_ERROR_NULL);
+   CHECK_OK(kschur_options_set_modes(options, 2));
+   CHECK_OK(kschur_solve(damped, options, second));
+   CHECK_OK(kschur_result_get_mac(first, second, values, 6));
+   for (int i = 0; i < 6; i++) CHECK_NEAR(values[i], i == 0 || i == 4, 1e-12);
+   CHECK_OK(kschur_solve(other, options, second));
+   CHECK_STATUS(kschur_result_get_mac(first, second, values, 6), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(result, first, "9 and 4 unknowns");
+   kschur_problem_destroy(&problem);
+   kschur_problem_destroy(&damped);
+   kschur_problem_destroy(&other);
+   kschur_options_destroy(&options);
+   kschur_result_destroy(&first);
+   kschur_result_destroy(&second);
+}
+
+/* All stiffnesses larger by one part in four: d lambda/d p is lambda/2. */
+static void rates(void)
+{
+   kschur_problem *problem = new_chain(n, 0, 0), *stiffer = new_chain(n, 0, 0);
+   kschur_options *options = new_options(4);
+   kschur_result *result = new_result();
+   double complex lambda[4], rate[4];
+
+   set_tridiagonal(stiffer, KSCHUR_STIFFNESS, n, 250, -125, -125);
+   CHECK_OK(kschur_solve(problem, options, result));
+   CHECK_OK(kschur_result_get_eigenvalues(result, (double *)lambda, 8));
+   CHECK_OK(kschur_result_get_rates(result, problem, stiffer, 0.25, (double *)rate, 8));
+   for (int j = 0; j < 4; j++) CHECK(cabs(rate[j] - lambda[j] / 2) < 1e-12);
+   CHECK_STATUS(kschur_result_get_rates(result, problem, stiffer, 0, (double *)rate, 8), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_result_get_rates(result, problem, NULL, 1, (double *)rate, 8), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_result_get_rates(result, problem, stiffer, 1, (double *)rate, 7), KSCHUR_ERROR_LENGTH);
+   CHECK_OK(kschur_result_get_message(result, text, sizeof text));
+   kschur_problem_destroy(&problem);
+   kschur_problem_destroy(&stiffer);
+   kschur_options_destroy(&options);
+   kschur_result_destroy(&result);
+}
+
+int main(void)
+{
+   properties();
+   mac();
+   rates();
+   return report_checks();
+}

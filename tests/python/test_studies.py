@@ -1,0 +1,143 @@
+"""What is made of modes, by the program as a user calls it: test_studies.py PATH_OF_KSCHUR.
+
+Prints each check, then `N passed, N failed`; fails where a check does.
+"""
+import csv
+import io
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+
+KSCHUR = os.path.abspath(sys.argv[1])
+
+passed = failed = 0
+
+
+def check(name, condition, detail=""):
+    global passed, failed
+    passed, failed = passed + bool(condition), failed + (not condition)
+    print(("ok      " if condition else "FAILED  ") + name + ("" if condition else f"  [{detail}]"), flush=True)
+
+
+def kschur(*words, status=0):
+    run = subprocess.run([KSCHUR, *map(str, words)], capture_output=True, text=True, timeout=300)
+    if run.returncode != status:
+        check("exit status of " + " ".join(map(str, words)), False, f"{run.returncode}: {run.stderr}")
+    return run
+
+
+def write_matrix(path, matrix):
+    rows, columns = np.nonzero(matrix)
+    lines = ["%%MatrixMarket matrix coordinate real general", f"{matrix.shape[0]} {matrix.shape[1]} {len(rows)}"]
+    lines += [f"{i + 1} {j + 1} {matrix[i, j]!r}" for i, j in zip(rows, columns)]
+    with open(path, "w") as file:
+        file.write("\n".join(lines) + "\n")
+
+
+def write_problem(folder, **matrices):
+    os.makedirs(folder, exist_ok=True)
+    for name, matrix in matrices.items():
+        write_matrix(os.path.join(folder, name + ".mtx"), np.asarray(matrix, dtype=float))
+    return folder
+
+
+def chain(n):
+    """n masses of 1 kg between walls, springs of 100 N/m: omega_j = 20 sin(j pi/(2 (n + 1)))."""
+    return 200 * np.eye(n) - 100 * np.eye(n, k=1) - 100 * np.eye(n, k=-1)
+
+
+def test_normalisation(folder):
+    problem = write_problem(folder + "/p", M=np.diag([1.0, 2, 3, 4]), K=chain(4))
+    lengths = {"length": lambda phi: np.linalg.norm(phi), "displacement": lambda phi: np.abs(phi).max(),
+               "mass": lambda phi: math.sqrt(np.sum([1, 2, 3, 4] * np.abs(phi)**2))}
+    for name, length in lengths.items():
+        path = f"{folder}/{name}.h5"
+        kschur("solve", problem, "--modes", 4, "--normalise", name, "--output", path)
+        with h5py.File(path) as file:
+            shapes = file["eigenvectors"][:]
+            check("shapes of unit " + name, all(abs(length(phi) - 1) < 1e-13 for phi in shapes))
+            check("the file says " + name, file.attrs["normalisation"] == name)
+    check("other lengths are refused", "length, mass, displacement" in kschur("solve", problem, "--normalise", "weight",
+                                                                              status=1).stderr)
+
+
+def test_properties(folder):
+    n = 9
+    problem = write_problem(folder + "/p", M=np.eye(n), K=chain(n), R=0.3 * np.eye(n))
+    write_matrix(folder + "/d.mtx", np.column_stack([np.ones(n), np.arange(n)]))
+    run = kschur("solve", problem, "--modes", n, "--normalise", "mass", "--directions", folder + "/d.mtx", "--format", "json",
+                 "--output", folder + "/r.h5")
+    result = json.loads(run.stdout)
+    check("total masses", np.allclose(result["total_mass"], [n, np.sum(np.arange(n)**2)], rtol=1e-12))
+    expected = [2 / (n + 1) / math.tan(j * math.pi / 2 / (n + 1))**2 if j % 2 else 0 for j in range(1, n + 1)]
+    found = np.array([mode["effective_mass"] for mode in result["modes"]])
+    check("effective masses", np.allclose(found[:, 0], expected, atol=1e-10), found[:, 0])
+    check("they add up to the totals", np.allclose(found.sum(axis=0), result["total_mass"], rtol=1e-10))
+    check("generalised values", all(abs(mode["generalised_mass"] - 1) < 1e-12 and abs(mode["generalised_damping"] - 0.3) < 1e-12
+                                    for mode in result["modes"]))
+    with h5py.File(folder + "/r.h5") as file:
+        check("the file holds them", np.allclose(file["properties/effective_mass"][:].T, found, rtol=1e-14))
+    for run in (kschur("solve", problem, "--modes", n, "--properties", "--directions", folder + "/d.mtx"),
+                kschur("info", folder + "/r.h5")):
+        check("the table has a line of the total", "direction 1: the modes have 9 of 9\n" in run.stdout, run.stdout)
+    unsymmetric = write_problem(folder + "/u", M=np.eye(2), K=[[200.0, -90], [-100, 200]])
+    run = kschur("solve", unsymmetric, "--modes", 2, "--properties")
+    check("an unsymmetric problem gets its left vectors", "stiffness" in run.stdout and "condition" in run.stdout)
+    write_matrix(folder + "/short.mtx", np.ones((3, 1)))
+    for wrong, words in (("short.mtx", "the directions have 3 entries, but the problem has 9 unknowns"),
+                         ("nothing.mtx", "No such file")):
+        run = kschur("solve", problem, "--directions", f"{folder}/{wrong}", status=2)
+        check("refused: " + wrong, words in run.stderr and wrong in run.stderr, run.stderr)
+
+
+def test_mac(folder):
+    for name, n in (("a", 5), ("b", 5), ("c", 4)):
+        kschur("solve", write_problem(f"{folder}/{name}", M=np.diag(np.arange(1.0, n + 1) if name == "b" else np.ones(n)),
+                                      K=chain(n)), "--modes", 3, "--output", f"{folder}/{name}.h5")
+    shapes = {}
+    for name in "ab":
+        with h5py.File(f"{folder}/{name}.h5") as file:
+            shapes[name] = file["eigenvectors"][:].real.T
+    rows = list(csv.reader(io.StringIO(kschur("mac", folder + "/a.h5", folder + "/b.h5", "--format", "csv").stdout)))
+    check("MAC", rows[0] == ["mode", "mode_1", "mode_2", "mode_3"] and
+          np.allclose(np.array(rows[1:], dtype=float)[:, 1:], (shapes["a"].T @ shapes["b"])**2, atol=1e-12), rows)
+    for words, status, message in ((["a.h5"], 1, "two results"), (["a.h5", "c.h5"], 1, "5 and 4 unknowns"),
+                                   (["a.h5", "none.h5"], 2, "none.h5")):
+        run = kschur("mac", *[f"{folder}/{word}" for word in words], status=status)
+        check("mac refuses " + " ".join(words), message in run.stderr, run.stderr)
+
+
+def test_sensitivity(folder):
+    n = 5
+    problem = write_problem(folder + "/p", M=np.eye(n), K=chain(n))
+    stiffer = write_problem(folder + "/s", M=np.eye(n), K=1.25 * chain(n))
+    modes = json.loads(kschur("sensitivity", problem, stiffer, "--step", 0.25, "--modes", 3, "--format", "json").stdout)
+    check("all stiffnesses: d omega/omega is 1/2", len(modes) == 3 and
+          all(abs(mode["rate_im"] - mode["eigenvalue_im"] / 2) < 1e-12 for mode in modes), modes)
+    check("in Hz", all(abs(mode["frequency_rate"] - mode["eigenvalue_im"] / 2 / math.tau) < 1e-12 for mode in modes))
+    # A dashpot: the damping ratio of mode j grows by phi_1^2/(2 omega).
+    damped = write_problem(folder + "/d", M=np.eye(n), K=chain(n), R=np.diag([1.0] + (n - 1) * [0]))
+    modes = json.loads(kschur("sensitivity", problem, damped, "--modes", 3, "--format", "json").stdout)
+    expected = [2 / (n + 1) * math.sin(j * math.pi / (n + 1))**2 / 2 / (20 * math.sin(j * math.pi / 2 / (n + 1)))
+                for j in (1, 2, 3)]
+    check("a dashpot", np.allclose([mode["damping_rate"] for mode in modes], expected, rtol=1e-10), modes)
+    other = write_problem(folder + "/o", M=np.eye(3), K=chain(3))
+    check("of another size", "same numbers" in kschur("sensitivity", problem, other, status=1).stderr)
+    check("one problem is not enough", "two problems" in kschur("sensitivity", problem, status=1).stderr)
+
+
+def main():
+    for test in (test_normalisation, test_properties, test_mac, test_sensitivity):
+        with tempfile.TemporaryDirectory() as folder:
+            test(folder)
+    print(f"{passed} passed, {failed} failed")
+    sys.exit(failed > 0)
+
+
+main()
