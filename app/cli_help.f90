@@ -34,9 +34,11 @@ contains
          call print_scene_help()
       case ("info")
          call print_info_help()
+      case ("view")
+         call print_view_help()
       case default
          call new_error(error, error_usage, "there is no help on '"//topic// &
-            "', only on solve, compare, mac, sensitivity, scene and info")
+            "', only on solve, compare, mac, sensitivity, scene, info and view")
       end select
    end subroutine print_help
 
@@ -51,6 +53,7 @@ contains
          "  kschur sensitivity PROBLEM CHANGED           how modes change with a parameter", &
          "  kschur scene NAME [options] --output FILE    write a problem of a model structure", &
          "  kschur info PROBLEM | RESULT                 what a problem is; the modes of a result", &
+         "  kschur view RESULT --output FOLDER           its shapes as files for ParaView", &
          "  kschur help COMMAND                          more on one of them", &
          "  kschur --version", &
          "", &
@@ -169,6 +172,23 @@ contains
          "What a problem is: its size, symmetry, damping, matrices, and the formulation that", &
          "auto takes; or the modes of a result that kschur solve --output wrote."])
    end subroutine print_info_help
+
+   subroutine print_view_help()
+      call print_lines([character(len=90) :: &
+         "kschur view RESULT.h5 --output FOLDER [options]", &
+         "", &
+         "Files for ParaView of a result that kschur solve --output wrote, of a problem whose file", &
+         "says where it stands: /coordinates, nodes x 3, and of each unknown /unknown_node, from 0,", &
+         "and /unknown_component, 0 to 5 (docs/view.md). Those of kschur scene do.", &
+         "", &
+         "  modes.pvd              the modes one after the other", &
+         "  mode_3.vtu             one of them: mode_3_real and mode_3_imaginary on the mesh at rest", &
+         "  mode_3.pvd             one period of its motion, as mode_3_1.vtu, mode_3_2.vtu, ...", &
+         "", &
+         "  --modes 1,3,7          which modes (all)", &
+         "  --frames N             pictures of a period; 0: no motion (12)", &
+         "  --amplitude A          largest displacement in it, relative to the structure (0.1)"])
+   end subroutine print_view_help
 
    subroutine print_lines(lines)
       character(len=*), intent(in) :: lines(:)

@@ -142,8 +142,12 @@ contains
       sentence = text(size(result%eigenvalues))//" of "//text(result%modes_asked)//" modes: "
       select case (result%reason)
       case (reason_max_restarts)
-         sentence = sentence//"the others had not converged when the restarts ran out; "// &
-            "more --max-restarts or a larger --subspace may help"
+         if (size(result%eigenvalues) < result%modes_asked) then
+            sentence = sentence//"the others had not converged when the restarts ran out; "
+         else
+            sentence = sentence//"the restarts ran out before it was certain that they are the nearest; "
+         end if
+         sentence = sentence//"more --max-restarts or a larger --subspace may help"
       case (reason_fewer_modes)
          sentence = sentence//"the problem has no more"
       case (reason_inaccurate)

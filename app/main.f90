@@ -9,6 +9,7 @@ program kschur_program
    use cli_sensitivity, only: sensitivity_command
    use cli_solve, only: solve_command
    use cli_system, only: check_output, complain, end_program, ignore_size_signal
+   use cli_view, only: view_command
    use kschur, only: error_input, error_type, error_usage, new_error
    implicit none
 
@@ -72,6 +73,8 @@ contains
             call scene_command(arguments, error)
          case ("info")
             call info_command(arguments, error)
+         case ("view")
+            call view_command(arguments, error)
          case ("help")
             call arguments%take_word(topic)
             if (.not. allocated(topic)) allocate (character(len=0) :: topic)

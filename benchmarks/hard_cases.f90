@@ -2,7 +2,7 @@
 !> closed form, quadruple precision, dense LAPACK. A line says case, method, modes found of
 !> those expected, worst backward error, worst relative error of an eigenvalue, seconds.
 !>
-!>     benchmark_hard_cases [--full] [--ours] [--arpack] [GROUP ...]
+!>     benchmark_hard_cases [--full] [--ours] [--arpack] [--block B] [GROUP ...]
 !>
 !> Ends with status 1 where a method of ours fails; the paper's pencil, by name, is only
 !> reported, and with `--ours` left out. With `--arpack` ARPACK is run as well, plain and fair, and
@@ -21,11 +21,13 @@ program hard_cases
    type(judge_type) :: judge
    character(len=16) :: word
    logical :: full, chosen(size(groups))
-   integer :: i
+   integer :: i, status
 
    full = .false.
    chosen = .false.
-   do i = 1, command_argument_count()
+   i = 0
+   do while (i < command_argument_count())
+      i = i + 1
       call get_command_argument(i, word)
       if (word == "--full") then
          full = .true.
@@ -33,12 +35,16 @@ program hard_cases
          judge%pencil = .false.
       else if (word == "--arpack") then
          judge%arpack = .true.
+      else if (word == "--block") then
+         i = i + 1
+         call get_command_argument(i, word)
+         allocate (judge%block)
+         read (word, *, iostat=status) judge%block
+         if (status /= 0) call explain()
       else if (any(groups == word)) then
          where (groups == word) chosen = .true.
       else
-         write (error_unit, "(*(a, 1x))") &
-            "usage: benchmark_hard_cases [--full] [--ours] [--arpack] [GROUP ...], a GROUP one of", groups
-         stop 1
+         call explain()
       end if
    end do
    print "(a48, a28, a9, 2a9, a8)", "case"//repeat(" ", 44), "method"//repeat(" ", 22), "modes", "backward", "off", "seconds"
@@ -74,4 +80,12 @@ program hard_cases
    end do
    print "(/, i0, a)", judge%failures, " failures"
    if (judge%failures > 0) stop 1
+
+contains
+
+   subroutine explain()
+      write (error_unit, "(*(a, 1x))") &
+         "usage: benchmark_hard_cases [--full] [--ours] [--arpack] [--block B] [GROUP ...], a GROUP one of", groups
+      stop 1
+   end subroutine explain
 end program hard_cases

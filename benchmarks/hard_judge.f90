@@ -32,6 +32,8 @@ module hard_judge
       logical :: pencil = .true.
       !> Whether ARPACK, plain and fair, is run as well.
       logical :: arpack = .false.
+      !> Vectors that iterations of ours apply their operator to at a time, if it is not the library that chooses.
+      integer, allocatable :: block
    contains
       !> Solves one case by each method.
       procedure :: examine
@@ -67,6 +69,7 @@ contains
          options%formulation = formulations(i)
          options%method = methods(i)
          options%arpack = merge(arpack_plain, arpack_fair, i == plain)
+         if (allocated(self%block)) options%block = self%block
          ours = methods(i) == method_krylov_schur .and. formulations(i) /= formulation_damped_constrained
          if (formulations(i) == formulation_damped_constrained .and. .not. self%pencil) cycle
          if (methods(i) == method_arpack .and. .not. self%arpack) cycle

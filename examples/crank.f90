@@ -2,14 +2,10 @@
 !>
 !>     example_crank [FINEST MESH] [FILE.vtu]
 program crank
-   use example_support, only: argument, argument_count, solve_scene, stop_on
-   use kschur, only: error_type, kind_rigid, modal_options_type, modal_result_type, text
-   use scene_geometry, only: geometry_type
-   use scene_vtu, only: write_vtu
+   use example_support, only: argument, argument_count, draw_modes, solve_scene
+   use kschur, only: kind_rigid, modal_options_type, modal_result_type, text
    implicit none
    type(modal_result_type) :: result
-   type(geometry_type) :: geometry
-   type(error_type), allocatable :: error
    character(len=1024) :: path
    integer :: finest, k
 
@@ -17,10 +13,9 @@ program crank
    path = argument(2, "")
    print "(a)", "# cells across  unknowns  rigid modes  the next four frequencies (Hz)"
    do k = 1, finest
-      call solve_scene("crank --damping none --density "//text(k), modal_options_type(modes=5), result, geometry)
+      call solve_scene("crank --damping none --density "//text(k), modal_options_type(modes=5), result)
       print "(i8, i14, i8, 4x, 4f14.6)", k, result%unknowns, count(result%kind == kind_rigid), result%frequency_hz(2:)
    end do
    if (path == "") stop
-   call write_vtu(geometry, result, trim(path), error)
-   call stop_on(error)
+   call draw_modes(result, trim(path))
 end program crank

@@ -3,10 +3,8 @@
 !>
 !>     example_turbine [NUMBER OF SPEEDS] [FILE.vtu]
 program turbine
-   use example_support, only: argument, argument_count, solve_scene, stop_on
-   use kschur, only: error_type, kind_unstable, modal_options_type, modal_result_type, wp
-   use scene_geometry, only: geometry_type
-   use scene_vtu, only: write_vtu
+   use example_support, only: argument, argument_count, draw_modes, solve_scene
+   use kschur, only: kind_unstable, modal_options_type, modal_result_type, wp
    implicit none
    ! NREL/TP-500-38060, table 9-1, Hz.
    real(wp), parameter :: fast(8) = [0.3120_wp, 0.3240_wp, 0.6205_wp, 0.6664_wp, 0.6675_wp, 0.6993_wp, 1.0793_wp, 1.0898_wp]
@@ -14,23 +12,18 @@ program turbine
    real(wp), parameter :: rated = 12.1_wp
    integer, parameter :: modes = 11
    type(modal_result_type) :: result
-   type(geometry_type) :: geometry
-   type(error_type), allocatable :: error
    character(len=1024) :: path
    character(len=7) :: speed
    integer :: speeds, k
 
    speeds = argument_count(1, 3)
    path = argument(2, "")
-   call solve_scene("turbine", modal_options_type(modes=modes), result, geometry)
+   call solve_scene("turbine", modal_options_type(modes=modes), result)
    print "(a)", "# standstill, Hz: computed, FAST, ADAMS"
    do k = 1, size(fast)
       print "(a, 3f10.4)", "#", result%frequency_hz(k), fast(k), adams(k)
    end do
-   if (path /= "") then
-      call write_vtu(geometry, result, trim(path), error)
-      call stop_on(error)
-   end if
+   if (path /= "") call draw_modes(result, trim(path))
    print "(a)", "# speed (rpm)  11 damped frequencies (Hz)  their damping ratios  unstable modes"
    do k = 0, speeds - 1
       write (speed, "(f7.4)") k*rated/max(1, speeds - 1)

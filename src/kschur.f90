@@ -47,6 +47,7 @@ module kschur
    use kschur_matrix_market, only: read_matrix_market, write_matrix_market, read_matrix_market_problem, &
       read_matrix_market_files, write_matrix_market_problem
    use kschur_triplet_files, only: read_triplet_files
+   use kschur_mesh, only: mesh_type, settle_mesh, vtk_line, vtk_tetrahedron, vtk_vertex
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_mumps_real, only: mumps_real_type
@@ -78,6 +79,8 @@ module kschur
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_matrix, new_csr_from_triplets, &
       empty_csr_matrix
    use kschur_text, only: text
+   use kschur_view, only: write_view
+   use kschur_vtu, only: write_vtu
    implicit none
    public
 end module kschur

@@ -157,7 +157,7 @@ contains
 
       progress = options%progress
       call enter_solve(options%options%threads, n, threads_before)
-      krylov%subspace = subspace_dimension(options%options%subspace, selection%wanted)
+      krylov%subspace = subspace_dimension(options%options%subspace, selection%wanted, krylov%block)
       krylov%tolerance = options%options%tolerance
       krylov%max_restarts = options%options%max_restarts
       krylov%seed = options%options%seed

@@ -5,7 +5,7 @@ module scene_assembly
    use scene_geometry, only: geometry_type
    implicit none
    private
-   public :: assembly_type, new_assembly, node_translations, node_unknowns, triplets_type
+   public :: assembly_type, new_assembly, node_unknowns, triplets_type, unknowns_of_nodes
 
    !> A growing list of matrix entries; entries of the same place add up.
    type :: triplets_type
@@ -60,17 +60,16 @@ contains
       if (node > 0) places = [(6*(node - 1) + i, i=1, 6)]
    end function node_unknowns
 
-   !> The first three of the unknowns of each node: its translations.
-   pure function node_translations(nodes) result(places)
+   !> The six unknowns of each node.
+   pure function unknowns_of_nodes(nodes) result(places)
       integer, intent(in) :: nodes(:)
-      integer :: places(3, size(nodes))
-      integer :: unknowns(6), k
+      integer :: places(6, size(nodes))
+      integer :: k
 
       do k = 1, size(nodes)
-         unknowns = node_unknowns(nodes(k))
-         places(:, k) = unknowns(:3)
+         places(:, k) = node_unknowns(nodes(k))
       end do
-   end function node_translations
+   end function unknowns_of_nodes
 
    !> Adds an element's M, K and alpha M + beta K.
    pure subroutine add_element(self, places, mass, stiffness, rayleigh)
@@ -111,6 +110,7 @@ contains
          if (.not. allocated(error)) call make_matrix(self%damping, n, n, damping, error)
          if (.not. allocated(error)) call make_matrix(self%constraints, m, n, constraints, error)
          if (.not. allocated(error)) call new_modal_problem(problem, mass, stiffness, error, damping, constraints)
+         if (.not. allocated(error)) call self%geometry%make_mesh(n, problem%mesh, error)
       end associate
    end subroutine finish
 

@@ -2,7 +2,7 @@
 !> tested on (data/testing/modal/eigensolver in projectchrono/chrono).
 module scene_beam_body
    use kschur, only: error_type, wp
-   use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
+   use scene_assembly, only: assembly_type, new_assembly, node_unknowns, unknowns_of_nodes
    use scene_beam, only: add_beam, beam_type, table_2_beam, table_2_rayleigh
    use scene_joint, only: add_fix
    use scene_options, only: option_type, options_type
@@ -50,8 +50,8 @@ contains
       call add_beam(assembly, nodes, beam%mass(length/elements, lumped=.true.), beam%stiffness(length/elements), &
          merge(table_2_rayleigh, 0.0_wp, damping == "rayleigh"))
       call assembly%geometry%add_line(reshape([(i*length/elements, 0.0_wp, 0.0_wp, i=0, elements)], [3, elements + 1]), &
-         node_translations(nodes))
-      call assembly%geometry%add_line(reshape([length + edges(1)/2, 0.0_wp, 0.0_wp], [3, 1]), node_translations([1]))
+         unknowns_of_nodes(nodes))
+      call assembly%geometry%add_line(reshape([length + edges(1)/2, 0.0_wp, 0.0_wp], [3, 1]), unknowns_of_nodes([1]))
       associate (body => node_unknowns(1), tip => node_unknowns(nodes(elements)))
          call assembly%mass%add_block(body, body, body_mass(tip_mass, box_inertia(tip_mass, edges)))
          call add_fix(assembly, body, [-edges(1)/2, 0.0_wp, 0.0_wp], tip, no_arm)

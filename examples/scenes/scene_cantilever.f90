@@ -2,7 +2,7 @@
 !> tip (section 6.1 of the paper).
 module scene_cantilever
    use kschur, only: error_type, wp
-   use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
+   use scene_assembly, only: assembly_type, new_assembly, node_unknowns, unknowns_of_nodes
    use scene_beam, only: add_beam, beam_type, table_2_beam, table_2_rayleigh
    use scene_joint, only: add_clamp, add_fix
    use scene_options, only: option_type, options_type
@@ -57,8 +57,8 @@ contains
       call add_beam(assembly, [(k, k=2, elements + 2)], beam%mass(length/elements, mass == "lumped"), &
          beam%stiffness(length/elements), merge(table_2_rayleigh, 0.0_wp, damping == "rayleigh"))
       call assembly%geometry%add_line(reshape([(k*length/elements, 0.0_wp, 0.0_wp, k=0, elements)], [3, elements + 1]), &
-         node_translations([(k, k=2, elements + 2)]))
-      call assembly%geometry%add_line(reshape([length + edges(1)/2, 0.0_wp, 0.0_wp], [3, 1]), node_translations([1]))
+         unknowns_of_nodes([(k, k=2, elements + 2)]))
+      call assembly%geometry%add_line(reshape([length + edges(1)/2, 0.0_wp, 0.0_wp], [3, 1]), unknowns_of_nodes([1]))
       associate (body => node_unknowns(1), base => node_unknowns(2), tip => node_unknowns(elements + 2))
          call assembly%mass%add_block(body, body, body_mass(tip_mass, box_inertia(tip_mass, edges)))
          if (tip_damper > 0) call assembly%damping%add_entry(body(2), body(2), tip_damper)

@@ -2,7 +2,7 @@
 !> rigid motions, exact zeros, and beside them the modes of one alone.
 module scene_free_free
    use kschur, only: error_type, wp
-   use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
+   use scene_assembly, only: assembly_type, new_assembly, node_unknowns, unknowns_of_nodes
    use scene_beam, only: add_beam, beam_type, table_2_beam, table_2_rayleigh
    use scene_joint, only: add_fix
    use scene_options, only: option_type, options_type
@@ -54,7 +54,7 @@ contains
                call add_fix(assembly, tip, no_arm, body, [-edges(1)/2, 0.0_wp, 0.0_wp])
             end associate
             call assembly%geometry%add_line(reshape([(k*length/elements, b*apart, 0.0_wp, k=0, elements), &
-               length + edges(1)/2, b*apart, 0.0_wp], [3, elements + 2]), node_translations(nodes))
+               length + edges(1)/2, b*apart, 0.0_wp], [3, elements + 2]), unknowns_of_nodes(nodes))
          end associate
       end do
    end subroutine build_free_free

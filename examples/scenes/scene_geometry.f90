@@ -1,7 +1,7 @@
-!> Where a scene stands in space, for pictures of its modes: points that move with three of the unknowns, and the
-!> cells between them.
+!> Where a scene stands in space, for pictures of its modes: points that move with some of the unknowns, and the cells
+!> between them.
 module scene_geometry
-   use kschur, only: wp
+   use kschur, only: error_type, mesh_type, settle_mesh, vtk_line, vtk_tetrahedron, vtk_vertex, wp
    implicit none
    private
    public :: geometry_type
@@ -11,7 +11,7 @@ module scene_geometry
       integer :: points = 0, cells = 0
       !> Positions (m), 3 x points.
       real(wp), allocatable :: position(:, :)
-      !> Unknowns that are the translations of a point, 3 x points; 0 where it is held still.
+      !> Unknowns that are the translations and rotations of a point, 6 x points; 0 where it is held still or has none.
       integer, allocatable :: places(:, :)
       !> Points of each cell, 4 x cells: one, a line of two or a tetrahedron of four; 0 fills up.
       integer, allocatable :: cell(:, :)
@@ -20,13 +20,15 @@ module scene_geometry
       procedure :: add_line
       !> Adds points and the tetrahedra between them.
       procedure :: add_tetrahedra
+      !> Makes the mesh of a problem, points that move together being one node.
+      procedure :: make_mesh
    end type geometry_type
 
 contains
 
    pure subroutine add_line(self, position, places)
       class(geometry_type), intent(inout) :: self
-      !> Positions (m) and unknowns of the points, 3 x points each.
+      !> Positions (m) of the points, 3 x points, and their unknowns: the first few of six, translations before rotations.
       real(wp), intent(in) :: position(:, :)
       integer, intent(in) :: places(:, :)
       integer :: i
@@ -41,7 +43,7 @@ contains
 
    pure subroutine add_tetrahedra(self, position, places, cell)
       class(geometry_type), intent(inout) :: self
-      !> Positions (m) and unknowns of the points, 3 x points each.
+      !> Positions (m) of the points, 3 x points, and their unknowns: the first few of six, translations before rotations.
       real(wp), intent(in) :: position(:, :)
       integer, intent(in) :: places(:, :)
       !> Points of the tetrahedra, 4 x tetrahedra, counted among those that are added.
@@ -49,6 +51,58 @@ contains
 
       call add(self, position, places, cell)
    end subroutine add_tetrahedra
+
+   subroutine make_mesh(self, unknowns, mesh, error)
+      class(geometry_type), intent(in) :: self
+      !> How many the problem has; those of no point are none of the mesh.
+      integer, intent(in) :: unknowns
+      !> Not allocated where there are no points.
+      type(mesh_type), allocatable, intent(out) :: mesh
+      type(error_type), allocatable, intent(inout) :: error
+      integer, parameter :: types(4) = [vtk_vertex, vtk_line, 0, vtk_tetrahedron]
+      integer :: node(self%points), corners(self%cells), nodes, p, c
+
+      if (self%points == 0) return
+      allocate (mesh)
+      allocate (mesh%unknown_node(unknowns), mesh%unknown_component(unknowns), source=0)
+      allocate (mesh%coordinates(3, self%points))
+      nodes = 0
+      do p = 1, self%points
+         node(p) = node_of(self%places(:, p), mesh%unknown_node)
+         if (node(p) > 0) cycle
+         nodes = nodes + 1
+         node(p) = nodes
+         mesh%coordinates(:, nodes) = self%position(:, p)
+         do c = 1, 6
+            if (self%places(c, p) == 0) cycle
+            mesh%unknown_node(self%places(c, p)) = nodes
+            mesh%unknown_component(self%places(c, p)) = c - 1
+         end do
+      end do
+      mesh%coordinates = mesh%coordinates(:, :nodes)
+      corners = count(self%cell(:, :self%cells) > 0, 1)
+      allocate (mesh%offsets(self%cells + 1), source=0)
+      do c = 1, self%cells
+         mesh%offsets(c + 1) = mesh%offsets(c) + corners(c)
+      end do
+      allocate (mesh%connectivity(sum(corners)))
+      do c = 1, self%cells
+         mesh%connectivity(mesh%offsets(c) + 1:mesh%offsets(c + 1)) = node(self%cell(:corners(c), c))
+      end do
+      allocate (mesh%types(self%cells), source=types(corners))
+      call settle_mesh(mesh, unknowns, error)
+   end subroutine make_mesh
+
+   ! That of the first of these unknowns which has one; 0 where none has.
+   pure integer function node_of(places, unknown_node)
+      integer, intent(in) :: places(:), unknown_node(:)
+      integer :: c
+
+      node_of = 0
+      do c = 1, size(places)
+         if (places(c) > 0 .and. node_of == 0) node_of = unknown_node(places(c))
+      end do
+   end function node_of
 
    pure subroutine add(geometry, position, places, cell)
       type(geometry_type), intent(inout) :: geometry
@@ -58,7 +112,8 @@ contains
       associate (p => geometry%points, c => geometry%cells, p_more => size(position, 2), c_more => size(cell, 2))
          call make_room(geometry, p + p_more, c + c_more)
          geometry%position(:, p + 1:p + p_more) = position
-         geometry%places(:, p + 1:p + p_more) = places
+         geometry%places(:, p + 1:p + p_more) = 0
+         geometry%places(:size(places, 1), p + 1:p + p_more) = places
          geometry%cell(:, c + 1:c + c_more) = merge(cell + p, 0, cell > 0)
          c = c + c_more
          p = p + p_more
@@ -76,7 +131,7 @@ contains
       room = 0
       if (allocated(geometry%cell)) room = [size(geometry%places, 2), size(geometry%cell, 2)]
       if (points > room(1)) then
-         allocate (position(3, max(points, 2*room(1))), places(3, max(points, 2*room(1))))
+         allocate (position(3, max(points, 2*room(1))), places(6, max(points, 2*room(1))))
          if (geometry%points > 0) then
             position(:, :geometry%points) = geometry%position(:, :geometry%points)
             places(:, :geometry%points) = geometry%places(:, :geometry%points)

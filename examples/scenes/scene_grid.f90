@@ -2,7 +2,7 @@
 !> (section 6.5 of the paper).
 module scene_grid
    use kschur, only: error_type, wp
-   use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
+   use scene_assembly, only: assembly_type, new_assembly, node_unknowns, unknowns_of_nodes
    use scene_beam, only: add_beam, beam_type, table_2_beam, table_2_rayleigh
    use scene_joint, only: add_tie
    use scene_options, only: option_type, options_type
@@ -65,7 +65,7 @@ contains
          associate (nodes => [(j*nodes_along(1) + k, k=1, nodes_along(1))])
             call add_beam(assembly, nodes, element_mass, element_stiffness, rayleigh)
             call assembly%geometry%add_line(reshape([(k*lengths(1), real(j, wp), 0.0_wp, k=0, size(nodes) - 1)], &
-               [3, size(nodes)]), node_translations(nodes))
+               [3, size(nodes)]), unknowns_of_nodes(nodes))
          end associate
       end do
       element_mass = turned(beam%mass(lengths(2), mass == "lumped"), transverse_axes, transverse_axes)
@@ -74,7 +74,7 @@ contains
          associate (nodes => [(transverse + i*nodes_along(2) + k, k=1, nodes_along(2))])
             call add_beam(assembly, nodes, element_mass, element_stiffness, rayleigh)
             call assembly%geometry%add_line(reshape([(real(i, wp), k*lengths(2), 0.0_wp, k=0, size(nodes) - 1)], &
-               [3, size(nodes)]), node_translations(nodes))
+               [3, size(nodes)]), unknowns_of_nodes(nodes))
          end associate
       end do
       do j = 0, cells(2)

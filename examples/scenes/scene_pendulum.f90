@@ -4,7 +4,7 @@
 !> omega^2 = x g/L, x a zero of the Laguerre polynomial of degree `bars`: 1 for one bar, 2 -+ sqrt(2) for two.
 module scene_pendulum
    use kschur, only: error_type, wp
-   use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
+   use scene_assembly, only: assembly_type, new_assembly, node_unknowns, unknowns_of_nodes
    use scene_joint, only: add_reaction, add_revolute
    use scene_options, only: option_type, options_type
    use scene_rigid_body, only: body_mass
@@ -56,6 +56,6 @@ contains
          end associate
       end do
       call assembly%geometry%add_line(reshape([(0.0_wp, 0.0_wp, -k*length, k=0, bars)], [3, bars + 1]), &
-         node_translations([(k, k=0, bars)]))
+         unknowns_of_nodes([(k, k=0, bars)]))
    end subroutine build_pendulum
 end module scene_pendulum

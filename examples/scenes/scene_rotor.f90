@@ -9,7 +9,7 @@
 !> Bearings of stiffness b and cross-coupled stiffness q are in series with the shaft: 1/k of it + 1/(2 (b - i q)).
 module scene_rotor
    use kschur, only: error_type, error_usage, new_error, text, wp
-   use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
+   use scene_assembly, only: assembly_type, new_assembly, node_unknowns, unknowns_of_nodes
    use scene_beam, only: add_beam, beam_type, tube
    use scene_joint, only: add_fix
    use scene_options, only: option_type, options_type
@@ -107,7 +107,8 @@ contains
          end do
       end associate
       call assembly%geometry%add_line(reshape([(k*length/elements, 0.0_wp, 0.0_wp, k=0, elements)], [3, elements + 1]), &
-         node_translations([(k, k=2, elements + 2)]))
+         unknowns_of_nodes([(k, k=2, elements + 2)]))
+      call assembly%geometry%add_line(reshape([elements/2*length/elements, 0.0_wp, 0.0_wp], [3, 1]), unknowns_of_nodes([1]))
 
    contains
 

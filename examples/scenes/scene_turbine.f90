@@ -2,7 +2,7 @@
 !> are beams, nacelle, hub and generator bodies. x is downwind, z up.
 module scene_turbine
    use kschur, only: error_type, wp
-   use scene_assembly, only: assembly_type, new_assembly, node_translations, node_unknowns
+   use scene_assembly, only: assembly_type, new_assembly, node_unknowns, unknowns_of_nodes
    use scene_beam, only: add_beam, beam_type, tube
    use scene_joint, only: add_clamp, add_fix, add_reaction, add_revolute
    use scene_options, only: option_type, options_type
@@ -111,7 +111,10 @@ contains
       call add_reaction(assembly, node_unknowns(bodies + elements + 1), no_arm, node_unknowns(nacelle_node), &
          -nacelle_centre, mass_above*gravity*down)
       call assembly%geometry%add_line(reshape([(0.0_wp, 0.0_wp, k*length, k=0, elements), hub_centre], [3, elements + 2]), &
-         node_translations([(bodies + 1 + k, k=0, elements), hub_node]))
+         unknowns_of_nodes([(bodies + 1 + k, k=0, elements), hub_node]))
+      do k = 1, bodies
+         if (k /= hub_node) call assembly%geometry%add_line(reshape(top + nacelle_centre, [3, 1]), unknowns_of_nodes([k]))
+      end do
    end subroutine add_tower
 
    pure subroutine add_nacelle(assembly, rotor_mass)
@@ -203,7 +206,7 @@ contains
             call add_fix(assembly, hub, arm, root, no_arm)
             call add_reaction(assembly, hub, arm, root, no_arm, pull(1)*outwards)
             call assembly%geometry%add_line(spread(hub_centre, 2, stations) + spread(arm/hub_radius, 2, stations) &
-               *spread(along, 1, 3), node_translations(nodes(:, k)))
+               *spread(along, 1, 3), unknowns_of_nodes(nodes(:, k)))
          end associate
       end do
    end subroutine add_blades

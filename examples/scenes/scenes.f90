@@ -7,7 +7,6 @@ module kschur_scenes
    use scene_cantilever, only: build_cantilever, cantilever_options
    use scene_crank, only: build_crank, crank_options
    use scene_free_free, only: build_free_free, free_free_options
-   use scene_geometry, only: geometry_type
    use scene_grid, only: build_grid, grid_options
    use scene_options, only: listed, options_type
    use scene_pendulum, only: build_pendulum, pendulum_options
@@ -27,15 +26,13 @@ contains
 
    !> Builds a scene. Fails with `error_usage` on an unknown scene or option and
    !> on a bad value.
-   subroutine build_scene(name, arguments, problem, error, geometry)
+   subroutine build_scene(name, arguments, problem, error)
       !> One of `scene_names`.
       character(len=*), intent(in) :: name
       !> The scene's options as words, names and values: `--elements`, `10`, or `--elements=10`, ...
       character(len=*), intent(in) :: arguments(:)
       type(modal_problem_type), intent(out) :: problem
       type(error_type), allocatable, intent(out) :: error
-      !> Where the scene stands in space.
-      type(geometry_type), intent(out), optional :: geometry
       type(options_type) :: options
       type(assembly_type) :: assembly
 
@@ -48,7 +45,6 @@ contains
       call options%parse(arguments, error)
       if (.not. allocated(error)) call build(name, options, assembly, error)
       if (.not. allocated(error)) call assembly%finish(problem, error)
-      if (present(geometry)) geometry = assembly%geometry
    end subroutine build_scene
 
    !> What a scene is and which options it takes, with their defaults: a line

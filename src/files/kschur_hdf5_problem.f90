@@ -1,5 +1,5 @@
 !> Problems in HDF5 files: a group for each matrix in the CSR layout of SciPy
-!> and AnnData, /mass, /stiffness and, where given, /damping and /constraints.
+!> and AnnData, /mass, /stiffness and, where given, /damping and /constraints; and where given a mesh.
 module kschur_hdf5_problem
    use hdf5, only: hid_t
    use kschur_error, only: error_type, new_error, add_context, error_input
@@ -8,6 +8,7 @@ module kschur_hdf5_problem
    use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, forbid_external_links, &
       open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset
+   use kschur_hdf5_mesh, only: bytes_of_mesh, read_mesh, write_mesh
    use kschur_kinds, only: wp, long
    use kschur_problem, only: modal_problem_type, settle_modal_problem
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, settle_csr_matrix
@@ -69,6 +70,7 @@ contains
          if (exists(file, "/constraints", error)) &
             call read_matrix(problem%constraints, file, "/constraints", "constraint Jacobian Cq", error)
       end if
+      call read_mesh(problem%mesh, file, problem%mass%rows, error)
       call close_hdf5_file(file)
    end subroutine read_matrices
 
@@ -125,6 +127,7 @@ contains
       call write_matrix(file, "/stiffness", problem%stiffness, error)
       if (problem%damping%nonzeros() > 0) call write_matrix(file, "/damping", problem%damping, error)
       if (problem%multipliers() > 0) call write_matrix(file, "/constraints", problem%constraints, error)
+      call write_mesh(file, problem%mesh, error)
       call finish_hdf5_file(file, staging, path, error)
       call restore_printing(printing)
    end subroutine write_hdf5_problem
@@ -133,7 +136,7 @@ contains
       type(modal_problem_type), intent(in) :: problem
 
       bytes_of = bytes_of_matrix(problem%mass) + bytes_of_matrix(problem%stiffness) + bytes_of_matrix(problem%damping) &
-         + bytes_of_matrix(problem%constraints)
+         + bytes_of_matrix(problem%constraints) + bytes_of_mesh(problem%mesh)
    end function bytes_of
 
    pure integer(long) function bytes_of_matrix(matrix)

@@ -10,6 +10,7 @@ module kschur_hdf5_result
    use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, forbid_external_links, &
       open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
+   use kschur_hdf5_mesh, only: bytes_of_mesh, read_mesh, write_mesh
    use kschur_hdf5_properties, only: read_properties, write_properties
    use kschur_kinds, only: wp, long
    use kschur_options, only: arpack_names, formulation_names, index_of_name, inner_names, method_names, &
@@ -43,6 +44,7 @@ contains
       call silence_hdf5(printing, error)
       call create_hdf5_file(file, staging, path, bytes_of(result), error)
       call write_modes(file, result, error)
+      call write_mesh(file, result%mesh, error)
       call write_properties(file, result%properties, error)
       call write_history(file, result%history, error)
       call write_facts(file, result, error)
@@ -70,7 +72,7 @@ contains
 
       bytes_of = size(result%eigenvectors, kind=long) + size(result%multipliers, kind=long)
       if (allocated(result%left_eigenvectors)) bytes_of = 2*bytes_of
-      bytes_of = bytes_of_a_complex*bytes_of
+      bytes_of = bytes_of_a_complex*bytes_of + bytes_of_mesh(result%mesh)
    end function bytes_of
 
    subroutine write_modes(file, result, error)
@@ -273,6 +275,7 @@ contains
       call read_facts(result, file, error)
       call read_options(result, file, error)
       call read_modes(result, file, error)
+      call read_mesh(result%mesh, file, result%unknowns, error)
       if (.not. allocated(error)) call read_properties(result%properties, file, size(result%eigenvalues), error)
       call read_history(result%history, file, error)
       call close_hdf5_file(file)

@@ -59,13 +59,17 @@ module kschur_krylov_options
 contains
 
    !> Dimension of a Krylov space in which a number of eigenvalues can be found.
-   pure integer function subspace_dimension(asked, values)
+   pure integer function subspace_dimension(asked, values, block)
       !> What was asked for; 0: chosen from `values`.
       integer, intent(in) :: asked
       integer, intent(in) :: values
+      !> Vectors that it grows by in a step.
+      integer, intent(in) :: block
+      ! A restart filters by a polynomial whose degree is the number of steps, not of vectors.
+      integer, parameter :: steps = 20, least_steps = 2
 
       subspace_dimension = asked
-      if (asked == 0) subspace_dimension = max(2*values, values + 20)
-      subspace_dimension = max(subspace_dimension, values + 2)
+      if (asked == 0) subspace_dimension = max(2*values, values + steps*block)
+      subspace_dimension = max(subspace_dimension, values + least_steps*block)
    end function subspace_dimension
 end module kschur_krylov_options

@@ -124,6 +124,7 @@ contains
       if (options%max_restarts > 1) m = max(m, wanted + 2*options%block)
       m = max(min(m, operator%order()), 1)
       d%dimension = max(d%dimension, m)
+      d%most = min(d%most, operator%order())
       call make_room(d, operator%order(), d%dimension + options%block, error)
       if (allocated(error) .or. d%vectors > 0) return
       d%block = options%block

@@ -17,8 +17,9 @@ module kschur_mode_selection
    ! Rounding splits a defective eigenvalue by the root of a backward error, copies of another by far less than this
    ! part of that.
    real(wp), parameter :: part_of_split = 0.1_wp
-   ! Where an eigenvalue is while it is iterated, and so its distance from the target, is known no better than this.
-   real(wp), parameter :: blurred = 1.0e-4_wp
+   ! Where an eigenvalue is while it is iterated, and so its distance from the target, is known no better than this; where
+   ! it is the target, than this part of it.
+   real(wp), parameter :: blurred = 1.0e-4_wp, rounded = 1.0e-10_wp
 
    !> Which modes are wanted, and what is known of where they are.
    type :: wanted_type
@@ -160,7 +161,7 @@ contains
       order = order(nearest_first(lambda(order), wanted%target))
       known = size(order)
       if (eigenvalues_of(lambda, accepted) < wanted%most) known = count(distances(lambda(order), wanted%target) <= &
-         wanted%reach + blurred*min(wanted%reach, abs(lambda(order))))
+         wanted%reach + max(blurred*min(wanted%reach, abs(lambda(order))), rounded*abs(lambda(order))))
       order = order(:min(known, wanted%modes))
    end subroutine rank
 

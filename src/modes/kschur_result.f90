@@ -2,6 +2,7 @@
 module kschur_result
    use kschur_effort, only: effort_type, timings_type
    use kschur_kinds, only: wp, long
+   use kschur_mesh, only: mesh_type
    use kschur_outcome, only: history_type, certified_names, certified_no, certified_unknown, certified_yes, inaccurate_above, &
       reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, reason_inaccurate
    use kschur_options, only: modal_options_type, formulation_auto
@@ -107,6 +108,8 @@ module kschur_result
       !> Peak memory of the program that solved the problem; -1 where not known.
       integer(long) :: peak_memory_bytes = -1
       type(history_type) :: history
+      !> Where the problem stands in space, with cells; not allocated where it did not say.
+      type(mesh_type), allocatable :: mesh
    contains
       !> Appends a sentence to the notes.
       procedure :: add_note

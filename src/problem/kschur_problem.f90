@@ -5,6 +5,7 @@ module kschur_problem
    use kschur_damping, only: classify_damping, damping_general, damping_names, damping_none, damping_proportional
    use kschur_error, only: error_type, new_error, error_input
    use kschur_kinds, only: wp
+   use kschur_mesh, only: mesh_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_text, only: text
    implicit none
@@ -33,6 +34,8 @@ module kschur_problem
       !> Unknown i, multipliers behind the others, is best eliminated as number position(i) where matrices of the
       !> problem are factored. Not allocated: not known yet.
       integer, allocatable :: position(:)
+      !> Where it stands in space, settled; not allocated where that is not known.
+      type(mesh_type), allocatable :: mesh
    contains
       !> Number of unknowns n.
       procedure :: unknowns

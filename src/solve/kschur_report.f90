@@ -4,6 +4,7 @@ module kschur_report
    use kschur_description, only: describe
    use kschur_error, only: error_type
    use kschur_linear_solver, only: linear_solver_type
+   use kschur_mesh, only: join_nodes
    use kschur_modes, only: modes_type
    use kschur_normalisation, only: normalise_shapes
    use kschur_notes, only: note_inaccurate, note_modes
@@ -53,6 +54,9 @@ contains
       result%formulation = s%formulation
       result%decision = s%decision
       if (s%dense) result%formulation = formulation_dense
+      if (.not. allocated(s%problem%mesh)) return
+      allocate (result%mesh, source=s%problem%mesh)
+      call join_nodes(result%mesh, s%problem%stiffness)
    end subroutine report_problem
 
    subroutine report_modes(modes, result)

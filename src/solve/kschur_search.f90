@@ -10,8 +10,8 @@ module kschur_search
    use kschur_mending, only: drop_unfounded, mend, save_hidden
    use kschur_mode_selection, only: accept_pairs, highest, wanted_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
-   use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_converged, reason_fewer_modes, &
-      reason_inaccurate
+   use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
+      reason_fewer_modes, reason_inaccurate, reason_max_restarts
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_text, only: text
    use kschur_transform, only: transform_type
@@ -208,12 +208,15 @@ contains
       logical :: all_found
 
       associate (total => s%known%total)
-         if (.not. fewer(s, modes)) then
+         all_found = complete .and. modes%inaccurate == 0
+         if (total%exact) all_found = modes%found == total%number .and. .not. modes%unsure
+         if (any(modes%reason == [reason_max_restarts, reason_cancelled]) .and. .not. (total%exact .and. all_found)) then
+            ! Those that converged need not be the nearest.
+            return
+         else if (.not. fewer(s, modes)) then
             modes%reason = merge(reason_inaccurate, reason_converged, &
                modes%inaccurate > 0 .or. modes%unsure .or. any(modes%backward_error > inaccurate_above))
-         else if (any(modes%reason == [reason_converged, reason_fewer_modes])) then
-            all_found = complete .and. modes%inaccurate == 0
-            if (total%exact) all_found = modes%found == total%number .and. .not. modes%unsure
+         else
             modes%reason = merge(reason_fewer_modes, reason_inaccurate, all_found)
             if (total%exact .and. modes%found /= total%number) call s%add_note(text(total%number)//" eigenvalues exist and "// &
                text(modes%found)//" were found")
@@ -229,7 +232,7 @@ contains
 
       associate (certificate => s%transform%certificate)
          modes%certified = certified_unknown
-         if (modes%reason /= reason_converged) return
+         if (all(modes%reason /= [reason_converged, reason_max_restarts])) return
          modes%certified = certificate%verdict
          if (certificate%verdict /= certified_yes) return
          furthest = maxval(min(abs(modes%lambda - s%options%target), abs(conjg(modes%lambda) - s%options%target)))

@@ -143,13 +143,13 @@ contains
          allocate (krylov_options_type :: krylov)
          ! So much that a restart is rare; memory is touched as far as it is used.
          if (subspace == 0 .and. is_structured(formulation)) then
-            subspace = 3*values + 40
+            subspace = 3*values + 40*options%block
             ! Of most of all there is the projected problem costs more than a restart.
-            if (.not. oscillator) subspace = min(subspace, max(subspace_dimension(0, values), order/2))
+            if (.not. oscillator) subspace = min(subspace, max(subspace_dimension(0, values, options%block), order/2))
          end if
       end if
       krylov%block = options%block
-      krylov%subspace = max(subspace_dimension(subspace, values), values + 2*krylov%block)
+      krylov%subspace = subspace_dimension(subspace, values, krylov%block)
       krylov%tolerance = options%tolerance
       krylov%max_restarts = options%max_restarts
       krylov%seed = options%seed

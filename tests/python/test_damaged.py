@@ -209,10 +209,12 @@ def main():
         plain = write_problem(folder/"plain.h5")
         newest = write_problem(folder/"newest.h5", libver="latest")
         with h5py.File(problem) as file, h5py.File(folder/"zipped.h5", "w") as zipped:
-            for group in file:
-                zipped.create_group(group).attrs.update(file[group].attrs)
-                for dataset in file[group]:
-                    zipped[group].create_dataset(dataset, data=file[group][dataset][:], compression="gzip", shuffle=True)
+            def zip_one(name, item):
+                if isinstance(item, h5py.Group):
+                    zipped.create_group(name).attrs.update(item.attrs)
+                else:
+                    zipped.create_dataset(name, data=item[:], compression="gzip", shuffle=True)
+            file.visititems(zip_one)
         by_hand(folder)
         heaps(folder, plain, result)
         for source in (problem, result, plain, newest, folder/"zipped.h5"):

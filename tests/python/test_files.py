@@ -86,7 +86,8 @@ def write_hdf5(path, problem, **options):
 def read_hdf5(path):
     matrices = {}
     with h5py.File(path, "r") as file:
-        for name, group in file.items():
+        for name in GROUPS.keys() & file.keys():
+            group = file[name]
             assert group.attrs["encoding-type"] == "csr_matrix" and group.attrs["encoding-version"] == "0.1.0"
             matrices[name] = sparse.csr_matrix((group["data"][:], group["indices"][:], group["indptr"][:]),
                                                shape=tuple(group.attrs["shape"]))

@@ -1,0 +1,93 @@
+!> kschur view: the modes of a result as files for ParaView.
+module cli_view
+   use cli_arguments, only: arguments_type
+   use cli_numbers, only: read_integer
+   use cli_system, only: check_new_folder, print_line
+   use kschur, only: add_context, error_input, error_type, error_usage, modal_result_type, new_error, read_hdf5_result, text, &
+      write_view, wp
+   implicit none
+   private
+   public :: view_command
+
+   !> What `kschur view` was asked to do.
+   type :: request_type
+      character(len=:), allocatable :: result, output, modes
+      integer :: frames = 12
+      !> Largest displacement in the frames, relative to the size of the structure.
+      real(wp) :: amplitude = 0.1_wp
+   end type request_type
+
+contains
+
+   !> Does the command.
+   subroutine view_command(arguments, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(error_type), allocatable, intent(out) :: error
+      type(request_type) :: request
+      type(modal_result_type) :: result
+      integer, allocatable :: modes(:)
+
+      call take_request(arguments, request, error)
+      if (.not. allocated(error)) call check_new_folder(request%output, error)
+      if (.not. allocated(error)) call read_hdf5_result(result, request%result, error, trial=.true.)
+      if (.not. allocated(error)) call choose_modes(request, size(result%eigenvalues), modes, error)
+      if (allocated(error)) return
+      if (.not. allocated(result%mesh)) then
+         call new_error(error, error_input, "its problem did not say where the unknowns stand: kschur help view")
+         call add_context(error, request%result)
+         return
+      end if
+      call write_view(result, modes, request%frames, request%amplitude, request%output, error)
+      if (.not. allocated(error)) call print_line(request%output//": "//text(size(modes))//" modes on "// &
+         text(result%mesh%nodes())//" nodes, open modes.pvd or mode_"//text(modes(1))//".pvd")
+   end subroutine view_command
+
+   subroutine take_request(arguments, request, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(request_type), intent(out) :: request
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: amplitude
+
+      call arguments%take_text("--output", request%output, error, "the name of a folder")
+      call arguments%take_text("--modes", request%modes, error, "numbers of modes, as 1,3,7")
+      call arguments%take_integer("--frames", 0, request%frames, error)
+      call arguments%take_positive("--amplitude", amplitude, error)
+      if (allocated(amplitude)) request%amplitude = amplitude
+      call arguments%take_word(request%result)
+      call arguments%check_all_taken(error)
+      if (allocated(error)) return
+      if (.not. allocated(request%result)) then
+         call new_error(error, error_usage, "no result is given; see kschur help view")
+      else if (.not. allocated(request%output)) then
+         call new_error(error, error_usage, "kschur view wants --output, the name of a folder")
+      end if
+   end subroutine take_request
+
+   ! Those that were asked for, all where none were.
+   subroutine choose_modes(request, found, modes, error)
+      type(request_type), intent(in) :: request
+      integer, intent(in) :: found
+      integer, allocatable, intent(out) :: modes(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: first, last, mode, k
+      logical :: valid
+
+      if (found == 0) then
+         call new_error(error, error_usage, request%result//": there are no modes in it")
+      else if (.not. allocated(request%modes)) then
+         allocate (modes(found), source=[(k, k=1, found)])
+      else
+         allocate (modes(0))
+         first = 1
+         do while (first <= len(request%modes) + 1 .and. .not. allocated(error))
+            last = first + index(request%modes(first:)//",", ",") - 2
+            call read_integer(request%modes(first:last), mode, valid)
+            if (valid) valid = mode >= 1 .and. mode <= found
+            if (.not. valid) call new_error(error, error_usage, "--modes wants numbers from 1 to "//text(found)// &
+               ", as 1,3,7, not '"//request%modes//"'")
+            modes = [modes, mode]
+            first = last + 2
+         end do
+      end if
+   end subroutine choose_modes
+end module cli_view

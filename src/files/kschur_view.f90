@@ -1,0 +1,78 @@
+!> The modes of a result as a folder of files for ParaView.
+module kschur_view
+   use kschur_error, only: error_type, add_context, new_error, error_usage
+   use kschur_files, only: make_folder, staging_type
+   use kschur_kinds, only: wp
+   use kschur_mesh, only: mesh_type
+   use kschur_result, only: modal_result_type
+   use kschur_text, only: text
+   use kschur_vtu, only: largest_displacement, write_pvd, write_vtu, write_vtu_frame
+   implicit none
+   private
+   public :: write_view
+
+   integer, parameter :: name_length = 40
+
+contains
+
+   !> Writes for each of some modes its shape at rest, mode_3.vtu say, one period of its motion, mode_3.pvd with its
+   !> frames, and all of them one after the other, modes.pvd. Fails where the problem did not say where it stands, and
+   !> where the folder cannot be written; all files are there when each is whole.
+   subroutine write_view(result, modes, frames, amplitude, folder, error)
+      type(modal_result_type), intent(in) :: result
+      !> Numbers of modes, counted from 1.
+      integer, intent(in) :: modes(:)
+      !> In a period; 0: no motion.
+      integer, intent(in) :: frames
+      !> Largest displacement in the frames, relative to the size of the structure.
+      real(wp), intent(in) :: amplitude
+      character(len=*), intent(in) :: folder
+      type(error_type), allocatable, intent(out) :: error
+      type(staging_type) :: staging
+      character(len=name_length) :: names(size(modes))
+      integer :: k
+
+      if (.not. allocated(result%mesh)) then
+         call new_error(error, error_usage, "the problem did not say where its unknowns stand: it needs /coordinates")
+         return
+      end if
+      call staging%open(folder, error)
+      if (.not. allocated(error)) call make_folder(staging%path)
+      do k = 1, size(modes)
+         names(k) = "mode_"//text(modes(k))
+         call write_vtu(result%mesh, result%eigenvectors(:, modes(k):modes(k)), names(k:k), &
+            staging%path//"/"//trim(names(k))//".vtu", error)
+         if (frames > 0) call write_motion(result%mesh, result%eigenvectors(:, modes(k)), frames, amplitude, &
+            staging%path, trim(names(k)), error)
+      end do
+      names = [(trim(names(k))//".vtu", k=1, size(modes))]
+      call write_pvd(names, real(modes, wp), staging%path//"/modes.pvd", error)
+      call staging%finish(error)
+      call add_context(error, folder)
+   end subroutine write_view
+
+   subroutine write_motion(mesh, shape, frames, amplitude, folder, name, error)
+      type(mesh_type), intent(in) :: mesh
+      complex(wp), intent(in) :: shape(:)
+      integer, intent(in) :: frames
+      real(wp), intent(in) :: amplitude
+      character(len=*), intent(in) :: folder, name
+      type(error_type), allocatable, intent(inout) :: error
+      complex(wp), parameter :: i = (0.0_wp, 1.0_wp)
+      real(wp), parameter :: two_pi = 8*atan(1.0_wp)
+      complex(wp), allocatable :: moved(:, :)
+      character(len=name_length) :: files(frames)
+      real(wp) :: extent
+      integer :: k
+
+      call mesh%displacements(shape, moved)
+      extent = norm2(maxval(mesh%coordinates, 2) - minval(mesh%coordinates, 2))
+      if (largest_displacement(moved) > 0) &
+         moved = moved*(amplitude*merge(extent, 1.0_wp, extent > 0)/largest_displacement(moved))
+      do k = 1, frames
+         files(k) = name//"_"//text(k)//".vtu"
+         call write_vtu_frame(mesh, real(exp(i*two_pi*(k - 1)/frames)*moved, wp), folder//"/"//trim(files(k)), error)
+      end do
+      call write_pvd(files, [(real(k - 1, wp)/frames, k=1, frames)], folder//"/"//name//".pvd", error)
+   end subroutine write_motion
+end module kschur_view

@@ -1,0 +1,222 @@
+!> Where a problem stands in space: its nodes, which unknown moves which of them and how, and the cells between them.
+!> Nothing of it is needed to solve; pictures of modes and directions of motion are.
+module kschur_mesh
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use kschur_error, only: error_type, new_error, error_input
+   use kschur_kinds, only: wp
+   use kschur_sparse, only: csr_matrix_type
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: mesh_type, join_nodes, settle_mesh
+
+   !> Filled by the caller, then settled.
+   type :: mesh_type
+      !> Positions (m in SI), 3 x nodes.
+      real(wp), allocatable :: coordinates(:, :)
+      !> Node of each unknown, n; 0 where it has none.
+      integer, allocatable :: unknown_node(:)
+      !> What each unknown is there, n: 0, 1, 2 translations along x, y, z, 3, 4, 5 rotations about them.
+      integer, allocatable :: unknown_component(:)
+      !> Cells in VTK's layout: cell c has the nodes connectivity(offsets(c) + 1:offsets(c + 1)), counted from 1, and
+      !> VTK's number types(c). Not allocated where the problem came without.
+      integer, allocatable :: offsets(:), connectivity(:), types(:)
+   contains
+      procedure :: nodes
+      procedure :: cells
+      !> How a shape moves the nodes.
+      procedure :: displacements
+   end type mesh_type
+
+   !> VTK's numbers of cells.
+   integer, parameter, public :: vtk_vertex = 1, vtk_line = 3, vtk_tetrahedron = 10
+
+contains
+
+   !> Checks a mesh for a problem of n unknowns. Where it says nothing of the unknowns, they stand node after node: of
+   !> each node three translations and three rotations, or three translations, or those along x and y, or that along z.
+   subroutine settle_mesh(mesh, n, error)
+      type(mesh_type), intent(inout) :: mesh
+      integer, intent(in) :: n
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (allocated(error)) return
+      if (size(mesh%coordinates, 1) /= 3 .or. mesh%nodes() < 1) then
+         call new_error(error, error_input, "the coordinates must be those of one node or more, three for each")
+      else if (.not. all(ieee_is_finite(mesh%coordinates))) then
+         call new_error(error, error_input, "the coordinates hold what is not a finite number")
+      else if (allocated(mesh%unknown_node) .neqv. allocated(mesh%unknown_component)) then
+         call new_error(error, error_input, "of the unknowns' nodes and components one is missing")
+      else if (.not. allocated(mesh%unknown_node)) then
+         call number_in_order(mesh, n, error)
+      else
+         call check_unknowns(mesh, n, error)
+      end if
+      if (.not. allocated(error) .and. allocated(mesh%types)) call check_cells(mesh, error)
+   end subroutine settle_mesh
+
+   subroutine number_in_order(mesh, n, error)
+      type(mesh_type), intent(inout) :: mesh
+      integer, intent(in) :: n
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: each, i
+
+      each = n/mesh%nodes()
+      if (each*mesh%nodes() /= n .or. all(each /= [1, 2, 3, 6])) then
+         call new_error(error, error_input, text(n)//" unknowns are not 1, 2, 3 or 6 for each of "//text(mesh%nodes())// &
+            " nodes: it must be said of each unknown to which node it belongs, and what it is there")
+         return
+      end if
+      allocate (mesh%unknown_node(n), source=[(1 + (i - 1)/each, i=1, n)])
+      allocate (mesh%unknown_component(n), source=[(mod(i - 1, each), i=1, n)])
+      if (each == 1) mesh%unknown_component = 2
+   end subroutine number_in_order
+
+   subroutine check_unknowns(mesh, n, error)
+      type(mesh_type), intent(in) :: mesh
+      integer, intent(in) :: n
+      type(error_type), allocatable, intent(inout) :: error
+      logical, allocatable :: taken(:, :)
+      integer :: i
+
+      if (size(mesh%unknown_node) /= n .or. size(mesh%unknown_component) /= n) then
+         call new_error(error, error_input, "the unknowns' nodes and components must be "//text(n)//" each, not "// &
+            text(size(mesh%unknown_node))//" and "//text(size(mesh%unknown_component)))
+         return
+      end if
+      allocate (taken(0:5, mesh%nodes()), source=.false.)
+      do i = 1, n
+         associate (node => mesh%unknown_node(i), component => mesh%unknown_component(i))
+            if (node == 0) cycle
+            if (node < 0 .or. node > mesh%nodes() .or. component < 0 .or. component > 5) then
+               call new_error(error, error_input, "an unknown has no place in the mesh: node "//text(node)//" of "// &
+                  text(mesh%nodes())//", component "//text(component))
+            else if (taken(component, node)) then
+               call new_error(error, error_input, "two unknowns are component "//text(component)//" of the same node")
+            else
+               taken(component, node) = .true.
+            end if
+         end associate
+         if (allocated(error)) return
+      end do
+   end subroutine check_unknowns
+
+   subroutine check_cells(mesh, error)
+      type(mesh_type), intent(in) :: mesh
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: cells
+
+      cells = mesh%cells()
+      if (size(mesh%offsets) /= cells + 1) then
+         call new_error(error, error_input, text(cells)//" cells need "//text(cells + 1)//" offsets, not "// &
+            text(size(mesh%offsets)))
+      else if (mesh%offsets(1) /= 0 .or. mesh%offsets(cells + 1) /= size(mesh%connectivity) &
+         .or. any(mesh%offsets(2:) < mesh%offsets(:cells))) then
+         call new_error(error, error_input, "the offsets of the cells must grow from 0 to the number of nodes in "// &
+            "the connectivity, "//text(size(mesh%connectivity)))
+      else if (any(mesh%connectivity < 1 .or. mesh%connectivity > mesh%nodes())) then
+         call new_error(error, error_input, "a cell has a node that is none of the "//text(mesh%nodes()))
+      else if (any(mesh%types < 1 .or. mesh%types > 255)) then
+         call new_error(error, error_input, "a cell's type is none of VTK's, which lie between 1 and 255")
+      end if
+   end subroutine check_cells
+
+   !> Where the mesh has no cells, makes lines between nodes that a matrix joins.
+   subroutine join_nodes(mesh, matrix)
+      type(mesh_type), intent(inout) :: mesh
+      !> Of the settled mesh's unknowns, the stiffness.
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, allocatable :: first(:), unknowns(:), seen(:), joined(:)
+      integer :: lines, pass, node, k
+
+      if (allocated(mesh%types)) return
+      call sort_unknowns(mesh, first, unknowns)
+      allocate (seen(mesh%nodes()))
+      do pass = 1, 2
+         lines = 0
+         seen(:) = 0
+         do node = 1, mesh%nodes()
+            do k = first(node), first(node + 1) - 1
+               call add_lines(unknowns(k))
+            end do
+         end do
+         if (pass == 1) allocate (joined(2*lines))
+      end do
+      allocate (mesh%offsets(lines + 1), source=[(2*k, k=0, lines)])
+      allocate (mesh%types(lines), source=vtk_line)
+      call move_alloc(joined, mesh%connectivity)
+
+   contains
+
+      ! From the node to those with higher numbers that were not met yet.
+      subroutine add_lines(row)
+         integer, intent(in) :: row
+         integer :: entry, other
+
+         do entry = matrix%row_start(row), matrix%row_start(row + 1) - 1
+            if (.not. abs(matrix%value(entry)) > 0) cycle
+            other = mesh%unknown_node(matrix%column(entry))
+            if (other <= node) cycle
+            if (seen(other) == node) cycle
+            seen(other) = node
+            lines = lines + 1
+            if (pass == 2) joined(2*lines - 1:2*lines) = [node, other]
+         end do
+      end subroutine add_lines
+   end subroutine join_nodes
+
+   ! unknowns(first(i):first(i + 1) - 1) are those of node i.
+   pure subroutine sort_unknowns(mesh, first, unknowns)
+      type(mesh_type), intent(in) :: mesh
+      integer, allocatable, intent(out) :: first(:), unknowns(:)
+      integer, allocatable :: next(:)
+      integer :: node, i
+
+      allocate (first(mesh%nodes() + 1), source=0)
+      do i = 1, size(mesh%unknown_node)
+         node = mesh%unknown_node(i)
+         if (node > 0) first(node + 1) = first(node + 1) + 1
+      end do
+      first(1) = 1
+      do node = 1, mesh%nodes()
+         first(node + 1) = first(node + 1) + first(node)
+      end do
+      allocate (unknowns(first(mesh%nodes() + 1) - 1))
+      allocate (next(mesh%nodes()), source=first(:mesh%nodes()))
+      do i = 1, size(mesh%unknown_node)
+         node = mesh%unknown_node(i)
+         if (node == 0) cycle
+         unknowns(next(node)) = i
+         next(node) = next(node) + 1
+      end do
+   end subroutine sort_unknowns
+
+   pure integer function nodes(self)
+      class(mesh_type), intent(in) :: self
+
+      nodes = size(self%coordinates, 2)
+   end function nodes
+
+   pure integer function cells(self)
+      class(mesh_type), intent(in) :: self
+
+      cells = 0
+      if (allocated(self%types)) cells = size(self%types)
+   end function cells
+
+   !> Displacements of the nodes, 3 x nodes; zero along what no unknown moves.
+   pure subroutine displacements(self, shape, moved)
+      class(mesh_type), intent(in) :: self
+      !> A vector of the problem's unknowns, n.
+      complex(wp), intent(in) :: shape(:)
+      complex(wp), allocatable, intent(out) :: moved(:, :)
+      integer :: i
+
+      allocate (moved(3, self%nodes()))
+      moved = 0
+      do i = 1, size(shape)
+         if (self%unknown_node(i) > 0 .and. self%unknown_component(i) < 3) &
+            moved(1 + self%unknown_component(i), self%unknown_node(i)) = shape(i)
+      end do
+   end subroutine displacements
+end module kschur_mesh

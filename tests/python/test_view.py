@@ -1,0 +1,181 @@
+"""Where problems stand in space, and the files of kschur view, opened by meshio: test_view.py KSCHUR."""
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import h5py
+import meshio
+import numpy as np
+import scipy.sparse as sparse
+
+PROGRAM = sys.argv[1]
+failures = []
+
+
+def check(what, passed, detail=""):
+    print(("ok    " if passed else "FAILS ") + what + ("" if passed else f"  [{detail}]"), flush=True)
+    if not passed:
+        failures.append(what)
+
+
+def run(*words):
+    return subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True)
+
+
+def lattice(seed=0):
+    """A square lattice of 4 x 3 nodes, in its plane and across it, its unknowns in any order, one of them of no node."""
+    draw = np.random.default_rng(seed)
+    places = np.array([(x, y, 0) for y in range(3) for x in range(4)], float)
+    node, component = (part.ravel() for part in np.mgrid[:12, :3])
+    order = draw.permutation(37)
+    node, component = np.append(node, -1)[order], np.append(component, 0)[order]
+    where = {(a, c): k for k, (a, c) in enumerate(zip(node, component))}
+    stiffness = sparse.lil_matrix((37, 37))
+    neighbours = [(a, a + 1) for a in range(12) if a % 4 < 3] + [(a, a + 4) for a in range(8)]
+    for a, b in neighbours:
+        for c in range(3):
+            i, j, k = where[a, c], where[b, c], draw.uniform(1, 2)
+            for row, column, value in ((i, i, k), (j, j, k), (i, j, -k), (j, i, -k)):
+                stiffness[row, column] += value
+    stiffness += 0.1 * sparse.identity(37)
+    damping = sparse.diags(draw.uniform(0, 0.2, 37))
+    return {"mass": sparse.identity(37, format="csr"), "stiffness": stiffness.tocsr(), "damping": damping.tocsr()}, \
+        {"coordinates": places, "unknown_node": node, "unknown_component": component}, neighbours
+
+
+def write(path, matrices, mesh):
+    with h5py.File(path, "w") as file:
+        for name, matrix in matrices.items():
+            group = file.create_group(name)
+            group.attrs["shape"] = matrix.shape
+            for part in ("indptr", "indices", "data"):
+                group[part] = getattr(matrix, part)
+        for name, array in mesh.items():
+            file[name] = array
+    return path
+
+
+def displacements(mesh, shape):
+    moved = np.zeros((len(mesh["coordinates"]), 3), complex)
+    there = (np.array(mesh["unknown_node"]) >= 0) & (np.array(mesh["unknown_component"]) < 3)
+    moved[mesh["unknown_node"][there], mesh["unknown_component"][there]] = shape[there]
+    return moved / np.sqrt((abs(moved)**2).sum(1).max())
+
+
+def series(path):
+    collection = ElementTree.parse(path).getroot().find("Collection")
+    return [(float(item.get("timestep")), item.get("file")) for item in collection]
+
+
+def test_own_model(folder):
+    matrices, mesh, neighbours = lattice()
+    result = folder/"modes.h5"
+    check("own model: is solved", run("solve", write(folder/"own.h5", matrices, mesh), "--modes", 5, "--output", result).returncode == 0)
+    done = run("view", result, "--output", folder/"view", "--modes", "2,5", "--frames", 8, "--amplitude", 0.25)
+    check("own model: is viewed", done.returncode == 0 and "2 modes on 12 nodes" in done.stdout, done)
+    names = {f"mode_{k}{end}" for k in (2, 5) for end in (".vtu", ".pvd", *(f"_{i}.vtu" for i in range(1, 9)))}
+    check("own model: the files", {path.name for path in (folder/"view").iterdir()} == names | {"modes.pvd"})
+    check("own model: the series of modes", series(folder/"view/modes.pvd") == [(2, "mode_2.vtu"), (5, "mode_5.vtu")])
+    with h5py.File(result) as file:
+        shapes = file["eigenvectors"][:]
+    for k in (2, 5):
+        grid = meshio.read(folder/f"view/mode_{k}.vtu")
+        check("own model: points", np.array_equal(grid.points, mesh["coordinates"]))
+        check("own model: lines where the stiffness joins nodes", {tuple(line) for line in grid.cells_dict["line"].tolist()} == set(neighbours))
+        wanted = displacements(mesh, shapes[k - 1])
+        found = grid.point_data[f"mode_{k}_real"] + 1j * grid.point_data[f"mode_{k}_imaginary"]
+        check("own model: the shape is complex, and that of the result", np.allclose(found, wanted, atol=1e-14) and abs(wanted.imag).max() > 1e-3)
+        frames = series(folder/f"view/mode_{k}.pvd")
+        check("own model: times of a period", np.allclose([time for time, _ in frames], np.arange(8) / 8))
+        size = np.hypot(3, 2)
+        for time, name in frames:
+            grid = meshio.read(folder/"view"/name)
+            moved = 0.25 * size * (np.exp(2j * np.pi * time) * wanted).real
+            check(f"own model: {name}", np.allclose(grid.points, mesh["coordinates"] + moved, atol=1e-13)
+                  and np.allclose(grid.point_data["displacement"], moved, atol=1e-13))
+
+
+def test_cells_and_order(folder):
+    matrices, _, _ = lattice()
+    matrices = {name: matrix[:36, :36].tocsr() for name, matrix in matrices.items()}
+    squares = [(a, a + 1, a + 5, a + 4) for a in (0, 1, 2, 4, 5, 6)]
+    mesh = {"coordinates": lattice()[1]["coordinates"], "cells/types": [9] * 6, "cells/offsets": np.arange(0, 25, 4),
+            "cells/connectivity": np.ravel(squares)}
+    run("solve", write(folder/"own.h5", matrices, mesh), "--modes", 3, "--output", folder/"modes.h5")
+    run("view", folder/"modes.h5", "--output", folder/"view", "--frames", 0)
+    check("cells: no motion, no frames", len(list((folder/"view").iterdir())) == 4)
+    grid = meshio.read(folder/"view/mode_1.vtu")
+    check("cells: as given", grid.cells_dict["quad"].tolist() == [list(square) for square in squares])
+    in_order = {"coordinates": mesh["coordinates"], "unknown_node": np.repeat(np.arange(12), 3), "unknown_component": np.tile(range(3), 12)}
+    with h5py.File(folder/"modes.h5") as file:
+        wanted = displacements(in_order, file["eigenvectors"][0])
+        check("order: node after node", np.array_equal(file["unknown_node"][:], in_order["unknown_node"])
+              and np.array_equal(file["unknown_component"][:], in_order["unknown_component"]))
+    check("order: the shape", np.allclose(grid.point_data["mode_1_real"] + 1j * grid.point_data["mode_1_imaginary"], wanted, atol=1e-14))
+
+
+def test_refusals(folder):
+    matrices, mesh, _ = lattice()
+
+    def refused(words, status=2, **change):
+        changed = {name: array for name, array in {**mesh, **change}.items() if array is not None}
+        done = run("solve", write(folder/"bad.h5", matrices, changed), "--modes", 1)
+        check(f"refusal: {words}", done.returncode == status and words in done.stderr and "bad.h5" in done.stderr
+              and done.stderr.count("\n") == 1, done)
+
+    beyond = mesh["unknown_node"].copy()
+    beyond[3] = 12
+    twice = mesh["unknown_node"].copy()
+    twice[:] = 0
+    refused("/unknown_node holds 12", unknown_node=beyond)
+    refused("two unknowns are component", unknown_node=twice)
+    refused("/unknown_component holds 6", unknown_component=mesh["unknown_component"] + 4)
+    refused("/coordinates is 12 x 2 but must have 3 columns", coordinates=mesh["coordinates"][:, :2])
+    refused("not a finite number", coordinates=mesh["coordinates"] * np.nan)
+    refused("one is missing", unknown_component=None)
+    refused("37 unknowns are not 1, 2, 3 or 6 for each of 12 nodes", unknown_node=None, unknown_component=None)
+    refused("/cells/connectivity holds 12", **{"cells/types": [3], "cells/offsets": [0, 2], "cells/connectivity": [0, 12]})
+    refused("2 cells need 3 offsets, not 2", **{"cells/types": [3, 3], "cells/offsets": [0, 2], "cells/connectivity": [0, 1]})
+    refused("must grow from 0", **{"cells/types": [3], "cells/offsets": [0, 3], "cells/connectivity": [0, 1]})
+    run("solve", write(folder/"plain.h5", matrices, {}), "--modes", 1, "--output", folder/"plain_modes.h5")
+    for words, status, message in ((("view", folder/"plain_modes.h5", "--output", folder/"v"), 2, "did not say where"),
+                                   (("view", folder/"plain.h5", "--output", folder/"v"), 2, "not a result"),
+                                   (("view", folder/"plain_modes.h5"), 1, "--output"),
+                                   (("view", folder/"plain_modes.h5", "--output", folder/"v", "--modes", "2"), 1, "from 1 to 1")):
+        done = run(*words)
+        check(f"refusal: {message}", done.returncode == status and message in done.stderr and not (folder/"v").exists(), done)
+
+
+def test_scenes(folder):
+    """A translation of the mesh weighs what the scene weighs; a rotation of it strains nothing."""
+    def rigid(file, axis, rotation):
+        node, component, places = (file[name][:] for name in ("unknown_node", "unknown_component", "coordinates"))
+        arms = np.cross(np.eye(3)[axis], places[node])
+        turn = np.where(component < 3, arms[np.arange(len(node)), component % 3], component - 3 == axis)
+        return turn if rotation else (component == axis).astype(float)
+
+    def matrix(file, name):
+        group = file[name]
+        return sparse.csr_matrix((group["data"][:], group["indices"][:], group["indptr"][:]), tuple(group.attrs["shape"]))
+
+    beams = (5 * 6 + 7 * 4) * 0.3 * 0.05 * 1000
+    for scene, total in (("grid --cells 6x4", beams), ("crank", (5 * 2 + 15 + 3 * 3 * 2) * 0.02**3 * 7800)):
+        run("scene", *scene.split(), "--output", folder/"scene.h5")
+        with h5py.File(folder/"scene.h5") as file:
+            mass, stiffness = matrix(file, "mass"), matrix(file, "stiffness")
+            for axis in range(3):
+                found = rigid(file, axis, False) @ mass @ rigid(file, axis, False)
+                check(f"{scene}: mass along {'xyz'[axis]}", np.isclose(found, total, rtol=1e-10), (found, total))
+                turn = rigid(file, axis, True)
+                check(f"{scene}: a rotation is free", abs(stiffness @ turn).max() < 1e-9 * abs(stiffness).max() * abs(turn).max())
+                if "constraints" in file and scene != "crank":
+                    check(f"{scene}: a rotation keeps the ties", abs(matrix(file, "constraints") @ turn).max() < 1e-9)
+
+
+for test in (test_own_model, test_cells_and_order, test_refusals, test_scenes):
+    with tempfile.TemporaryDirectory() as name:
+        test(Path(name))
+print(f"{len(failures)} failed")
+sys.exit(1 if failures else 0)
