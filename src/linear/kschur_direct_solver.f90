@@ -9,15 +9,13 @@ module kschur_direct_solver
    use kschur_mumps_real, only: mumps_real_type
    use kschur_options, only: inner_auto, inner_ldl, inner_mumps
    use kschur_ordering, only: elimination_order
-   use kschur_quasi_definite, only: quasi_definite_type
+   use kschur_quasi_definite, only: low_fill, quasi_definite_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_trial_solution, only: try_solver
    implicit none
    private
    public :: direct_real_type
 
-   ! At more entries a column of the factor MUMPS pays where each solve with LDL^T is to be refined: two to three are one.
-   integer, parameter :: low_fill = 80
    ! Of a trial solution.
    real(wp), parameter :: acceptable = 1.0e-12_wp
 
@@ -88,7 +86,7 @@ contains
       real(wp) :: backward_error
 
       if (structure%multipliers > 0 .and. self%quasi_definite) then
-         allocate (ldl, source=quasi_definite_type(most_refined=merge(low_fill, huge(1), self%inner == inner_auto)))
+         allocate (ldl, source=quasi_definite_type(most_entries=merge(low_fill, huge(1), self%inner == inner_auto)))
       else
          allocate (ldl, source=ldl_real_type())
       end if

@@ -2,7 +2,7 @@
 !> A has such factors where each multiplier follows unknowns that tell its constraint from those before. Elsewhere, or where a
 !> trial says that rounding has grown, A is factored with a little compliance of the constraints, -delta in its second
 !> diagonal block: that is quasi-definite, and has such factors in any order. Iterative refinement with A itself, residuals
-!> in extended precision, takes out what delta changes, and rounding too.
+!> in extended precision, takes out what delta changes, and rounding too, where solves are cheap.
 !> Vanderbei, SIAM J. Optim. 5 (1995), doi 10.1137/0805005; Gill, Saunders, Shinnerl, SIAM J. Matrix Anal. Appl.
 !> 17 (1996), doi 10.1137/S0895479893256952.
 module kschur_quasi_definite
@@ -15,16 +15,19 @@ module kschur_quasi_definite
    use kschur_trial_solution, only: try_solver
    implicit none
    private
-   public :: quasi_definite_type
+   public :: low_fill, quasi_definite_type
+
+   !> At more entries a column of the factor, solves are refined only where they need it: two are one of MUMPS.
+   integer, parameter :: low_fill = 80
 
    !> Refuses what LDL refuses, and a P that is not positive definite (error_library).
    type, extends(real_linear_solver_type) :: quasi_definite_type
-      !> A matrix whose solutions need refinement is refused where its factor has more entries a column (error_library).
-      integer :: most_refined = huge(1)
+      !> A matrix that needs compliance is refused where its factor has more entries a column (error_library).
+      integer :: most_entries = huge(1)
       type(ldl_real_type), private :: ldl
       ! A.
       type(csr_matrix_type), private :: matrix
-      logical, private :: refined = .false.
+      logical, private :: refined = .true.
    contains
       procedure :: factorize
       procedure :: solve
@@ -41,22 +44,23 @@ contains
       ! Backward error of a trial solution that needs no refinement.
       real(wp), parameter :: small = 1.0e-14_wp
       real(wp) :: backward_error
+      logical :: compliant
 
-      self%refined = .false.
       self%matrix = matrix
       self%ldl = ldl_real_type(quasi_definite=.true.)
       call self%ldl%factorize(matrix, structure, error)
       self%analyze_seconds = self%ldl%analyze_seconds
       self%factorize_seconds = self%ldl%factorize_seconds
       if (allocated(error)) then
-         self%refined = error%code == error_singular
-         if (.not. self%refined) return
+         compliant = error%code == error_singular
+         if (.not. compliant) return
       else
          call try_solver(self%ldl, matrix, structure%multipliers, backward_error, error)
          if (allocated(error)) return
-         self%refined = backward_error > small
+         compliant = backward_error > small
       end if
-      if (self%refined) call factorize_compliant(self, structure, error)
+      self%refined = compliant .or. self%ldl%factor_entries <= int(low_fill, long)*matrix%rows
+      if (compliant) call factorize_compliant(self, structure, error)
       if (allocated(error)) return
       self%factor_entries = self%ldl%factor_entries
       self%null_pivots = self%ldl%null_pivots
@@ -70,7 +74,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: parts(2)
 
-      self%ldl = ldl_real_type(most_entries=self%most_refined, quasi_definite=.true.)
+      self%ldl = ldl_real_type(most_entries=self%most_entries, quasi_definite=.true.)
       parts(1) = self%matrix
       call new_compliance(self%matrix, structure%multipliers, parts(2), error)
       if (allocated(error)) return
@@ -126,14 +130,15 @@ contains
       real(wp), intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: steps = 10
-      real(wp), parameter :: rounding = 4*epsilon(1.0_wp), slow = 0.5_wp
+      ! Well below rounding, as a correction may say little of the next one.
+      real(wp), parameter :: negligible = 0.001_wp*epsilon(1.0_wp), slow = 0.5_wp
       real(wp), allocatable :: correction(:, :)
       ! The largest correction of a column, relative to it, and the one before.
       real(wp) :: change, previous
       integer :: step
 
       allocate (correction(size(x, 1), size(x, 2)))
-      previous = huge(previous)
+      previous = 1
       do step = 1, steps
          call find_residual(self%matrix, rhs, x, correction)
          call self%ldl%solve(correction, error)
@@ -141,7 +146,7 @@ contains
          change = maxval(maxval(abs(correction), 1)/max(maxval(abs(x), 1), tiny(1.0_wp)))
          if (.not. change <= slow*previous) exit
          x = x + correction
-         if (change <= rounding) exit
+         if (change**2 <= negligible*previous) exit
          previous = change
       end do
    end subroutine refine
