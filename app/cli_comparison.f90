@@ -1,5 +1,6 @@
 !> One problem by several methods, and how their modes agree.
 module cli_comparison
+   use cli_processes, only: gather_processes
    use cli_progress, only: progress_type
    use kschur, only: arpack_fair, arpack_plain, certified_yes, error_type, formulation_auto, formulation_damped_constrained, &
       formulation_quadratic, method_arpack, method_krylov_schur, modal_options_type, modal_problem_type, &
@@ -54,6 +55,7 @@ contains
          own%arpack = merge(arpack_plain, arpack_fair, i == method_count - 1)
          call progress%show(trim(labels(i)))
          associate (entry => comparison%entries(i))
+            call gather_processes(own)
             call solve_modes(problem, own, entry%result, entry%error, progress)
          end associate
       end do

@@ -104,7 +104,9 @@ contains
          "  --verbose              more at the end of the table", &
          "  --quiet                no progress on the terminal", &
          "  --threads N            threads (as many as there are cores); any number gives the same", &
-         "                         digits but for what MUMPS factors"])
+         "                         digits but for what MUMPS factors", &
+         "  --distribute ROWS      kschur-mpi: so many rows and more are factored by all its", &
+         "                         processes (20000)"])
    end subroutine print_solve_help
 
    subroutine print_compare_help()

@@ -56,5 +56,6 @@ contains
       if (allocated(tolerance)) options%tolerance = tolerance
       call arguments%take_integer("--max-restarts", 1, options%max_restarts, error)
       call arguments%take_integer("--block", 1, options%block, error)
+      call arguments%take_integer("--distribute", 1, options%distribute, error)
    end subroutine take_iteration
 end module cli_options

@@ -5,6 +5,7 @@ module cli_sensitivity
    use cli_input, only: input_type, read_problem
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: take_format
+   use cli_processes, only: gather_processes
    use cli_progress, only: new_progress, progress_type
    use kschur, only: eigenvalue_rates, error_type, error_usage, modal_options_type, modal_problem_type, modal_result_type, &
       new_error, problem_rate_type, rate_between, reason_converged, solve_modes, wp
@@ -52,6 +53,7 @@ contains
       if (allocated(error)) return
       options%left = .not. problem%symmetric
       progress = new_progress(quiet)
+      call gather_processes(options)
       call solve_modes(problem, options, result, error, progress)
       call progress%show("")
       if (.not. allocated(error)) call eigenvalue_rates(problem, result, rate, rates, error)

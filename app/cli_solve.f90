@@ -4,6 +4,7 @@ module cli_solve
    use cli_input, only: input_type, is_large, is_part_of, read_problem, take_input
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: format_table, print_result, take_format
+   use cli_processes, only: gather_processes
    use cli_properties, only: print_properties, read_directions, take_properties
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes
@@ -61,6 +62,7 @@ contains
          if (request%properties .and. .not. problem%symmetric) request%options%left = .true.
       end if
       if (.not. allocated(error)) then
+         call gather_processes(request%options)
          if (allocated(request%band)) then
             call solve_band(problem, request%band(1), request%band(2), request%options, result, error, progress)
          else

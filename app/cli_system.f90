@@ -2,6 +2,7 @@
 module cli_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_intptr_t, c_null_char, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: error_unit
+   use cli_processes, only: end_processes
    use kschur, only: error_file, error_library, error_type, long, new_error
    implicit none
    private
@@ -54,11 +55,12 @@ module cli_system
 
 contains
 
-   !> Ends the program with this exit status and without further words.
+   !> Ends the program, in all its processes, with this exit status and without further words.
    subroutine end_program(status)
       integer, intent(in) :: status
 
       flush (error_unit)
+      call end_processes(status)
       call c_exit(int(status, c_int))
    end subroutine end_program
 

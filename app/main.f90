@@ -5,6 +5,7 @@ program kschur_program
    use cli_help, only: print_help, print_version
    use cli_info, only: info_command
    use cli_mac, only: mac_command
+   use cli_processes, only: start_processes
    use cli_scene, only: scene_command
    use cli_sensitivity, only: sensitivity_command
    use cli_solve, only: solve_command
@@ -21,6 +22,7 @@ program kschur_program
 
    complete = .true.
    call ignore_size_signal()
+   call start_processes()
    arguments = command_arguments()
    call arguments%take_word(command)
    if (.not. allocated(command)) allocate (character(len=0) :: command)

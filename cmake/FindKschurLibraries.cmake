@@ -1,9 +1,10 @@
-# The libraries below kschur, as one target kschur::libraries: sequential MUMPS, METIS, AMD of SuiteSparse, BLAS
+# The libraries below kschur, as one target kschur::libraries: MUMPS, METIS, AMD of SuiteSparse, BLAS
 # and LAPACK, and, unless KSCHUR_WITH_ARPACK or KSCHUR_WITH_HDF5 is off, ARPACK and serial HDF5 with its Fortran interface.
 #
 # BLAS is OpenBLAS where there is one, else any; BLA_VENDOR says which (Generic: the reference BLAS).
 #
-# Never the MPI build of MUMPS or HDF5: two of them in one program overwrite each other.
+# MUMPS is the sequential one, or, where KSCHUR_MPI is on, the other one with ScaLAPACK: never both, as two of them in one
+# program overwrite each other. HDF5 is always the serial one.
 # Never the parallel ARPACK either: it wants MPI.
 # Never CHOLMOD or another GPL part of SuiteSparse: AMD is BSD.
 
@@ -23,13 +24,22 @@ macro(kschur_find_library variable)
   list(APPEND KschurLibraries_FOUND_LIBRARIES "${KSCHUR_${variable}_LIBRARY}")
 endmacro()
 
-kschur_find_library(DMUMPS dmumps_seq)
-kschur_find_library(ZMUMPS zmumps_seq)
-kschur_find_library(SMUMPS smumps_seq)
-kschur_find_library(CMUMPS cmumps_seq)
-kschur_find_library(MUMPS_COMMON mumps_common_seq)
-kschur_find_library(MUMPS_PORD pord_seq)
-kschur_find_library(MUMPS_MPISEQ mpiseq_seq)
+if(KSCHUR_MPI)
+  set(KSCHUR_SEQ)
+else()
+  set(KSCHUR_SEQ _seq)
+endif()
+kschur_find_library(DMUMPS dmumps${KSCHUR_SEQ})
+kschur_find_library(ZMUMPS zmumps${KSCHUR_SEQ})
+kschur_find_library(SMUMPS smumps${KSCHUR_SEQ})
+kschur_find_library(CMUMPS cmumps${KSCHUR_SEQ})
+kschur_find_library(MUMPS_COMMON mumps_common${KSCHUR_SEQ})
+kschur_find_library(MUMPS_PORD pord${KSCHUR_SEQ})
+if(KSCHUR_MPI)
+  kschur_find_library(SCALAPACK scalapack-openmpi scalapack)
+else()
+  kschur_find_library(MUMPS_MPISEQ mpiseq_seq)
+endif()
 kschur_find_library(METIS metis)
 kschur_find_library(AMD amd)
 find_path(KSCHUR_MUMPS_INCLUDE_DIR NAMES zmumps_struc.h)

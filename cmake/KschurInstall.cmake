@@ -2,15 +2,15 @@
 
 include(CMakePackageConfigHelpers)
 
-install(TARGETS kschur EXPORT kschur-targets)
-install(DIRECTORY "${CMAKE_Fortran_MODULE_DIRECTORY}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kschur"
+install(TARGETS kschur EXPORT ${KSCHUR_PACKAGE}-targets)
+install(DIRECTORY "${CMAKE_Fortran_MODULE_DIRECTORY}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/${KSCHUR_PACKAGE}"
         FILES_MATCHING PATTERN "kschur.mod" PATTERN "kschur_*.mod" PATTERN "kschur_scenes.mod" EXCLUDE
         PATTERN "app" EXCLUDE PATTERN "capi" EXCLUDE PATTERN "kschur_funit" EXCLUDE)
 install(FILES LICENSE README.md CHANGELOG.md TYPE DOC)
 install(DIRECTORY docs/ TYPE DOC FILES_MATCHING PATTERN "*.md" PATTERN "*.png")
 set(KSCHUR_PACKAGES kschur)
 if(KSCHUR_BUILD_CAPI)
-  install(TARGETS kschur_capi EXPORT kschur-targets)
+  install(TARGETS kschur_capi EXPORT ${KSCHUR_PACKAGE}-targets)
   install(FILES capi/include/kschur.h TYPE INCLUDE)
   list(APPEND KSCHUR_PACKAGES kschur_capi)
 endif()
@@ -26,14 +26,14 @@ if(KSCHUR_BUILD_BENCHMARKS)
 endif()
 
 # The CMake package.
-install(EXPORT kschur-targets NAMESPACE kschur:: DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/kschur")
-configure_package_config_file(cmake/kschur-config.cmake.in "${PROJECT_BINARY_DIR}/kschur-config.cmake"
-  INSTALL_DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/kschur")
-write_basic_package_version_file("${PROJECT_BINARY_DIR}/kschur-config-version.cmake"
+install(EXPORT ${KSCHUR_PACKAGE}-targets NAMESPACE ${KSCHUR_PACKAGE}:: DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/${KSCHUR_PACKAGE}")
+configure_package_config_file(cmake/kschur-config.cmake.in "${PROJECT_BINARY_DIR}/${KSCHUR_PACKAGE}-config.cmake"
+  INSTALL_DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/${KSCHUR_PACKAGE}")
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/${KSCHUR_PACKAGE}-config-version.cmake"
   COMPATIBILITY SameMinorVersion)
-install(FILES "${PROJECT_BINARY_DIR}/kschur-config.cmake" "${PROJECT_BINARY_DIR}/kschur-config-version.cmake"
+install(FILES "${PROJECT_BINARY_DIR}/${KSCHUR_PACKAGE}-config.cmake" "${PROJECT_BINARY_DIR}/${KSCHUR_PACKAGE}-config-version.cmake"
         cmake/FindKschurLibraries.cmake
-        DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/kschur")
+        DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/${KSCHUR_PACKAGE}")
 
 # The pkg-config files find their folders from where they are, unless a folder was given as an absolute path.
 if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
@@ -60,6 +60,7 @@ foreach(library IN LISTS KschurLibraries_FOUND_LIBRARIES)
 endforeach()
 string(APPEND KSCHUR_PC_LIBRARIES "${KSCHUR_OPENMP_LIBRARY} -lpthread -lgfortran -lm")
 foreach(name IN LISTS KSCHUR_PACKAGES)
-  configure_file(cmake/${name}.pc.in "${PROJECT_BINARY_DIR}/${name}.pc" @ONLY)
-  install(FILES "${PROJECT_BINARY_DIR}/${name}.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+  string(REGEX REPLACE "^kschur" "${KSCHUR_PACKAGE}" file "${name}.pc")
+  configure_file(cmake/${name}.pc.in "${PROJECT_BINARY_DIR}/${file}" @ONLY)
+  install(FILES "${PROJECT_BINARY_DIR}/${file}" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 endforeach()

@@ -1,5 +1,6 @@
 !> The direct solver for real matrices: looks at the matrix and takes LDL where
-!> it is symmetric and definite, but for multipliers where its fill is low, else MUMPS.
+!> it is symmetric and definite, but for multipliers, else MUMPS, as for
+!> what several processes factor together.
 module kschur_direct_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, add_context, error_library, error_memory, error_usage
@@ -9,8 +10,10 @@ module kschur_direct_solver
    use kschur_mumps_real, only: mumps_real_type
    use kschur_options, only: inner_auto, inner_ldl, inner_mumps
    use kschur_ordering, only: elimination_order
+   use kschur_processes, only: are_several, processes_type
    use kschur_quasi_definite, only: low_fill, quasi_definite_type
    use kschur_sparse, only: csr_matrix_type
+   use kschur_text, only: text
    use kschur_trial_solution, only: try_solver
    implicit none
    private
@@ -25,6 +28,8 @@ module kschur_direct_solver
       integer :: inner = inner_auto
       !> Whether LDL may take matrices with multipliers. It magnifies rounding where one is nearly singular.
       logical :: quasi_definite = .true.
+      !> Who may factor a matrix together; not associated: this process alone.
+      type(processes_type), pointer :: processes => null()
       class(real_linear_solver_type), allocatable, private :: solver
    contains
       procedure :: factorize
@@ -39,6 +44,7 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
+      type(mumps_real_type), allocatable :: mumps
       type(matrix_structure_type) :: ordered
       character(len=len(self%description)) :: reason
       real(wp) :: spent
@@ -48,7 +54,9 @@ contains
       started = clock()
       reason = "as asked"
       ordered = structure
-      if (self%inner /= inner_mumps) then
+      if (self%inner == inner_auto .and. are_several(self%processes, matrix%rows)) then
+         reason = text(self%processes%number)//" processes factor it"
+      else if (self%inner /= inner_mumps) then
          ! What LDL refuses MUMPS takes in the same order.
          if (structure%symmetric .and. structure%multipliers > 0 .and. self%quasi_definite) &
             call elimination_order(matrix%row_start, matrix%column, structure, ordered%position, error)
@@ -67,13 +75,12 @@ contains
          reason = error%message
       end if
       spent = seconds_since(started)
-      allocate (mumps_real_type :: self%solver)
-      call self%solver%factorize(matrix, ordered, error)
-      if (allocated(error)) then
-         deallocate (self%solver)
-      else
-         call report(self, spent, "mumps: "//reason)
-      end if
+      allocate (mumps)
+      mumps%processes => self%processes
+      call mumps%factorize(matrix, ordered, error)
+      if (allocated(error)) return
+      call move_alloc(mumps, self%solver)
+      call report(self, spent, "mumps: "//reason)
    end subroutine factorize
 
    ! Leaves the solver allocated where LDL did it.

@@ -5,6 +5,7 @@ module kschur_inertia_solver
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_mumps_real, only: mumps_real_type
+   use kschur_processes, only: are_several, processes_type
    use kschur_proved_inertia, only: bound_negative_eigenvalues
    use kschur_sparse, only: csr_matrix_type
    use kschur_symbolic, only: analyze, symbolic_type
@@ -13,8 +14,11 @@ module kschur_inertia_solver
    public :: inertia_real_type
 
    !> Sets `negative_pivots`, proved by LDL^T without pivoting; where an eigenvalue is so near to zero, or the factor has
-   !> grown so much, that this proves nothing, MUMPS counts: `description` says which. It keeps no factors to solve with (error_usage).
+   !> grown so much, that this proves nothing, MUMPS counts, as where several processes factor together: `description` says which. It keeps no factors to solve with
+   !> (error_usage).
    type, extends(real_linear_solver_type) :: inertia_real_type
+      !> Who may factor a matrix together; not associated: this process alone.
+      type(processes_type), pointer :: processes => null()
    contains
       procedure :: factorize
       procedure :: solve
@@ -34,9 +38,11 @@ contains
 
       self%analyze_seconds = 0
       self%factorize_seconds = 0
-      call prove(self, matrix, structure, proved, error)
+      proved = .false.
+      if (.not. are_several(self%processes, matrix%rows)) call prove(self, matrix, structure, proved, error)
       if (proved .or. allocated(error)) return
       spent = self%factorize_seconds
+      mumps%processes => self%processes
       call mumps%factorize(matrix, structure, error)
       self%description = mumps%description
       self%analyze_seconds = self%analyze_seconds + mumps%analyze_seconds

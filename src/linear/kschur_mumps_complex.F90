@@ -1,13 +1,16 @@
-!> Complex sparse direct solutions by sequential MUMPS.
+!> Complex sparse direct solutions by MUMPS.
 module kschur_mumps_complex
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: determinant_type, complex_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
+   use kschur_mumps_caller, only: mumps_caller_type, mumps_complex
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
+   use kschur_processes, only: processes_type
    use kschur_sparse, only: complex_csr_matrix_type
+   use kschur_text, only: text
    use kschur_threads, only: set_blas_threads, team_size
    implicit none
    private
@@ -26,6 +29,7 @@ module kschur_mumps_complex
 #define SOLVER_TYPE mumps_complex_type
 #define MUMPS_STRUC zmumps_struc
 #define MUMPS_NAME zmumps
+#define LIBRARY mumps_complex
 #define STORED(x) x
 #define ADJOINT_OF(x) conjg(x)
 #define HAS_INERTIA .false.

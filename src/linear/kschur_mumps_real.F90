@@ -1,13 +1,16 @@
-!> Real sparse direct solutions by sequential MUMPS.
+!> Real sparse direct solutions by MUMPS.
 module kschur_mumps_real
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: determinant_type, real_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
+   use kschur_mumps_caller, only: mumps_caller_type, mumps_real
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
+   use kschur_processes, only: processes_type
    use kschur_sparse, only: csr_matrix_type
+   use kschur_text, only: text
    use kschur_threads, only: set_blas_threads, team_size
    implicit none
    private
@@ -26,6 +29,7 @@ module kschur_mumps_real
 #define SOLVER_TYPE mumps_real_type
 #define MUMPS_STRUC dmumps_struc
 #define MUMPS_NAME dmumps
+#define LIBRARY mumps_real
 #define STORED(x) x
 #define ADJOINT_OF(x) x
 #define HAS_INERTIA .true.

@@ -1,4 +1,4 @@
-!> Complex sparse direct solutions by sequential MUMPS with factors in single
+!> Complex sparse direct solutions by MUMPS with factors in single
 !> precision, and so with half of the digits: a preconditioner.
 module kschur_mumps_single_complex
    use kschur_clock, only: clock, seconds_since
@@ -6,9 +6,12 @@ module kschur_mumps_single_complex
    use kschur_kinds, only: wp, long, single
    use kschur_linear_solver, only: determinant_type, complex_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
+   use kschur_mumps_caller, only: mumps_caller_type, mumps_single_complex
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
+   use kschur_processes, only: processes_type
    use kschur_sparse, only: complex_csr_matrix_type
+   use kschur_text, only: text
    use kschur_threads, only: set_blas_threads, team_size
    implicit none
    private
@@ -27,6 +30,7 @@ module kschur_mumps_single_complex
 #define SOLVER_TYPE mumps_single_complex_type
 #define MUMPS_STRUC cmumps_struc
 #define MUMPS_NAME cmumps
+#define LIBRARY mumps_single_complex
 #define STORED(x) cmplx(x, kind=single)
 #define ADJOINT_OF(x) conjg(x)
 #define HAS_INERTIA .false.

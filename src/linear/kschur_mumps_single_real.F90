@@ -1,4 +1,4 @@
-!> Real sparse direct solutions by sequential MUMPS with factors in single
+!> Real sparse direct solutions by MUMPS with factors in single
 !> precision, and so with half of the digits: a preconditioner.
 module kschur_mumps_single_real
    use kschur_clock, only: clock, seconds_since
@@ -6,9 +6,12 @@ module kschur_mumps_single_real
    use kschur_kinds, only: wp, long, single
    use kschur_linear_solver, only: determinant_type, real_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
+   use kschur_mumps_caller, only: mumps_caller_type, mumps_single_real
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
+   use kschur_processes, only: processes_type
    use kschur_sparse, only: csr_matrix_type
+   use kschur_text, only: text
    use kschur_threads, only: set_blas_threads, team_size
    implicit none
    private
@@ -27,6 +30,7 @@ module kschur_mumps_single_real
 #define SOLVER_TYPE mumps_single_real_type
 #define MUMPS_STRUC smumps_struc
 #define MUMPS_NAME smumps
+#define LIBRARY mumps_single_real
 #define STORED(x) real(x, single)
 #define ADJOINT_OF(x) x
 #define HAS_INERTIA .false.

@@ -10,6 +10,7 @@ module kschur_solver_choice
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_options, only: inner_auto, inner_iterative, modal_options_type
+   use kschur_processes, only: processes_type
    implicit none
    private
    public :: inner_solvers_type, choose_inner_solvers
@@ -37,13 +38,18 @@ contains
 
    !> The solvers that options ask for, a user's own in their places. Fails where there
    !> are both an own solver and an `inner` option.
-   subroutine choose_inner_solvers(options, inner, error, own)
+   subroutine choose_inner_solvers(options, inner, error, own, processes)
       type(modal_options_type), intent(in) :: options
       !> All but `counting` are allocated.
       type(inner_solvers_type), intent(out) :: inner
       type(error_type), allocatable, intent(out) :: error
       type(inner_solvers_type), intent(in), optional :: own
+      !> Who may factor matrices together; absent or not associated: this process alone.
+      type(processes_type), pointer, intent(in), optional :: processes
+      type(processes_type), pointer :: together
 
+      nullify (together)
+      if (present(processes)) together => processes
       if (present(own)) then
          if (options%inner /= inner_auto) then
             call new_error(error, error_usage, &
@@ -55,24 +61,28 @@ contains
          if (allocated(own%unshifted)) allocate (inner%unshifted, source=own%unshifted)
          if (allocated(own%counting)) allocate (inner%counting, source=own%counting)
       end if
-      if (options%inner == inner_iterative) call choose_iterative(options%tolerance, inner)
-      if (.not. (allocated(inner%real) .or. allocated(inner%counting))) allocate (inertia_real_type :: inner%counting)
+      if (options%inner == inner_iterative) call choose_iterative(options%tolerance, together, inner)
+      if (.not. (allocated(inner%real) .or. allocated(inner%counting))) &
+         allocate (inner%counting, source=inertia_real_type(processes=together))
       if (allocated(inner%real) .and. .not. allocated(inner%unshifted)) allocate (inner%unshifted, source=inner%real)
-      if (.not. allocated(inner%unshifted)) allocate (inner%unshifted, source=direct_real_type(quasi_definite=.false.))
-      if (.not. allocated(inner%real)) allocate (inner%real, source=direct_real_type(inner=options%inner))
-      if (.not. allocated(inner%complex)) allocate (mumps_complex_type :: inner%complex)
+      if (.not. allocated(inner%unshifted)) allocate (inner%unshifted, &
+         source=direct_real_type(quasi_definite=.false., processes=together))
+      if (.not. allocated(inner%real)) allocate (inner%real, &
+         source=direct_real_type(inner=options%inner, processes=together))
+      if (.not. allocated(inner%complex)) allocate (inner%complex, source=mumps_complex_type(processes=together))
    end subroutine choose_inner_solvers
 
    ! The residuals of the systems end up in those of Ritz pairs, many of which are combined. What
    ! factors in single precision tell of an inertia proves nothing.
-   subroutine choose_iterative(tolerance, inner)
+   subroutine choose_iterative(tolerance, processes, inner)
       real(wp), intent(in) :: tolerance
+      type(processes_type), pointer, intent(in) :: processes
       type(inner_solvers_type), intent(inout) :: inner
       real(wp), parameter :: part_of_tolerance = 0.01_wp
       real(wp) :: own
 
       own = part_of_tolerance*tolerance
-      allocate (inner%real, source=iterative_real_type(tolerance=own, accuracy=acceptable))
-      allocate (inner%complex, source=iterative_complex_type(tolerance=own, accuracy=acceptable))
+      allocate (inner%real, source=iterative_real_type(tolerance=own, processes=processes, accuracy=acceptable))
+      allocate (inner%complex, source=iterative_complex_type(tolerance=own, processes=processes, accuracy=acceptable))
    end subroutine choose_iterative
 end module kschur_solver_choice

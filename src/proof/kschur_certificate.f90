@@ -18,10 +18,10 @@ module kschur_certificate
    use kschur_spectral_map, only: spectral_map_type
    implicit none
    private
-   public :: certificate_type, inertia_census_type, new_inertia_census, same_distance
+   public :: certificate_type, indistinct, inertia_census_type, new_inertia_census
 
-   !> Distances from the target are told apart only beyond this, relative to them.
-   real(wp), parameter :: same_distance = 1.0e-5_wp
+   ! Eigenvalues are told apart only beyond this, relative to them.
+   real(wp), parameter :: same = 1.0e-5_wp
    ! The value of a Ritz pair with this residual is known to its square.
    real(wp), parameter :: known_well = 1.0e-6_wp
    ! Gaps between the reciprocals of theta - shift, relative to them: one that
@@ -73,6 +73,15 @@ module kschur_certificate
 
 contains
 
+   !> Distances from the target that differ by less (1/s) are those of eigenvalues which are the same to rounding: far from the
+   !> target, all distances are nearly the same, and the eigenvalues are not.
+   elemental real(wp) function indistinct(distance, size)
+      !> From the target, and of an eigenvalue from zero (1/s).
+      real(wp), intent(in) :: distance, size
+
+      indistinct = same*min(distance, size)
+   end function indistinct
+
    !> Ritz values are 1/(theta - shift).
    subroutine new_inertia_census(census, problem, map, shift, factored, solver, zeros)
       type(inertia_census_type), intent(out) :: census
@@ -105,17 +114,18 @@ contains
       real(wp), intent(in) :: values(:), residuals(:)
       integer, intent(in) :: wanted
       logical, intent(out) :: complete
-      real(wp) :: reach
+      real(wp) :: reach, slack
 
       complete = .false.
       if (self%given_up .or. wanted == 0 .or. wanted > size(values)) return
       ! Zeros are known no better than this.
       reach = max(maxval(self%reach_of(values(:wanted))), nearly_zero*sqrt(abs(self%shift)))
-      if (self%counted .and. reach <= (1 + same_distance)*self%certificate%reach) &
+      slack = indistinct(reach, sqrt(abs(self%shift) + 1/minval(abs(values(:wanted)), abs(values(:wanted)) > tiny(1.0_wp))))
+      if (self%counted .and. reach <= self%certificate%reach + slack) &
          complete = self%found(values, residuals, wanted) == self%expected
       if (.not. complete) then
          call self%count_about(values, residuals, reach, &
-            tight=self%counted .and. abs(reach - self%wanted_reach) <= same_distance*reach)
+            tight=self%counted .and. abs(reach - self%wanted_reach) <= slack)
          if (self%counted) complete = self%found(values, residuals, wanted) == self%expected
       end if
       self%certificate%verdict = certified_unknown
@@ -240,14 +250,14 @@ contains
       if (abs(theta) >= infinity) return
       last = 1/(side*(theta - self%shift))
       ! Where the distance does not grow with theta, the interval holds values nobody looked for.
-      if (any(side*values > last .and. self%reach_of(values) > (1 + same_distance)*reach)) return
+      if (any(side*values > last .and. self%reach_of(values) > (1 + same)*reach)) return
 
       place = 0
       if (.not. tight) place = clear_gap(side*values, residuals, last)
       if (place > 0) then
          theta = self%shift + side/place
       else
-         theta = self%edge(side, (1 - same_distance)*reach)
+         theta = theta - same*(theta - self%shift)
       end if
       negative = self%negative_at(theta)
    end subroutine end_of_interval

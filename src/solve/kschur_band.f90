@@ -8,6 +8,7 @@ module kschur_band
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
    use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
    use kschur_error, only: error_type, new_error, error_singular, error_usage
+   use kschur_help, only: help
    use kschur_kinds, only: wp, long
    use kschur_left_run, only: find_left_modes
    use kschur_mode_selection, only: accept_pairs, nearest_first, wanted_type
@@ -21,6 +22,7 @@ module kschur_band
       reason_converged, reason_fewer_modes
    use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: join_processes, processes_type
    use kschur_report, only: report
    use kschur_result, only: modal_result_type, note_length
    use kschur_search, only: find_modes, take_rigid
@@ -75,17 +77,26 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
       type(inner_solvers_type), intent(in), optional :: solvers
+      type(processes_type), target :: processes
       integer :: threads_before
 
-      call enter_solve(options%threads, problem%unknowns(), threads_before)
-      call solve(problem, first, last, options, result, error, monitor, solvers)
+      call join_processes(options%communicator, options%distribute, processes, error)
+      if (allocated(error)) return
+      call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before)
+      if (processes%rank == 0) then
+         call solve(problem, [first, last], options, processes, result, error, monitor, solvers)
+      else
+         call help(processes)
+      end if
+      call processes%leave(error)
       call leave_solve(threads_before)
    end subroutine solve_band
 
-   subroutine solve(problem, first, last, options, result, error, monitor, solvers)
+   subroutine solve(problem, edges, options, processes, result, error, monitor, solvers)
       type(modal_problem_type), target, intent(in) :: problem
-      real(wp), intent(in) :: first, last
+      real(wp), intent(in) :: edges(2)
       type(modal_options_type), intent(in) :: options
+      type(processes_type), target, intent(inout) :: processes
       type(modal_result_type), intent(out) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
@@ -100,15 +111,15 @@ contains
       started = clock()
       own = options
       own%modes = 1
-      own%target = cmplx(0, 2*pi*first, wp)
+      own%target = cmplx(0, 2*pi*edges(1), wp)
       if (allocated(own%shift)) deallocate (own%shift)
-      call check_band(first, last, own, error)
-      if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers)
+      call check_band(edges(1), edges(2), own, error)
+      if (.not. allocated(error)) call begin(s, problem, own, processes, error, monitor, solvers)
       if (allocated(error)) return
       s%may_be_dense = .false.
       if (own%formulation == formulation_auto .and. s%formulation == formulation_low_rank) &
          call leave_low_rank(s, "the damping is not a combination of mass and stiffness")
-      band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
+      band = 2*pi*[(1 - edge)*edges(1), (1 + edge)*edges(2)]
       counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
          min(problem%alpha, problem%beta) >= 0 .and. allocated(s%inner%counting)
       call reduce(s, error)
@@ -120,7 +131,7 @@ contains
       own%modes = size(modes%lambda)
       if (counted) own%modes = modes%found
       call report(s, own, modes, result, error)
-      allocate (result%band(2), source=[first, last])
+      allocate (result%band(2), source=edges)
       call result%set_total(seconds_since(started))
    end subroutine solve
 

@@ -11,6 +11,7 @@ module kschur_context
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense
    use kschur_presolve, only: presolve_type
    use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: processes_type
    use kschur_result, only: append_note, note_length
    use kschur_settings, only: check_options, settings_of
    use kschur_transform, only: transform_type
@@ -25,6 +26,8 @@ module kschur_context
       type(modal_options_type) :: options
       type(inner_solvers_type) :: inner
       class(monitor_type), pointer :: monitor => null()
+      !> Who works on it.
+      type(processes_type), pointer :: processes => null()
       !> One of `formulation_*`, and why it was chosen.
       integer :: formulation = formulation_auto
       !> Whether it is not iterated, but all eigenvalues are computed from its matrix.
@@ -63,10 +66,11 @@ module kschur_context
 contains
 
    !> Checks the options and chooses solvers and formulation.
-   subroutine begin(s, problem, options, error, monitor, solvers)
+   subroutine begin(s, problem, options, processes, error, monitor, solvers)
       type(solve_context_type), intent(inout) :: s
       type(modal_problem_type), target, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
+      type(processes_type), target, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, optional, intent(inout) :: monitor
       !> Linear solvers of the caller's own.
@@ -74,9 +78,10 @@ contains
 
       allocate (s%notes(0))
       s%problem => problem
+      s%processes => processes
       if (present(monitor)) s%monitor => monitor
       call check_options(options, error)
-      if (.not. allocated(error)) call choose_inner_solvers(options, s%inner, error, solvers)
+      if (.not. allocated(error)) call choose_inner_solvers(options, s%inner, error, solvers, s%processes)
       if (allocated(error)) return
       s%options = settings_of(options)
       call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort)

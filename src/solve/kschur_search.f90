@@ -1,6 +1,6 @@
 !> The search for the wanted modes: it ends when they are there, or when it is known that there are no more.
 module kschur_search
-   use kschur_certificate, only: same_distance
+   use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_error, only: error_type, error_singular
@@ -228,7 +228,7 @@ contains
    subroutine certify_by_count(s, modes)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(inout) :: modes
-      real(wp) :: furthest
+      real(wp) :: furthest, slack
 
       associate (certificate => s%transform%certificate)
          modes%certified = certified_unknown
@@ -236,10 +236,11 @@ contains
          modes%certified = certificate%verdict
          if (certificate%verdict /= certified_yes) return
          furthest = maxval(min(abs(modes%lambda - s%options%target), abs(conjg(modes%lambda) - s%options%target)))
-         if (furthest > (1 + 2*same_distance)*certificate%reach) modes%certified = certified_unknown
+         slack = 2*indistinct(furthest, maxval(abs(modes%lambda)))
+         if (furthest > certificate%reach + slack) modes%certified = certified_unknown
          ! Nothing that was computed may have been lost on the way to the modes.
          if (allocated(certificate%distances)) then
-            furthest = (1 - 2*same_distance)*furthest
+            furthest = furthest - slack
             if (count(certificate%distances < furthest) + nearer_than(furthest, s%known%rigid%lambda) /= &
                nearer_than(furthest, modes%lambda)) then
                modes%certified = certified_unknown

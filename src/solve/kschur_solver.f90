@@ -4,6 +4,7 @@ module kschur_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, solve_context_type
    use kschur_error, only: error_type, error_singular
+   use kschur_help, only: help
    use kschur_kinds, only: long
    use kschur_left_run, only: find_left_modes
    use kschur_low_rank_choice, only: leave_low_rank, settle_low_rank
@@ -13,6 +14,7 @@ module kschur_solver
    use kschur_outcome, only: certified_yes, reason_cancelled, reason_converged, reason_fewer_modes
    use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: join_processes, processes_type
    use kschur_report, only: report
    use kschur_result, only: modal_result_type, note_length
    use kschur_search, only: find_modes, take_rigid
@@ -38,16 +40,25 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
       type(inner_solvers_type), intent(in), optional :: solvers
+      type(processes_type), target :: processes
       integer :: threads_before
 
-      call enter_solve(options%threads, problem%unknowns(), threads_before)
-      call solve(problem, options, result, error, monitor, solvers)
+      call join_processes(options%communicator, options%distribute, processes, error)
+      if (allocated(error)) return
+      call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before)
+      if (processes%rank == 0) then
+         call solve(problem, options, processes, result, error, monitor, solvers)
+      else
+         call help(processes)
+      end if
+      call processes%leave(error)
       call leave_solve(threads_before)
    end subroutine solve_modes
 
-   subroutine solve(problem, options, result, error, monitor, solvers)
+   subroutine solve(problem, options, processes, result, error, monitor, solvers)
       type(modal_problem_type), target, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
+      type(processes_type), target, intent(inout) :: processes
       type(modal_result_type), intent(out) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
@@ -57,7 +68,7 @@ contains
       integer(long) :: started
 
       started = clock()
-      call begin(s, problem, options, error, monitor, solvers)
+      call begin(s, problem, options, processes, error, monitor, solvers)
       if (.not. allocated(error)) call settle_low_rank(s, error)
       if (.not. allocated(error)) call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)

@@ -125,6 +125,12 @@ module kschur_options
       integer :: seed = 1
       !> Threads that compute; 0: as many cores as the process may use, shared among the solves that run at the same time.
       integer :: threads = 0
+      !> The communicator of several processes, each of which calls: a handle of MPI (`mpi_val` of an `MPI_Comm`), for the
+      !> kschur that was built with it. Problem, options, monitor and result are those of its first process; an error
+      !> reaches all. Not allocated: this process works alone.
+      integer, allocatable :: communicator
+      !> Matrices of so many rows and more are factored by all processes together.
+      integer :: distribute = 20000
    contains
       !> Whether ARPACK's raw answer is wanted.
       procedure :: is_plain

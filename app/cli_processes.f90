@@ -1,0 +1,28 @@
+!> The processes that the program runs in. In this build there is one; `with/mpi` has the module for several.
+module cli_processes
+   use kschur, only: modal_options_type
+   implicit none
+   private
+   public :: end_processes, gather_processes, start_processes
+
+contains
+
+   !> Returns in the first process only.
+   subroutine start_processes()
+   end subroutine start_processes
+
+   !> To be called before each solve: all processes take part in it.
+   subroutine gather_processes(options)
+      type(modal_options_type), intent(inout) :: options
+
+      if (allocated(options%communicator)) deallocate (options%communicator)
+   end subroutine gather_processes
+
+   !> All processes end with this exit status, this one when it likes.
+   subroutine end_processes(status)
+      integer, intent(in) :: status
+
+      associate (unused => status)
+      end associate
+   end subroutine end_processes
+end module cli_processes

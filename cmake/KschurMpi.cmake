@@ -1,0 +1,16 @@
+# kschur_take_mpi(<list> <folder>...)
+#
+# Puts the sources in these folders of with/mpi into a list of sources, in the place of those of the same name.
+function(kschur_take_mpi list)
+  list(TRANSFORM ARGN PREPEND "${PROJECT_SOURCE_DIR}/with/mpi/" OUTPUT_VARIABLE folders)
+  set(sources ${${list}})
+  foreach(folder IN LISTS folders)
+    file(GLOB more CONFIGURE_DEPENDS "${folder}/*.f90" "${folder}/*.F90")
+    foreach(source IN LISTS more)
+      get_filename_component(name "${source}" NAME_WE)
+      list(FILTER sources EXCLUDE REGEX "/${name}\\.f90$")
+    endforeach()
+    list(APPEND sources ${more})
+  endforeach()
+  set(${list} ${sources} PARENT_SCOPE)
+endfunction()

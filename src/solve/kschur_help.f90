@@ -1,0 +1,15 @@
+!> What all processes but the first one do of a solve. In this build there is none; `with/mpi` has the module for several.
+module kschur_help
+   use kschur_processes, only: processes_type
+   implicit none
+   private
+   public :: help
+
+contains
+
+   subroutine help(processes)
+      type(processes_type), target, intent(inout) :: processes
+
+      processes%number = 1
+   end subroutine help
+end module kschur_help

@@ -1,0 +1,154 @@
+"""The program kschur-mpi on several processes: test_processes.py PATH_OF_KSCHUR_MPI MPIRUN [--all].
+
+Each scene is solved on some number of processes, with --all on each of 1, 2, 3, 4. Prints each check, then `N passed, N failed`; fails where a check does.
+"""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+
+KSCHUR = os.path.abspath(sys.argv[1])
+MPIRUN = sys.argv[2]
+ALL = "--all" in sys.argv
+# Each scene, small, with its default damping: options, and whether it is symmetric and certified.
+SCENES = {
+    "beam-body": [], "brake": [], "cantilever": ["--elements", 4], "crank": ["--density", 1], "free-free": ["--bodies", 2],
+    "grid": ["--cells", "2x1"], "pendulum": ["--bars", 2], "rotor": [], "spring-chain": ["--masses", 7],
+    "turbine": ["--tower-elements", 10]}
+# Those whose matrices are symmetric, so that undamped frequencies follow from LAPACK.
+SYMMETRIC = ["beam-body", "cantilever", "crank", "free-free", "grid", "pendulum", "spring-chain"]
+MODES = 8
+
+passed = failed = 0
+
+
+def check(name, condition, detail=""):
+    global passed, failed
+    passed, failed = passed + bool(condition), failed + (not condition)
+    print(("ok      " if condition else "FAILED  ") + name + ("" if condition else f"  [{detail}]"), flush=True)
+
+
+def run(processes, *words):
+    """Every matrix is distributed, however small."""
+    command = [KSCHUR, *map(str, words)]
+    if processes:
+        command = [MPIRUN, "--oversubscribe", "-np", str(processes), *command]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300)
+
+
+def solve(processes, problem, *options):
+    done = run(processes, "solve", problem, "--format", "json", "--threads", 1, "--distribute", 1, *options)
+    if done.returncode not in (0, 3):
+        return done.returncode, done.stderr
+    return done.returncode, json.loads(done.stdout)
+
+
+def frequencies_by_lapack(problem):
+    """All undamped frequencies in rad/s, squared, from the matrices on the null space of the constraints."""
+    with h5py.File(problem) as file:
+        matrix = {name: scipy.sparse.csr_matrix((group["data"][:], group["indices"][:], group["indptr"][:]),
+                                                group.attrs["shape"]).toarray() for name, group in file.items()}
+    mass, stiffness = matrix["mass"], matrix["stiffness"]
+    if "constraints" in matrix:
+        allowed = scipy.linalg.null_space(matrix["constraints"])
+        mass, stiffness = allowed.T @ mass @ allowed, allowed.T @ stiffness @ allowed
+    return scipy.linalg.eigh(stiffness, mass, eigvals_only=True)
+
+
+def values(answer):
+    return np.array([complex(*mode["eigenvalue"]) for mode in answer["modes"]])
+
+
+def bounds(answer):
+    """How far apart two answers may be: by the bounds of their errors, and else by what rounding does to a double value."""
+    scale = max(abs(values(answer)))
+    return np.array([3 * mode["error"] + 1e-9 * scale if mode["error"] is not None else 1e-7 * scale for mode in answer["modes"]])
+
+
+def check_scenes(folder):
+    for number, (scene, options) in enumerate(SCENES.items()):
+        problem = folder / f"{scene}.h5"
+        run(0, "scene", scene, *options, "--output", problem)
+        status, alone = solve(0, problem, "--modes", MODES)
+        for processes in (1, 2, 3, 4) if ALL else (2 + number % 3,):
+            name = f"{scene} on {processes}"
+            got, answer = solve(processes, problem, "--modes", MODES)
+            if got != status:
+                check(name, False, f"{got} {answer}")
+                continue
+            check(f"{name}: as many modes, and the same", len(answer["modes"]) == len(alone["modes"])
+                  and np.all(abs(values(answer) - values(alone)) <= bounds(alone)), abs(values(answer) - values(alone)))
+            check(f"{name}: the same certificate", answer["certified"] == alone["certified"])
+            check(f"{name}: backward errors", max(mode["backward_error"] for mode in answer["modes"]) < 1e-11)
+
+
+def check_lapack(folder):
+    for number, scene in enumerate(SYMMETRIC):
+        problem = folder / f"{scene}-undamped.h5"
+        run(0, "scene", scene, *SCENES[scene], *([] if scene == "pendulum" else ["--damping", "none"]), "--output", problem)
+        exact = frequencies_by_lapack(problem)
+        count = min(2 * MODES, len(exact))
+        for processes in (2, 3, 4) if ALL else (2 + number % 2,):
+            status, answer = solve(processes, problem, "--modes", count)
+            got = values(answer).imag**2
+            check(f"{scene} on {processes} against LAPACK", len(got) == count and
+                  np.all(abs(got - exact[:count]) <= 1e-12 * max(exact) + 1e-8 * got), f"{got} {exact[:count]}")
+
+
+def check_methods(folder):
+    """What factors in other ways than by default."""
+    problem = folder / "crank.h5"
+    table = run(3, "solve", problem, "--modes", 4, "--distribute", 1, "--verbose").stdout
+    check("three processes factor", "inner    mumps: 3 processes factor it" in table, table)
+    table = run(3, "solve", problem, "--modes", 4, "--verbose").stdout
+    check("a small matrix is factored by one", "processes factor" not in table, table)
+    _, alone = solve(0, problem, "--modes", 4)
+    for options in (["--inner", "mumps"], ["--inner", "iterative"], ["--inner", "ldl"], ["--formulation", "quadratic"],
+                    ["--formulation", "damped-constrained"], ["--left"], ["--method", "arpack"],
+                    ["--formulation", "quadratic", "--certify"]):
+        status, answer = solve(2, problem, "--modes", 4, *options)
+        name = "two processes, " + " ".join(options)
+        if status != 0:
+            check(name, False, f"{status} {answer}")
+            continue
+        check(name, np.all(abs(values(answer) - values(alone)) <= bounds(alone) + 1e-7 * max(abs(values(alone)))), values(answer))
+        check(name + ": nothing missing", answer["certified"] is not False)
+    done = run(2, "compare", problem, "--modes", 4, "--distribute", 1)
+    check("compare", done.returncode == 0 and done.stdout.count("E-") >= 8, done.stdout + done.stderr)
+    done = run(2, "--version")
+    check("what solves nothing", done.returncode == 0 and done.stdout.startswith("kschur "), done.stdout)
+
+
+def check_errors(folder):
+    """Every process ends with the status of the first one, and one line is said."""
+    problem = folder / "crank.h5"
+    wrong = {1: ["solve", problem, "--modes", 0], 2: ["solve", folder / "none.h5"], 4: ["solve", problem, "--output", "/nowhere/x.h5"]}
+    for status, words in wrong.items():
+        done = run(3, *words)
+        lines = [line for line in done.stderr.splitlines() if line.startswith("kschur: ")]
+        check(f"exit status {status}", done.returncode == status and len(lines) == 1, f"{done.returncode} {done.stderr}")
+    # Found out during the solve, when the others wait: an inner solver that does not fit, a singular pencil.
+    done = run(3, "solve", folder / "brake.h5", "--inner", "ldl", "--distribute", 1, "--formulation", "quadratic")
+    check("an error in the first process", done.returncode == 1 and "does not fit" in done.stderr, f"{done.returncode} {done.stderr}")
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        check_scenes(folder)
+        check_lapack(folder)
+        check_methods(folder)
+        check_errors(folder)
+    print(f"{passed} passed, {failed} failed")
+    return failed > 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

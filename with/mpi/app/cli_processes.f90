@@ -1,0 +1,77 @@
+!> The processes that the program runs in: those that mpirun has started. The first one does what the command line says,
+!> the others take part in its solves.
+module cli_processes
+   use, intrinsic :: iso_c_binding, only: c_int
+   use cli_waiting, only: start_again_to_wait_asleep
+   use kschur, only: error_type, modal_options_type, modal_problem_type, modal_result_type, solve_modes
+   use kschur_processes, only: broadcast_words
+   use mpi_f08, only: MPI_Comm_rank, MPI_COMM_WORLD, MPI_Finalize, MPI_Init_thread, MPI_THREAD_FUNNELED
+   implicit none
+   private
+   public :: end_processes, gather_processes, start_processes
+
+   ! What the first process may say: that there is a solve to take part in, or that this is the end, with a status.
+   integer, parameter :: word_solve = 1, word_end = 2
+
+   interface
+      subroutine c_exit(status) bind(c, name="exit")
+         import :: c_int
+         integer(c_int), value :: status
+      end subroutine c_exit
+   end interface
+
+contains
+
+   !> Returns in the first process only.
+   subroutine start_processes()
+      integer :: provided, rank
+
+      ! Once MPI has begun it would be too late.
+      call start_again_to_wait_asleep()
+      call MPI_Init_thread(MPI_THREAD_FUNNELED, provided)
+      call MPI_Comm_rank(MPI_COMM_WORLD, rank)
+      if (rank > 0) call take_part()
+   end subroutine start_processes
+
+   subroutine take_part()
+      type(modal_problem_type) :: none
+      type(modal_options_type) :: options
+      type(modal_result_type) :: result
+      type(error_type), allocatable :: error
+      integer :: words(2)
+
+      options%communicator = MPI_COMM_WORLD%mpi_val
+      do
+         call broadcast_words(words, MPI_COMM_WORLD)
+         if (words(1) == word_end) exit
+         ! What is wrong the first process tells the user.
+         call solve_modes(none, options, result, error)
+      end do
+      call MPI_Finalize()
+      call c_exit(int(words(2), c_int))
+   end subroutine take_part
+
+   !> To be called before each solve: all processes take part in it.
+   subroutine gather_processes(options)
+      type(modal_options_type), intent(inout) :: options
+
+      call say([word_solve, 0])
+      options%communicator = MPI_COMM_WORLD%mpi_val
+   end subroutine gather_processes
+
+   !> All processes end with this exit status, this one when it likes.
+   subroutine end_processes(status)
+      integer, intent(in) :: status
+
+      call say([word_end, status])
+      call MPI_Finalize()
+   end subroutine end_processes
+
+   subroutine say(words)
+      integer, intent(in) :: words(2)
+      integer :: said(2)
+
+      said = words
+      call broadcast_words(said, MPI_COMM_WORLD)
+   end subroutine say
+end module cli_processes

@@ -1,0 +1,89 @@
+!> What the other processes do of the factorisations that the first one begins: the same jobs of MUMPS, which has its
+!> part of the factors there. Matrices and right-hand sides are those of the first process.
+module kschur_mumps_help
+   use kschur_mumps_caller, only: mumps_complex, mumps_real, mumps_single_complex, mumps_single_real
+   use kschur_processes, only: number_of_words, processes_type
+   use kschur_threads, only: set_blas_threads, team_size
+   implicit none
+   private
+   public :: help_mumps, mumps_instance_type
+
+#include <dmumps_root.h>
+#include <zmumps_root.h>
+#include <smumps_root.h>
+#include <cmumps_root.h>
+#define INCLUDE !
+#include <dmumps_struc.h>
+#include <zmumps_struc.h>
+#include <smumps_struc.h>
+#include <cmumps_struc.h>
+#undef INCLUDE
+
+   ! JOB of MUMPS.
+   integer, parameter :: job_begin = -1, job_end = -2, job_factorize = 2
+
+   !> The part of one factorisation that is here.
+   type :: mumps_instance_type
+      private
+      !> As the first process counts them.
+      integer :: number = 0
+      type(dmumps_struc), pointer :: real => null()
+      type(zmumps_struc), pointer :: complex => null()
+      type(smumps_struc), pointer :: single_real => null()
+      type(cmumps_struc), pointer :: single_complex => null()
+   end type mumps_instance_type
+
+contains
+
+   !> Does the job that the first process has announced.
+   subroutine help_mumps(instances, processes, words)
+      !> The factorisations that have begun and not ended.
+      type(mumps_instance_type), allocatable, intent(inout) :: instances(:)
+      type(processes_type), intent(in) :: processes
+      !> Number of the factorisation, job, library and symmetry, after the first word.
+      integer, intent(in) :: words(number_of_words)
+      type(mumps_instance_type) :: new
+      integer :: i
+
+      associate (number => words(2), job => words(3), communicator => processes%communicator%mpi_val, symmetry => words(5))
+         if (job == job_begin) then
+            new%number = number
+            instances = [instances, new]
+         end if
+         i = findloc(instances%number, number, dim=1)
+         if (job == job_factorize) call set_blas_threads(team_size())
+         select case (words(4))
+         case (mumps_real)
+            call help_real(instances(i)%real, job, communicator, symmetry)
+         case (mumps_complex)
+            call help_complex(instances(i)%complex, job, communicator, symmetry)
+         case (mumps_single_real)
+            call help_single_real(instances(i)%single_real, job, communicator, symmetry)
+         case (mumps_single_complex)
+            call help_single_complex(instances(i)%single_complex, job, communicator, symmetry)
+         end select
+         if (job == job_factorize) call set_blas_threads(1)
+         if (job == job_end) instances = pack(instances, instances%number /= number)
+      end associate
+   end subroutine help_mumps
+
+#define HELP help_real
+#define MUMPS_STRUC dmumps_struc
+#define MUMPS_NAME dmumps
+#include "kschur_mumps_help.inc"
+
+#define HELP help_complex
+#define MUMPS_STRUC zmumps_struc
+#define MUMPS_NAME zmumps
+#include "kschur_mumps_help.inc"
+
+#define HELP help_single_real
+#define MUMPS_STRUC smumps_struc
+#define MUMPS_NAME smumps
+#include "kschur_mumps_help.inc"
+
+#define HELP help_single_complex
+#define MUMPS_STRUC cmumps_struc
+#define MUMPS_NAME cmumps
+#include "kschur_mumps_help.inc"
+end module kschur_mumps_help
