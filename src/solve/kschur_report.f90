@@ -32,7 +32,7 @@ contains
       call report_modes(modes, result)
       call move_alloc(s%notes, result%notes)
       call describe(s%problem, result)
-      call note_inaccurate(modes%inaccurate, result)
+      call note_inaccurate(s%problem, modes%inaccurate, result)
       if (size(result%eigenvalues) > 0) call note_modes(s%problem, result, error)
       if (.not. allocated(error)) call normalise_shapes(s%problem, result)
    end subroutine report
