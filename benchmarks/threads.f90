@@ -94,7 +94,7 @@ contains
       integer(long) :: started
       integer :: i, before
 
-      call enter_solve(threads, matrix%rows, before)
+      call enter_solve(threads, matrix%rows, before, error)
       allocate (x(matrix%rows, 1), many(matrix%rows, sides), source=1.0_wp)
       analysis = huge(one)
       factors = huge(one)

@@ -6,6 +6,7 @@ module kschur_ldl
    use kschur_kinds, only: wp, long
    use kschur_left_looking, only: supernodal_factors_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_memory, only: real_bytes, require_memory
    use kschur_sparse, only: csr_matrix_type
    use kschur_substitution, only: block, substitute
    use kschur_subtrees, only: cut_subtrees, subtrees_type
@@ -43,6 +44,8 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
+      ! What is computed beside the factors.
+      integer, parameter :: right_hand_sides = 16
       integer(long) :: started
 
       call release(self)
@@ -55,6 +58,8 @@ contains
       end if
       if (allocated(error)) return
 
+      call require_memory(3*matrix%bytes(), "the elimination order", error)
+      if (allocated(error)) return
       started = clock()
       call analyze(matrix, structure, self%most_entries, self%symbolic, error)
       if (.not. allocated(error)) self%subtrees = cut_subtrees(self%symbolic)
@@ -63,6 +68,7 @@ contains
          started = clock()
          call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error)
          if (.not. allocated(error)) call examine_pivots(self, matrix, structure%multipliers, error)
+         call require_memory(right_hand_sides*real_bytes*matrix%rows, "right-hand sides", error)
          self%factorize_seconds = seconds_since(started)
       end if
       if (allocated(error)) call release(self)
