@@ -34,7 +34,7 @@ module kschur_band
    use kschur_threads, only: enter_solve, leave_solve
    implicit none
    private
-   public :: solve_band
+   public :: band_options, prepare_band, solve_band, solve_band_prepared
 
    ! The edges of a band are moved outwards by this, relative to them.
    real(wp), parameter :: edge = 1.0e-6_wp
@@ -103,37 +103,68 @@ contains
       type(inner_solvers_type), intent(in), optional :: solvers
       type(solve_context_type), target :: s
       type(modal_options_type) :: own
-      type(modes_type) :: modes
-      real(wp) :: band(2)
-      logical :: counted
       integer(long) :: started
 
       started = clock()
+      call band_options(edges(1), edges(2), options, own, error)
+      if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers, processes)
+      if (.not. allocated(error)) call prepare_band(s, error)
+      if (.not. allocated(error)) call solve_band_prepared(s, edges(1), edges(2), own, result, error)
+      call result%set_total(seconds_since(started))
+   end subroutine solve
+
+   !> The options of a caller as a band solves with them. Fails where they do not fit one.
+   subroutine band_options(first, last, options, own, error)
+      real(wp), intent(in) :: first, last
+      type(modal_options_type), intent(in) :: options
+      type(modal_options_type), intent(out) :: own
+      type(error_type), allocatable, intent(out) :: error
+
       own = options
       own%modes = 1
-      own%target = cmplx(0, 2*pi*edges(1), wp)
+      own%target = cmplx(0, 2*pi*first, wp)
       if (allocated(own%shift)) deallocate (own%shift)
-      call check_band(edges(1), edges(2), own, error)
-      if (.not. allocated(error)) call begin(s, problem, own, processes, error, monitor, solvers)
-      if (allocated(error)) return
+      call check_band(first, last, own, error)
+   end subroutine band_options
+
+   !> What is done before the modes of a band are looked for, and holds for other bands as well.
+   subroutine prepare_band(s, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(error_type), allocatable, intent(out) :: error
+
       s%may_be_dense = .false.
-      if (own%formulation == formulation_auto .and. s%formulation == formulation_low_rank) &
+      if (s%options%formulation == formulation_auto .and. s%formulation == formulation_low_rank) &
          call leave_low_rank(s, "the damping is not a combination of mass and stiffness")
-      band = 2*pi*[(1 - edge)*edges(1), (1 + edge)*edges(2)]
-      counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
-         min(problem%alpha, problem%beta) >= 0 .and. allocated(s%inner%counting)
       call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
-      if (.not. allocated(error) .and. counted) call solve_counted(s, band, modes, counted, error)
+   end subroutine prepare_band
+
+   !> The modes of a band of a problem that is prepared. The context stays so, without factors.
+   subroutine solve_band_prepared(s, first, last, options, result, error)
+      type(solve_context_type), target, intent(inout) :: s
+      real(wp), intent(in) :: first, last
+      !> As `band_options` made them.
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      type(modal_options_type) :: own
+      type(modes_type) :: modes
+      real(wp) :: band(2)
+      logical :: counted
+
+      own = options
+      band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
+      counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
+         min(s%problem%alpha, s%problem%beta) >= 0 .and. allocated(s%inner%counting)
+      if (counted) call solve_counted(s, band, modes, counted, error)
       if (.not. allocated(error) .and. .not. counted) call solve_disc(s, band, modes, error)
       if (.not. allocated(error) .and. own%left) call find_left_modes(s, modes, error)
       if (allocated(error)) return
       own%modes = size(modes%lambda)
       if (counted) own%modes = modes%found
       call report(s, own, modes, result, error)
-      allocate (result%band(2), source=edges)
-      call result%set_total(seconds_since(started))
-   end subroutine solve
+      allocate (result%band(2), source=[first, last])
+   end subroutine solve_band_prepared
 
    subroutine check_band(first, last, options, error)
       real(wp), intent(in) :: first, last

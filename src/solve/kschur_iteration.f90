@@ -38,6 +38,11 @@ contains
       selection = modal_selection_type(asked, s%transform%map, s%transform%shift, s%options%target, known)
       call set_iteration_options(s%options, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), asked, &
          count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
+      if (allocated(s%last)) then
+         call s%transform%begin_with(s%last, options%start)
+         ! Whoever remembers them sees whether one is lost.
+         options%verify = .false.
+      end if
       call s%transform%iterate(selection, options, ritz, error, s%monitor)
       if (allocated(error)) return
       statistics = ritz%statistics
