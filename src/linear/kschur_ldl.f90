@@ -4,6 +4,7 @@ module kschur_ldl
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
    use kschur_kinds, only: wp, long
+   use kschur_memory, only: real_bytes, require_memory
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_substitution, only: block, substitute
@@ -42,6 +43,8 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
+      ! What is computed beside the factors.
+      integer, parameter :: right_hand_sides = 16
       integer(long) :: started
 
       call release(self)
@@ -54,6 +57,8 @@ contains
       end if
       if (allocated(error)) return
 
+      call require_memory(3*matrix%bytes(), "the elimination order", error)
+      if (allocated(error)) return
       started = clock()
       call analyze(matrix, structure, self%most_entries, self%symbolic, error)
       if (.not. allocated(error)) self%subtrees = cut_subtrees(self%symbolic)
@@ -62,6 +67,7 @@ contains
          started = clock()
          call eliminate(matrix, self%symbolic, 0, self%factors, error)
          if (.not. allocated(error)) call examine_pivots(self, matrix, structure%multipliers, error)
+         call require_memory(right_hand_sides*real_bytes*matrix%rows, "right-hand sides", error)
          self%factorize_seconds = seconds_since(started)
       end if
       if (allocated(error)) call release(self)

@@ -7,6 +7,7 @@ module kschur_help
 
 contains
 
+   !> Waits for what the first process asks for, until it ends: there is nothing to wait for.
    subroutine help(processes)
       type(processes_type), target, intent(inout) :: processes
 
