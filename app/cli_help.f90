@@ -106,7 +106,9 @@ contains
          "  --threads N            threads (as many as there are cores); any number gives the same", &
          "                         digits but for what MUMPS factors", &
          "  --distribute ROWS      kschur-mpi: so many rows and more are factored by all its", &
-         "                         processes (20000)"])
+         "                         processes (20000)", &
+         "  --groups N             kschur-mpi: so many groups of processes share the parts of a", &
+         "                         band (each process is one; all are if a matrix is distributed)"])
    end subroutine print_solve_help
 
    subroutine print_compare_help()
