@@ -53,6 +53,7 @@ contains
       call stop_on(error)
       call new_shift_invert(operator, pencil, shift, solver, error)
       call stop_on(error)
+      operator%with_multipliers = .true.
       call krylov_schur(operator, named_selection_type(values, largest_magnitude), krylov_options_type(subspace=3*values), &
          mu, x, statistics, error)
       call stop_on(error)

@@ -36,6 +36,8 @@
  *   Complex    Numbers are pairs of doubles, real part first: `double complex *` in C99 and `std::complex<double> *` in
  *              C++ may be cast to `double *`. Lengths count doubles.
  *   Flags      int, 0 for no, anything else for yes.
+ *   Indices    Those of arrays count from 0. Messages and notes count rows, columns and modes from the index base of the
+ *              matrix that was set last.
  *   Units      Those of the matrices. With SI units eigenvalues are in 1/s. Frequencies are in Hz where their name
  *              says so.
  *   Threads    All functions may be called from any thread. One handle must not be used by two threads at the same
@@ -126,6 +128,20 @@ int kschur_problem_set_triplets(kschur_problem *problem, int matrix, int64_t row
 int kschur_problem_set_triplets64(kschur_problem *problem, int matrix, int64_t rows, int64_t columns, int64_t entries,
                                   int index_base, const int64_t *row, const int64_t *column, const double *value);
 
+/* Says where the unknowns stand in space, for pictures and in files; nothing of it is needed to solve. `coordinates` are
+ * x, y, z of one node after the other. Of each of the n unknowns `node` is the node it belongs to, counted from the index
+ * base, or the number before the first for none, and `component` what it is there: 0, 1, 2 translations along x, y, z; 3,
+ * 4, 5 rotations about them. Both may be NULL: the unknowns stand node after node then, 6, 3, 2 (x and y) or 1 (z) of
+ * each. Whether this fits the matrices is looked at when they are used. KSCHUR_ERROR_USAGE, KSCHUR_ERROR_INPUT. */
+int kschur_problem_set_nodes(kschur_problem *problem, int64_t nodes, const double *coordinates, int64_t unknowns,
+                             int index_base, const int32_t *node, const int32_t *component);
+
+/* Says which nodes make cells, in VTK's layout: cell c has the nodes offset[c] to offset[c+1] - 1 of `node`, counted from
+ * the index base, and VTK's number type[c]. Without cells a result has lines between nodes that the stiffness joins.
+ * KSCHUR_ERROR_ORDER before kschur_problem_set_nodes. */
+int kschur_problem_set_cells(kschur_problem *problem, int64_t cells, int index_base, const int32_t *offset,
+                             const int32_t *node, const int32_t *type);
+
 /* The number of unknowns n and of constraints m; each place is optional. Checks the problem first:
  * KSCHUR_ERROR_ORDER where the mass or stiffness matrix is not set, KSCHUR_ERROR_INPUT where the matrices do not fit
  * each other or hold what is no finite number, where the mass is zero, a constraint empty, or m above n. */
@@ -152,6 +168,10 @@ int kschur_options_destroy(kschur_options **options);
 
 /* The message of the last failure of a setter. */
 int kschur_options_get_message(const kschur_options *options, char *text, int64_t length);
+
+/* Sets an option by its name, that of its setter: "modes", "target", "target_hz", "shift", "method", ... to a value as on the
+ * command line: "20", "1e-10", "0,31.4", "on" or "off", a name. KSCHUR_ERROR_USAGE for an unknown name and as the setter. */
+int kschur_options_set(kschur_options *options, const char *name, const char *value);
 
 /* How many modes: at least 1; a complex-conjugate pair is one, multiplicities count. Default 10. */
 int kschur_options_set_modes(kschur_options *options, int64_t modes);
@@ -445,6 +465,42 @@ int kschur_result_get_history_count(kschur_result *result, int64_t *count);
  * applied, the largest relative residual. Three arrays of `length` elements, each optional. */
 int kschur_result_get_history(kschur_result *result, int64_t *converged, int64_t *operator_applications,
                               double *residual, int64_t length);
+
+/* ---- Results by name and by part -------------------------------------------------------------------------------- */
+
+/* Numbers by name, all as doubles, complex ones as pairs. Of modes: "eigenvalues", "eigenvectors", "multipliers",
+ * "left_eigenvectors", "left_multipliers", "frequency_hz", "damped_frequency_hz", "damping_ratio", "backward_error", "error",
+ * "kind", "condition_number". Of the solve: "n", "m", "modes", "modes_asked", "reason", "certified", "missing",
+ * "redundant_constraints", "target", "shift", "operator_applications", "restarts", "factorizations", "factored_order",
+ * "factor_entries", "seconds_total", "seconds_analyze", "seconds_factorize", "seconds_solve", "seconds_orthogonalize". Where the
+ * problem stands, nodes from 0: "coordinates", "unknown_node", "unknown_component", "cells_offsets", "cells_connectivity",
+ * "cells_types". After kschur_result_find_properties: "generalised_mass", "generalised_damping",
+ * "generalised_stiffness", "modal_a", "modal_b", "participation_factors", "effective_mass", "total_mass". KSCHUR_ERROR_USAGE for
+ * another name. */
+int kschur_result_get_numbers(kschur_result *result, const char *name, double *values, int64_t length);
+
+/* How many doubles that is. */
+int kschur_result_get_length(kschur_result *result, const char *name, int64_t *length);
+
+/* Texts by name: "method", "formulation", "decision", "inner", "reason", "certified", "notes" (one a line). */
+int kschur_result_get_text(kschur_result *result, const char *name, char *text, int64_t length);
+
+/* Some modes, some rows of them, as real numbers if wanted. A part that is all zeros, `kschur_part part = {0}`, is all. */
+typedef struct kschur_part {
+   int64_t first;       /* the first mode, counted from 0 */
+   int64_t count;       /* how many; 0: all from there on */
+   const int64_t *rows; /* the unknowns or constraints that are wanted, counted from 0; NULL: all */
+   int64_t row_count;   /* how many these are */
+   int real;            /* whether real numbers are wanted in place of pairs */
+} kschur_part;
+
+/* A part of "eigenvectors", "multipliers", "left_eigenvectors" or "left_multipliers", one mode after the other.
+ * KSCHUR_ERROR_USAGE for modes and rows that are not there, and where real numbers are wanted of modes that are not. */
+int kschur_result_get_part(kschur_result *result, const char *name, const kschur_part *part, double *values,
+                           int64_t length);
+
+/* Whether the vector of a mode, counted from 0, is one of real numbers; `name` as in kschur_result_get_part. */
+int kschur_result_is_real(kschur_result *result, const char *name, int64_t mode, int *real);
 
 /* ---- What is made of modes -------------------------------------------------------------------------------------- */
 

@@ -14,6 +14,13 @@ module kschur_capi_options
    implicit none
    private
    public :: options_handle_type, options_of
+   ! What options are set with by name.
+   public :: kschur_options_set_arpack, kschur_options_set_block, kschur_options_set_certify, &
+      kschur_options_set_constraint_scaling, kschur_options_set_formulation, kschur_options_set_inner, &
+      kschur_options_set_left, kschur_options_set_max_restarts, kschur_options_set_method, kschur_options_set_modes, &
+      kschur_options_set_normalisation, kschur_options_set_presolve, kschur_options_set_seed, kschur_options_set_shift, &
+      kschur_options_set_subspace, kschur_options_set_target, kschur_options_set_target_hz, kschur_options_set_threads, &
+      kschur_options_set_tolerance
 
    !> What a `kschur_options` is.
    type, extends(handle_type) :: options_handle_type

@@ -3,15 +3,16 @@ module kschur_capi_problem
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int32_t, c_int64_t, c_loc, &
       c_null_ptr, c_ptr
    use kschur, only: add_context, csr_matrix_type, empty_csr_matrix, error_type, modal_problem_type, new_csr_from_triplets, &
-      new_csr_matrix, new_error, new_modal_problem, read_hdf5_problem, text, wp, write_hdf5_problem
+      new_csr_matrix, new_error, read_hdf5_problem, settle_mesh, text, wp, write_hdf5_problem
    use kschur_capi_arrays, only: put
    use kschur_capi_status, only: handle_type, get_message, outcome, require, status_input, status_memory, status_null, &
       status_ok, status_order, status_usage
    use kschur_capi_text, only: take_text
    use kschur_lock, only: acquire_lock, release_lock, lock_problem
+   use kschur_problem, only: settle_modal_problem
    implicit none
    private
-   public :: problem_handle_type, check_problem, problem_of
+   public :: problem_handle_type, check_problem, problem_of, take_indices
 
    !> What a `kschur_problem` is.
    type, extends(handle_type) :: problem_handle_type
@@ -59,8 +60,10 @@ contains
       n = handle%problem%mass%rows
       if (.not. handle%given(damping)) handle%problem%damping = empty_csr_matrix(n, n)
       if (.not. handle%given(constraints)) handle%problem%constraints = empty_csr_matrix(0, n)
-      call new_modal_problem(problem, handle%problem%mass, handle%problem%stiffness, error, handle%problem%damping, &
-         handle%problem%constraints)
+      problem = handle%problem
+      if (allocated(problem%position)) deallocate (problem%position)
+      call settle_modal_problem(problem, error)
+      if (.not. allocated(error) .and. allocated(problem%mesh)) call settle_mesh(problem%mesh, n, error)
       if (allocated(error)) return
       handle%problem = problem
       handle%checked = .true.
@@ -138,6 +141,7 @@ contains
       case (constraints)
          handle%problem%constraints = made
       end select
+      handle%problem%index_base = base
       handle%given(matrix) = .true.
       handle%checked = .false.
    end function set_matrix

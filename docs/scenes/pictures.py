@@ -1,6 +1,6 @@
 """Draws the pictures of this folder: pictures.py FOLDER_OF_THE_PROGRAMS, say build/release/bin.
 
-They come from the output of the example programs and of kschur; needs NumPy, SciPy, h5py and Matplotlib.
+They come from the output of the example programs and of kschur; needs NumPy, h5py and Matplotlib.
 """
 import json
 import pathlib
@@ -12,8 +12,6 @@ import xml.etree.ElementTree as ElementTree
 import h5py
 import matplotlib
 import numpy as np
-import scipy.linalg
-import scipy.sparse
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
@@ -113,21 +111,6 @@ def draw_turbine(folder):
         axes.view_init(15, -150)
         axes.set_axis_off()
     save(figure, "turbine-modes")
-    print("reciprocal condition of A of (33):", f"{reciprocal_condition(folder):.1e}")
-
-
-def reciprocal_condition(folder):
-    """LAPACK's estimate for the matrix A of the paper's pencil (33) of the turbine at rated speed."""
-    subprocess.run([PROGRAMS / "kschur", "scene", "turbine", "--speed", "12.1", "--output", f"{folder}/turbine.h5"],
-                   check=True, capture_output=True)
-    with h5py.File(f"{folder}/turbine.h5") as file:
-        m, r, k, c = (scipy.sparse.csr_matrix((file[g]["data"][()], file[g]["indices"][()], file[g]["indptr"][()]),
-                                              shape=tuple(file[g].attrs["shape"])).toarray()
-                      for g in ("mass", "damping", "stiffness", "constraints"))
-    n, rows = len(k), len(c)
-    a = np.block([[np.zeros((n, n)), np.eye(n), np.zeros((n, rows))], [-k, -r, -c.T], [-c, np.zeros((rows, n + rows))]])
-    factors, _, _ = scipy.linalg.lapack.dgetrf(a)
-    return scipy.linalg.lapack.dgecon(factors, np.abs(a).sum(0).max())[0]
 
 
 def draw_cantilever(_):

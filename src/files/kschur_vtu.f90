@@ -48,7 +48,8 @@ contains
          call output%put_vectors(trim(names(k))//"_real", real(moved, wp))
          call output%put_vectors(trim(names(k))//"_imaginary", aimag(moved))
       end do
-      call output%put(['</PointData>', '</Piece>    '])
+      call output%put('</PointData>')
+      call output%put('</Piece>')
       call output%close(path, error)
    end subroutine write_vtu
 
@@ -65,7 +66,8 @@ contains
       if (allocated(error)) return
       call put_grid(output, mesh, mesh%coordinates + displacement, path)
       call output%put_vectors("displacement", displacement)
-      call output%put(['</PointData>', '</Piece>    '])
+      call output%put('</PointData>')
+      call output%put('</Piece>')
       call output%close(path, error)
    end subroutine write_vtu_frame
 
@@ -84,7 +86,7 @@ contains
       call output%open(path, "Collection")
       do k = 1, size(files)
          write (time, "(es15.8)") times(k)
-         call output%put(['<DataSet timestep="'//trim(adjustl(time))//'" file="'//trim(files(k))//'"/>'])
+         call output%put('<DataSet timestep="'//trim(adjustl(time))//'" file="'//trim(files(k))//'"/>')
       end do
       call output%close(path, error)
    end subroutine write_pvd
@@ -115,20 +117,26 @@ contains
       integer :: c
 
       call output%open(path, "UnstructuredGrid")
-      call output%put(['<Piece NumberOfPoints="'//text(mesh%nodes())//'" NumberOfCells="'//text(mesh%cells())//'">'])
-      call output%put(['<Points>'])
-      call output%put(['<DataArray type="Float64" NumberOfComponents="3" format="ascii">'])
+      call output%put('<Piece NumberOfPoints="'//text(mesh%nodes())//'" NumberOfCells="'//text(mesh%cells())//'">')
+      call output%put('<Points>')
+      call output%put('<DataArray type="Float64" NumberOfComponents="3" format="ascii">')
       call output%put_rows(points)
-      call output%put(['</DataArray>', '</Points>   ', '<Cells>     '])
-      call output%put(['<DataArray type="Int32" Name="connectivity" format="ascii">'])
+      call output%put('</DataArray>')
+      call output%put('</Points>')
+      call output%put('<Cells>')
+      call output%put('<DataArray type="Int32" Name="connectivity" format="ascii">')
       do c = 1, mesh%cells()
          call output%put_integers(mesh%connectivity(mesh%offsets(c) + 1:mesh%offsets(c + 1)) - 1, "(*(i0, 1x))")
       end do
-      call output%put([character(len=60) :: '</DataArray>', '<DataArray type="Int32" Name="offsets" format="ascii">'])
+      call output%put('</DataArray>')
+      call output%put('<DataArray type="Int32" Name="offsets" format="ascii">')
       call output%put_integers(mesh%offsets(2:), "(i0)")
-      call output%put([character(len=60) :: '</DataArray>', '<DataArray type="UInt8" Name="types" format="ascii">'])
+      call output%put('</DataArray>')
+      call output%put('<DataArray type="UInt8" Name="types" format="ascii">')
       call output%put_integers(mesh%types, "(i0)")
-      call output%put([character(len=12) :: '</DataArray>', '</Cells>', '<PointData>'])
+      call output%put('</DataArray>')
+      call output%put('</Cells>')
+      call output%put('<PointData>')
    end subroutine put_grid
 
    subroutine open_output(self, path, kind)
@@ -139,19 +147,17 @@ contains
       open (newunit=self%unit, file=path, status="replace", action="write", access="stream", form="formatted", &
          iostat=self%status, iomsg=self%reason)
       self%opened = self%status == 0
-      call self%put(['<?xml version="1.0"?>'])
-      call self%put(['<VTKFile type="'//kind//'" version="0.1" byte_order="LittleEndian">'])
-      call self%put(['<'//kind//'>'])
+      call self%put('<?xml version="1.0"?>')
+      call self%put('<VTKFile type="'//kind//'" version="0.1" byte_order="LittleEndian">')
+      call self%put('<'//kind//'>')
    end subroutine open_output
 
-   subroutine put(self, lines)
+   ! A line.
+   subroutine put(self, line)
       class(output_type), intent(inout) :: self
-      character(len=*), intent(in) :: lines(:)
-      integer :: k
+      character(len=*), intent(in) :: line
 
-      do k = 1, size(lines)
-         if (self%status == 0) write (self%unit, "(a)", iostat=self%status, iomsg=self%reason) trim(lines(k))
-      end do
+      if (self%status == 0) write (self%unit, "(a)", iostat=self%status, iomsg=self%reason) line
    end subroutine put
 
    ! A vector a line.
@@ -175,9 +181,9 @@ contains
       character(len=*), intent(in) :: name
       real(wp), intent(in) :: vectors(:, :)
 
-      call self%put(['<DataArray type="Float64" Name="'//name//'" NumberOfComponents="3" format="ascii">'])
+      call self%put('<DataArray type="Float64" Name="'//name//'" NumberOfComponents="3" format="ascii">')
       call self%put_rows(vectors)
-      call self%put(['</DataArray>'])
+      call self%put('</DataArray>')
    end subroutine put_vectors
 
    ! Closes what is open, and looks at how long it became.
@@ -188,8 +194,8 @@ contains
       integer(long) :: position
       integer :: ignored
 
-      call self%put(['</'//trim(self%kind)//'>'])
-      call self%put(['</VTKFile>'])
+      call self%put('</'//trim(self%kind)//'>')
+      call self%put('</VTKFile>')
       if (self%opened) then
          inquire (unit=self%unit, pos=position)
          close (self%unit, iostat=ignored)

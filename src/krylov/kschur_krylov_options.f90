@@ -7,6 +7,7 @@ module kschur_krylov_options
    private
    public :: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type, ritz_pairs_type, subspace_dimension
 
+   !> What an iteration is told.
    type :: krylov_options_type
       !> Largest dimension of the Krylov space. Convergence is looked at before it
       !> is reached, and memory is touched as far as it is used.
@@ -25,11 +26,15 @@ module kschur_krylov_options
       !> Whether to look for copies of multiple eigenvalues with fresh random
       !> vectors: one vector finds one copy, and others through rounding only.
       logical :: verify = .true.
+      !> What the Krylov space begins with, of the order of the operator; not allocated: a random vector. Lanczos does not
+      !> look at it.
+      real(wp), allocatable :: start(:)
       !> Whether a later call with the same operator is to go on from where this one ends: structured
       !> quadratic forms keep their Krylov space then. Lanczos always does.
       logical :: keep = .false.
    end type krylov_options_type
 
+   !> What it tells of itself.
    type :: krylov_statistics_type
       !> One of `reason_*`.
       integer :: reason = reason_converged

@@ -121,7 +121,7 @@ contains
             if (group(i)) worst = max(worst, condition_of(problem, result, i))
          end do
          pending = pending .and. .not. group
-         call result%add_note(trim(modes(group))//either(count(group) == 1, " is", " are")// &
+         call result%add_note(trim(modes(group, problem%index_base))//either(count(group) == 1, " is", " are")// &
             " nearly defective"//trim(in_words(worst)))
          deallocate (group)
       end do
@@ -150,14 +150,15 @@ contains
    end function condition_of
 
    !> Modes that refinement left with a large backward error, and pairs that were too inaccurate to be listed.
-   subroutine note_inaccurate(dropped, result)
+   subroutine note_inaccurate(problem, dropped, result)
+      type(modal_problem_type), intent(in) :: problem
       !> The number of such pairs.
       integer, intent(in) :: dropped
       type(modal_result_type), intent(inout) :: result
       logical, allocatable :: noted(:)
 
       allocate (noted(size(result%backward_error)), source=result%backward_error > noted_above)
-      if (any(noted)) call result%add_note(trim(modes(noted))//": the backward error is "// &
+      if (any(noted)) call result%add_note(trim(modes(noted, problem%index_base))//": the backward error is "// &
          magnitude(maxval(result%backward_error))//either(any(result%backward_error > inaccurate_above), &
          ", too large to count as converged", ""))
       if (dropped > 0) call result%add_note(text(dropped)//either(dropped == 1, " eigenpair was", " eigenpairs were")// &
@@ -165,8 +166,10 @@ contains
    end subroutine note_inaccurate
 
    ! "modes 1, 2 and 5"; of many the first ones.
-   pure function modes(chosen)
+   pure function modes(chosen, base)
       logical, intent(in) :: chosen(:)
+      !> What they are counted from; it is said where that is not 1.
+      integer, intent(in) :: base
       character(len=note_length) :: modes
       character(len=:), allocatable :: list
       integer, parameter :: most = 12
@@ -182,8 +185,9 @@ contains
             list = list//text(count(chosen) - most)//" more"
             exit
          end if
-         list = list//text(i)
+         list = list//text(i + base - 1)
       end do
+      if (base /= 1) list = list//" (counted from "//text(base)//")"
       modes = list
    end function modes
 

@@ -115,6 +115,8 @@ module kschur_result
    contains
       !> Appends a sentence to the notes.
       procedure :: add_note
+      !> Whether shape and multipliers of a mode are real numbers.
+      procedure :: is_real
    end type modal_result_type
 
 contains
@@ -126,6 +128,14 @@ contains
       call append_note(self%notes, sentence)
    end subroutine add_note
 
+   pure logical function is_real(self, mode)
+      class(modal_result_type), intent(in) :: self
+      integer, intent(in) :: mode
+
+      is_real = .not. (any(abs(aimag(self%eigenvectors(:, mode))) > 0) .or. any(abs(aimag(self%multipliers(:, mode))) > 0))
+   end function is_real
+
+   !> Appends a sentence to notes, which need not be allocated.
    pure subroutine append_note(notes, sentence)
       character(len=note_length), allocatable, intent(inout) :: notes(:)
       character(len=*), intent(in) :: sentence

@@ -16,6 +16,7 @@ module kschur_transform
    private
    public :: transform_type
 
+   !> Extended by each formulation.
    type, abstract :: transform_type
       type(spectral_map_type) :: map
       !> sigma, a value of theta: Ritz values are mu = 1/(theta - sigma).
@@ -40,6 +41,8 @@ module kschur_transform
       procedure(transposed_interface), deferred :: transposed
       !> theta of a Ritz value, eq. (42).
       procedure :: theta
+      !> What an iteration may begin with; not allocated unless overridden.
+      procedure :: begin_with
    end type transform_type
 
    abstract interface
@@ -90,6 +93,17 @@ module kschur_transform
    end interface
 
 contains
+
+   subroutine begin_with(self, pairs, start)
+      class(transform_type), intent(in) :: self
+      !> Approximations of what is wanted.
+      type(eigenpairs_type), intent(in) :: pairs
+      real(wp), allocatable, intent(out) :: start(:)
+
+      associate (unused => self, neither => pairs)
+      end associate
+      if (allocated(start)) deallocate (start)
+   end subroutine begin_with
 
    pure complex(wp) function theta(self, mu)
       class(transform_type), intent(in) :: self

@@ -5,6 +5,7 @@ module kschur_problem
    use kschur_damping, only: classify_damping, damping_general, damping_names, damping_none, damping_proportional
    use kschur_error, only: error_type, new_error, error_input
    use kschur_kinds, only: wp
+   use kschur_memory, only: require_memory
    use kschur_mesh, only: mesh_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_text, only: text
@@ -34,6 +35,8 @@ module kschur_problem
       !> Unknown i, multipliers behind the others, is best eliminated as number position(i) where matrices of the
       !> problem are factored. Not allocated: not known yet.
       integer, allocatable :: position(:)
+      !> What indices count from in messages and notes: 1, or 0 as in C.
+      integer :: index_base = 1
       !> Where it stands in space, settled; not allocated where that is not known.
       type(mesh_type), allocatable :: mesh
    contains
@@ -41,6 +44,8 @@ module kschur_problem
       procedure :: unknowns
       !> Number of constraints m.
       procedure :: multipliers
+      !> Bytes that its matrices take.
+      procedure :: bytes
    end type modal_problem_type
 
 contains
@@ -56,6 +61,13 @@ contains
       !> A problem that is known to have the same symmetry and the same damping. Found out where absent.
       type(modal_problem_type), intent(in), optional :: kind_of
 
+      real(wp) :: needed
+
+      needed = mass%bytes() + stiffness%bytes()
+      if (present(damping)) needed = needed + damping%bytes()
+      if (present(constraints)) needed = needed + constraints%bytes()
+      call require_memory(needed, "the matrices of the problem", error)
+      if (allocated(error)) return
       problem%mass = mass
       problem%stiffness = stiffness
       if (present(damping)) then
@@ -81,12 +93,15 @@ contains
       n = problem%mass%rows
       if (problem%mass%columns /= n) call new_error(error, error_input, "the mass matrix M is "//text(n)//" x "// &
          text(problem%mass%columns)//" but must be square")
-      if (.not. allocated(error)) call check_matrix(problem%mass, n, n, "mass matrix M", error)
-      if (.not. allocated(error)) call check_matrix(problem%stiffness, n, n, "stiffness matrix K", error)
-      if (.not. allocated(error)) call check_matrix(problem%damping, n, n, "damping matrix R", error)
-      if (.not. allocated(error)) &
-         call check_matrix(problem%constraints, problem%constraints%rows, n, "constraint Jacobian Cq", error)
+      associate (base => problem%index_base)
+         if (.not. allocated(error)) call check_matrix(problem%mass, n, n, base, "mass matrix M", error)
+         if (.not. allocated(error)) call check_matrix(problem%stiffness, n, n, base, "stiffness matrix K", error)
+         if (.not. allocated(error)) call check_matrix(problem%damping, n, n, base, "damping matrix R", error)
+         if (.not. allocated(error)) &
+            call check_matrix(problem%constraints, problem%constraints%rows, n, base, "constraint Jacobian Cq", error)
+      end associate
       if (.not. allocated(error)) call check_mass_and_constraints(problem, present(kind_of), error)
+      if (.not. allocated(error)) call require_memory(2*problem%bytes(), "transposed matrices", error)
       if (allocated(error)) return
 
       if (present(kind_of)) then
@@ -102,9 +117,9 @@ contains
       end if
    end subroutine settle_modal_problem
 
-   subroutine check_matrix(matrix, rows, columns, name, error)
+   subroutine check_matrix(matrix, rows, columns, base, name, error)
       type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: rows, columns
+      integer, intent(in) :: rows, columns, base
       character(len=*), intent(in) :: name
       type(error_type), allocatable, intent(out) :: error
       integer, allocatable :: row(:)
@@ -119,7 +134,7 @@ contains
          if (ieee_is_finite(matrix%value(k))) cycle
          allocate (row(matrix%nonzeros()), source=matrix%row_indices())
          call new_error(error, error_input, "the "//name//" has an entry that is not a finite number at ("// &
-            text(row(k))//", "//text(matrix%column(k))//")")
+            text(row(k) + base - 1)//", "//text(matrix%column(k) + base - 1)//")")
          return
       end do
    end subroutine check_matrix
@@ -143,7 +158,7 @@ contains
          allocate (maxima(problem%multipliers()), source=problem%constraints%row_maxima())
          do i = 1, size(maxima)
             if (maxima(i) > 0) cycle
-            call new_error(error, error_input, "row "//text(i)//" of the constraint Jacobian Cq is empty")
+            call new_error(error, error_input, "row "//text(i + problem%index_base - 1)//" of the constraint Jacobian Cq is empty")
             return
          end do
       end if
@@ -160,4 +175,10 @@ contains
 
       multipliers = self%constraints%rows
    end function multipliers
+
+   pure real(wp) function bytes(self)
+      class(modal_problem_type), intent(in) :: self
+
+      bytes = self%mass%bytes() + self%stiffness%bytes() + self%damping%bytes() + self%constraints%bytes()
+   end function bytes
 end module kschur_problem

@@ -7,6 +7,7 @@ module kschur_context
    use kschur_formulation, only: choose_formulation
    use kschur_solver_choice, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp
+   use kschur_memory, only: complex_bytes
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense
    use kschur_presolve, only: presolve_type
@@ -17,7 +18,7 @@ module kschur_context
    use kschur_transform, only: transform_type
    implicit none
    private
-   public :: begin, solve_context_type
+   public :: begin, resume, solve_context_type
 
    !> A transform points to parts of it: its variables are targets.
    type :: solve_context_type
@@ -47,12 +48,16 @@ module kschur_context
       integer :: block = 1
       !> The scale of the lowest modes that was observed (1/s); 0: not yet.
       real(wp) :: scale = 0
+      !> Modes of what is iterated, of a solve before of nearly the same; not allocated where there was none.
+      type(eigenpairs_type), allocatable :: last
       !> What all that took.
       type(effort_type) :: effort
       character(len=note_length), allocatable :: notes(:)
    contains
       !> Appends a sentence to the notes.
       procedure :: add_note
+      !> Bytes of so many shapes with their multipliers.
+      procedure :: bytes_of_shapes
       !> Shapes and multipliers of the problem as given.
       procedure :: expand
       !> Shapes and multipliers of what is iterated, from those of the problem as given.
@@ -68,19 +73,20 @@ module kschur_context
 contains
 
    !> Checks the options and chooses solvers and formulation.
-   subroutine begin(s, problem, options, processes, error, monitor, solvers)
-      type(solve_context_type), intent(inout) :: s
+   subroutine begin(s, problem, options, error, monitor, solvers, processes)
+      type(solve_context_type), intent(out) :: s
       type(modal_problem_type), target, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
-      type(processes_type), target, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, optional, intent(inout) :: monitor
       !> Linear solvers of the caller's own.
       type(inner_solvers_type), intent(in), optional :: solvers
+      !> Absent: this process works alone.
+      type(processes_type), target, intent(in), optional :: processes
 
       allocate (s%notes(0))
       s%problem => problem
-      s%processes => processes
+      if (present(processes)) s%processes => processes
       if (present(monitor)) s%monitor => monitor
       call check_options(options, error)
       if (.not. allocated(error)) call choose_inner_solvers(options, s%inner, error, solvers, s%processes)
@@ -93,12 +99,35 @@ contains
       if (s%options%formulation /= options%formulation) s%decision = "it is the one that plain ARPACK iterates"
    end subroutine begin
 
+   !> Begins another solve with a context that is prepared, and whose options make no difference to that.
+   subroutine resume(s, options, error, monitor)
+      type(solve_context_type), intent(inout) :: s
+      type(modal_options_type), intent(in) :: options
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, optional, intent(inout) :: monitor
+
+      call check_options(options, error)
+      if (allocated(error)) return
+      nullify (s%monitor)
+      if (present(monitor)) s%monitor => monitor
+      s%options = settings_of(options)
+      s%effort = effort_type()
+      s%shift = 0
+   end subroutine resume
+
    subroutine add_note(self, sentence)
       class(solve_context_type), intent(inout) :: self
       character(len=*), intent(in) :: sentence
 
       call append_note(self%notes, sentence)
    end subroutine add_note
+
+   pure real(wp) function bytes_of_shapes(self, shapes)
+      class(solve_context_type), intent(in) :: self
+      integer, intent(in) :: shapes
+
+      bytes_of_shapes = complex_bytes*shapes*(real(self%problem%unknowns(), wp) + self%problem%multipliers())
+   end function bytes_of_shapes
 
    subroutine expand(self, pairs, more)
       class(solve_context_type), intent(in) :: self

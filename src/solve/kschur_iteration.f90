@@ -5,6 +5,7 @@ module kschur_iteration
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
+   use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_options, only: modal_options_type
@@ -44,7 +45,14 @@ contains
       s%block = settings%block
       call set_iteration_options(settings, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), asked, &
          count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
+      if (allocated(s%last)) then
+         call s%transform%begin_with(s%last, options%start)
+         ! Whoever remembers them sees whether one is lost.
+         options%verify = .false.
+      end if
       call s%transform%iterate(selection, options, ritz, error, s%monitor)
+      if (allocated(error)) return
+      call require_memory(s%bytes_of_shapes(3*size(ritz%mu)), "mode shapes", error)
       if (allocated(error)) return
       statistics = ritz%statistics
       associate (effort => s%effort)

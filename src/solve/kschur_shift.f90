@@ -17,7 +17,7 @@ module kschur_shift
    use kschur_text, only: magnitude
    implicit none
    private
-   public :: factor_beside, move_to_modes, place_shift
+   public :: factor_beside, move_to_modes, place_shift, scale_of
 
    ! A shift within this factor of that place is left where it is.
    real(wp), parameter :: close_enough = 4
@@ -55,7 +55,11 @@ contains
       if (abs(s%options%target) <= first_scale(s%work)) then
          ! A pencil has infinite eigenvalues and costs more: the structured form tells the scale.
          search = merge(s%formulation, formulation_quadratic, is_structured(s%formulation))
-         call factor_at_scale(s, search, scale, error)
+         if (allocated(s%last)) then
+            call factor_first(s, search, cmplx(moved*scale, 0, wp), error)
+         else
+            call factor_at_scale(s, search, scale, error)
+         end if
          if (allocated(error)) return
          s%scale = scale
          if (abs(s%options%target) <= scale .and. search == s%formulation) return
@@ -257,6 +261,15 @@ contains
       call observe([(maxval(abs(s%transform%map%lambdas(s%transform%theta(ritz%mu(i))))), i=1, size(ritz%mu))], &
          too_near*abs(s%shift), min(too_far*abs(s%shift), above_the_typical*typical_rate(s%work)), 1, scale)
    end subroutine observe_here
+
+   !> The scale of modes that were found (1/s); as it was where they do not tell.
+   real(wp) function scale_of(lambda, before) result(scale)
+      complex(wp), intent(in) :: lambda(:)
+      real(wp), intent(in) :: before
+
+      scale = before
+      call observe(abs(lambda), tiny(1.0_wp), huge(1.0_wp), 1, scale)
+   end function scale_of
 
    ! The middle, by ratio, of those of some |lambda| that lie between two bounds, if they are enough: from there both ends
    ! are found with the same digits.

@@ -23,7 +23,7 @@ module kschur_solver
    use kschur_threads, only: enter_solve, leave_solve
    implicit none
    private
-   public :: solve_modes
+   public :: prepare, solve_modes, solve_prepared
 
 contains
 
@@ -45,11 +45,11 @@ contains
 
       call join_processes(options%communicator, options%distribute, processes, error)
       if (allocated(error)) return
-      call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before)
-      if (processes%rank == 0) then
-         call solve(problem, options, processes, result, error, monitor, solvers)
-      else
+      call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before, error)
+      if (processes%rank > 0) then
          call help(processes)
+      else if (.not. allocated(error)) then
+         call solve(problem, options, processes, result, error, monitor, solvers)
       end if
       call processes%leave(error)
       call leave_solve(threads_before)
@@ -64,15 +64,34 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       type(inner_solvers_type), intent(in), optional :: solvers
       type(solve_context_type), target :: s
-      type(modes_type) :: modes
       integer(long) :: started
 
       started = clock()
-      call begin(s, problem, options, processes, error, monitor, solvers)
-      if (.not. allocated(error)) call settle_low_rank(s, error)
+      call begin(s, problem, options, error, monitor, solvers, processes)
+      if (.not. allocated(error)) call prepare(s, error)
+      if (.not. allocated(error)) call solve_prepared(s, options, result, error)
+      call result%set_total(seconds_since(started))
+   end subroutine solve
+
+   !> What is done before modes are looked for, and holds for other targets as well.
+   subroutine prepare(s, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(error_type), allocatable, intent(out) :: error
+
+      call settle_low_rank(s, error)
       if (.not. allocated(error)) call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
-      if (allocated(error)) return
+   end subroutine prepare
+
+   !> The modes of a problem that is prepared. The context stays so, without factors.
+   subroutine solve_prepared(s, options, result, error)
+      type(solve_context_type), target, intent(inout) :: s
+      !> As the caller gave them.
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      type(modes_type) :: modes
+
       if (s%only_rigid()) then
          call take_rigid(s, modes)
       else
@@ -81,8 +100,7 @@ contains
       end if
       if (.not. allocated(error) .and. options%left) call find_left_modes(s, modes, error)
       if (.not. allocated(error)) call report(s, options, modes, result, error)
-      call result%set_total(seconds_since(started))
-   end subroutine solve
+   end subroutine solve_prepared
 
    ! What nobody asked for gives way to the next form where it does not come to an end that is trusted.
    subroutine search(s, modes, error)

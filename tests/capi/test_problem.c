@@ -187,7 +187,7 @@ static void matrices_that_make_no_problem(void)
 
    CHECK_OK(kschur_problem_set_triplets(problem, KSCHUR_CONSTRAINTS, 1, 3, 1, 0, index, index, &zero));
    CHECK_STATUS(kschur_problem_get_size(problem, NULL, NULL), KSCHUR_ERROR_INPUT);
-   CHECK_MESSAGE(problem, problem, "row 1 of the constraint Jacobian Cq is empty");
+   CHECK_MESSAGE(problem, problem, "row 0 of the constraint Jacobian Cq is empty");
    CHECK_OK(kschur_problem_set_triplets(problem, KSCHUR_CONSTRAINTS, 0, 3, 0, 0, NULL, NULL, NULL));
    CHECK_OK(kschur_problem_get_size(problem, NULL, NULL));
 

@@ -3,11 +3,11 @@
 
     test_docs.py FOLDER_OF_PROGRAMS SOURCE [PAGE ...]
 
-- Blocks marked `console` are run, a page in a folder of its own: `$ ` begins a command, `> ` goes on with it, the rest
-  is what it prints. A line `...` stands for any lines. Numbers may differ by 1e-4 of themselves; errors, which have two
-  digits, by a factor of 100 or as anything below 1e-6; what is below 1e-9 as anything below that; lines of effort and
-  seconds in all. A command must succeed unless the next one is `echo $?`. `console minutes` is not run: the mark says
-  that it takes minutes.
+- Blocks marked `console` are run, a page in a folder of its own, beside which are benchmarks, examples and python: `$ `
+  begins a command, `> ` goes on with it, the rest is what it prints. A line `...` stands for any lines. Numbers may differ
+  by 1e-4 of themselves; errors, which have two digits, by a factor of 100 or as anything below 1e-6; what is below 1e-9 as
+  anything below that; lines of effort and seconds in all. A command must succeed unless the next one is `echo $?`.
+  `console minutes` is not run: the mark says that it takes minutes.
 - A `python` or `fortran` block whose first line is a comment with a name, `# write.py`, is that file.
 - Options of `kschur` in other blocks and in the text must be in its help.
 - Links lead to files; names `kschur_...` are names in the sources.
@@ -25,7 +25,7 @@ PROGRAMS, SOURCE = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
 PAGES = [Path(page).resolve() for page in sys.argv[3:]] or sorted([*SOURCE.glob("*.md"), *SOURCE.glob("docs/**/*.md")])
 FENCE = re.compile(r"^```(.*)$")
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?(?![\w.]*\d)")
-SMALL = re.compile(r"^\d\.\dE[-+]\d\d$|^0$")
+SMALL = re.compile(r"^\d\.\d[eE][-+]\d\d$|^0$")
 END = "end of the output of a command, status "
 failures = []
 
@@ -119,6 +119,8 @@ def run_page(page, name, blocks):
     """How many commands were run."""
     count = 0
     with tempfile.TemporaryDirectory() as folder:
+        for part in ("benchmarks", "examples", "python"):
+            (Path(folder) / part).symlink_to(SOURCE / part)
         for language, line, lines in blocks:
             named = re.match(r"^[#!] ([\w.-]+\.(?:py|f90))$", lines[0]) if lines else None
             if named and language in ("python", "fortran"):

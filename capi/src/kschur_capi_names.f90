@@ -1,0 +1,198 @@
+!> What a result holds, by name: those of result files, and of what is made of modes.
+module kschur_capi_names
+   use kschur, only: modal_result_type, wp
+   implicit none
+   private
+   public :: find_columns, gather_numbers
+
+contains
+
+   !> The numbers of a name; not allocated where the result does not hold them.
+   subroutine gather_numbers(result, name, numbers, known)
+      type(modal_result_type), intent(in) :: result
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(out) :: numbers(:)
+      !> Whether there is such a name.
+      logical, intent(out) :: known
+
+      call gather_modes(result, name, numbers, known)
+      if (.not. known) call gather_facts(result, name, numbers, known)
+      if (.not. known) call gather_properties(result, name, numbers, known)
+      if (.not. known) call gather_mesh(result, name, numbers, known)
+   end subroutine gather_numbers
+
+   !> The vectors of a name, a column a mode; null where the result does not hold them.
+   subroutine find_columns(result, name, columns, known)
+      type(modal_result_type), target, intent(in) :: result
+      character(len=*), intent(in) :: name
+      complex(wp), pointer, intent(out) :: columns(:, :)
+      logical, intent(out) :: known
+
+      nullify (columns)
+      known = .true.
+      select case (name)
+      case ("eigenvectors")
+         if (allocated(result%eigenvectors)) columns => result%eigenvectors
+      case ("multipliers")
+         if (allocated(result%multipliers)) columns => result%multipliers
+      case ("left_eigenvectors")
+         if (allocated(result%left_eigenvectors)) columns => result%left_eigenvectors
+      case ("left_multipliers")
+         if (allocated(result%left_multipliers)) columns => result%left_multipliers
+      case default
+         known = .false.
+      end select
+   end subroutine find_columns
+
+   subroutine gather_modes(result, name, numbers, known)
+      type(modal_result_type), intent(in) :: result
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: numbers(:)
+      logical, intent(out) :: known
+
+      known = .true.
+      select case (name)
+      case ("eigenvalues")
+         numbers = pairs(result%eigenvalues)
+      case ("frequency_hz")
+         if (allocated(result%frequency_hz)) numbers = result%frequency_hz
+      case ("damped_frequency_hz")
+         if (allocated(result%damped_frequency_hz)) numbers = result%damped_frequency_hz
+      case ("damping_ratio")
+         if (allocated(result%damping_ratio)) numbers = result%damping_ratio
+      case ("backward_error")
+         if (allocated(result%backward_error)) numbers = result%backward_error
+      case ("error")
+         if (allocated(result%error_bound)) numbers = result%error_bound
+      case ("kind")
+         if (allocated(result%kind)) numbers = real(result%kind, wp)
+      case ("condition_number")
+         if (allocated(result%condition)) numbers = result%condition
+      case default
+         known = .false.
+      end select
+   end subroutine gather_modes
+
+   subroutine gather_facts(result, name, numbers, known)
+      type(modal_result_type), intent(in) :: result
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: numbers(:)
+      logical, intent(out) :: known
+
+      known = .true.
+      select case (name)
+      case ("n")
+         numbers = [real(result%unknowns, wp)]
+      case ("m")
+         numbers = [real(result%constraints, wp)]
+      case ("modes")
+         numbers = [real(size(result%eigenvalues), wp)]
+      case ("modes_asked")
+         numbers = [real(result%modes_asked, wp)]
+      case ("reason")
+         numbers = [real(result%reason, wp)]
+      case ("certified")
+         numbers = [real(result%certified, wp)]
+      case ("missing")
+         numbers = [real(result%missing, wp)]
+      case ("redundant_constraints")
+         numbers = [real(result%redundant_constraints, wp)]
+      case ("target")
+         numbers = pairs([result%target])
+      case ("shift")
+         numbers = pairs([result%shift])
+      case ("operator_applications")
+         numbers = [real(result%operator_applications, wp)]
+      case ("restarts")
+         numbers = [real(result%restarts, wp)]
+      case ("factorizations")
+         numbers = [real(result%factorizations, wp)]
+      case ("factored_order")
+         numbers = [real(result%factored_order, wp)]
+      case ("factor_entries")
+         numbers = [real(result%factor_entries, wp)]
+      case ("seconds_total")
+         numbers = [result%seconds%total]
+      case ("seconds_analyze")
+         numbers = [result%seconds%analyze]
+      case ("seconds_factorize")
+         numbers = [result%seconds%factorize]
+      case ("seconds_solve")
+         numbers = [result%seconds%solve]
+      case ("seconds_orthogonalize")
+         numbers = [result%seconds%orthogonalize]
+      case default
+         known = .false.
+      end select
+   end subroutine gather_facts
+
+   subroutine gather_properties(result, name, numbers, known)
+      type(modal_result_type), intent(in) :: result
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: numbers(:)
+      logical, intent(out) :: known
+      character(len=*), parameter :: names(8) = [character(len=22) :: "generalised_mass", "generalised_damping", &
+         "generalised_stiffness", "modal_a", "modal_b", "participation_factors", "effective_mass", "total_mass"]
+
+      known = any(names == name)
+      if (.not. (known .and. allocated(result%properties))) return
+      associate (properties => result%properties)
+         select case (name)
+         case ("generalised_mass")
+            numbers = properties%mass
+         case ("generalised_damping")
+            numbers = properties%damping
+         case ("generalised_stiffness")
+            numbers = properties%stiffness
+         case ("modal_a")
+            numbers = pairs(properties%a)
+         case ("modal_b")
+            numbers = pairs(properties%b)
+         case ("participation_factors")
+            numbers = pairs(reshape(properties%participation, [size(properties%participation)]))
+         case ("effective_mass")
+            numbers = reshape(properties%effective_mass, [size(properties%effective_mass)])
+         case ("total_mass")
+            numbers = properties%total_mass
+         end select
+      end associate
+   end subroutine gather_properties
+
+   ! Nodes count from 0 here.
+   subroutine gather_mesh(result, name, numbers, known)
+      type(modal_result_type), intent(in) :: result
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: numbers(:)
+      logical, intent(out) :: known
+      character(len=*), parameter :: names(6) = [character(len=18) :: "coordinates", "unknown_node", "unknown_component", &
+         "cells_offsets", "cells_connectivity", "cells_types"]
+
+      known = any(names == name)
+      if (.not. (known .and. allocated(result%mesh))) return
+      associate (mesh => result%mesh)
+         select case (name)
+         case ("coordinates")
+            numbers = reshape(mesh%coordinates, [size(mesh%coordinates)])
+         case ("unknown_node")
+            numbers = real(mesh%unknown_node - 1, wp)
+         case ("unknown_component")
+            numbers = real(mesh%unknown_component, wp)
+         case ("cells_offsets")
+            numbers = real(mesh%offsets, wp)
+         case ("cells_connectivity")
+            numbers = real(mesh%connectivity - 1, wp)
+         case ("cells_types")
+            numbers = real(mesh%types, wp)
+         end select
+      end associate
+   end subroutine gather_mesh
+
+   ! Real and imaginary parts in turns.
+   pure function pairs(values)
+      complex(wp), intent(in) :: values(:)
+      real(wp) :: pairs(2*size(values))
+
+      pairs(1::2) = real(values, wp)
+      pairs(2::2) = aimag(values)
+   end function pairs
+end module kschur_capi_names

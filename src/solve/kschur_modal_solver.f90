@@ -1,0 +1,385 @@
+!> A solver that remembers: what was found out about a problem serves the next solve, of other targets and bands or of
+!> other values in the same matrices.
+module kschur_modal_solver
+   use kschur_band, only: band_options, prepare_band, solve_band_prepared
+   use kschur_clock, only: clock, seconds_since
+   use kschur_context, only: begin, resume, solve_context_type
+   use kschur_error, only: error_type, new_error, error_input, error_usage
+   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_eigenvalue_count, only: count_eigenvalues
+   use kschur_kinds, only: wp, long
+   use kschur_monitor, only: monitor_type
+   use kschur_options, only: modal_options_type, formulation_low_rank, formulation_quadratic
+   use kschur_preparation, only: reduce
+   use kschur_problem, only: modal_problem_type, new_modal_problem, damping_general
+   use kschur_result, only: modal_result_type, note_length
+   use kschur_shift, only: scale_of
+   use kschur_solver, only: prepare, solve_prepared
+   use kschur_solver_choice, only: inner_solvers_type
+   use kschur_sparse, only: csr_matrix_type
+   use kschur_threads, only: enter_solve, leave_solve
+   implicit none
+   private
+   public :: modal_solver_type, new_modal_solver
+
+   ! Fewer modes than this part of the unknowns are few.
+   integer, parameter :: few_part = 4
+
+   !> Made by `new_modal_solver`. One thread at a time may use it; copies remember for themselves.
+   type :: modal_solver_type
+      private
+      type(modal_problem_type), allocatable :: problem
+      type(inner_solvers_type), allocatable :: solvers
+      ! What is prepared, with which options, and what was noted then; not allocated where nothing is.
+      type(solve_context_type), allocatable :: context
+      type(modal_options_type) :: options
+      character(len=note_length), allocatable :: notes(:)
+      logical :: for_band = .false.
+      ! Whether the values have changed since.
+      logical :: changed = .false.
+   contains
+      !> The modes nearest to a target, as `solve_modes`.
+      procedure :: solve
+      !> All modes of a band, as `solve_band`.
+      procedure :: solve_band
+      !> Other values for the matrices.
+      procedure :: update_values
+      !> The problem as it is now.
+      procedure :: current_problem
+   end type modal_solver_type
+
+contains
+
+   !> A solver for a problem, of which it keeps a copy.
+   subroutine new_modal_solver(solver, problem, solvers)
+      type(modal_solver_type), intent(out) :: solver
+      type(modal_problem_type), intent(in) :: problem
+      !> Linear solvers of the caller's own, as in `solve_modes`.
+      type(inner_solvers_type), intent(in), optional :: solvers
+
+      allocate (solver%problem, source=problem)
+      if (present(solvers)) allocate (solver%solvers, source=solvers)
+   end subroutine new_modal_solver
+
+   !> The modes nearest to a target, as those of `solve_modes`. What does not depend on the target and is known from a
+   !> solve before is not done again: presolve, order, rank of the constraints, rigid motions, the scale of the modes.
+   subroutine solve(self, options, result, error, monitor)
+      class(modal_solver_type), target, intent(inout) :: self
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(out) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, intent(inout), optional :: monitor
+      integer :: threads_before
+      integer(long) :: started
+      logical :: kept
+
+      call enter_solve(options%threads, self%problem%unknowns(), threads_before, error)
+      if (allocated(error)) then
+         call leave_solve(threads_before)
+         return
+      end if
+      started = clock()
+      do
+         call make_ready(self, options, .false., kept, error, monitor)
+         if (.not. allocated(error)) call solve_prepared(self%context, options, result, error)
+         if (allocated(error)) exit
+         if (.not. kept) exit
+         if (seems_rigid(self%context, result)) then
+            ! What had no rigid motions may have some now.
+            deallocate (self%context)
+         else if (.not. continues(self%context, result)) then
+            ! A copy of a multiple eigenvalue may be lost, or a mode has left: whether all are there is to be verified.
+            deallocate (self%context%last)
+            self%changed = .true.
+         else
+            exit
+         end if
+      end do
+      if (.not. allocated(error)) call remember(self%context, result)
+      if (allocated(error) .and. allocated(self%context)) deallocate (self%context)
+      call result%set_total(seconds_since(started))
+      call leave_solve(threads_before)
+   end subroutine solve
+
+   !> All modes with first <= frequency_hz <= last, as those of `solve_band`.
+   subroutine solve_band(self, first, last, options, result, error, monitor)
+      class(modal_solver_type), target, intent(inout) :: self
+      !> The edges (Hz), 0 <= first < last.
+      real(wp), intent(in) :: first, last
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(out) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, intent(inout), optional :: monitor
+      type(modal_options_type) :: own
+      integer :: threads_before
+      integer(long) :: started
+      logical :: kept
+
+      call enter_solve(options%threads, self%problem%unknowns(), threads_before, error)
+      if (allocated(error)) then
+         call leave_solve(threads_before)
+         return
+      end if
+      started = clock()
+      call band_options(first, last, options, own, error)
+      ! Zeros are counted there.
+      if (self%changed .and. allocated(self%context)) deallocate (self%context)
+      if (.not. allocated(error)) call make_ready(self, own, .true., kept, error, monitor)
+      if (.not. allocated(error)) call solve_band_prepared(self%context, first, last, own, result, error)
+      if (allocated(error) .and. allocated(self%context)) deallocate (self%context)
+      call result%set_total(seconds_since(started))
+      call leave_solve(threads_before)
+   end subroutine solve_band
+
+   !> Puts other matrices in the place of those of the problem. Where their patterns, mass and constraints are the same,
+   !> and nothing is rigid or without mass, what is known stays known. Fails as `new_modal_problem`, and on other numbers
+   !> of unknowns or constraints; the problem stays as it was then.
+   subroutine update_values(self, mass, stiffness, error, damping, constraints)
+      class(modal_solver_type), intent(inout) :: self
+      type(csr_matrix_type), intent(in) :: mass, stiffness
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type), intent(in), optional :: damping, constraints
+      type(modal_problem_type), allocatable :: problem
+      type(modal_problem_type) :: kind_of
+
+      allocate (problem)
+      if (stays_general(self, damping) .and. .not. mass%is_zero()) then
+         kind_of%damping_kind = damping_general
+         kind_of%symmetric = mass%is_symmetric() .and. stiffness%is_symmetric() .and. damping%is_symmetric()
+         call new_modal_problem(problem, mass, stiffness, error, damping, constraints, kind_of)
+      else
+         call new_modal_problem(problem, mass, stiffness, error, damping, constraints)
+      end if
+      if (allocated(error)) return
+      if (any([problem%unknowns(), problem%multipliers()] /= [self%problem%unknowns(), self%problem%multipliers()])) then
+         call new_error(error, error_input, "the matrices have other numbers of unknowns or constraints than those before")
+         return
+      end if
+      if (allocated(self%context)) then
+         if (may_stay(self%context, self%problem, problem)) then
+            self%changed = .true.
+         else
+            deallocate (self%context)
+         end if
+      end if
+      call move_alloc(problem, self%problem)
+   end subroutine update_values
+
+   function current_problem(self) result(problem)
+      class(modal_solver_type), intent(in) :: self
+      type(modal_problem_type) :: problem
+
+      problem = self%problem
+   end function current_problem
+
+   ! Whether the damping is taken for general, as it was: that is exact for any.
+   logical function stays_general(self, damping)
+      class(modal_solver_type), intent(in) :: self
+      type(csr_matrix_type), intent(in), optional :: damping
+
+      stays_general = allocated(self%context) .and. present(damping) .and. self%problem%damping_kind == damping_general
+      if (stays_general) stays_general = self%context%formulation == formulation_quadratic .and. .not. damping%is_zero()
+   end function stays_general
+
+   ! Whether what was prepared of a problem holds for one with other values.
+   logical function may_stay(s, before, now)
+      type(solve_context_type), intent(in) :: s
+      type(modal_problem_type), intent(in) :: before, now
+
+      associate (known => s%known)
+         may_stay = before%symmetric .eqv. now%symmetric
+         may_stay = may_stay .and. before%damping_kind == now%damping_kind .and. s%formulation /= formulation_low_rank .and. &
+            same_matrix(before%mass, now%mass) .and. same_matrix(before%constraints, now%constraints) .and. &
+            s%plan%unknowns_after > 0 .and. known%redundant == 0 .and. size(known%rigid%lambda) == 0 .and. &
+            known%deflation%others == 0 .and. known%deflation%infinite_is_known .and. &
+            known%deflation%infinite%multiplicity() == 0
+      end associate
+   end function may_stay
+
+   ! The same entries with the same values.
+   pure logical function same_matrix(a, b)
+      type(csr_matrix_type), intent(in) :: a, b
+
+      same_matrix = same_pattern(a, b)
+      if (same_matrix) same_matrix = all(.not. abs(a%value - b%value) > 0)
+   end function same_matrix
+
+   pure logical function same_pattern(a, b)
+      type(csr_matrix_type), intent(in) :: a, b
+
+      same_pattern = size(a%row_start) == size(b%row_start) .and. size(a%column) == size(b%column)
+      if (same_pattern) same_pattern = all(a%row_start == b%row_start) .and. all(a%column == b%column)
+   end function same_pattern
+
+   ! A context that is prepared for a solve with these options.
+   subroutine make_ready(self, options, for_band, kept, error, monitor)
+      class(modal_solver_type), target, intent(inout) :: self
+      type(modal_options_type), intent(in) :: options
+      logical, intent(in) :: for_band
+      !> Whether what is known is that of other values.
+      logical, intent(out) :: kept
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, intent(inout), optional :: monitor
+
+      kept = .false.
+      if (allocated(options%communicator)) then
+         call new_error(error, error_usage, "a solver that remembers works in one process: leave out the communicator")
+         return
+      end if
+      if (allocated(self%context)) then
+         if (.not. serves(self, options, for_band)) deallocate (self%context)
+      end if
+      if (allocated(self%context)) then
+         kept = self%changed
+         self%context%problem => self%problem
+         if (.not. (kept .and. same_target(self%context%options, options)) .and. allocated(self%context%last)) &
+            deallocate (self%context%last)
+         call resume(self%context, options, error, monitor)
+         if (.not. allocated(error)) allocate (self%context%notes, source=self%notes)
+         if (kept .and. .not. allocated(error)) call reduce_again(self%context, error)
+      else
+         allocate (self%context)
+         call begin(self%context, self%problem, options, error, monitor, self%solvers)
+         if (.not. allocated(error)) then
+            if (for_band) then
+               call prepare_band(self%context, error)
+            else
+               call prepare(self%context, error)
+            end if
+         end if
+         if (allocated(error)) return
+         self%notes = self%context%notes
+         self%options = options
+         self%for_band = for_band
+      end if
+      self%changed = .false.
+   end subroutine make_ready
+
+   pure logical function same_target(before, now)
+      type(modal_options_type), intent(in) :: before, now
+
+      same_target = .not. abs(before%target - now%target) > 0
+   end function same_target
+
+   ! Whether what was prepared for other options is the same for these.
+   logical function serves(self, options, for_band)
+      class(modal_solver_type), intent(in) :: self
+      type(modal_options_type), intent(in) :: options
+      logical, intent(in) :: for_band
+      integer :: most
+
+      associate (s => self%context, o => self%options)
+         serves = self%for_band .eqv. for_band
+         serves = serves .and. o%formulation == options%formulation .and. o%method == options%method .and. &
+            o%arpack == options%arpack .and. o%inner == options%inner .and. (o%presolve .eqv. options%presolve) .and. &
+            o%subspace == options%subspace .and. o%block == options%block .and. &
+            (allocated(o%shift) .eqv. allocated(options%shift))
+         if (.not. serves .or. o%modes == options%modes) return
+         ! Few enough that nothing was chosen by their number.
+         most = max(o%modes, options%modes)
+         serves = .not. s%dense .and. s%formulation /= formulation_low_rank .and. &
+            2*most*few_part < s%work%unknowns() - s%work%multipliers()
+      end associate
+   end function serves
+
+   ! The same reduction of other values, for which the order is the same if the pattern is.
+   subroutine reduce_again(s, error)
+      type(solve_context_type), intent(inout) :: s
+      type(error_type), allocatable, intent(out) :: error
+      type(modal_problem_type) :: before
+
+      before = s%work
+      call reduce(s, error)
+      if (allocated(error)) return
+      if (same_pattern(before%mass, s%work%mass) .and. same_pattern(before%damping, s%work%damping) .and. &
+         same_pattern(before%stiffness, s%work%stiffness) .and. same_pattern(before%constraints, s%work%constraints) .and. &
+         allocated(before%position)) call move_alloc(before%position, s%work%position)
+      s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
+         size(s%known%rigid%lambda))
+   end subroutine reduce_again
+
+   ! Whether the modes of the solve before are in the space of those that were found, but for what changed.
+   logical function continues(s, result)
+      type(solve_context_type), intent(in) :: s
+      type(modal_result_type), intent(in) :: result
+      real(wp), parameter :: most_lost = 0.5_wp
+      type(eigenpairs_type) :: found
+      real(wp), allocatable :: basis(:, :), rest(:, :)
+      integer :: i, j, k, pass
+
+      continues = .true.
+      if (.not. allocated(s%last)) return
+      found = modes_of(s, result)
+      associate (unit => maxval(abs(s%last%lambda)))
+         allocate (basis(2*found%rows(), 2*size(found%lambda)), rest(2*found%rows(), 2))
+         k = 0
+         do j = 1, size(found%lambda)
+            rest = state_of(found, j, unit)
+            do i = 1, 2
+               do pass = 1, 2
+                  rest(:, i) = rest(:, i) - matmul(basis(:, :k), matmul(rest(:, i), basis(:, :k)))
+               end do
+               if (norm2(rest(:, i)) <= epsilon(1.0_wp)) cycle
+               k = k + 1
+               basis(:, k) = rest(:, i)/norm2(rest(:, i))
+            end do
+         end do
+         do j = 1, size(s%last%lambda)
+            rest = state_of(s%last, j, unit)
+            rest = rest - matmul(basis(:, :k), matmul(transpose(basis(:, :k)), rest))
+            continues = continues .and. norm2(rest) <= most_lost
+         end do
+      end associate
+   end function continues
+
+   ! The real and the imaginary part of (phi, lambda/unit phi), of norm 1 together.
+   pure function state_of(pairs, j, unit) result(state)
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: j
+      real(wp), intent(in) :: unit
+      real(wp) :: state(2*size(pairs%phi, 1), 2)
+      integer :: n
+
+      n = size(pairs%phi, 1)
+      associate (phi => pairs%phi(:, j), velocity => pairs%lambda(j)/unit*pairs%phi(:, j))
+         state(:n, 1) = real(phi, wp)
+         state(:n, 2) = aimag(phi)
+         state(n + 1:, 1) = real(velocity, wp)
+         state(n + 1:, 2) = aimag(velocity)
+      end associate
+      state = state/norm2(state)
+   end function state_of
+
+   ! Modes of a result as those of what is iterated.
+   function modes_of(s, result) result(modes)
+      type(solve_context_type), intent(in) :: s
+      type(modal_result_type), intent(in) :: result
+      type(eigenpairs_type) :: modes
+      type(eigenpairs_type) :: given
+
+      allocate (given%lambda, source=result%eigenvalues)
+      allocate (given%phi, source=result%eigenvectors)
+      allocate (given%xi, source=result%multipliers)
+      modes = s%contract(given)
+   end function modes_of
+
+   ! The modes that were found, to begin with where the values change.
+   subroutine remember(s, result)
+      type(solve_context_type), intent(inout) :: s
+      type(modal_result_type), intent(in) :: result
+
+      if (allocated(s%last)) deallocate (s%last)
+      if (size(result%eigenvalues) == 0 .or. s%plan%unknowns_after == 0) return
+      s%scale = scale_of(result%eigenvalues, s%scale)
+      allocate (s%last, source=modes_of(s, result))
+   end subroutine remember
+
+   ! Whether a mode is so low that it may be a zero that nobody looked for.
+   pure logical function seems_rigid(s, result)
+      type(solve_context_type), intent(in) :: s
+      type(modal_result_type), intent(in) :: result
+      real(wp), parameter :: low = 1.0e-3_wp
+
+      seems_rigid = any(abs(result%eigenvalues) < low*abs(s%shift))
+   end function seems_rigid
+end module kschur_modal_solver
