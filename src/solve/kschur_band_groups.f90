@@ -12,6 +12,7 @@ module kschur_band_groups
    private
    public :: band_groups_type
 
+   !> Groups of processes: here there is one, of one process.
    type :: band_groups_type
    contains
       !> Cuts the processes into groups, each of which prepares for the problem.

@@ -2,7 +2,7 @@
 !> the others take part in its solves.
 module cli_processes
    use, intrinsic :: iso_c_binding, only: c_int
-   use cli_waiting, only: start_again_to_wait_asleep
+   use cli_environment, only: start_again_to_wait_asleep
    use kschur, only: error_type, modal_options_type, modal_problem_type, modal_result_type, solve_modes
    use kschur_processes, only: broadcast_words
    use mpi_f08, only: MPI_Comm_rank, MPI_COMM_WORLD, MPI_Finalize, MPI_Init_thread, MPI_THREAD_FUNNELED

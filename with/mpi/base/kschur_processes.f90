@@ -6,7 +6,8 @@ module kschur_processes
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
-   use mpi_f08, only: operator(==), MPI_Allreduce, MPI_Bcast, MPI_CHARACTER, MPI_Comm, MPI_Comm_dup, MPI_Comm_free, MPI_COMM_NULL, MPI_Comm_rank, &
+   use mpi_f08, only: operator(==), MPI_Allreduce, MPI_Bcast, &
+      MPI_CHARACTER, MPI_Comm, MPI_Comm_dup, MPI_Comm_free, MPI_COMM_NULL, MPI_Comm_rank, &
       MPI_COMM_SELF, MPI_Comm_size, MPI_Comm_split, MPI_Comm_split_type, MPI_COMM_TYPE_SHARED, MPI_Ibcast, MPI_INFO_NULL, &
       MPI_Initialized, MPI_INTEGER, MPI_MIN, MPI_Request, MPI_STATUS_IGNORE, MPI_Test, &
       MPI_UNDEFINED

@@ -16,6 +16,7 @@ module kschur_band_groups
    private
    public :: band_groups_type, lead_group
 
+   !> Groups of processes, as the first process sees them.
    type :: band_groups_type
       private
       integer :: number = 1
