@@ -21,7 +21,7 @@ def plot_shape(geometry: Geometry, shape: NDArray[Any], *, scale: float | None =
     from matplotlib.collections import LineCollection
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
-    rest = geometry.coordinates
+    rest, lines = geometry.coordinates, geometry.lines()
     moved = geometry.displacements(shape)
     moved = (moved * np.exp(1j * phase)).real
     amplitude = np.linalg.norm(moved, axis=1)
@@ -32,11 +32,11 @@ def plot_shape(geometry: Geometry, shape: NDArray[Any], *, scale: float | None =
     collection = LineCollection if len(axes) == 2 else Line3DCollection
     if ax is None:
         ax = plt.figure().add_subplot(projection=None if len(axes) == 2 else "3d")
-    ax.add_collection(collection(rest[:, axes][geometry.lines], colors="lightgray", linewidths=0.8))
-    coloured = collection(now[:, axes][geometry.lines], cmap="viridis", linewidths=1.5)
-    coloured.set_array(amplitude[geometry.lines].mean(axis=1))
+    ax.add_collection(collection(rest[:, axes][lines], colors="lightgray", linewidths=0.8))
+    coloured = collection(now[:, axes][lines], cmap="viridis", linewidths=1.5)
+    coloured.set_array(amplitude[lines].mean(axis=1))
     ax.add_collection(coloured)
-    if len(geometry.lines) == 0:
+    if len(lines) == 0:
         ax.scatter(*now[:, axes].T)
     _frame(ax, np.vstack([rest, now])[:, axes], axes)
     ax.set_title(title)

@@ -30,7 +30,7 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     shift : where to factor (1/s); chosen at the scale of the modes where absent.
     left : whether to compute left vectors and condition numbers as well.
     certify : whether to count eigenvalues where nothing else proves that no mode is missing.
-    geometry : where the unknowns stand in space, for `Result.plot_shape`.
+    geometry : where the unknowns stand in space, for `Result.plot_shape` and files.
     progress : called as progress(restart, converged, wanted, residual); the solve ends with what has converged where it
         returns True. An exception in it ends the solve and is raised here.
     linear_solver : called as linear_solver(A) with a matrix in CSC to factor, in the place of the library's solvers;
@@ -50,7 +50,7 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
         target = 2j * math.pi * frequency
     if band is not None and not (modes is None and target is None and shift is None):
         raise UsageError("band excludes modes, target, frequency and shift")
-    problem = new_problem(M, K, R, Cq)
+    problem = new_problem(M, K, R, Cq, geometry=geometry)
     options = new_options({"modes": modes, "target": target, "shift": shift, "left": left, "certify": certify, **more})
     callbacks = Callbacks(options, progress, linear_solver)
     result = Handle("result")
@@ -61,9 +61,7 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     if callbacks.raised is not None:
         raise callbacks.raised
     result.check(status)
-    if geometry is not None:
-        geometry = geometry.completed(K)
-    return Result(result, geometry)
+    return Result(result)
 
 
 def load(path: Any) -> Result:

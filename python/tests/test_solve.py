@@ -64,6 +64,11 @@ def test_shapes_are_real_where_all_are():
     assert result.shapes.dtype == np.float64 and result.shapes.shape == (40, 3)
     assert np.allclose(np.abs(np.sum(result.shapes * sines, axis=0)), 1, atol=1e-12)
     assert result.multipliers.shape == (0, 3)
+    again = kschur.solve(M, K, modes=3)
+    assert np.array_equal(again.shape(-1), result.shapes[:, 2])
+    assert np.array_equal(again.shape(1, [7, 3]), result.shapes[[7, 3], 1])
+    with pytest.raises(IndexError):
+        again.shape(3)
 
 
 def test_64_bit_indices():
@@ -155,7 +160,8 @@ def test_fewer_modes_are_a_reason():
     (lambda M, K: (0 * M, K), InputError, "mass matrix M is zero"),
     (lambda M, K: ([1.0, 2.0], K), InputError, "mass matrix M has 1 dimensions"),
     (lambda M, K: (M, np.full((10, 10), "a")), InputError, "stiffness matrix K holds"),
-    (lambda M, K: (M, K * np.nan), InputError, "not a finite number")])
+    (lambda M, K: (M, K * np.nan), InputError, r"not a finite number at \(0, 0\)"),
+    (lambda M, K: (M, K, None, sparse.csr_matrix(([1.0], ([0], [4])), (2, 10))), InputError, "row 1 of the constraint")])
 def test_wrong_matrices(arguments, error, words):
     with pytest.raises(error, match=words):
         kschur.solve(*arguments(*chain(10)))

@@ -5,11 +5,12 @@ module kschur_threads
    use, intrinsic :: iso_c_binding, only: c_int
    use kschur_error, only: error_type, new_error, error_memory
 #ifdef _OPENMP
-   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_in_parallel, omp_set_num_threads
+   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_get_thread_num, omp_in_parallel, &
+      omp_set_num_threads
 #endif
    implicit none
    private
-   public :: enter_solve, leave_solve, set_blas_threads, team_size
+   public :: enter_solve, leave_solve, set_blas_threads, team_size, thread_number
 
    !> Rows of a panel: with fewer rows than two of them nothing is worth a thread.
    integer, parameter, public :: panel_rows = 2048
@@ -112,6 +113,14 @@ contains
       if (.not. omp_in_parallel()) team_size = omp_get_max_threads()
 #endif
    end function team_size
+
+   !> Which of them is working, from 1.
+   integer function thread_number()
+      thread_number = 1
+#ifdef _OPENMP
+      thread_number = omp_get_thread_num() + 1
+#endif
+   end function thread_number
 
    !> Threads of the BLAS, for a factorisation that is made of large products; one before and after it.
    subroutine set_blas_threads(threads)
