@@ -89,7 +89,8 @@ contains
          "                         proportional, low-rank, dense (auto)", &
          "  --inner NAME           auto, mumps, ldl, iterative: half of the memory (auto)", &
          "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &
-         "  --block B              vectors that the Krylov space grows by at a time (1)", &
+         "  --block B              vectors that the Krylov space grows by at a time, or auto:", &
+         "                         as many as cost least (auto)", &
          "  --subspace M           largest dimension of the Krylov space (chosen)", &
          "  --tolerance T          relative residual of a converged mode (1e-12)", &
          "  --max-restarts K       (200)", &

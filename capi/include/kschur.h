@@ -216,7 +216,7 @@ int kschur_options_set_tolerance(kschur_options *options, double tolerance);
 /* The iteration gives up instead of making this restart: at least 1. Default 200. */
 int kschur_options_set_max_restarts(kschur_options *options, int64_t restarts);
 
-/* Vectors that the Krylov space grows by at a time: at least 1. Default 1. */
+/* Vectors that the Krylov space grows by at a time; 0 (default): as many as cost least. */
 int kschur_options_set_block(kschur_options *options, int64_t block);
 
 /* Threads that compute; 0 (default): as many cores as the process may use, shared among the solves that run at the same

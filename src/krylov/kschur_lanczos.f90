@@ -28,8 +28,8 @@ module kschur_lanczos
    !> The first `locked` columns are converged Ritz vectors.
    type, extends(block_decomposition_type) :: decomposition_type
       integer :: locked = 0
-      !> The Krylov space has no more columns; it grew by so many at a time.
-      integer :: dimension = 0, block = 0
+      !> The Krylov space has no more columns.
+      integer :: dimension = 0
       !> Whether the basis spans all there is.
       logical :: exhausted = .false.
       real(wp) :: dropped = 0
@@ -127,9 +127,14 @@ contains
       d%dimension = max(d%dimension, m)
       d%most = min(d%most, operator%order())
       call make_room(d, operator%order(), d%dimension + options%block, error)
-      if (allocated(error) .or. d%vectors > 0) return
-      d%block = options%block
-      call find_fresh(operator, options, d, statistics, error)
+      if (allocated(error)) return
+      if (d%vectors == 0) then
+         call find_fresh(operator, options, d, statistics, error)
+      else if (.not. (d%exhausted .or. d%full())) then
+         ! What is gone on with may be narrower.
+         call add_random_directions(operator, d, max(options%block - d%vectors + d%expanded, 0), options%filter, options%seed, &
+            statistics, error)
+      end if
    end subroutine start
 
    ! Goes on from random vectors in the complement of what is there, if there is one.

@@ -98,6 +98,8 @@ module kschur_result
       character(len=:), allocatable :: decision
       !> Which solver factored the matrix, and why this one: "ldl: symmetric definite, 19 entries a column".
       character(len=:), allocatable :: inner
+      !> Vectors that the iteration took at a time.
+      integer :: block = 1
       !> The target and the shift that were used (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp), shift = (0.0_wp, 0.0_wp)
 

@@ -44,6 +44,8 @@ module kschur_context
       !> The formulation of it that was factored, and where (1/s).
       class(transform_type), allocatable :: transform
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
+      !> Vectors that the last iteration took at a time.
+      integer :: block = 1
       !> The scale of the lowest modes that was observed (1/s); 0: not yet.
       real(wp) :: scale = 0
       !> Modes of what is iterated, of a solve before of nearly the same; not allocated where there was none.
