@@ -4,7 +4,8 @@ module kschur_result
    use kschur_kinds, only: wp, long
    use kschur_mesh, only: mesh_type
    use kschur_outcome, only: history_type, certified_names, certified_no, certified_unknown, certified_yes, inaccurate_above, &
-      reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, reason_inaccurate
+      reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, &
+      reason_inaccurate, reason_interrupted
    use kschur_options, only: modal_options_type, formulation_auto
    use kschur_properties, only: modal_properties_type
    implicit none
@@ -12,7 +13,7 @@ module kschur_result
    public :: append_note, modal_result_type, history_type, timings_type
    public :: certified_names, certified_no, certified_unknown, certified_yes
    public :: reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, &
-      reason_inaccurate, inaccurate_above
+      reason_inaccurate, reason_interrupted, inaccurate_above
 
    !> A zero eigenvalue: a motion without strain.
    integer, parameter, public :: kind_rigid = 0

@@ -62,6 +62,8 @@ module kschur_context
       procedure :: expand
       !> Shapes and multipliers of what is iterated, from those of the problem as given.
       procedure :: contract
+      !> Whether the monitor ends the solve.
+      procedure :: is_stopped => is_solve_stopped
       !> Whether rigid motions are all there is, or not even these.
       procedure :: only_rigid
       !> Leaves the factors, and accounts for what they took.
@@ -165,6 +167,13 @@ contains
          call self%plan%contract(given%column(j), given%xi(:, j), pairs%phi(:, j), pairs%xi(:, j))
       end do
    end function contract
+
+   logical function is_solve_stopped(self)
+      class(solve_context_type), intent(in) :: self
+
+      is_solve_stopped = .false.
+      if (associated(self%monitor)) is_solve_stopped = self%monitor%stops()
+   end function is_solve_stopped
 
    pure logical function only_rigid(self)
       class(solve_context_type), intent(in) :: self
