@@ -33,6 +33,7 @@ _ARGUMENTS = {
     "kschur_options_set_real_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],
     "kschur_options_set_complex_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],
     "kschur_result_get_numbers": [c_void_p, c_char_p, c_void_p, c_int64],
+    "kschur_result_find_properties": [c_void_p, c_void_p, c_void_p, c_int64],
     "kschur_result_get_part": [c_void_p, c_char_p, c_void_p, c_void_p, c_int64],
     "kschur_result_is_real": [c_void_p, c_char_p, c_int64, c_void_p],
     "kschur_solve": [c_void_p, c_void_p, c_void_p],

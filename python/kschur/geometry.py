@@ -13,13 +13,14 @@ from .errors import InputError, NotThereError
 # VTK's numbers of cells, by the names of meshio.
 _TYPES = {"vertex": 1, "line": 3, "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12, "wedge": 13, "pyramid": 14,
           "line3": 21, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25}
-_LOOP = {3: [(0, 1), (1, 2), (2, 0)], 4: [(0, 1), (1, 2), (2, 3), (3, 0)]}
-# The edges between the corners of a cell, by its number.
-_EDGES = {1: [], 3: [(0, 1)], 5: _LOOP[3], 9: _LOOP[4], 10: _LOOP[3] + [(0, 3), (1, 3), (2, 3)],
-          12: _LOOP[4] + [(a + 4, b + 4) for a, b in _LOOP[4]] + [(a, a + 4) for a in range(4)],
-          13: _LOOP[3] + [(a + 3, b + 3) for a, b in _LOOP[3]] + [(a, a + 3) for a in range(3)],
-          14: _LOOP[4] + [(a, 4) for a in range(4)]}
-_EDGES.update({21: _EDGES[3], 22: _EDGES[5], 23: _EDGES[9], 24: _EDGES[10], 25: _EDGES[12]})
+# The faces of a cell, each a loop of corners, by its number.
+_FACES: dict[int, list[tuple[int, ...]]] = {
+    1: [], 3: [(0, 1)], 5: [(0, 1, 2)], 9: [(0, 1, 2, 3)], 10: [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)],
+    12: [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)],
+    13: [(0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)],
+    14: [(0, 1, 2, 3), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]}
+_FACES.update({21: _FACES[3], 22: _FACES[5], 23: _FACES[9], 24: _FACES[10], 25: _FACES[12]})
+_SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid", "tetra10", "hexahedron20")
 
 
 @dataclass
@@ -88,10 +89,29 @@ class Geometry:
         return cls(coordinates.reshape(-1, 3), result.array("unknown_node"), result.array("unknown_component"),
                    {name: np.array(rows) for name, rows in cells.items()})
 
+    def faces(self) -> list[NDArray[Any]]:
+        """What can be seen: lines, shells and the outer faces of solids, an array of loops of nodes for each number of
+        corners."""
+        loops: dict[int, list[NDArray[Any]]] = {}
+        inner: dict[int, list[NDArray[Any]]] = {}
+        for kind, nodes in (self.cells or {}).items():
+            for face in _FACES[_TYPES[kind]]:
+                (inner if kind in _SOLIDS else loops).setdefault(len(face), []).append(nodes[:, list(face)])
+        for corners, found in inner.items():
+            rows = np.vstack(found)
+            _, first, times = np.unique(np.sort(rows, axis=1), axis=0, return_index=True, return_counts=True)
+            loops.setdefault(corners, []).append(rows[first[times == 1]])
+        return [np.vstack(found) for _, found in sorted(loops.items())]
+
     def lines(self) -> NDArray[Any]:
-        """The edges of all cells as pairs of nodes, each once."""
-        pairs = [nodes[:, list(edge)] for kind, nodes in (self.cells or {}).items() for edge in _EDGES[_TYPES[kind]]]
+        """Their edges as pairs of nodes, each once."""
+        pairs = [np.column_stack([loop.ravel(), np.roll(loop, -1, axis=1).ravel()]) for loop in self.faces()]
         return np.unique(np.sort(np.vstack([np.zeros((0, 2), int), *pairs]), axis=1), axis=0)
+
+    def translations(self) -> NDArray[np.float64]:
+        """Motions of all unknowns, n x 3: of one metre along x, y and z."""
+        there = (self.unknown_node >= 0)[:, None]
+        return (there & (self.unknown_component[:, None] == np.arange(3))).astype(float)
 
     def displacements(self, shape: NDArray[Any]) -> NDArray[Any]:
         """Displacements of the nodes, nodes x 3, of a shape of n unknowns."""

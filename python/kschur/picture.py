@@ -22,6 +22,7 @@ def draw(result: Result, modes: list[int], **options: Any) -> Any:
     for place, mode in enumerate(modes, 1):
         ax = figure.add_subplot(rows, columns, place, projection=None if flat.name == "rectilinear" else "3d")
         result.plot_shape(mode, ax=ax, **options)
+        ax.set_axis_off()
         ax.set_title(f"mode {mode + 1}: {table.caption(result, mode)}", fontsize=9)
     return figure
 

@@ -29,7 +29,7 @@ class Result:
     kind : "rigid", "undamped", "underdamped", "overdamped", "unstable" or "real".
     backward_error : normwise backward errors.
     error : bounds of the errors of the eigenvalues (1/s); NaN where not known.
-    reason : "converged", "max_restarts", "fewer_modes", "cancelled" or "inaccurate".
+    reason : "converged", "max_restarts", "fewer_modes", "cancelled", "inaccurate" or "interrupted".
     certified : True where a count of eigenvalues proves that no mode is missing, False where it differs, else None.
     missing : eigenvalues that are missing; None where not known.
     notes : sentences that a user must know beyond the reason.
@@ -108,6 +108,41 @@ class Result:
     def condition_number(self) -> NDArray[np.float64]:
         """Condition numbers of the eigenvalues; infinite for a zero and for a defective one. Needs `left=True`."""
         return self._handle.array("condition_number")
+
+    @cached_property
+    def generalised_mass(self) -> NDArray[np.float64]:
+        """phi^* M phi. This and the following need `properties=True`."""
+        return self._handle.array("generalised_mass")
+
+    @cached_property
+    def generalised_damping(self) -> NDArray[np.float64]:
+        """phi^* R phi."""
+        return self._handle.array("generalised_damping")
+
+    @cached_property
+    def generalised_stiffness(self) -> NDArray[np.float64]:
+        """phi^* K phi."""
+        return self._handle.array("generalised_stiffness")
+
+    @cached_property
+    def modal_a(self) -> NDArray[np.complex128]:
+        """psi^* (2 lambda M + R) phi; modal b is -lambda a."""
+        return self._handle.array("modal_a").view(np.complex128)
+
+    @cached_property
+    def participation_factors(self) -> NDArray[np.complex128]:
+        """modes x directions: a direction that the constraints allow is the sum of Re(factor phi) over all modes there are."""
+        return self._handle.array("participation_factors").view(np.complex128).reshape(-1, self._modes).T
+
+    @cached_property
+    def effective_mass(self) -> NDArray[np.float64]:
+        """modes x directions; over all modes there are they add up to the total."""
+        return self._handle.array("effective_mass").reshape(-1, self._modes).T
+
+    @cached_property
+    def total_mass(self) -> NDArray[np.float64]:
+        """d^T M d of each direction."""
+        return self._handle.array("total_mass")
 
     def save(self, path: Any) -> None:
         """Writes an HDF5 file, which `kschur.load` and `kschur info` read. Raises FileError."""

@@ -54,6 +54,18 @@ def test_cells(tmp_path):
         kschur.solve(*chain(18), modes=1, geometry=kschur.Geometry(corners, cells={"line": [[0, 6]]}))
 
 
+def test_only_the_surface_of_solids_is_drawn():
+    # A cube of eight hexahedra: its 26 outer nodes, 24 outer faces and 48 edges; each split in six tetrahedra as well.
+    z, y, x = np.mgrid[:3, :3, :3]
+    points = np.column_stack([part.ravel() for part in (x, y, z)])
+    corner = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
+    cubes = np.array([[(p[0] + i) + 3 * (p[1] + j) + 9 * (p[2] + k) for p in corner] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    solid = kschur.Geometry(points, cells={"hexahedron": cubes})
+    assert [face.shape for face in solid.faces()] == [(24, 4)] and solid.lines().shape == (48, 2) and 13 not in solid.lines()
+    tetrahedra = np.vstack([cubes[:, [0, 6, a, b]] for a, b in ((1, 2), (2, 3), (3, 7), (7, 4), (4, 5), (5, 1))])
+    assert [face.shape for face in kschur.Geometry(points, cells={"tetra": tetrahedra}).faces()] == [(48, 3)]
+
+
 def test_picture():
     # The first mode of a string is a half sine, drawn in the plane of x and z.
     n = 39
@@ -64,7 +76,8 @@ def test_picture():
     sine = np.sin(np.arange(1, n + 1) * np.pi / (n + 1))
     assert np.allclose(drawn[:, 0, 1], 3 * (sine / np.linalg.norm(sine))[:-1], atol=1e-10)
     assert ax.get_title() == f"{result.frequency_hz[0]:.5g} Hz"
-    assert not result.plot_shape(0, phase=np.pi / 2).collections[1].get_array().max() > 1e-12
+    quarter = np.array(result.plot_shape(0, scale=3.0, phase=np.pi / 2).collections[1].get_segments())
+    assert np.allclose(quarter[:, :, 1], 0, atol=1e-10)
     with pytest.raises(InputError, match="geometry"):
         kschur.solve(*chain(n), modes=1).plot_shape()
 

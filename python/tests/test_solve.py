@@ -126,6 +126,32 @@ def test_options_reach_the_solver():
     assert result.formulation == "quadratic" and result.shift == pytest.approx(0.3)
 
 
+def test_shapes_of_unit_mass():
+    M, K = chain(20)
+    shapes = kschur.solve(4 * M, K, modes=3, normalisation="mass").shapes
+    assert np.allclose(shapes.T @ (4 * M) @ shapes, np.eye(3), atol=1e-12)
+
+
+def test_properties():
+    # Of the sines phi_i = sin(i theta), i = 1 to n, of an odd mode: sum phi = cot(theta/2), sum phi^2 = (n + 1)/2.
+    n = 30
+    M, K = chain(n)
+    result = kschur.solve(2 * M, K, modes=n, properties=True, directions=np.ones(n))
+    theta = np.arange(1, n + 1) * np.pi / (n + 1)
+    wanted = np.where(np.arange(n) % 2 == 0, 2 * 2 / (n + 1) / np.tan(theta / 2)**2, 0)
+    assert result.effective_mass.shape == (n, 1) and result.participation_factors.shape == (n, 1)
+    assert np.allclose(result.effective_mass[:, 0], wanted, atol=1e-9)
+    assert np.allclose(result.total_mass, [2 * n]) and np.isclose(result.effective_mass.sum(), 2 * n)
+    assert np.allclose(result.generalised_mass, 2) and np.allclose(result.modal_a, 2j * result.eigenvalues.imag * 2)
+    assert np.allclose(result.generalised_stiffness, 2 * result.eigenvalues.imag**2) and not result.generalised_damping.any()
+    geometry = kschur.Geometry(np.arange(10)[:, None])
+    assert np.allclose(kschur.solve(M, K, modes=3, properties=True, geometry=geometry).total_mass, [10, 10, 10])
+    with pytest.raises(UsageError, match="30 x directions, not 3 x 1"):
+        kschur.solve(M, K, properties=True, directions=[1, 0, 0])
+    with pytest.raises(NotThereError):
+        kschur.solve(M, K).effective_mass
+
+
 def test_left_vectors():
     M, K, R = damped(20, 3)
     K = (K + sparse.csr_matrix(([0.2], ([2], [5])), K.shape)).tocsr()
@@ -168,8 +194,8 @@ def test_wrong_matrices(arguments, error, words):
 
 
 @pytest.mark.parametrize("options, words", [
-    ({"modes": 0}, "at least 1"), ({"modes": 1.5}, "modes cannot be 1.5"), ({"tolerance": "small"}, "tolerance"),
-    ({"formulation": "best"}, "no formulation 'best'"), ({"colour": 1}, "no option colour"),
+    ({"modes": 0}, "at least 1"), ({"modes": 1.5}, "'modes' wants a whole number, not '1.5'"), ({"tolerance": "small"}, "tolerance"), ({"shift": [1]}, "shift cannot be"), ({"target": np.inf}, "target"),
+    ({"formulation": "best"}, "no formulation 'best'"), ({"colour": 1}, "no option 'colour'"),
     ({"band": (1, 2), "modes": 3}, "band excludes"), ({"band": 5}, "two frequencies"), ({"frequency": -1}, "-1"),
     ({"frequency": 1, "target": 1}, "exclude"), ({"band": (2, 1)}, "band")])
 def test_wrong_options(options, words):
