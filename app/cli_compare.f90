@@ -8,7 +8,7 @@ module cli_compare
    use cli_options, only: take_iteration, take_wanted
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_output, complain, print_line
-   use cli_waiting, only: start_again_to_wait_asleep
+   use cli_environment, only: start_again_to_wait_asleep
    use kschur, only: add_context, damping_names, error_type, formulation_names, kschur_version, modal_options_type, &
       modal_problem_type, modal_result_type, reason_converged, reason_names, text, wp
    implicit none

@@ -56,7 +56,7 @@ contains
          "  kschur sweep SCENE --vary OPTION=A:B:N       modes over a parameter of scenes or files", &
          "  kschur scene NAME [options] --output FILE    write a problem of a model structure", &
          "  kschur info PROBLEM | RESULT                 what a problem is; the modes of a result", &
-         "  kschur view RESULT --output FOLDER           its shapes as files for ParaView", &
+         "  kschur view RESULT --output FOLDER           its shapes for ParaView, or as a picture", &
          "  kschur help COMMAND                          more on one of them", &
          "  kschur --version", &
          "", &
@@ -109,7 +109,9 @@ contains
          "  --threads N            threads (as many as there are cores); any number gives the same", &
          "                         digits but for what MUMPS factors", &
          "  --distribute ROWS      kschur-mpi: so many rows and more are factored by all its", &
-         "                         processes (20000)"])
+         "                         processes (20000)", &
+         "  --groups N             kschur-mpi: so many groups of processes share the parts of a", &
+         "                         band (each process is one; all are if a matrix is distributed)"])
    end subroutine print_solve_help
 
    subroutine print_compare_help()
@@ -201,16 +203,17 @@ contains
 
    subroutine print_view_help()
       call print_lines([character(len=90) :: &
-         "kschur view RESULT.h5 --output FOLDER [options]", &
+         "kschur view RESULT.h5 [--output FOLDER] [--picture FILE.png] [options]", &
          "", &
-         "Files for ParaView of a result that kschur solve --output wrote, of a problem whose file", &
-         "says where it stands: /coordinates, nodes x 3, and of each unknown /unknown_node, from 0,", &
+         "A picture, or files for ParaView, of a result of kschur solve --output, of a problem whose", &
+         "file says where it is: /coordinates, nodes x 3, and of each unknown /unknown_node, from 0,", &
          "and /unknown_component, 0 to 5 (docs/view.md). Those of kschur scene do.", &
          "", &
          "  modes.pvd              the modes one after the other", &
          "  mode_3.vtu             one of them: mode_3_real and mode_3_imaginary on the mesh at rest", &
          "  mode_3.pvd             one period of its motion, as mode_3_1.vtu, mode_3_2.vtu, ...", &
          "", &
+         "  --picture FILE.png     the modes side by side; .pdf and .svg as well", &
          "  --modes 1,3,7          which modes (all)", &
          "  --frames N             pictures of a period; 0: no motion (12)", &
          "  --amplitude A          largest displacement in it, relative to the structure (0.1)"])

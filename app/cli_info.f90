@@ -7,7 +7,7 @@ module cli_info
    use cli_properties, only: print_properties
    use cli_system, only: print_line
    use kschur, only: choose_formulation, csr_matrix_type, damping_names, damping_proportional, description_of, &
-      error_type, error_usage, formulation_auto, formulation_names, is_hdf5_result, modal_problem_type, &
+      error_memory, error_type, error_usage, formulation_auto, formulation_names, is_hdf5_result, modal_problem_type, &
       modal_result_type, new_error, presolve, presolve_type, read_hdf5_result, text
    implicit none
    private
@@ -58,6 +58,10 @@ contains
       call choose_formulation(problem, formulation_auto, formulation, decision, error)
       if (allocated(error)) return
       call presolve(problem, reduced, plan, no_motion)
+      if (allocated(no_motion)) then
+         if (no_motion%code == error_memory) call move_alloc(no_motion, error)
+      end if
+      if (allocated(error)) return
       call print_line("unknowns     "//text(problem%unknowns()))
       call print_line("constraints  "//text(problem%multipliers()))
       call print_line("symmetric    "//trim(merge("yes", "no ", problem%symmetric)))

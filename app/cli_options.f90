@@ -57,5 +57,6 @@ contains
       call arguments%take_integer("--max-restarts", 1, options%max_restarts, error)
       call arguments%take_integer("--block", 1, options%block, error)
       call arguments%take_integer("--distribute", 1, options%distribute, error)
+      call arguments%take_integer("--groups", 1, options%groups, error)
    end subroutine take_iteration
 end module cli_options

@@ -8,7 +8,7 @@ module cli_solve
    use cli_properties, only: print_properties, read_directions, take_properties
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes
-   use cli_waiting, only: start_again_to_wait_asleep
+   use cli_environment, only: start_again_to_wait_asleep
    use kschur, only: arpack_names, certified_no, error_type, error_usage, find_modal_properties, formulation_names, &
       inaccurate_above, method_arpack, method_names, modal_options_type, modal_problem_type, modal_result_type, new_error, &
       normalisation_names, reason_cancelled, reason_converged, reason_fewer_modes, reason_inaccurate, reason_max_restarts, &

@@ -8,7 +8,7 @@ module cli_system
    private
    public :: check_new_file, check_new_folder, check_output, complain, end_program, ends_with, ignore_size_signal, &
       is_folder, &
-      peak_memory_bytes, print_line, same_file, standard_error_is_terminal
+      peak_memory_bytes, print_line, real_path, same_file, standard_error_is_terminal
 
    ! Whether a line for standard output was lost.
    logical :: output_lost = .false.

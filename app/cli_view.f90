@@ -1,8 +1,9 @@
-!> kschur view: the modes of a result as files for ParaView.
+!> kschur view: the modes of a result as files for ParaView, and as a picture.
 module cli_view
    use cli_arguments, only: arguments_type
    use cli_numbers, only: read_integer
-   use cli_system, only: check_new_folder, print_line
+   use cli_picture, only: draw_picture
+   use cli_system, only: check_new_file, check_new_folder, print_line
    use kschur, only: add_context, error_input, error_type, error_usage, modal_result_type, new_error, read_hdf5_result, text, &
       write_view, wp
    implicit none
@@ -11,7 +12,7 @@ module cli_view
 
    !> What `kschur view` was asked to do.
    type :: request_type
-      character(len=:), allocatable :: result, output, modes
+      character(len=:), allocatable :: result, output, picture, modes
       integer :: frames = 12
       !> Largest displacement in the frames, relative to the size of the structure.
       real(wp) :: amplitude = 0.1_wp
@@ -28,7 +29,8 @@ contains
       integer, allocatable :: modes(:)
 
       call take_request(arguments, request, error)
-      if (.not. allocated(error)) call check_new_folder(request%output, error)
+      if (.not. allocated(error) .and. allocated(request%output)) call check_new_folder(request%output, error)
+      if (.not. allocated(error) .and. allocated(request%picture)) call check_new_file(request%picture, error)
       if (.not. allocated(error)) call read_hdf5_result(result, request%result, error, trial=.true.)
       if (.not. allocated(error)) call choose_modes(request, size(result%eigenvalues), modes, error)
       if (allocated(error)) return
@@ -37,9 +39,14 @@ contains
          call add_context(error, request%result)
          return
       end if
-      call write_view(result, modes, request%frames, request%amplitude, request%output, error)
-      if (.not. allocated(error)) call print_line(request%output//": "//text(size(modes))//" modes on "// &
-         text(result%mesh%nodes())//" nodes, open modes.pvd or mode_"//text(modes(1))//".pvd")
+      if (allocated(request%output)) then
+         call write_view(result, modes, request%frames, request%amplitude, request%output, error)
+         if (.not. allocated(error)) call print_line(request%output//": "//text(size(modes))//" modes on "// &
+            text(result%mesh%nodes())//" nodes, open modes.pvd or mode_"//text(modes(1))//".pvd")
+      end if
+      if (allocated(error) .or. .not. allocated(request%picture)) return
+      call draw_picture(request%result, modes, request%picture, error)
+      if (.not. allocated(error)) call print_line(request%picture//": "//text(size(modes))//" modes")
    end subroutine view_command
 
    subroutine take_request(arguments, request, error)
@@ -49,6 +56,7 @@ contains
       real(wp), allocatable :: amplitude
 
       call arguments%take_text("--output", request%output, error, "the name of a folder")
+      call arguments%take_text("--picture", request%picture, error)
       call arguments%take_text("--modes", request%modes, error, "numbers of modes, as 1,3,7")
       call arguments%take_integer("--frames", 0, request%frames, error)
       call arguments%take_positive("--amplitude", amplitude, error)
@@ -58,8 +66,8 @@ contains
       if (allocated(error)) return
       if (.not. allocated(request%result)) then
          call new_error(error, error_usage, "no result is given; see kschur help view")
-      else if (.not. allocated(request%output)) then
-         call new_error(error, error_usage, "kschur view wants --output, the name of a folder")
+      else if (.not. (allocated(request%output) .or. allocated(request%picture))) then
+         call new_error(error, error_usage, "kschur view wants --output FOLDER or --picture FILE.png")
       end if
    end subroutine take_request
 

@@ -2,6 +2,7 @@
 program kschur_program
    use cli_arguments, only: arguments_type, command_arguments
    use cli_compare, only: compare_command
+   use cli_environment, only: keep_one_blas_thread
    use cli_help, only: print_help, print_version
    use cli_info, only: info_command
    use cli_mac, only: mac_command
@@ -22,6 +23,7 @@ program kschur_program
    logical :: complete, help, version
 
    complete = .true.
+   call keep_one_blas_thread()
    call ignore_size_signal()
    call start_processes()
    arguments = command_arguments()

@@ -76,7 +76,8 @@ def table1(_):
     """Zero and infinite eigenvalues of the pencils with constraints: definite M and K, n = 12, m = 3."""
     random, n, rows = np.random.default_rng(1), 12, 3
     m, k, r = (x @ x.T + n*np.eye(n) for x in random.standard_normal((3, n, n)))
-    c, o, z, one, nr = random.standard_normal((rows, n)), np.zeros((n, n)), np.zeros((rows, rows)), np.eye(n), np.zeros((n, rows))
+    c, one = random.standard_normal((rows, n)), np.eye(n)
+    o, z, nr = np.zeros((n, n)), np.zeros((rows, rows)), np.zeros((n, rows))
     pencils = {
         "(20)": (-np.block([[k, c.T], [c, z]]), scipy.linalg.block_diag(m, z)),
         "(22)": (-scipy.linalg.block_diag(k, z), np.block([[m, c.T], [c, z]])),

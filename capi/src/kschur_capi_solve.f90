@@ -156,7 +156,11 @@ contains
       integer :: threads_before
 
       progress = options%progress
-      call enter_solve(options%options%threads, n, threads_before)
+      call enter_solve(options%options%threads, n, threads_before, error)
+      if (allocated(error)) then
+         call leave_solve(threads_before)
+         return
+      end if
       krylov%subspace = subspace_dimension(options%options%subspace, selection%wanted, krylov%block)
       krylov%tolerance = options%options%tolerance
       krylov%max_restarts = options%options%max_restarts

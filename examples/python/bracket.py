@@ -19,7 +19,7 @@ foot = basis.get_dofs(lambda x: x[0] > 0.2 - 1e-9).all()
 R = sparse.coo_matrix((np.full(foot.size, 50.0), (foot, foot)), K.shape)
 Cq = sparse.identity(K.shape[0], format="csr")[clamped]
 
-geometry = kschur.Geometry(mesh.p.T, *np.divmod(np.argsort(basis.nodal_dofs.T.ravel()), 3), lines=mesh.edges.T)
+geometry = kschur.Geometry(mesh.p.T, *np.divmod(np.argsort(basis.nodal_dofs.T.ravel()), 3), cells={"tetra": mesh.t.T})
 result = kschur.solve(M, K, R, Cq, modes=6, geometry=geometry)
 print(result)
 if len(sys.argv) > 1:

@@ -3,9 +3,12 @@ from __future__ import annotations
 
 import ctypes
 import os
-from ctypes import CFUNCTYPE, POINTER, c_double, c_int, c_int32, c_int64, c_void_p
+from ctypes import CFUNCTYPE, POINTER, c_char_p, c_double, c_int, c_int32, c_int64, c_void_p
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .errors import OF_STATUS, Error
 
@@ -15,13 +18,24 @@ FACTORIZE = CFUNCTYPE(c_int, c_void_p, c_int64, c_int64, POINTER(c_int32), POINT
 SOLVE = CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_int64, c_int64, POINTER(c_double))
 RELEASE = CFUNCTYPE(None, c_void_p, c_void_p)
 
+class Part(ctypes.Structure):
+    """kschur_part: some modes, and some rows of them."""
+    _fields_ = [("first", c_int64), ("count", c_int64), ("rows", c_void_p), ("row_count", c_int64), ("real", c_int)]
+
+
 # By hand only what C would convert: numbers that are not int, and callbacks.
 _ARGUMENTS = {
     "kschur_problem_set_csr": [c_void_p, c_int, c_int64, c_int64, c_int64, c_int, c_void_p, c_void_p, c_void_p],
     "kschur_problem_set_csr64": [c_void_p, c_int, c_int64, c_int64, c_int64, c_int, c_void_p, c_void_p, c_void_p],
+    "kschur_problem_set_nodes": [c_void_p, c_int64, c_void_p, c_int64, c_int, c_void_p, c_void_p],
+    "kschur_problem_set_cells": [c_void_p, c_int64, c_int, c_void_p, c_void_p, c_void_p],
     "kschur_options_set_progress": [c_void_p, PROGRESS, c_void_p],
     "kschur_options_set_real_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],
     "kschur_options_set_complex_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],
+    "kschur_result_get_numbers": [c_void_p, c_char_p, c_void_p, c_int64],
+    "kschur_result_find_properties": [c_void_p, c_void_p, c_void_p, c_int64],
+    "kschur_result_get_part": [c_void_p, c_char_p, c_void_p, c_void_p, c_int64],
+    "kschur_result_is_real": [c_void_p, c_char_p, c_int64, c_void_p],
     "kschur_solve": [c_void_p, c_void_p, c_void_p],
     "kschur_solve_band": [c_void_p, c_double, c_double, c_void_p, c_void_p],
 }
@@ -87,11 +101,17 @@ class Handle:
         self._function(name)(self.address, *arguments, buffer, c_int64(len(buffer)))
         return buffer.value.decode(errors="replace")
 
-    def numbers(self, name: str, *types: Any) -> list[Any]:
-        """The numbers of these ctypes that kschur_KIND_NAME gives."""
-        places = [kind() for kind in types]
-        self.call(name, *map(ctypes.byref, places))
-        return [place.value for place in places]
+    def array(self, name: str) -> NDArray[np.float64]:
+        """The numbers of a result by their name in the C library."""
+        length = c_int64()
+        self.call("get_length", name.encode(), ctypes.byref(length))
+        values = np.empty(length.value)
+        self.call("get_numbers", name.encode(), values.ctypes.data, length.value)
+        return values
+
+    def number(self, name: str) -> int:
+        """The only one of them, a whole number."""
+        return int(self.array(name)[0])
 
     def _function(self, name: str) -> Any:
         return getattr(library, f"kschur_{self.kind}_{name}")

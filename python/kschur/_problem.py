@@ -8,16 +8,19 @@ import scipy.sparse as sparse
 
 from ._library import Handle
 from .errors import InputError
+from .geometry import Geometry
 
 NAMES = ("mass matrix M", "stiffness matrix K", "damping matrix R", "constraint Jacobian Cq")
 
 
-def new_problem(*matrices: Any) -> Handle:
+def new_problem(*matrices: Any, geometry: Geometry | None = None) -> Handle:
     """A problem of M, K, R and Cq: sparse or dense, real; R and Cq may be None. Raises InputError."""
     problem = Handle("problem")
     for number, (matrix, name) in enumerate(zip(matrices, NAMES)):
         if matrix is not None:
             _set_matrix(problem, number, matrix, name)
+    if geometry is not None:
+        geometry.give(problem)
     problem.call("get_size", None, None)
     return problem
 

@@ -17,26 +17,30 @@ def plot_shape(geometry: Geometry, shape: NDArray[Any], *, scale: float | None =
     phase : angle of the oscillation in radians; 0 is the real part of the shape.
     ax : axes to draw on, with projection="3d" for what is not flat; by default new ones.
     """
+    from matplotlib import colormaps
     from matplotlib import pyplot as plt
-    from matplotlib.collections import LineCollection
-    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+    from matplotlib.collections import LineCollection, PolyCollection
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
     rest = geometry.coordinates
-    moved = geometry.displacements(shape)
-    moved = (moved * np.exp(1j * phase)).real
+    moved = (geometry.displacements(shape) * np.exp(1j * phase)).real
     amplitude = np.linalg.norm(moved, axis=1)
     if scale is None:
         scale = float(0.1 * np.linalg.norm(np.ptp(rest, axis=0)) / (amplitude.max() or 1.0)) or 1.0
     now = rest + scale * moved
     axes = _axes_of(rest, moved)
-    collection = LineCollection if len(axes) == 2 else Line3DCollection
+    lines, polygons = (LineCollection, PolyCollection) if len(axes) == 2 else (Line3DCollection, Poly3DCollection)
     if ax is None:
         ax = plt.figure().add_subplot(projection=None if len(axes) == 2 else "3d")
-    ax.add_collection(collection(rest[:, axes][geometry.lines], colors="lightgray", linewidths=0.8))
-    coloured = collection(now[:, axes][geometry.lines], cmap="viridis", linewidths=1.5)
-    coloured.set_array(amplitude[geometry.lines].mean(axis=1))
-    ax.add_collection(coloured)
-    if len(geometry.lines) == 0:
+    # The order of drawing: at rest, then moved.
+    ax.computed_zorder = False
+    ax.add_collection(lines(rest[:, axes][geometry.lines()], colors="gray", linewidths=0.5, alpha=0.4, zorder=1))
+    for loops in geometry.faces():
+        colors = colormaps["viridis"](amplitude[loops].mean(axis=1) / (amplitude.max() or 1.0))
+        corners = now[:, axes][loops]
+        ax.add_collection(lines(corners, colors=colors, linewidths=1.5, zorder=2) if loops.shape[1] == 2
+                          else polygons(corners, facecolors=colors, edgecolors="black", linewidths=0.1, zorder=2))
+    if not geometry.faces():
         ax.scatter(*now[:, axes].T)
     _frame(ax, np.vstack([rest, now])[:, axes], axes)
     ax.set_title(title)

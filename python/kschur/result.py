@@ -1,19 +1,23 @@
 """Modes, how good they are, how they were found."""
 from __future__ import annotations
 
-from ctypes import c_double, c_int, c_int64, c_void_p
+import ctypes
+from ctypes import c_int
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import table
-from ._library import Handle, name_of
+from ._library import Handle, Part, name_of
 from .errors import InputError
 from .geometry import Geometry
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+_COUNTS = ("operator_applications", "restarts", "factorizations")
+_SECONDS = ("total", "analyze", "factorize", "solve", "orthogonalize")
 
 
 class Result:
@@ -35,36 +39,31 @@ class Result:
     geometry : where the unknowns stand; None where not given.
     """
 
-    def __init__(self, handle: Handle, geometry: Geometry | None = None) -> None:
+    def __init__(self, handle: Handle) -> None:
         self._handle = handle
-        self.geometry = geometry
-        found, self.modes_asked = handle.numbers("get_modes", c_int64, c_int64)
-        self.unknowns, self.constraints = handle.numbers("get_size", c_int64, c_int64)
-        self._modes = found
-        self.eigenvalues: NDArray[np.complex128] = self._array("eigenvalues", np.complex128)
-        self.frequency_hz: NDArray[np.float64] = self._array("frequencies_hz")
-        self.damped_frequency_hz: NDArray[np.float64] = self._array("damped_frequencies_hz")
-        self.damping_ratio: NDArray[np.float64] = self._array("damping_ratios")
-        self.backward_error: NDArray[np.float64] = self._array("backward_errors")
-        self.error: NDArray[np.float64] = self._array("errors")
-        self.kind: list[str] = [name_of("kind", kind) for kind in self._array("kinds", np.intc)]
-        self.reason: str = name_of("reason", handle.numbers("get_reason", c_int)[0])
-        self.certified: bool | None = (None, True, False)[handle.numbers("get_certified", c_int)[0]]
-        missing = handle.numbers("get_missing", c_int64)[0]
-        self.missing: int | None = None if missing < 0 else missing
-        notes = handle.numbers("get_note_count", c_int64)[0]
-        self.notes: list[str] = [handle.text("get_note", c_int64(k)) for k in range(notes)]
-        self.method: str = handle.text("get_method")
-        self.formulation: str = handle.text("get_formulation")
-        self.decision: str = handle.text("get_decision")
-        self.inner: str = handle.text("get_inner")
-        self.target = complex(*handle.numbers("get_target", c_double, c_double))
-        self.shift = complex(*handle.numbers("get_shift", c_double, c_double))
-        self.redundant_constraints: int = handle.numbers("get_redundant_constraints", c_int64)[0]
-        self.counts: dict[str, int] = dict(zip(("operator_applications", "restarts", "factorizations"),
-                                               handle.numbers("get_counts", *[c_int64] * 3)))
-        self.seconds: dict[str, float] = dict(zip(("total", "analyze", "factorize", "solve", "orthogonalize"),
-                                                  handle.numbers("get_seconds", *[c_double] * 5)))
+        array, number = handle.array, handle.number
+        self.unknowns, self.constraints = number("n"), number("m")
+        self._modes, self.modes_asked = number("modes"), number("modes_asked")
+        self.eigenvalues: NDArray[np.complex128] = array("eigenvalues").view(np.complex128)
+        self.frequency_hz: NDArray[np.float64] = array("frequency_hz")
+        self.damped_frequency_hz: NDArray[np.float64] = array("damped_frequency_hz")
+        self.damping_ratio: NDArray[np.float64] = array("damping_ratio")
+        self.backward_error: NDArray[np.float64] = array("backward_error")
+        self.error: NDArray[np.float64] = array("error")
+        self.kind: list[str] = [name_of("kind", kind) for kind in array("kind")]
+        self.reason: str = self._text("reason")
+        self.certified: bool | None = (None, True, False)[number("certified")]
+        self.missing: int | None = number("missing") if number("missing") >= 0 else None
+        self.notes: list[str] = self._text("notes").splitlines()
+        self.method: str = self._text("method")
+        self.formulation: str = self._text("formulation")
+        self.decision: str = self._text("decision")
+        self.inner: str = self._text("inner")
+        self.target, self.shift = complex(*array("target")), complex(*array("shift"))
+        self.redundant_constraints: int = number("redundant_constraints")
+        self.counts: dict[str, int] = {name: number(name) for name in _COUNTS}
+        self.seconds: dict[str, float] = {name: float(array(f"seconds_{name}")[0]) for name in _SECONDS}
+        self.geometry: Geometry | None = Geometry.of_result(handle)
 
     def __len__(self) -> int:
         return self._modes
@@ -84,27 +83,66 @@ class Result:
     def shapes(self) -> NDArray[Any]:
         """Mode shapes phi, n x modes, of unit Euclidean norm, the largest entry real and positive; of real numbers where
         all are real."""
-        return self._columns("eigenvectors", self.unknowns)
+        return self._columns("eigenvectors")
+
+    def shape(self, mode: int, unknowns: Any = None) -> NDArray[Any]:
+        """One of them, or some of its unknowns, without a copy of the others."""
+        return self._columns("eigenvectors", range(self._modes)[mode], 1, unknowns)[:, 0]
 
     @cached_property
     def multipliers(self) -> NDArray[Any]:
         """Lagrange multipliers xi of the constraints, m x modes."""
-        return self._columns("multipliers", self.constraints)
+        return self._columns("multipliers")
 
     @cached_property
     def left_shapes(self) -> NDArray[Any]:
         """Left vectors psi, psi^* P(lambda) + eta^* Cq = 0, n x modes; NaN where none was found. Needs `left=True`."""
-        return self._columns("left_eigenvectors", self.unknowns)
+        return self._columns("left_eigenvectors")
 
     @cached_property
     def left_multipliers(self) -> NDArray[Any]:
         """Multipliers eta of the left vectors, m x modes. Needs `left=True`."""
-        return self._columns("left_multipliers", self.constraints)
+        return self._columns("left_multipliers")
 
     @cached_property
     def condition_number(self) -> NDArray[np.float64]:
         """Condition numbers of the eigenvalues; infinite for a zero and for a defective one. Needs `left=True`."""
-        return self._array("condition_numbers")
+        return self._handle.array("condition_number")
+
+    @cached_property
+    def generalised_mass(self) -> NDArray[np.float64]:
+        """phi^* M phi. This and the following need `properties=True`."""
+        return self._handle.array("generalised_mass")
+
+    @cached_property
+    def generalised_damping(self) -> NDArray[np.float64]:
+        """phi^* R phi."""
+        return self._handle.array("generalised_damping")
+
+    @cached_property
+    def generalised_stiffness(self) -> NDArray[np.float64]:
+        """phi^* K phi."""
+        return self._handle.array("generalised_stiffness")
+
+    @cached_property
+    def modal_a(self) -> NDArray[np.complex128]:
+        """psi^* (2 lambda M + R) phi; modal b is -lambda a."""
+        return self._handle.array("modal_a").view(np.complex128)
+
+    @cached_property
+    def participation_factors(self) -> NDArray[np.complex128]:
+        """modes x directions: a direction that the constraints allow is the sum of Re(factor phi) over all modes there are."""
+        return self._handle.array("participation_factors").view(np.complex128).reshape(-1, self._modes).T
+
+    @cached_property
+    def effective_mass(self) -> NDArray[np.float64]:
+        """modes x directions; over all modes there are they add up to the total."""
+        return self._handle.array("effective_mass").reshape(-1, self._modes).T
+
+    @cached_property
+    def total_mass(self) -> NDArray[np.float64]:
+        """d^T M d of each direction."""
+        return self._handle.array("total_mass")
 
     def save(self, path: Any) -> None:
         """Writes an HDF5 file, which `kschur.load` and `kschur info` read. Raises FileError."""
@@ -115,7 +153,7 @@ class Result:
         from .plotting import plot_shape
         if self.geometry is None:
             raise InputError("a shape is drawn on a geometry: give solve one, as geometry=kschur.Geometry(coordinates)")
-        return plot_shape(self.geometry, self.shapes[:, mode], title=table.caption(self, mode), **options)
+        return plot_shape(self.geometry, self.shape(mode), title=table.caption(self, mode), **options)
 
     def __repr__(self) -> str:
         return table.as_text(self)
@@ -123,12 +161,22 @@ class Result:
     def _repr_html_(self) -> str:
         return table.as_html(self)
 
-    def _array(self, name: str, dtype: Any = np.float64, length: int | None = None) -> NDArray[Any]:
-        values = np.empty(self._modes if length is None else length, dtype)
-        doubles = values.size * (2 if np.issubdtype(dtype, np.complexfloating) else 1)
-        self._handle.call(f"get_{name}", c_void_p(values.ctypes.data), c_int64(doubles))
-        return values
+    def _text(self, name: str) -> str:
+        return self._handle.text("get_text", name.encode())
 
-    def _columns(self, name: str, rows: int) -> NDArray[Any]:
-        columns = self._array(name, np.complex128, rows * self._modes).reshape(self._modes, rows).T
-        return columns if columns.imag.any() else columns.real.copy(order="F")
+    def _columns(self, name: str, first: int = 0, count: int | None = None, rows: Any = None) -> NDArray[Any]:
+        count = self._modes - first if count is None else count
+        place = np.arange(self.unknowns if name.endswith("vectors") else self.constraints, dtype=np.int64)
+        if rows is not None:
+            place = np.ascontiguousarray(place[rows])
+        real = all(self._is_real(name, mode) for mode in range(first, first + count))
+        columns = np.empty((count, place.size), np.float64 if real else np.complex128)
+        part = Part(first, count, place.ctypes.data, place.size, real)
+        if count > 0:
+            self._handle.call("get_part", name.encode(), ctypes.byref(part), columns.ctypes.data, columns.nbytes // 8)
+        return columns.T
+
+    def _is_real(self, name: str, mode: int) -> bool:
+        real = c_int()
+        self._handle.call("is_real", name.encode(), mode, ctypes.byref(real))
+        return bool(real)

@@ -3,7 +3,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from ctypes import byref, c_int64
 from typing import Any
+
+import numpy as np
 
 from ._callbacks import Callbacks
 from ._library import Handle, library
@@ -16,7 +19,7 @@ from .result import Result
 
 def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = None, target: complex | None = None, *,
           frequency: float | None = None, band: tuple[float, float] | None = None, shift: complex | None = None,
-          left: bool = False, certify: bool = False, geometry: Geometry | None = None,
+          left: bool = False, certify: bool = False, properties: bool = False, directions: Any = None, geometry: Geometry | None = None,
           progress: Callable[[int, int, int, float], Any] | None = None,
           linear_solver: Callable[..., Any] | None = None, **more: Any) -> Result:
     """The modes of (lambda^2 M + lambda R + K) phi + Cq^T xi = 0, Cq phi = 0 nearest to a target, or all of a band.
@@ -30,14 +33,17 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     shift : where to factor (1/s); chosen at the scale of the modes where absent.
     left : whether to compute left vectors and condition numbers as well.
     certify : whether to count eigenvalues where nothing else proves that no mode is missing.
-    geometry : where the unknowns stand in space, for `Result.plot_shape`.
+    properties : whether to compute generalised masses, modal a and b, participation factors and effective masses as well.
+    directions : motions of all unknowns, n x directions, for participation and effective masses; by default the translations
+        along x, y and z where there is a geometry.
+    geometry : where the unknowns stand in space, for `Result.plot_shape` and files.
     progress : called as progress(restart, converged, wanted, residual); the solve ends with what has converged where it
         returns True. An exception in it ends the solve and is raised here.
     linear_solver : called as linear_solver(A) with a matrix in CSC to factor, in the place of the library's solvers;
         what it returns has solve(b, trans) with trans "N", "T" or "H": scipy.sparse.linalg.splu is one. It raises
         numpy.linalg.LinAlgError where A is singular.
-    more : method, arpack, formulation, inner, constraint_scaling, presolve, subspace, block, tolerance, max_restarts,
-        threads, seed: as the options of the program, with _ for -.
+    more : method, arpack, formulation, inner, constraint_scaling, normalisation ("length", "mass", "displacement"), presolve,
+        subspace, block, tolerance, max_restarts, threads, seed: as the options of the program, with _ for -.
 
     Fewer modes than asked for are no exception: see `Result.reason`. What is wrong is raised as one of
     `kschur.errors`: UsageError for options, InputError for matrices, and so on.
@@ -50,8 +56,9 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
         target = 2j * math.pi * frequency
     if band is not None and not (modes is None and target is None and shift is None):
         raise UsageError("band excludes modes, target, frequency and shift")
-    problem = new_problem(M, K, R, Cq)
+    problem = new_problem(M, K, R, Cq, geometry=geometry)
     options = new_options({"modes": modes, "target": target, "shift": shift, "left": left, "certify": certify, **more})
+    directions = _columns(directions, problem)
     callbacks = Callbacks(options, progress, linear_solver)
     result = Handle("result")
     if band is None:
@@ -61,9 +68,13 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     if callbacks.raised is not None:
         raise callbacks.raised
     result.check(status)
-    if geometry is not None:
-        geometry = geometry.completed(K)
-    return Result(result, geometry)
+    found = Result(result)
+    if properties:
+        if directions is None:
+            directions = np.zeros((found.unknowns, 0)) if found.geometry is None else found.geometry.translations()
+        columns = np.asfortranarray(directions, float)
+        result.call("find_properties", problem.address, columns.ctypes.data, columns.shape[1])
+    return found
 
 
 def load(path: Any) -> Result:
@@ -71,6 +82,19 @@ def load(path: Any) -> Result:
     result = Handle("result")
     result.call("read_hdf5", str(path).encode())
     return Result(result)
+
+
+def _columns(directions: Any, problem: Handle) -> Any:
+    if directions is None:
+        return None
+    n = c_int64()
+    problem.call("get_size", byref(n), None)
+    columns = np.asarray(directions, float)
+    if columns.ndim == 1:
+        columns = columns[:, None]
+    if columns.ndim != 2 or columns.shape[0] != n.value:
+        raise UsageError(f"the directions must be {n.value} x directions, not {' x '.join(map(str, columns.shape))}")
+    return columns
 
 
 def _two_frequencies(band: Any) -> tuple[float, float]:

@@ -12,31 +12,58 @@ matplotlib.use("Agg")
 
 
 def test_maps_and_lines_of_nodes_in_order():
-    M, K = chain(12)
-    geometry = kschur.Geometry(np.arange(4.0)[:, None]).completed(K)
+    geometry = kschur.solve(*chain(12), modes=1, geometry=kschur.Geometry(np.arange(4.0)[:, None])).geometry
     assert geometry.coordinates.shape == (4, 3)
     assert geometry.unknown_node.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3]
     assert geometry.unknown_component.tolist() == [0, 1, 2] * 4
-    assert geometry.lines.tolist() == [[0, 1], [1, 2], [2, 3]]
+    assert geometry.lines().tolist() == [[0, 1], [1, 2], [2, 3]]
     moved = geometry.displacements(np.arange(12.0))
     assert moved.tolist() == np.arange(12.0).reshape(4, 3).tolist()
 
 
 def test_unknowns_without_a_node_and_rotations_move_nothing():
-    geometry = kschur.Geometry([[0, 0, 0], [1, 0, 0]], [0, 1, 1, -1], [2, 1, 4, 0]).completed(sparse.identity(4))
+    geometry = kschur.Geometry([[0, 0, 0], [1, 0, 0]], [0, 1, 1, -1], [2, 1, 4, 0])
     assert geometry.displacements(np.array([1.0, 2.0, 3.0, 4.0])).tolist() == [[0, 0, 1], [0, 2, 0]]
-    assert geometry.lines.shape == (0, 2)
+    solved = kschur.solve(sparse.identity(4), sparse.diags([1.0, 2.0, 3.0, 4.0]), modes=1, geometry=geometry).geometry
+    assert solved.lines().shape == (0, 2) and solved.unknown_node.tolist() == [0, 1, 1, -1]
 
 
 @pytest.mark.parametrize("arguments, words", [
-    ((np.zeros((5, 3)),), "12 unknowns are not 1, 2, 3 or 6 for each of the 5 nodes"),
+    ((np.zeros((5, 3)),), "12 unknowns are not 1, 2, 3 or 6 for each of 5 nodes"),
     ((np.zeros((4, 4)),), "nodes x 3"), ((np.zeros((4, 3)), [0] * 12), "both or none"),
-    ((np.zeros((4, 3)), [0] * 11, [0] * 12), "each of the 12 unknowns"),
-    ((np.zeros((4, 3)), [4] + [0] * 11, [0] * 12), "unknown_node holds 4"),
-    ((np.zeros((4, 3)), [0] * 12, [6] + [0] * 11), "unknown_component holds 6")])
+    ((np.zeros((4, 3)), [0] * 11, [0] * 12), "equally long"),
+    ((np.zeros((4, 3)), [4] + [0] * 11, [0] * 12), r"node\[0\] is 4"),
+    ((np.zeros((4, 3)), [0] * 12, [6] + [0] * 11), r"component\[0\] is 6")])
 def test_what_does_not_fit(arguments, words):
     with pytest.raises(InputError, match=words):
         kschur.solve(*chain(12), modes=1, geometry=kschur.Geometry(*arguments))
+
+
+def test_cells(tmp_path):
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]])
+    geometry = kschur.Geometry(corners, cells={"quad": [[0, 1, 2, 3]], "triangle": [[1, 4, 5]]})
+    result = kschur.solve(*chain(18), modes=1, geometry=geometry)
+    wanted = [[0, 1], [0, 3], [1, 2], [1, 4], [1, 5], [2, 3], [4, 5]]
+    assert geometry.lines().tolist() == result.geometry.lines().tolist() == wanted
+    result.save(tmp_path / "modes.h5")
+    again = kschur.load(tmp_path / "modes.h5").geometry
+    assert again.lines().tolist() == wanted and np.array_equal(again.coordinates, corners)
+    with pytest.raises(InputError, match="no kind of cell 'cube'"):
+        kschur.Geometry(corners, cells={"cube": [[0, 1]]})
+    with pytest.raises(InputError, match=r"node\[1\] is 6"):
+        kschur.solve(*chain(18), modes=1, geometry=kschur.Geometry(corners, cells={"line": [[0, 6]]}))
+
+
+def test_only_the_surface_of_solids_is_drawn():
+    # A cube of eight hexahedra: its 26 outer nodes, 24 outer faces and 48 edges; each split in six tetrahedra as well.
+    z, y, x = np.mgrid[:3, :3, :3]
+    points = np.column_stack([part.ravel() for part in (x, y, z)])
+    corner = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
+    cubes = np.array([[(p[0] + i) + 3 * (p[1] + j) + 9 * (p[2] + k) for p in corner] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    solid = kschur.Geometry(points, cells={"hexahedron": cubes})
+    assert [face.shape for face in solid.faces()] == [(24, 4)] and solid.lines().shape == (48, 2) and 13 not in solid.lines()
+    tetrahedra = np.vstack([cubes[:, [0, 6, a, b]] for a, b in ((1, 2), (2, 3), (3, 7), (7, 4), (4, 5), (5, 1))])
+    assert [face.shape for face in kschur.Geometry(points, cells={"tetra": tetrahedra}).faces()] == [(48, 3)]
 
 
 def test_picture():
@@ -49,7 +76,8 @@ def test_picture():
     sine = np.sin(np.arange(1, n + 1) * np.pi / (n + 1))
     assert np.allclose(drawn[:, 0, 1], 3 * (sine / np.linalg.norm(sine))[:-1], atol=1e-10)
     assert ax.get_title() == f"{result.frequency_hz[0]:.5g} Hz"
-    assert not result.plot_shape(0, phase=np.pi / 2).collections[1].get_array().max() > 1e-12
+    quarter = np.array(result.plot_shape(0, scale=3.0, phase=np.pi / 2).collections[1].get_segments())
+    assert np.allclose(quarter[:, :, 1], 0, atol=1e-10)
     with pytest.raises(InputError, match="geometry"):
         kschur.solve(*chain(n), modes=1).plot_shape()
 

@@ -64,6 +64,11 @@ def test_shapes_are_real_where_all_are():
     assert result.shapes.dtype == np.float64 and result.shapes.shape == (40, 3)
     assert np.allclose(np.abs(np.sum(result.shapes * sines, axis=0)), 1, atol=1e-12)
     assert result.multipliers.shape == (0, 3)
+    again = kschur.solve(M, K, modes=3)
+    assert np.array_equal(again.shape(-1), result.shapes[:, 2])
+    assert np.array_equal(again.shape(1, [7, 3]), result.shapes[[7, 3], 1])
+    with pytest.raises(IndexError):
+        again.shape(3)
 
 
 def test_64_bit_indices():
@@ -121,6 +126,32 @@ def test_options_reach_the_solver():
     assert result.formulation == "quadratic" and result.shift == pytest.approx(0.3)
 
 
+def test_shapes_of_unit_mass():
+    M, K = chain(20)
+    shapes = kschur.solve(4 * M, K, modes=3, normalisation="mass").shapes
+    assert np.allclose(shapes.T @ (4 * M) @ shapes, np.eye(3), atol=1e-12)
+
+
+def test_properties():
+    # Of the sines phi_i = sin(i theta), i = 1 to n, of an odd mode: sum phi = cot(theta/2), sum phi^2 = (n + 1)/2.
+    n = 30
+    M, K = chain(n)
+    result = kschur.solve(2 * M, K, modes=n, properties=True, directions=np.ones(n))
+    theta = np.arange(1, n + 1) * np.pi / (n + 1)
+    wanted = np.where(np.arange(n) % 2 == 0, 2 * 2 / (n + 1) / np.tan(theta / 2)**2, 0)
+    assert result.effective_mass.shape == (n, 1) and result.participation_factors.shape == (n, 1)
+    assert np.allclose(result.effective_mass[:, 0], wanted, atol=1e-9)
+    assert np.allclose(result.total_mass, [2 * n]) and np.isclose(result.effective_mass.sum(), 2 * n)
+    assert np.allclose(result.generalised_mass, 2) and np.allclose(result.modal_a, 2j * result.eigenvalues.imag * 2)
+    assert np.allclose(result.generalised_stiffness, 2 * result.eigenvalues.imag**2) and not result.generalised_damping.any()
+    geometry = kschur.Geometry(np.arange(10)[:, None])
+    assert np.allclose(kschur.solve(M, K, modes=3, properties=True, geometry=geometry).total_mass, [10, 10, 10])
+    with pytest.raises(UsageError, match="30 x directions, not 3 x 1"):
+        kschur.solve(M, K, properties=True, directions=[1, 0, 0])
+    with pytest.raises(NotThereError):
+        kschur.solve(M, K).effective_mass
+
+
 def test_left_vectors():
     M, K, R = damped(20, 3)
     K = (K + sparse.csr_matrix(([0.2], ([2], [5])), K.shape)).tocsr()
@@ -155,15 +186,16 @@ def test_fewer_modes_are_a_reason():
     (lambda M, K: (0 * M, K), InputError, "mass matrix M is zero"),
     (lambda M, K: ([1.0, 2.0], K), InputError, "mass matrix M has 1 dimensions"),
     (lambda M, K: (M, np.full((10, 10), "a")), InputError, "stiffness matrix K holds"),
-    (lambda M, K: (M, K * np.nan), InputError, "not a finite number")])
+    (lambda M, K: (M, K * np.nan), InputError, r"not a finite number at \(0, 0\)"),
+    (lambda M, K: (M, K, None, sparse.csr_matrix(([1.0], ([0], [4])), (2, 10))), InputError, "row 1 of the constraint")])
 def test_wrong_matrices(arguments, error, words):
     with pytest.raises(error, match=words):
         kschur.solve(*arguments(*chain(10)))
 
 
 @pytest.mark.parametrize("options, words", [
-    ({"modes": 0}, "at least 1"), ({"modes": 1.5}, "modes cannot be 1.5"), ({"tolerance": "small"}, "tolerance"),
-    ({"formulation": "best"}, "no formulation 'best'"), ({"colour": 1}, "no option colour"),
+    ({"modes": 0}, "at least 1"), ({"modes": 1.5}, "'modes' wants a whole number, not '1.5'"), ({"tolerance": "small"}, "tolerance"), ({"shift": [1]}, "shift cannot be"), ({"target": np.inf}, "target"),
+    ({"formulation": "best"}, "no formulation 'best'"), ({"colour": 1}, "no option 'colour'"),
     ({"band": (1, 2), "modes": 3}, "band excludes"), ({"band": 5}, "two frequencies"), ({"frequency": -1}, "-1"),
     ({"frequency": 1, "target": 1}, "exclude"), ({"band": (2, 1)}, "band")])
 def test_wrong_options(options, words):

@@ -13,6 +13,7 @@ module kschur_arpack_process
    private
    public :: arpack_process_type, check_extraction, keep_vectors
 
+   !> What is wanted, in ARPACK's words: the eigenvalues of largest magnitude.
    character(len=*), parameter, public :: largest_magnitude = "LM"
    !> The value of `ido` when the iteration has ended.
    integer, parameter, public :: ido_done = 99

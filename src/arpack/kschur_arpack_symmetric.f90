@@ -11,6 +11,7 @@ module kschur_arpack_symmetric
    private
    public :: symmetric_process_type
 
+   !> dsaupd and dseupd on an operator that is self-adjoint in its metric.
    type, extends(real_process_type) :: symmetric_process_type
       class(symmetric_operator_type), pointer :: self_adjoint => null()
    contains

@@ -33,7 +33,9 @@ contains
    !> Allocates `error` with a code and a message.
    pure subroutine new_error(error, code, message)
       type(error_type), allocatable, intent(out) :: error
+      !> One of `error_*`.
       integer, intent(in) :: code
+      !> A sentence that says what is wrong.
       character(len=*), intent(in) :: message
 
       allocate (error)
@@ -45,6 +47,7 @@ contains
    !> nothing where there is no error.
    pure subroutine add_context(error, context)
       type(error_type), allocatable, intent(inout) :: error
+      !> Where it happened: a file, a matrix.
       character(len=*), intent(in) :: context
 
       if (allocated(error)) error%message = context//": "//error%message

@@ -228,6 +228,7 @@ module kschur_lapack
          real(wp), intent(in) :: x(*)
       end function dnrm2
 
+      !> The Euclidean norm of a complex vector.
       real(wp) function dznrm2(n, x, incx)
          import :: wp
          integer, intent(in) :: n, incx

@@ -3,12 +3,14 @@
 !> a digit.
 module kschur_threads
    use, intrinsic :: iso_c_binding, only: c_int
+   use kschur_error, only: error_type, new_error, error_memory
 #ifdef _OPENMP
-   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_in_parallel, omp_set_num_threads
+   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_get_thread_num, omp_in_parallel, &
+      omp_set_num_threads
 #endif
    implicit none
    private
-   public :: enter_solve, leave_solve, set_blas_threads, team_size
+   public :: enter_solve, leave_solve, set_blas_threads, team_size, thread_number
 
    !> Rows of a panel: with fewer rows than two of them nothing is worth a thread.
    integer, parameter, public :: panel_rows = 2048
@@ -25,6 +27,14 @@ module kschur_threads
       subroutine c_leave_solve() bind(c, name="kschur_leave_solve")
       end subroutine c_leave_solve
 
+      integer(c_int) function c_prepare_threads(threads) bind(c, name="kschur_prepare_threads")
+         import :: c_int
+         integer(c_int), value :: threads
+      end function c_prepare_threads
+
+      subroutine c_make_heap() bind(c, name="kschur_make_heap")
+      end subroutine c_make_heap
+
       subroutine c_set_blas_threads(threads) bind(c, name="kschur_set_blas_threads")
          import :: c_int
          integer(c_int), value :: threads
@@ -34,32 +44,54 @@ module kschur_threads
 contains
 
    !> Gives this thread its share of the cores: as many threads as were asked for, or as the process may use divided by
-   !> the solves that run at the same time; of a small problem one. The BLAS has one thread from now on. Within another solve
-   !> nothing changes.
-   subroutine enter_solve(asked, unknowns, before)
+   !> the solves that run at the same time; of a small problem one, as where there is no memory for more. The BLAS has one
+   !> thread from now on. Within another solve nothing changes. Fails where there is no memory for one; to be left in any case.
+   subroutine enter_solve(asked, unknowns, before, error)
       !> 0: as many as there are.
       integer, intent(in) :: asked
       integer, intent(in) :: unknowns
       !> For `leave_solve`.
       integer, intent(out) :: before
-      integer :: solves
+      type(error_type), allocatable, intent(out) :: error
+      integer :: solves, threads
 
       solves = int(c_enter_solve())
       before = team_size()
+      if (solves == 0) return
+      threads = 1
 #ifdef _OPENMP
-      if (omp_in_parallel() .or. solves == 0) return
+      if (omp_in_parallel()) return
       if (asked > 0) then
-         call omp_set_num_threads(asked)
-      else if (unknowns < worth_threads) then
-         call omp_set_num_threads(1)
-      else
-         call omp_set_num_threads(max(min(before, omp_get_num_procs())/solves, 1))
+         threads = asked
+      else if (unknowns >= worth_threads) then
+         threads = max(min(before, omp_get_num_procs())/solves, 1)
       end if
 #else
-      associate (unused => asked, also_unused => solves, unused_too => unknowns)
+      associate (unused => asked, unused_too => unknowns)
       end associate
 #endif
+      threads = int(c_prepare_threads(int(threads, c_int)))
+      if (threads > 0) then
+         call start_team(threads)
+      else
+         call new_error(error, error_memory, "no memory for the buffers of the BLAS")
+      end if
    end subroutine enter_solve
+
+   ! OpenMP starts its threads when they are first used, and each makes its heap when it first needs one.
+   subroutine start_team(threads)
+      integer, intent(in) :: threads
+
+#ifdef _OPENMP
+      call omp_set_num_threads(threads)
+#else
+      associate (unused => threads)
+      end associate
+#endif
+      !$omp parallel
+      call c_make_heap()
+      !$omp end parallel
+   end subroutine start_team
 
    !> Gives back what it took.
    subroutine leave_solve(before)
@@ -81,6 +113,14 @@ contains
       if (.not. omp_in_parallel()) team_size = omp_get_max_threads()
 #endif
    end function team_size
+
+   !> Which of them is working, from 1.
+   integer function thread_number()
+      thread_number = 1
+#ifdef _OPENMP
+      thread_number = omp_get_thread_num() + 1
+#endif
+   end function thread_number
 
    !> Threads of the BLAS, for a factorisation that is made of large products; one before and after it.
    subroutine set_blas_threads(threads)

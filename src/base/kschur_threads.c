@@ -1,14 +1,24 @@
 /* How many solves of a process share its cores, and how many threads its BLAS has meanwhile: Fortran 2008 has no
  * atomic counter, and only OpenBLAS, where it is there, says how to set that. */
 #include <pthread.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+extern int kschur_can_have(double bytes);
 
 #ifdef __GNUC__
 #define MAY_BE_MISSING __attribute__((weak))
 extern void openblas_set_num_threads(int threads) MAY_BE_MISSING;
 extern int openblas_get_num_threads(void) MAY_BE_MISSING;
+extern void *blas_memory_alloc(int unused) MAY_BE_MISSING;
+extern void blas_memory_free(void *buffer) MAY_BE_MISSING;
 #define HAS_OPENBLAS (openblas_set_num_threads && openblas_get_num_threads)
+#define HAS_BUFFERS (blas_memory_alloc && blas_memory_free)
 #else
 #define HAS_OPENBLAS 0
+#define HAS_BUFFERS 0
+static void *blas_memory_alloc(int unused) { (void)unused; return NULL; }
+static void blas_memory_free(void *buffer) { (void)buffer; }
 static void openblas_set_num_threads(int threads) { (void)threads; }
 static int openblas_get_num_threads(void) { return 1; }
 #endif
@@ -16,6 +26,11 @@ static int openblas_get_num_threads(void) { return 1; }
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
 static int solves = 0;
 static int blas_threads_before = 1;
+/* The most that OpenBLAS maps for a thread that is within it, what a thread takes for its stack and its heap, and what
+ * is to be left after the first of them, and after each other. */
+static const double buffer_bytes = 135e6, thread_bytes = 80e6, left_bytes = 32e6, plenty_bytes = 512e6;
+enum { most_prepared = 64 };
+static int prepared = 0;
 /* A solve within a solve of the same thread shares what that has. */
 static __thread int depth = 0;
 
@@ -44,11 +59,46 @@ void kschur_leave_solve(void)
    pthread_mutex_unlock(&mutex);
 }
 
-/* Threads of the BLAS: more than one only where nobody else is using it. */
+/* OpenBLAS waits for ever where it gets no buffer, and OpenMP ends the process where it gets no thread: both are asked for
+ * before they are used, with as many threads for each of the solves that run. Returns how many threads this solve may have:
+ * so many, one where there is no memory for more, 0 where there is none for one. */
+int kschur_prepare_threads(int threads)
+{
+   void *held[most_prepared];
+   int all, ready;
+
+   pthread_mutex_lock(&mutex);
+   all = threads*(solves > 1 ? solves : 1);
+   if (all > most_prepared) all = most_prepared;
+   ready = all < prepared ? all : prepared;
+   if (ready < all) {
+      for (ready = 0; ready < all; ready++) {
+         double more = (HAS_BUFFERS ? buffer_bytes : 0) + (ready > 0 ? thread_bytes + plenty_bytes : left_bytes);
+
+         if (ready >= prepared && !kschur_can_have(more)) break;
+         if (HAS_BUFFERS) held[ready] = blas_memory_alloc(0);
+      }
+      for (int i = 0; i < ready && HAS_BUFFERS; i++) blas_memory_free(held[i]);
+      if (ready > prepared) prepared = ready;
+   }
+   pthread_mutex_unlock(&mutex);
+   return ready == all ? threads : ready > 0;
+}
+
+/* Makes the heap of this thread, so that it is there. */
+void kschur_make_heap(void)
+{
+   void *volatile some = malloc(1);
+
+   free(some);
+}
+
+/* Threads of the BLAS: more than one only where nobody else is using it, and where there is memory for them. */
 void kschur_set_blas_threads(int threads)
 {
    pthread_mutex_lock(&mutex);
-   if ((solves == 1 || (solves > 1 && threads == 1)) && HAS_OPENBLAS && openblas_get_num_threads() != threads)
+   if ((solves == 1 || (solves > 1 && threads == 1)) && HAS_OPENBLAS && openblas_get_num_threads() != threads
+       && (threads == 1 || kschur_can_have((threads - 1)*(buffer_bytes + thread_bytes) + plenty_bytes)))
       openblas_set_num_threads(threads);
    pthread_mutex_unlock(&mutex);
 }

@@ -67,6 +67,7 @@ contains
       if (status < 0) call new_error(error, error_library, "the HDF5 library cannot be initialised")
    end subroutine silence_hdf5
 
+   !> Lets HDF5 print again as before, and other threads into it.
    subroutine restore_printing(printing)
       type(printing_type), intent(in) :: printing
       integer(c_int) :: status

@@ -11,6 +11,7 @@ module kschur_hdf5_datasets
    use kschur_error, only: error_type, new_error, error_file, error_input, error_memory, error_library
    use kschur_hdf5_basics, only: exists, integer_type, real_type, new_complex_type, check_class
    use kschur_kinds, only: wp, long
+   use kschur_memory, only: require_memory
    use kschur_text, only: text
    implicit none
    private
@@ -243,6 +244,7 @@ contains
       else if (min(status, close_status) < 0) then
          call new_error(error, error_file, complaint)
       end if
+      call require_memory(0.0_wp, "what is in the file", error)
    end subroutine close_dataset
 
    !> Integers of any length in the file; fails where one is below `lowest` or above `highest`.

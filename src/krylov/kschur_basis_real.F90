@@ -3,6 +3,7 @@ module kschur_basis_real
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
+   use kschur_memory, only: complex_bytes, require_memory
    use kschur_lapack, only: dgemm
    use kschur_operator, only: real_operator_type
    use kschur_random, only: random_vector

@@ -9,6 +9,7 @@ module kschur_block_lanczos
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory
    use kschur_kinds, only: wp, long
+   use kschur_memory, only: real_bytes, require_memory
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_operator, only: symmetric_operator_type
    use kschur_random, only: random_vector, state_of_seed
@@ -77,6 +78,8 @@ contains
       class(block_decomposition_type), intent(inout) :: d
       integer, intent(in) :: length, vectors
       type(error_type), allocatable, intent(out) :: error
+      ! Images, and what the operator takes.
+      integer, parameter :: beside = 16
       real(wp), allocatable :: basis(:, :), couplings(:, :)
       integer :: status
 
@@ -89,6 +92,8 @@ contains
             " vectors of length "//text(length))
          return
       end if
+      call require_memory(beside*real_bytes*length, "vectors beside a Lanczos basis", error)
+      if (allocated(error)) return
       allocate (couplings(vectors, vectors), source=0.0_wp)
       if (allocated(d%basis)) then
          basis(:, :d%vectors) = d%basis(:, :d%vectors)

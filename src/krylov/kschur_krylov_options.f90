@@ -7,6 +7,7 @@ module kschur_krylov_options
    private
    public :: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type, ritz_pairs_type, subspace_dimension
 
+   !> What an iteration is told.
    type :: krylov_options_type
       !> Largest dimension of the Krylov space. Convergence is looked at before it
       !> is reached, and memory is touched as far as it is used.
@@ -33,6 +34,7 @@ module kschur_krylov_options
       logical :: keep = .false.
    end type krylov_options_type
 
+   !> What it tells of itself.
    type :: krylov_statistics_type
       !> One of `reason_*`.
       integer :: reason = reason_converged

@@ -2,6 +2,7 @@
 !> are multiplied with real and complex blocks, and measured.
 module kschur_csr
    use kschur_kinds, only: wp
+   use kschur_memory, only: complex_bytes, integer_bytes, real_bytes
    use kschur_row_products, only: add_four_rows, add_rows
    implicit none
    private
@@ -22,6 +23,8 @@ module kschur_csr
    contains
       !> Number of stored entries.
       procedure :: nonzeros
+      !> Bytes that it takes.
+      procedure :: bytes
       !> y := y + alpha A x, for real or complex blocks of vectors.
       generic :: add_product => add_product_real, add_product_complex
       !> y := y + alpha A^T x, for real or complex blocks of vectors.
@@ -53,6 +56,8 @@ module kschur_csr
       integer, allocatable :: row_start(:)
       integer, allocatable :: column(:)
       complex(wp), allocatable :: value(:)
+   contains
+      procedure :: bytes => complex_bytes_of
    end type complex_csr_matrix_type
 
 contains
@@ -62,6 +67,18 @@ contains
 
       nonzeros = size(self%column)
    end function nonzeros
+
+   pure real(wp) function bytes(self)
+      class(csr_matrix_type), intent(in) :: self
+
+      bytes = (integer_bytes + real_bytes)*real(self%nonzeros(), wp) + integer_bytes*(real(self%rows, wp) + 1)
+   end function bytes
+
+   pure real(wp) function complex_bytes_of(self)
+      class(complex_csr_matrix_type), intent(in) :: self
+
+      complex_bytes_of = (integer_bytes + complex_bytes)*real(size(self%column), wp) + integer_bytes*(real(self%rows, wp) + 1)
+   end function complex_bytes_of
 
    subroutine add_product_real(self, alpha, x, y)
       class(csr_matrix_type), intent(in) :: self

@@ -3,6 +3,7 @@ module kschur_csr_assembly
    use kschur_csr, only: csr_matrix_type
    use kschur_error, only: error_type, new_error, error_input
    use kschur_kinds, only: wp
+   use kschur_memory, only: integer_bytes, real_bytes, require_memory
    use kschur_text, only: text
    implicit none
    private
@@ -22,6 +23,8 @@ contains
       real(wp), intent(in) :: value(:)
       type(error_type), allocatable, intent(out) :: error
 
+      call require_memory(integer_bytes*(size(row_start) + real(size(column), wp)) + real_bytes*size(value), "a matrix", error)
+      if (allocated(error)) return
       allocate (matrix%row_start, source=row_start)
       allocate (matrix%column, source=column)
       allocate (matrix%value, source=value)
@@ -52,6 +55,8 @@ contains
          end do
       end do
       if (ascending) return
+      call require_memory(3*matrix%bytes(), "the entries of a matrix, to sort them", error)
+      if (allocated(error)) return
       ! Transposing sorts, and leaves equal places in their order.
       matrix = transpose_csr(matrix)
       matrix = transpose_csr(matrix)
@@ -113,6 +118,8 @@ contains
       integer, allocatable :: next(:)
 
       call check_extents(rows, columns, size(row), size(row) == size(column) .and. size(row) == size(value), error)
+      if (.not. allocated(error)) call require_memory(3*((integer_bytes + real_bytes)*real(size(row), wp) + &
+         integer_bytes*(real(rows, wp) + columns)), "a matrix of "//text(size(row))//" entries", error)
       if (allocated(error)) return
       do k = 1, size(row)
          if (row(k) < 1 .or. row(k) > rows .or. column(k) < 1 .or. column(k) > columns) then

@@ -1,5 +1,5 @@
 !> The direct solver for real matrices: looks at the matrix and takes LDL where
-!> it is symmetric and definite, but for multipliers where its fill is low, else MUMPS, as for
+!> it is symmetric and definite, but for multipliers, else MUMPS, as for
 !> what several processes factor together.
 module kschur_direct_solver
    use kschur_clock, only: clock, seconds_since
@@ -11,16 +11,16 @@ module kschur_direct_solver
    use kschur_options, only: inner_auto, inner_ldl, inner_mumps
    use kschur_ordering, only: elimination_order
    use kschur_processes, only: are_several, processes_type
-   use kschur_quasi_definite, only: quasi_definite_type
-   use kschur_random, only: random_vector
+   use kschur_quasi_definite, only: low_fill, quasi_definite_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: text
+   use kschur_trial_solution, only: try_solver
    implicit none
    private
    public :: direct_real_type
 
-   ! At more entries a column of the factor MUMPS pays where each solve with LDL^T is to be refined: two to three are one.
-   integer, parameter :: low_fill = 80
+   ! Of a trial solution.
+   real(wp), parameter :: acceptable = 1.0e-12_wp
 
    !> LDL or MUMPS; `description` says which and why.
    type, extends(real_linear_solver_type) :: direct_real_type
@@ -90,6 +90,7 @@ contains
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
       class(real_linear_solver_type), allocatable :: ldl
+      real(wp) :: backward_error
 
       if (structure%multipliers > 0 .and. self%quasi_definite) then
          allocate (ldl, source=quasi_definite_type(most_entries=merge(low_fill, huge(1), self%inner == inner_auto)))
@@ -97,48 +98,14 @@ contains
          allocate (ldl, source=ldl_real_type())
       end if
       call ldl%factorize(matrix, structure, error)
-      if (.not. allocated(error)) call check_residual(ldl, matrix, structure%multipliers, error)
-      if (.not. allocated(error)) call move_alloc(ldl, self%solver)
-   end subroutine try_ldl
-
-   ! Solves for random forces: without pivoting, nothing else bounds the backward error. Row by row: where
-   ! entries are uneven, the large ones would hide what is wrong in the others.
-   subroutine check_residual(ldl, matrix, multipliers, error)
-      class(real_linear_solver_type), intent(inout) :: ldl
-      type(csr_matrix_type), intent(in) :: matrix
-      !> Redundant constraints can be met, but not violated in any way.
-      integer, intent(in) :: multipliers
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: acceptable = 1.0e-12_wp
-      real(wp), allocatable :: x(:, :), residual(:, :)
-      real(wp) :: largest, scale
-      integer(long) :: state
-      integer :: i, status
-      logical :: solved
-
-      if (matrix%rows == 0) return
-      allocate (x(matrix%rows, 1), residual(matrix%rows, 1), stat=status)
-      if (status /= 0) then
-         call new_error(error, error_memory, "no memory for a trial solution")
-         return
-      end if
-      state = 1
-      call random_vector(state, x(:, 1))
-      x(matrix%rows - multipliers + 1:, 1) = 0
-      residual = x
-      largest = maxval(abs(x))
-      call ldl%solve(x, error)
+      if (.not. allocated(error)) call try_solver(ldl, matrix, structure%multipliers, backward_error, error)
       if (allocated(error)) return
-      call matrix%add_product(-1.0_wp, x, residual)
-      solved = .true.
-      do i = 1, matrix%rows
-         associate (row => matrix%row_start(i), next => matrix%row_start(i + 1))
-            scale = largest + dot_product(abs(matrix%value(row:next - 1)), abs(x(matrix%column(row:next - 1), 1)))
-         end associate
-         solved = solved .and. abs(residual(i, 1)) <= acceptable*scale .and. scale <= huge(scale)
-      end do
-      if (.not. solved) call new_error(error, error_library, "a trial solution has a large residual")
-   end subroutine check_residual
+      if (backward_error > acceptable) then
+         call new_error(error, error_library, "a trial solution has a large residual")
+      else
+         call move_alloc(ldl, self%solver)
+      end if
+   end subroutine try_ldl
 
    ! What is known of the factors; `spent` seconds went into the order or an attempt before.
    subroutine report(self, spent, description)

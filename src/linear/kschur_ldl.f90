@@ -4,11 +4,13 @@ module kschur_ldl
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
    use kschur_kinds, only: wp, long
+   use kschur_left_looking, only: supernodal_factors_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_memory, only: real_bytes, require_memory
    use kschur_sparse, only: csr_matrix_type
    use kschur_substitution, only: block, substitute
    use kschur_subtrees, only: cut_subtrees, subtrees_type
-   use kschur_supernodal, only: eliminate, supernodal_factors_type
+   use kschur_supernodal, only: eliminate
    use kschur_symbolic, only: analyze, symbolic_type
    use kschur_text, only: text
    implicit none
@@ -22,7 +24,7 @@ module kschur_ldl
    type, extends(real_linear_solver_type) :: ldl_real_type
       !> A matrix whose factor has more entries a column is refused (error_library).
       integer :: most_entries = huge(1)
-      !> Takes multipliers with negative diagonal entries: their pivots have to come out negative, all others positive.
+      !> Takes multipliers: their pivots have to come out negative, all others positive.
       logical :: quasi_definite = .false.
       ! The matrix has been factored.
       logical, private :: factored = .false.
@@ -42,6 +44,8 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
+      ! What is computed beside the factors.
+      integer, parameter :: right_hand_sides = 16
       integer(long) :: started
 
       call release(self)
@@ -54,14 +58,17 @@ contains
       end if
       if (allocated(error)) return
 
+      call require_memory(3*matrix%bytes(), "the elimination order", error)
+      if (allocated(error)) return
       started = clock()
       call analyze(matrix, structure, self%most_entries, self%symbolic, error)
       if (.not. allocated(error)) self%subtrees = cut_subtrees(self%symbolic)
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
          started = clock()
-         call eliminate(matrix, self%symbolic, 0, self%factors, error)
+         call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error)
          if (.not. allocated(error)) call examine_pivots(self, matrix, structure%multipliers, error)
+         call require_memory(right_hand_sides*real_bytes*matrix%rows, "right-hand sides", error)
          self%factorize_seconds = seconds_since(started)
       end if
       if (allocated(error)) call release(self)
@@ -83,8 +90,10 @@ contains
          allocate (diagonal, source=matrix%diagonal())
          if (.not. all(abs(pivot) > merge(unstable, rounding, self%quasi_definite)*abs(diagonal(order)))) then
             call new_error(error, error_singular, "a pivot of the matrix is zero")
-         else if (self%quasi_definite .and. any(pivot > 0 .eqv. order > matrix%rows - multipliers)) then
+         else if (self%quasi_definite .and. any(pivot < 0 .and. order <= matrix%rows - multipliers)) then
             call new_error(error, error_library, "the matrix is not quasi-definite")
+         else if (self%quasi_definite .and. any(pivot > 0 .and. order > matrix%rows - multipliers)) then
+            call new_error(error, error_singular, "a pivot of the matrix is zero to rounding")
          else if (.not. self%quasi_definite .and. any(pivot > 0) .and. any(pivot < 0)) then
             call new_error(error, error_library, "the matrix is indefinite")
          end if

@@ -4,17 +4,21 @@ module kschur_panel
    use kschur_lapack, only: dgemm
    implicit none
    private
-   public :: multiply_trapezoid, factor_panel, enclosure_type
+   public :: multiply_trapezoid, multiply_rectangle, factor_panel, factor_rows, enclosure_type
 
    !> By what pivots are moved so that rounding cannot turn their signs: kschur_proved_inertia has the theory.
    type :: enclosure_type
       !> -1 downwards, 1 upwards, 0 not at all.
       integer :: side = 0
-      !> Of each row of the panel, (e_p + sqrt(e_p)) |d_p| l_kp^2 of the columns that are known, and how many these are.
+      !> Of the panel.
+      integer :: rows = 0, columns = 0
+      !> Of each row of its diagonal block, (e_p + sqrt(e_p)) |d_p| l_kp^2 of the columns that are known, and how many these are.
       real(wp), allocatable :: sum(:), terms(:)
       !> What may be lost below the smallest number.
       real(wp) :: underflow = 0
    contains
+      !> (e + sqrt(e)) |d| of column k, its pivot d, e entries below it.
+      procedure :: weight
       procedure, private :: move
       procedure, private :: add_column
    end type enclosure_type
@@ -47,6 +51,15 @@ contains
          call dgemm("N", "N", rows - j + 1, width, terms, 1.0_wp, a(j, 1), lda, b(1, j), terms, 0.0_wp, product(j, j), rows)
       end do
    end subroutine multiply_trapezoid
+
+   !> All of A B, likewise.
+   subroutine multiply_rectangle(rows, columns, terms, a, lda, b, product)
+      integer, intent(in) :: rows, columns, terms, lda
+      real(wp), intent(in) :: a(lda, *), b(terms, *)
+      real(wp), intent(inout) :: product(rows, *)
+
+      call dgemm("N", "N", rows, columns, terms, 1.0_wp, a, lda, b, terms, 0.0_wp, product, rows)
+   end subroutine multiply_rectangle
 
    ! Tiles of four rows and two columns stay in registers.
    pure subroutine multiply_small(rows, columns, terms, a, lda, b, product)
@@ -95,10 +108,10 @@ contains
    end subroutine multiply_small
 
    !> L and D of a panel whose first rows are symmetric: L takes its place, but for the unit diagonal.
-   subroutine factor_panel(rows, columns, panel, pivot, product, scaled, enclosure)
+   subroutine factor_panel(rows, columns, panel, lda, pivot, product, scaled, enclosure)
       !> columns <= rows.
-      integer, intent(in) :: rows, columns
-      real(wp), intent(inout) :: panel(rows, columns)
+      integer, intent(in) :: rows, columns, lda
+      real(wp), intent(inout) :: panel(lda, columns)
       !> D; what is zero or not a number is the last that is set.
       real(wp), intent(inout) :: pivot(columns)
       !> Workspace, as large as the panel and its square.
@@ -108,15 +121,40 @@ contains
 
       do first = 1, columns, narrow
          last = min(first + narrow - 1, columns)
-         if (first > 1) call subtract_columns(rows, first - 1, last, panel, pivot, product, scaled)
-         call eliminate_columns(rows, first, last, panel, pivot, enclosure)
+         if (first > 1) call subtract_columns(rows, first - 1, last, panel, lda, pivot, product, scaled)
+         call eliminate_columns(rows, first, last, panel, lda, pivot, enclosure)
       end do
    end subroutine factor_panel
 
+   !> L in rows first_row ... last_row of a panel, where it is known in the diagonal block.
+   subroutine factor_rows(first_row, last_row, columns, panel, lda, pivot, scaled)
+      integer, intent(in) :: first_row, last_row, columns, lda
+      real(wp), intent(inout) :: panel(lda, columns)
+      real(wp), intent(in) :: pivot(columns)
+      !> Workspace.
+      real(wp), intent(inout) :: scaled(columns, *)
+      integer :: first, last, j, p
+
+      do first = 1, columns, narrow
+         last = min(first + narrow - 1, columns)
+         do j = first, last
+            scaled(:j - 1, j - first + 1) = pivot(:j - 1)*panel(j, :j - 1)
+         end do
+         if (first > 1) call dgemm("N", "N", last_row - first_row + 1, last - first + 1, first - 1, -1.0_wp, &
+            panel(first_row, 1), lda, scaled, columns, 1.0_wp, panel(first_row, first), lda)
+         do j = first, last
+            do p = first, j - 1
+               panel(first_row:last_row, j) = panel(first_row:last_row, j) - panel(first_row:last_row, p)*scaled(p, j - first + 1)
+            end do
+            panel(first_row:last_row, j) = panel(first_row:last_row, j)/pivot(j)
+         end do
+      end do
+   end subroutine factor_rows
+
    ! Takes what the first `known` columns make of the next ones.
-   subroutine subtract_columns(rows, known, last, panel, pivot, product, scaled)
-      integer, intent(in) :: rows, known, last
-      real(wp), intent(inout) :: panel(rows, *), product(rows - known, *), scaled(known, *)
+   subroutine subtract_columns(rows, known, last, panel, lda, pivot, product, scaled)
+      integer, intent(in) :: rows, known, last, lda
+      real(wp), intent(inout) :: panel(lda, *), product(rows - known, *), scaled(known, *)
       real(wp), intent(in) :: pivot(*)
       integer :: j, width
 
@@ -124,15 +162,15 @@ contains
       do j = 1, width
          scaled(:, j) = pivot(:known)*panel(known + j, :known)
       end do
-      call multiply_trapezoid(rows - known, width, known, panel(known + 1, 1), rows, scaled, product)
+      call multiply_trapezoid(rows - known, width, known, panel(known + 1, 1), lda, scaled, product)
       do j = 1, width
-         panel(known + j:, known + j) = panel(known + j:rows, known + j) - product(j:, j)
+         panel(known + j:rows, known + j) = panel(known + j:rows, known + j) - product(j:, j)
       end do
    end subroutine subtract_columns
 
-   pure subroutine eliminate_columns(rows, first, last, panel, pivot, enclosure)
-      integer, intent(in) :: rows, first, last
-      real(wp), intent(inout) :: panel(rows, *), pivot(*)
+   pure subroutine eliminate_columns(rows, first, last, panel, lda, pivot, enclosure)
+      integer, intent(in) :: rows, first, last, lda
+      real(wp), intent(inout) :: panel(lda, *), pivot(*)
       type(enclosure_type), intent(inout) :: enclosure
       integer :: i, j, p
 
@@ -151,34 +189,40 @@ contains
             end associate
          end do
          pivot(j) = panel(j, j)
-         if (enclosure%side /= 0) call enclosure%move(j, rows - j, pivot(j))
+         if (enclosure%side /= 0) call enclosure%move(j, pivot(j))
          panel(j + 1:rows, j) = panel(j + 1:rows, j)/pivot(j)
-         if (enclosure%side /= 0) call enclosure%add_column(j, pivot(j), panel(j + 1:rows, j))
+         if (enclosure%side /= 0) call enclosure%add_column(j, pivot(j), panel(j + 1:enclosure%columns, j))
       end do
    end subroutine eliminate_columns
 
-   ! S_k of the pivot that has so many entries below it.
-   pure subroutine move(self, k, entries, pivot)
+   pure real(wp) function weight(self, k, pivot)
       class(enclosure_type), intent(in) :: self
-      integer, intent(in) :: k, entries
+      integer, intent(in) :: k
+      real(wp), intent(in) :: pivot
+
+      weight = (self%rows - k + sqrt(real(self%rows - k, wp)))*abs(pivot)
+   end function weight
+
+   ! By S_k.
+   pure subroutine move(self, k, pivot)
+      class(enclosure_type), intent(in) :: self
+      integer, intent(in) :: k
       real(wp), intent(inout) :: pivot
       real(wp), parameter :: unit = epsilon(1.0_wp)/2
       ! Terms of second order, and the rounding of the bound itself.
       real(wp), parameter :: caution = 1.01_wp
       real(wp) :: rounding
 
-      rounding = self%sum(k) + (1 + sqrt(real(entries, wp)))*abs(pivot)
+      rounding = self%sum(k) + (1 + sqrt(real(self%rows - k, wp)))*abs(pivot)
       pivot = pivot + self%side*(caution*unit*(self%terms(k) + 4)*rounding + self%underflow)
    end subroutine move
 
-   ! What the entries of a column of L may round in the rows below pivot k.
+   ! What the entries of column k of L may round in the rows of the diagonal block below pivot k.
    pure subroutine add_column(self, k, pivot, column)
       class(enclosure_type), intent(inout) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: pivot, column(:)
-      real(wp) :: weight
 
-      weight = (size(column) + sqrt(real(size(column), wp)))*abs(pivot)
-      self%sum(k + 1:k + size(column)) = self%sum(k + 1:k + size(column)) + weight*column**2
+      self%sum(k + 1:k + size(column)) = self%sum(k + 1:k + size(column)) + self%weight(k, pivot)*column**2
    end subroutine add_column
 end module kschur_panel

@@ -18,8 +18,10 @@
 module kschur_proved_inertia
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
+   use kschur_left_looking, only: supernodal_factors_type
    use kschur_sparse, only: csr_matrix_type
-   use kschur_supernodal, only: eliminate, supernodal_factors_type
+   use kschur_subtrees, only: cut_subtrees, subtrees_type
+   use kschur_supernodal, only: eliminate
    use kschur_symbolic, only: symbolic_type
    implicit none
    private
@@ -34,16 +36,18 @@ contains
       integer, intent(out) :: least, most
       type(error_type), allocatable, intent(out) :: error
       type(supernodal_factors_type) :: factors
+      type(subtrees_type) :: subtrees
 
       least = 0
       most = matrix%rows
-      call eliminate(matrix, symbolic, -1, factors, error)
+      subtrees = cut_subtrees(symbolic)
+      call eliminate(matrix, symbolic, subtrees, -1, factors, error)
       if (allocated(error)) return
       ! What has overflowed proves nothing.
       if (all(abs(factors%pivot) <= huge(1.0_wp))) most = count(.not. factors%pivot > 0)
       if (most == 0) return
       factors = supernodal_factors_type()
-      call eliminate(matrix, symbolic, 1, factors, error)
+      call eliminate(matrix, symbolic, subtrees, 1, factors, error)
       if (allocated(error)) return
       if (all(abs(factors%pivot) <= huge(1.0_wp))) least = count(factors%pivot < 0)
    end subroutine bound_negative_eigenvalues

@@ -1,28 +1,33 @@
-!> Direct solutions with saddle matrices A = [P, C^T; C, 0], P symmetric and positive definite, by LDL^T without
-!> pivoting: A with a little compliance of the constraints, -delta in its second diagonal block, is quasi-definite
-!> and has such factors in any order. Iterative refinement with A itself, residuals in extended precision, takes
-!> out what delta changes, and rounding too.
+!> Direct solutions with saddle matrices A = [P, C^T; C, 0], P symmetric and positive definite, by LDL^T without pivoting:
+!> A has such factors where each multiplier follows unknowns that tell its constraint from those before. Elsewhere, or where a
+!> trial says that rounding has grown, A is factored with a little compliance of the constraints, -delta in its second
+!> diagonal block: that is quasi-definite, and has such factors in any order. Iterative refinement with A itself, residuals
+!> in extended precision, takes out what delta changes, and rounding too, where solves are cheap.
 !> Vanderbei, SIAM J. Optim. 5 (1995), doi 10.1137/0805005; Gill, Saunders, Shinnerl, SIAM J. Matrix Anal. Appl.
 !> 17 (1996), doi 10.1137/S0895479893256952.
 module kschur_quasi_definite
    use kschur_clock, only: clock, seconds_since
-   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_kinds, only: wp, xp, long
    use kschur_ldl, only: ldl_real_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
+   use kschur_trial_solution, only: try_solver
    implicit none
    private
-   public :: quasi_definite_type
+   public :: low_fill, quasi_definite_type
 
-   !> LDL^T of the regularised matrix, with refinement. Refuses what LDL refuses, and a P that is not
-   !> positive definite (error_library).
+   !> At more entries a column of the factor, solves are refined only where they need it: two are one of MUMPS.
+   integer, parameter :: low_fill = 80
+
+   !> Refuses what LDL refuses, and a P that is not positive definite (error_library).
    type, extends(real_linear_solver_type) :: quasi_definite_type
-      !> A matrix whose factor has more entries a column is refused (error_library).
+      !> A matrix that needs compliance is refused where its factor has more entries a column (error_library).
       integer :: most_entries = huge(1)
       type(ldl_real_type), private :: ldl
       ! A.
       type(csr_matrix_type), private :: matrix
+      logical, private :: refined = .true.
    contains
       procedure :: factorize
       procedure :: solve
@@ -36,22 +41,47 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: parts(2)
+      ! Backward error of a trial solution that needs no refinement.
+      real(wp), parameter :: small = 1.0e-14_wp
+      real(wp) :: backward_error
+      logical :: compliant
 
-      self%ldl = ldl_real_type(most_entries=self%most_entries, quasi_definite=.true.)
-      parts(1) = matrix
-      call new_compliance(matrix, structure%multipliers, parts(2), error)
-      if (allocated(error)) return
-      call self%ldl%factorize(linear_combination([1.0_wp, -1.0_wp], parts), structure, error)
-      if (allocated(error)) return
       self%matrix = matrix
+      self%ldl = ldl_real_type(quasi_definite=.true.)
+      call self%ldl%factorize(matrix, structure, error)
       self%analyze_seconds = self%ldl%analyze_seconds
       self%factorize_seconds = self%ldl%factorize_seconds
+      if (allocated(error)) then
+         compliant = error%code == error_singular
+         if (.not. compliant) return
+      else
+         call try_solver(self%ldl, matrix, structure%multipliers, backward_error, error)
+         if (allocated(error)) return
+         compliant = backward_error > small
+      end if
+      self%refined = compliant .or. self%ldl%factor_entries <= int(low_fill, long)*matrix%rows
+      if (compliant) call factorize_compliant(self, structure, error)
+      if (allocated(error)) return
       self%factor_entries = self%ldl%factor_entries
       self%null_pivots = self%ldl%null_pivots
       self%negative_pivots = self%ldl%negative_pivots
       self%description = self%ldl%description
    end subroutine factorize
+
+   subroutine factorize_compliant(self, structure, error)
+      class(quasi_definite_type), intent(inout) :: self
+      type(matrix_structure_type), intent(in) :: structure
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: parts(2)
+
+      self%ldl = ldl_real_type(most_entries=self%most_entries, quasi_definite=.true.)
+      parts(1) = self%matrix
+      call new_compliance(self%matrix, structure%multipliers, parts(2), error)
+      if (allocated(error)) return
+      call self%ldl%factorize(linear_combination([1.0_wp, -1.0_wp], parts), structure, error)
+      self%analyze_seconds = self%analyze_seconds + self%ldl%analyze_seconds
+      self%factorize_seconds = self%factorize_seconds + self%ldl%factorize_seconds
+   end subroutine factorize_compliant
 
    ! [0 0; 0 delta], small beside C P^{-1} C^T: of each constraint, beside its largest coefficient
    ! squared over its largest stiffness.
@@ -80,24 +110,35 @@ contains
       class(quasi_definite_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: steps = 10
-      real(wp), parameter :: rounding = 4*epsilon(1.0_wp), slow = 0.5_wp
-      real(wp), allocatable :: rhs(:, :), correction(:, :)
-      ! The largest correction of a column, relative to it, and the one before.
-      real(wp) :: change, previous
+      real(wp), allocatable :: rhs(:, :)
       integer(long) :: started
-      integer :: step
 
       if (size(x, 1) /= self%matrix%rows) then
          call new_error(error, error_usage, "the right-hand sides do not fit the factored matrix")
          return
       end if
       started = clock()
-      allocate (rhs, source=x)
-      allocate (correction(size(x, 1), size(x, 2)))
+      if (self%refined) allocate (rhs, source=x)
       call self%ldl%solve(x, error)
-      if (allocated(error)) return
-      previous = huge(previous)
+      if (self%refined .and. .not. allocated(error)) call refine(self, rhs, x, error)
+      self%solve_seconds = self%solve_seconds + seconds_since(started)
+   end subroutine solve
+
+   subroutine refine(self, rhs, x, error)
+      class(quasi_definite_type), intent(inout) :: self
+      real(wp), intent(in) :: rhs(:, :)
+      real(wp), intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: steps = 10
+      ! Well below rounding, as a correction may say little of the next one.
+      real(wp), parameter :: negligible = 0.001_wp*epsilon(1.0_wp), slow = 0.5_wp
+      real(wp), allocatable :: correction(:, :)
+      ! The largest correction of a column, relative to it, and the one before.
+      real(wp) :: change, previous
+      integer :: step
+
+      allocate (correction(size(x, 1), size(x, 2)))
+      previous = 1
       do step = 1, steps
          call find_residual(self%matrix, rhs, x, correction)
          call self%ldl%solve(correction, error)
@@ -105,11 +146,10 @@ contains
          change = maxval(maxval(abs(correction), 1)/max(maxval(abs(x), 1), tiny(1.0_wp)))
          if (.not. change <= slow*previous) exit
          x = x + correction
-         if (change <= rounding) exit
+         if (change**2 <= negligible*previous) exit
          previous = change
       end do
-      self%solve_seconds = self%solve_seconds + seconds_since(started)
-   end subroutine solve
+   end subroutine refine
 
    ! b - A x, summed in more than the working precision.
    pure subroutine find_residual(matrix, rhs, x, residual)

@@ -3,8 +3,8 @@ module kschur_substitution
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgemm, dgemv
+   use kschur_left_looking, only: supernodal_factors_type
    use kschur_subtrees, only: subtrees_type
-   use kschur_supernodal, only: supernodal_factors_type
    use kschur_symbolic, only: symbolic_type
    implicit none
    private

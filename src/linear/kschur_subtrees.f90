@@ -7,6 +7,7 @@ module kschur_subtrees
    private
    public :: subtrees_type, cut_subtrees
 
+   !> An elimination tree cut into parts that are independent of each other, and what is above them.
    type :: subtrees_type
       !> Part t has the supernodes first(t) ... root(t), the last of which is above the others.
       integer, allocatable :: first(:), root(:)

@@ -1,300 +1,216 @@
-!> LDL^T without pivoting, left-looking, one supernode after the other: its columns of A are spread out as a dense panel,
-!> the descendants in the elimination tree subtract what they make of it, and it is factored.
+!> LDL^T without pivoting, left-looking, one supernode after the other. Threads work on independent subtrees of the
+!> elimination tree, and above these on tiles of a panel: neither depends on how many threads there are, nor does a digit.
 !> E. G. Ng, B. W. Peyton, SIAM J. Sci. Comput. 14 (1993), doi 10.1137/0914063.
 module kschur_supernodal
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
-   use kschur_panel, only: enclosure_type, factor_panel, multiply_trapezoid
+   use kschur_left_looking, only: elimination_type, eliminate_in_tiles, eliminate_supernode, link_to_next, panel_type, &
+      pass_on, supernodal_factors_type, workspace_type
    use kschur_sparse, only: csr_matrix_type
+   use kschur_subtrees, only: subtrees_type
    use kschur_supernodes, only: widest
    use kschur_symbolic, only: symbolic_type
+   use kschur_threads, only: team_size, thread_number
    implicit none
    private
-   public :: supernodal_factors_type, eliminate
+   public :: eliminate
 
-   !> L and D, in the order and with the supernodes of a symbolic factorisation.
-   type :: supernodal_factors_type
-      !> From offset(s) on, the columns of supernode s: first, one behind the other, what they have below the diagonal in its
-      !> own rows, then a dense block of its other rows.
-      integer(long), allocatable :: offset(:)
-      real(wp), allocatable :: lower(:)
-      real(wp), allocatable :: pivot(:)
-   end type supernodal_factors_type
-
-   ! What a factorisation needs besides.
-   type :: workspace_type
-      ! The lower triangle of A in the order of elimination, by columns.
-      integer, allocatable :: start(:), row(:)
-      real(wp), allocatable :: value(:)
-      ! The row of the panel that each row of the matrix is.
-      integer, allocatable :: place(:)
-      ! Supernodes that are to update supernode s: head(s), next(head(s)) ...; the first of their rows that is in s.
-      integer, allocatable :: head(:), next(:)
-      integer(long), allocatable :: reached(:)
-      real(wp), allocatable :: panel(:), product(:), scaled(:)
-      integer, allocatable :: relative(:)
-      ! Of each row of the matrix, as in enclosure_type.
-      real(wp), allocatable :: sum(:), terms(:)
-   end type workspace_type
+   ! A panel with fewer entries is not worth more than one thread.
+   integer, parameter :: least_entries = 20000
 
 contains
 
    !> Factors a symmetric matrix, of which it reads the lower triangle. Goes no further than a pivot that is zero, or not a
-   !> number: later ones are zero. With a `side`, each pivot is moved downwards (-1) or upwards (1) by as much as rounding
-   !> may do.
-   subroutine eliminate(matrix, symbolic, side, factors, error)
+   !> number: those that depend on it are zero. With a `side`, each pivot is moved downwards (-1) or upwards (1) by as much
+   !> as rounding may do.
+   subroutine eliminate(matrix, symbolic, subtrees, side, factors, error)
       type(csr_matrix_type), intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
       integer, intent(in) :: side
       type(supernodal_factors_type), intent(inout) :: factors
       type(error_type), allocatable, intent(out) :: error
-      type(workspace_type) :: work
-      type(enclosure_type) :: enclosure
-      integer :: s, status
+      type(elimination_type) :: shared
+      type(panel_type), allocatable :: panels(:)
+      type(workspace_type), allocatable :: work(:)
+      integer :: t, status
+      logical :: stopped
 
-      call set_up(matrix, symbolic, factors, work, status)
-      if (status == 0) call set_up_enclosure(symbolic, side, work, enclosure, status)
+      allocate (panels(team_size()), work(team_size()), stat=status)
+      if (status == 0) call make_room(symbolic, side, factors, panels, work, status)
+      if (status == 0) call share(matrix, symbolic, side, shared, status)
       if (status /= 0) then
          call new_error(error, error_memory, "no memory for the LDL^T factors")
          return
       end if
-      do s = 1, size(symbolic%first) - 1
-         associate (first => symbolic%first(s), last => symbolic%first(s + 1) - 1, &
-            below => int(symbolic%start(s + 1) - symbolic%start(s)))
-            call fill_panel(symbolic, s, last - first + 1 + below, work)
-            call subtract_descendants(symbolic, factors, s, last - first + 1 + below, work)
-            call enter_rows(symbolic, s, work, enclosure)
-            call factor_panel(last - first + 1 + below, last - first + 1, work%panel, factors%pivot(first:last), &
-               work%product, work%scaled, enclosure)
-            if (.not. all(abs(factors%pivot(first:last)) > 0)) return
-            call leave_rows(symbolic, s, work, enclosure)
-            call store(last - first + 1, below, work%panel, factors%lower(factors%offset(s):))
-            call pass_on(symbolic, s, symbolic%start(s), work)
-         end associate
+      stopped = .false.
+      !$omp parallel do schedule(dynamic) reduction(.or.: stopped) if (size(subtrees%root) > 1)
+      do t = 1, size(subtrees%root)
+         call eliminate_subtree(symbolic, [subtrees%first(t), subtrees%root(t)], shared, factors, panels(thread_number()), &
+            work(thread_number()), stopped)
       end do
+      !$omp end parallel do
+      if (.not. stopped) call eliminate_top(symbolic, subtrees, shared, factors, panels(1), work)
    end subroutine eliminate
 
-   ! Room, and the entries of A.
-   subroutine set_up(matrix, symbolic, factors, work, status)
-      type(csr_matrix_type), intent(in) :: matrix
+   ! Supernodes from ... to, the last of which is above the others.
+   subroutine eliminate_subtree(symbolic, range, shared, factors, panel, work, stopped)
       type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: range(2)
+      type(elimination_type), intent(inout) :: shared
       type(supernodal_factors_type), intent(inout) :: factors
+      type(panel_type), intent(inout) :: panel
       type(workspace_type), intent(inout) :: work
-      integer, intent(out) :: status
-      integer :: nodes, most_rows, most_entries, s
+      logical, intent(inout) :: stopped
+      logical :: now
+      integer :: s
+
+      do s = range(1), range(2)
+         call eliminate_supernode(symbolic, s, shared, factors, panel, work, now)
+         stopped = stopped .or. now
+         if (now) return
+         call pass_on(symbolic, s, range(2), shared)
+      end do
+   end subroutine eliminate_subtree
+
+   ! The supernodes above all subtrees.
+   subroutine eliminate_top(symbolic, subtrees, shared, factors, panel, work)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
+      type(elimination_type), intent(inout) :: shared
+      type(supernodal_factors_type), intent(inout) :: factors
+      type(panel_type), intent(inout) :: panel
+      type(workspace_type), intent(inout) :: work(:)
+      integer :: i, s, t, nodes
+      logical :: stopped
 
       nodes = size(symbolic%first) - 1
-      allocate (factors%offset(nodes + 1), factors%pivot(matrix%rows), work%place(matrix%rows), work%head(nodes), &
-         work%next(nodes), work%reached(nodes), stat=status)
-      if (status /= 0) return
-      factors%offset(1) = 1
-      most_rows = 0
-      most_entries = 0
-      do s = 1, nodes
-         associate (columns => symbolic%first(s + 1) - symbolic%first(s), below => symbolic%start(s + 1) - symbolic%start(s))
-            factors%offset(s + 1) = factors%offset(s) + (columns*(columns - 1))/2 + columns*below
-            most_rows = max(most_rows, columns + int(below))
-            most_entries = max(most_entries, columns*(columns + int(below)))
-         end associate
+      do t = 1, size(subtrees%root)
+         do s = subtrees%first(t), subtrees%root(t)
+            call link_to_next(symbolic, s, nodes, shared)
+         end do
       end do
-      allocate (factors%lower(factors%offset(nodes + 1) - 1), work%panel(most_entries), work%product(most_entries), &
-         work%scaled(widest**2), work%relative(most_rows), stat=status)
+      do i = 1, size(subtrees%top)
+         s = subtrees%top(i)
+         if (entries_of_panel(symbolic, s) < least_entries) then
+            call eliminate_supernode(symbolic, s, shared, factors, panel, work(1), stopped)
+         else
+            call eliminate_in_tiles(symbolic, s, shared, factors, panel, work, stopped)
+         end if
+         if (stopped) return
+         call pass_on(symbolic, s, nodes, shared)
+      end do
+   end subroutine eliminate_top
+
+   pure integer(long) function entries_of_panel(symbolic, s)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s
+
+      associate (columns => symbolic%first(s + 1) - symbolic%first(s))
+         entries_of_panel = columns*(columns + symbolic%start(s + 1) - symbolic%start(s))
+      end associate
+   end function entries_of_panel
+
+   ! For the factors, and for each thread.
+   subroutine make_room(symbolic, side, factors, panels, work, status)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: side
+      type(supernodal_factors_type), intent(inout) :: factors
+      type(panel_type), intent(inout) :: panels(:)
+      type(workspace_type), intent(inout) :: work(:)
+      integer, intent(out) :: status
+      integer(long) :: most_entries
+      integer :: nodes, n, s, i
+
+      nodes = size(symbolic%first) - 1
+      n = size(symbolic%order)
+      allocate (factors%offset(nodes + 1), factors%pivot(n), stat=status)
       if (status /= 0) return
       factors%pivot = 0
-      work%head = 0
-      call take_lower_triangle(matrix, symbolic, work, status)
-   end subroutine set_up
+      factors%offset(1) = 1
+      most_entries = 0
+      do s = 1, nodes
+         associate (columns => symbolic%first(s + 1) - symbolic%first(s))
+            factors%offset(s + 1) = factors%offset(s) + entries_of_panel(symbolic, s) - (columns*(columns + 1))/2
+            most_entries = max(most_entries, entries_of_panel(symbolic, s))
+         end associate
+      end do
+      allocate (factors%lower(factors%offset(nodes + 1) - 1), stat=status)
+      do i = 1, size(work)
+         if (status == 0) allocate (panels(i)%entries(most_entries), panels(i)%place(n), work(i)%product(most_entries), &
+            work(i)%scaled(widest**2), work(i)%relative(symbolic%most_rows() + widest), stat=status)
+         if (side == 0) cycle
+         panels(i)%enclosure%side = side
+         panels(i)%enclosure%underflow = n*tiny(1.0_wp)
+         if (status == 0) allocate (panels(i)%enclosure%sum(widest), panels(i)%enclosure%terms(widest), stat=status)
+      end do
+   end subroutine make_room
 
-   ! Sorted by columns, as rows come in ascending order.
-   subroutine take_lower_triangle(matrix, symbolic, work, status)
+   subroutine share(matrix, symbolic, side, shared, status)
       type(csr_matrix_type), intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
-      type(workspace_type), intent(inout) :: work
+      integer, intent(in) :: side
+      type(elimination_type), intent(inout) :: shared
+      integer, intent(out) :: status
+
+      associate (nodes => size(symbolic%first) - 1)
+         allocate (shared%next(nodes), shared%wide(nodes), shared%reached(nodes), stat=status)
+         if (status == 0) allocate (shared%head(nodes), source=0, stat=status)
+      end associate
+      if (status == 0) call take_lower_triangle(matrix, symbolic, shared, status)
+      if (status == 0 .and. side /= 0) call count_terms(symbolic, shared, status)
+   end subroutine share
+
+   ! Sorted by columns, as rows come in ascending order.
+   subroutine take_lower_triangle(matrix, symbolic, shared, status)
+      type(csr_matrix_type), intent(in) :: matrix
+      type(symbolic_type), intent(in) :: symbolic
+      type(elimination_type), intent(inout) :: shared
       integer, intent(out) :: status
       integer :: i, k, p
 
-      allocate (work%start(matrix%rows + 2), source=0, stat=status)
+      allocate (shared%start(matrix%rows + 2), source=0, stat=status)
       if (status /= 0) return
       do k = 1, matrix%rows
          do p = matrix%row_start(k), matrix%row_start(k + 1) - 1
             i = symbolic%position(matrix%column(p))
-            if (i <= symbolic%position(k)) work%start(i + 2) = work%start(i + 2) + 1
+            if (i <= symbolic%position(k)) shared%start(i + 2) = shared%start(i + 2) + 1
          end do
       end do
-      work%start(1:2) = 1
-      do k = 3, size(work%start)
-         work%start(k) = work%start(k) + work%start(k - 1)
+      shared%start(1:2) = 1
+      do k = 3, size(shared%start)
+         shared%start(k) = shared%start(k) + shared%start(k - 1)
       end do
-      allocate (work%row(work%start(size(work%start)) - 1), work%value(work%start(size(work%start)) - 1), stat=status)
+      associate (entries => shared%start(size(shared%start)) - 1)
+         allocate (shared%row(entries), shared%value(entries), stat=status)
+      end associate
       if (status /= 0) return
       do k = 1, matrix%rows
          do p = matrix%row_start(symbolic%order(k)), matrix%row_start(symbolic%order(k) + 1) - 1
             i = symbolic%position(matrix%column(p))
             if (i > k) cycle
-            work%row(work%start(i + 1)) = k
-            work%value(work%start(i + 1)) = matrix%value(p)
-            work%start(i + 1) = work%start(i + 1) + 1
+            shared%row(shared%start(i + 1)) = k
+            shared%value(shared%start(i + 1)) = matrix%value(p)
+            shared%start(i + 1) = shared%start(i + 1) + 1
          end do
       end do
    end subroutine take_lower_triangle
 
-   subroutine set_up_enclosure(symbolic, side, work, enclosure, status)
+   ! Of each row of L, before its diagonal.
+   subroutine count_terms(symbolic, shared, status)
       type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: side
-      type(workspace_type), intent(inout) :: work
-      type(enclosure_type), intent(out) :: enclosure
+      type(elimination_type), intent(inout) :: shared
       integer, intent(out) :: status
-      integer :: n, s, k
+      integer :: s, k
 
-      status = 0
-      enclosure%side = side
-      if (side == 0) return
-      n = size(symbolic%order)
-      enclosure%underflow = n*tiny(1.0_wp)
-      allocate (work%sum(n), work%terms(n), source=0.0_wp, stat=status)
-      if (status == 0) allocate (enclosure%sum(size(work%relative)), enclosure%terms(widest), stat=status)
+      allocate (shared%terms(size(symbolic%order)), shared%weight(size(symbolic%order)), source=0.0_wp, stat=status)
       if (status /= 0) return
       do s = 1, size(symbolic%first) - 1
          associate (first => symbolic%first(s), columns => symbolic%first(s + 1) - symbolic%first(s), &
             row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1))
-            work%terms(first:first + columns - 1) = work%terms(first:first + columns - 1) + [(k, k=0, columns - 1)]
-            work%terms(row) = work%terms(row) + columns
+            shared%terms(first:first + columns - 1) = shared%terms(first:first + columns - 1) + [(k, k=0, columns - 1)]
+            shared%terms(row) = shared%terms(row) + columns
          end associate
       end do
-   end subroutine set_up_enclosure
-
-   ! The columns of A, as so many rows of a dense panel.
-   subroutine fill_panel(symbolic, s, rows, work)
-      type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: s, rows
-      type(workspace_type), intent(inout) :: work
-      integer :: columns, j, k, p
-
-      associate (first => symbolic%first(s), row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1))
-         columns = symbolic%first(s + 1) - first
-         do k = 1, columns
-            work%place(first + k - 1) = k
-         end do
-         do k = 1, size(row)
-            work%place(row(k)) = columns + k
-         end do
-         work%panel(:rows*columns) = 0
-         do j = 1, columns
-            do p = work%start(first + j - 1), work%start(first + j) - 1
-               k = (j - 1)*rows + work%place(work%row(p))
-               work%panel(k) = work%panel(k) + work%value(p)
-            end do
-         end do
-      end associate
-   end subroutine fill_panel
-
-   subroutine subtract_descendants(symbolic, factors, s, rows, work)
-      type(symbolic_type), intent(in) :: symbolic
-      type(supernodal_factors_type), intent(in) :: factors
-      integer, intent(in) :: s, rows
-      type(workspace_type), intent(inout) :: work
-      integer(long) :: reached, next
-      integer :: k, following, columns, below
-
-      k = work%head(s)
-      do while (k /= 0)
-         following = work%next(k)
-         reached = work%reached(k)
-         next = reached
-         do while (next < symbolic%start(k + 1))
-            if (symbolic%row(next) >= symbolic%first(s + 1)) exit
-            next = next + 1
-         end do
-         columns = symbolic%first(k + 1) - symbolic%first(k)
-         below = int(symbolic%start(k + 1) - symbolic%start(k))
-         call subtract_one(int(symbolic%start(k + 1) - reached), int(next - reached), columns, below, &
-            factors%lower(factors%offset(k) + (columns*(columns - 1))/2 + (reached - symbolic%start(k))), &
-            factors%pivot(symbolic%first(k)), symbolic%row(reached))
-         call pass_on(symbolic, k, next, work)
-         k = following
-      end do
-
-   contains
-
-      ! The block `lower` of a descendant, with so many rows, of which the first `wide` are columns of the panel.
-      subroutine subtract_one(high, wide, terms, lda, lower, pivot, row)
-         integer, intent(in) :: high, wide, terms, lda
-         real(wp), intent(in) :: lower(lda, *), pivot(terms)
-         integer, intent(in) :: row(high)
-         integer :: i, j, at
-
-         do j = 1, wide
-            work%scaled((j - 1)*terms + 1:j*terms) = pivot*lower(j, :terms)
-         end do
-         call multiply_trapezoid(high, wide, terms, lower, lda, work%scaled, work%product)
-         work%relative(:high) = work%place(row)
-         do j = 1, wide
-            at = (work%relative(j) - 1)*rows
-            do i = j, high
-               work%panel(at + work%relative(i)) = work%panel(at + work%relative(i)) - work%product((j - 1)*high + i)
-            end do
-         end do
-      end subroutine subtract_one
-   end subroutine subtract_descendants
-
-   ! Supernode s, whose rows before `reached` are done, will update the one of this row.
-   subroutine pass_on(symbolic, s, reached, work)
-      type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: s
-      integer(long), intent(in) :: reached
-      type(workspace_type), intent(inout) :: work
-
-      if (reached >= symbolic%start(s + 1)) return
-      work%reached(s) = reached
-      associate (target => symbolic%supernode(symbolic%row(reached)))
-         work%next(s) = work%head(target)
-         work%head(target) = s
-      end associate
-   end subroutine pass_on
-
-   ! What is known of the rounding in the rows of a supernode, for its panel.
-   subroutine enter_rows(symbolic, s, work, enclosure)
-      type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: s
-      type(workspace_type), intent(in) :: work
-      type(enclosure_type), intent(inout) :: enclosure
-
-      if (enclosure%side == 0) return
-      associate (first => symbolic%first(s), last => symbolic%first(s + 1) - 1)
-         enclosure%sum = 0
-         enclosure%sum(:last - first + 1) = work%sum(first:last)
-         enclosure%terms(:last - first + 1) = work%terms(first:last)
-      end associate
-   end subroutine enter_rows
-
-   ! What its columns add to it in the rows below.
-   subroutine leave_rows(symbolic, s, work, enclosure)
-      type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: s
-      type(workspace_type), intent(inout) :: work
-      type(enclosure_type), intent(in) :: enclosure
-
-      if (enclosure%side == 0) return
-      associate (columns => symbolic%first(s + 1) - symbolic%first(s), &
-         row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1))
-         work%sum(row) = work%sum(row) + enclosure%sum(columns + 1:columns + size(row))
-      end associate
-   end subroutine leave_rows
-
-   pure subroutine store(columns, below, panel, lower)
-      integer, intent(in) :: columns, below
-      real(wp), intent(in) :: panel(columns + below, columns)
-      real(wp), intent(out) :: lower(*)
-      integer :: j, k
-
-      k = 0
-      do j = 1, columns - 1
-         lower(k + 1:k + columns - j) = panel(j + 1:columns, j)
-         k = k + columns - j
-      end do
-      do j = 1, columns
-         lower(k + 1:k + below) = panel(columns + 1:columns + below, j)
-         k = k + below
-      end do
-   end subroutine store
+   end subroutine count_terms
 end module kschur_supernodal

@@ -8,7 +8,7 @@ module kschur_transposed_solver
    private
    public :: transposed_complex_type, transposed_real_type
 
-   ! What is factored is taken for the transpose of what `original` has factored.
+   !> What is factored is taken for the transpose of what `original` has factored.
    type, extends(real_linear_solver_type) :: transposed_real_type
       class(real_linear_solver_type), pointer :: original => null()
    contains
@@ -17,6 +17,7 @@ module kschur_transposed_solver
       procedure :: solve_adjoint => solve_adjoint_real
    end type transposed_real_type
 
+   !> The same of a complex matrix.
    type, extends(complex_linear_solver_type) :: transposed_complex_type
       class(complex_linear_solver_type), pointer :: original => null()
    contains

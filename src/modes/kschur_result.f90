@@ -133,6 +133,7 @@ contains
       is_real = .not. (any(abs(aimag(self%eigenvectors(:, mode))) > 0) .or. any(abs(aimag(self%multipliers(:, mode))) > 0))
    end function is_real
 
+   !> Appends a sentence to notes, which need not be allocated.
    pure subroutine append_note(notes, sentence)
       character(len=note_length), allocatable, intent(inout) :: notes(:)
       character(len=*), intent(in) :: sentence

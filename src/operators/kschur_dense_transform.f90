@@ -23,6 +23,7 @@ module kschur_dense_transform
    private
    public :: dense_transform_type, new_dense_transform
 
+   !> All eigenpairs of a form, computed by the first iteration.
    type, extends(transform_type) :: dense_transform_type
       !> A symmetric or a real quadratic transform, factored.
       class(transform_type), allocatable :: form

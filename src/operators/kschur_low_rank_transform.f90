@@ -32,6 +32,7 @@ module kschur_low_rank_transform
    ! Applications that take infinite eigenvalues out of a random vector: they come in Jordan blocks of size 2 at most.
    integer, parameter :: filter = 2
 
+   !> The undamped part with its local forces, and the space that grows for both.
    type, extends(transform_type) :: low_rank_transform_type
       !> The undamped part, factored.
       type(symmetric_transform_type) :: undamped

@@ -24,6 +24,7 @@ module kschur_pencil_transform
    private
    public :: pencil_transform_type, new_pencil_transform
 
+   !> A pencil, factored.
    type, extends(transform_type) :: pencil_transform_type
       type(shift_invert_type), allocatable :: operator
       ! Where it is factored (1/s); `shift` is its theta.

@@ -6,6 +6,7 @@ module kschur_placement
    private
    public :: placement_type
 
+   !> A formulation, a shift, units and factors.
    type :: placement_type
       !> One of `formulation_*`.
       integer :: formulation = formulation_quadratic

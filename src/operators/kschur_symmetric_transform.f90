@@ -45,6 +45,7 @@ module kschur_symmetric_transform
       procedure :: respond
    end type symmetric_shift_invert_type
 
+   !> C, what iterations leave to each other, and the count that completes them.
    type, extends(transform_type) :: symmetric_transform_type
       type(symmetric_shift_invert_type) :: operator
       ! What the last iteration left, for the next one to go on from.

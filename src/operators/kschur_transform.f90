@@ -16,6 +16,7 @@ module kschur_transform
    private
    public :: transform_type
 
+   !> Extended by each formulation.
    type, abstract :: transform_type
       type(spectral_map_type) :: map
       !> sigma, a value of theta: Ritz values are mu = 1/(theta - sigma).

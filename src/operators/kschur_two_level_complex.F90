@@ -4,6 +4,7 @@ module kschur_two_level_complex
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
+   use kschur_memory, only: complex_bytes, require_memory
    use kschur_lapack, only: zgesvd
    use kschur_quadratic_complex, only: quadratic_operator_type
    use kschur_random, only: random_vector

@@ -6,6 +6,7 @@ module kschur_eigenvalue_count
    private
    public :: eigenvalue_count_type, count_eigenvalues
 
+   !> A number, and whether it is exact.
    type :: eigenvalue_count_type
       !> Finite eigenvalues, both of a conjugate pair counted, as they are listed: a zero once a rigid motion.
       integer :: number = 0

@@ -27,6 +27,7 @@ module kschur_examination
    ! More than this part of the unknowns is nearly all.
    integer, parameter :: most_part = 4
 
+   !> What is known beforehand.
    type :: examination_type
       !> Constraints that follow from others.
       integer :: redundant = 0

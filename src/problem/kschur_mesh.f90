@@ -22,6 +22,7 @@ module kschur_mesh
       !> VTK's number types(c). Not allocated where the problem came without.
       integer, allocatable :: offsets(:), connectivity(:), types(:)
    contains
+      !> How many there are.
       procedure :: nodes
       procedure :: cells
       !> How a shape moves the nodes.

@@ -5,6 +5,7 @@ module kschur_problem
    use kschur_damping, only: classify_damping, damping_general, damping_names, damping_none, damping_proportional
    use kschur_error, only: error_type, new_error, error_input
    use kschur_kinds, only: wp
+   use kschur_memory, only: require_memory
    use kschur_mesh, only: mesh_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_text, only: text
@@ -43,6 +44,8 @@ module kschur_problem
       procedure :: unknowns
       !> Number of constraints m.
       procedure :: multipliers
+      !> Bytes that its matrices take.
+      procedure :: bytes
    end type modal_problem_type
 
 contains
@@ -58,6 +61,13 @@ contains
       !> A problem that is known to have the same symmetry and the same damping. Found out where absent.
       type(modal_problem_type), intent(in), optional :: kind_of
 
+      real(wp) :: needed
+
+      needed = mass%bytes() + stiffness%bytes()
+      if (present(damping)) needed = needed + damping%bytes()
+      if (present(constraints)) needed = needed + constraints%bytes()
+      call require_memory(needed, "the matrices of the problem", error)
+      if (allocated(error)) return
       problem%mass = mass
       problem%stiffness = stiffness
       if (present(damping)) then
@@ -91,6 +101,7 @@ contains
             call check_matrix(problem%constraints, problem%constraints%rows, n, base, "constraint Jacobian Cq", error)
       end associate
       if (.not. allocated(error)) call check_mass_and_constraints(problem, present(kind_of), error)
+      if (.not. allocated(error)) call require_memory(2*problem%bytes(), "transposed matrices", error)
       if (allocated(error)) return
 
       if (present(kind_of)) then
@@ -164,4 +175,10 @@ contains
 
       multipliers = self%constraints%rows
    end function multipliers
+
+   pure real(wp) function bytes(self)
+      class(modal_problem_type), intent(in) :: self
+
+      bytes = self%mass%bytes() + self%stiffness%bytes() + self%damping%bytes() + self%constraints%bytes()
+   end function bytes
 end module kschur_problem

@@ -39,6 +39,7 @@ module kschur_bordered_determinant
 
 contains
 
+   !> The determinant of a problem, ready to be evaluated. Fails where the matrices cannot be made or ordered.
    subroutine new_bordered_determinant(determinant, problem, factors, redundant, solver, error)
       type(bordered_determinant_type), intent(out) :: determinant
       type(modal_problem_type), intent(in) :: problem

@@ -28,6 +28,7 @@ module kschur_closed_curve
 
 contains
 
+   !> The curve around what is nearer to a target than a radius (1/s).
    pure function new_closed_curve(target, radius) result(curve)
       complex(wp), intent(in) :: target
       real(wp), intent(in) :: radius

@@ -1,13 +1,15 @@
 !> All modes of a band of natural frequencies.
 module kschur_band
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use kschur_band_parts, only: count_parts, half_gap, part_type
+   use kschur_band_groups, only: band_groups_type
+   use kschur_band_part, only: part_modes_type, solve_part
+   use kschur_band_parts, only: count_parts, part_type
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, solve_context_type
-   use kschur_description, only: describe, undamped_tolerance
+   use kschur_description, only: describe
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
    use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
-   use kschur_error, only: error_type, new_error, error_singular, error_usage
+   use kschur_error, only: error_type, new_error, error_usage
    use kschur_help, only: help
    use kschur_kinds, only: wp, long
    use kschur_left_run, only: find_left_modes
@@ -78,25 +80,28 @@ contains
       !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
       type(inner_solvers_type), intent(in), optional :: solvers
       type(processes_type), target :: processes
+      type(band_groups_type) :: groups
       integer :: threads_before
 
       call join_processes(options%communicator, options%distribute, processes, error)
       if (allocated(error)) return
-      call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before)
-      if (processes%rank == 0) then
-         call solve(problem, [first, last], options, processes, result, error, monitor, solvers)
-      else
+      call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before, error)
+      if (processes%rank > 0) then
          call help(processes)
+      else if (.not. allocated(error)) then
+         call solve(problem, [first, last], options, processes, groups, result, error, monitor, solvers)
+         call groups%disband(processes)
       end if
       call processes%leave(error)
       call leave_solve(threads_before)
    end subroutine solve_band
 
-   subroutine solve(problem, edges, options, processes, result, error, monitor, solvers)
+   subroutine solve(problem, edges, options, processes, groups, result, error, monitor, solvers)
       type(modal_problem_type), target, intent(in) :: problem
       real(wp), intent(in) :: edges(2)
       type(modal_options_type), intent(in) :: options
       type(processes_type), target, intent(inout) :: processes
+      type(band_groups_type), intent(inout) :: groups
       type(modal_result_type), intent(out) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
@@ -108,8 +113,12 @@ contains
       started = clock()
       call band_options(edges(1), edges(2), options, own, error)
       if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers, processes)
-      if (.not. allocated(error)) call prepare_band(s, error)
-      if (.not. allocated(error)) call solve_band_prepared(s, edges(1), edges(2), own, result, error)
+      if (allocated(error)) return
+      ! A caller's own solvers are in this process only.
+      if (can_be_counted(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes)
+      call prepare_band(s, error)
+      if (.not. allocated(error)) call solve_band_prepared(s, edges(1), edges(2), own, result, error, groups)
+      call groups%finish()
       call result%set_total(seconds_since(started))
    end subroutine solve
 
@@ -140,13 +149,15 @@ contains
    end subroutine prepare_band
 
    !> The modes of a band of a problem that is prepared. The context stays so, without factors.
-   subroutine solve_band_prepared(s, first, last, options, result, error)
+   subroutine solve_band_prepared(s, first, last, options, result, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(in) :: first, last
       !> As `band_options` made them.
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
+      !> Who finds the modes of its parts; absent: this process.
+      type(band_groups_type), intent(inout), optional :: groups
       type(modal_options_type) :: own
       type(modes_type) :: modes
       real(wp) :: band(2)
@@ -154,9 +165,8 @@ contains
 
       own = options
       band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
-      counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
-         min(s%problem%alpha, s%problem%beta) >= 0 .and. allocated(s%inner%counting)
-      if (counted) call solve_counted(s, band, modes, counted, error)
+      counted = can_be_counted(s)
+      if (counted) call solve_counted(s, band, modes, counted, error, groups)
       if (.not. allocated(error) .and. .not. counted) call solve_disc(s, band, modes, error)
       if (.not. allocated(error) .and. own%left) call find_left_modes(s, modes, error)
       if (allocated(error)) return
@@ -165,6 +175,14 @@ contains
       call report(s, own, modes, result, error)
       allocate (result%band(2), source=[first, last])
    end subroutine solve_band_prepared
+
+   ! Whether its modes are counted, unless it turns out that they cannot be.
+   pure logical function can_be_counted(s)
+      type(solve_context_type), intent(in) :: s
+
+      can_be_counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
+         min(s%problem%alpha, s%problem%beta) >= 0 .and. allocated(s%inner%counting)
+   end function can_be_counted
 
    subroutine check_band(first, last, options, error)
       real(wp), intent(in) :: first, last
@@ -183,7 +201,7 @@ contains
    end subroutine check_band
 
    ! The undamped modes of each part, from which the damped ones follow.
-   subroutine solve_counted(s, band, modes, counted, error)
+   subroutine solve_counted(s, band, modes, counted, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(in) :: band(2)
       !> `found` is how many the band holds, listed or not.
@@ -191,6 +209,7 @@ contains
       !> False where it turned out that the modes cannot be counted.
       logical, intent(out) :: counted
       type(error_type), allocatable, intent(out) :: error
+      type(band_groups_type), intent(inout), optional :: groups
       ! So many that it takes a while.
       integer, parameter :: many = 1000
       type(modal_problem_type), target :: undamped
@@ -219,7 +238,7 @@ contains
       undamped = given
       call exchange_damping(undamped, damped)
       formulation = s%formulation
-      if (size(parts) > 0) call solve_parts(s, undamped, parts, oscillators, modes, counted, error)
+      if (size(parts) > 0) call solve_parts(s, undamped, parts, oscillators, modes, counted, error, groups)
       s%problem => given
       s%formulation = formulation
       s%known%rigid = rigid
@@ -235,7 +254,7 @@ contains
    end subroutine solve_counted
 
    ! Without its damping the problem is iterated part by part.
-   subroutine solve_parts(s, undamped, parts, oscillators, modes, counted, error)
+   subroutine solve_parts(s, undamped, parts, oscillators, modes, counted, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       !> The problem as given, without its damping.
       type(modal_problem_type), target, intent(in) :: undamped
@@ -244,11 +263,13 @@ contains
       type(modes_type), intent(inout) :: modes
       logical, intent(inout) :: counted
       type(error_type), allocatable, intent(out) :: error
+      type(band_groups_type), intent(inout), optional :: groups
       type(modal_problem_type) :: damped
       type(modal_options_type) :: asked
       type(eigenvalue_count_type) :: total
+      type(part_modes_type) :: found
       real(wp), allocatable :: decay(:)
-      integer :: i
+      integer :: before, i
 
       asked = s%options
       call exchange_damping(s%work, damped)
@@ -260,9 +281,18 @@ contains
       s%known%deflation%decay = 0
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
          size(s%known%rigid%lambda))
+      before = s%effort%operator_applications
+      if (present(groups)) call groups%announce(parts)
       do i = 1, size(parts)
-         call solve_part(s, parts(i), oscillators, counted, modes, error)
+         if (present(groups)) then
+            call groups%obtain(i, s, parts, found, error)
+         else
+            call solve_part(s, parts(i), found, error)
+         end if
          if (allocated(error)) exit
+         call add_history(modes%history, found%history, before)
+         before = before + found%effort%operator_applications
+         call add_part(found, oscillators, counted, modes)
          if (.not. counted .or. modes%reason == reason_cancelled) exit
       end do
       s%options = asked
@@ -293,72 +323,37 @@ contains
    end subroutine give_damping
 
    ! Adds the modes of a part to the oscillators.
-   subroutine solve_part(s, part, oscillators, counted, modes, error)
-      !> Undamped.
-      type(solve_context_type), target, intent(inout) :: s
-      type(part_type), intent(in) :: part
+   subroutine add_part(found, oscillators, counted, modes)
+      type(part_modes_type), intent(in) :: found
       type(oscillators_type), intent(inout) :: oscillators
       logical, intent(out) :: counted
       !> Gathers how it went.
       type(modes_type), intent(inout) :: modes
-      type(error_type), allocatable, intent(out) :: error
-      ! A shift is an eigenvalue once at most.
-      real(wp), parameter :: offsets(3) = [0.0_wp, 1.0e-3_wp, -2.0e-3_wp]
-      type(modes_type) :: found
-      character(len=note_length), allocatable :: notes(:)
-      integer, allocatable :: inside(:)
-      integer :: expected, first, last, attempt, before, i
+      integer :: first, last, i
 
-      expected = part%below_to - part%below_from
-      before = s%effort%operator_applications
-      ! Where a part is factored is nobody's matter.
-      allocate (notes, source=s%notes)
-      if (allocated(s%options%shift)) deallocate (s%options%shift)
-      if (part%is_lowest()) then
-         s%options%modes = part%below_to
-         s%options%target = 0
-         call place_shift(s, error)
-      else
-         s%options%modes = expected
-         s%options%target = cmplx(0, (part%from + part%to)/2, wp)
-         do attempt = 1, size(offsets)
-            s%options%shift = (1 + offsets(attempt))*s%options%target
-            call place_shift(s, error)
-            if (.not. allocated(error)) exit
-            if (error%code /= error_singular) return
-         end do
-      end if
-      if (allocated(error)) return
-      call move_alloc(notes, s%notes)
-      call find_modes(s, found, error)
-      if (allocated(error)) return
-      call add_history(modes%history, found%history, before)
       modes%locking_error = max(modes%locking_error, found%locking_error)
-      counted = all(abs(real(found%lambda, wp)) <= undamped_tolerance*abs(found%lambda))
+      counted = found%counted
       if (.not. counted) return
-      inside = pack([(i, i=1, size(found%lambda))], aimag(found%lambda) > (1 - half_gap)*part%from .and. &
-         aimag(found%lambda) < (1 + half_gap)*part%to .and. abs(found%lambda) > 0)
-      if (size(inside) > expected) inside = inside(:expected)
       first = oscillators%found + 1
-      last = oscillators%found + size(inside)
-      oscillators%lambda(first:last) = found%lambda(inside)
+      last = oscillators%found + size(found%lambda)
+      oscillators%lambda(first:last) = found%lambda
       if (.not. found%is_real()) call oscillators%make_complex()
       do i = first, last
          if (oscillators%is_real()) then
-            oscillators%real_phi(:, i) = found%real_phi(:, inside(i - first + 1))
+            oscillators%real_phi(:, i) = found%real_phi(:, i - first + 1)
          else
-            oscillators%phi(:, i) = found%column(inside(i - first + 1))
+            oscillators%phi(:, i) = found%column(i - first + 1)
          end if
       end do
-      oscillators%xi(:, first:last) = found%xi(:, inside)
+      oscillators%xi(:, first:last) = found%xi
       oscillators%found = last
       if (found%reason /= reason_converged) then
          modes%reason = found%reason
          modes%certified = certified_unknown
-      else if (size(inside) < expected .and. modes%certified == certified_yes) then
+      else if (found%certified == certified_no .and. modes%certified == certified_yes) then
          modes%certified = certified_no
       end if
-   end subroutine solve_part
+   end subroutine add_part
 
    subroutine add_history(history, more, before)
       type(history_type), intent(inout) :: history

@@ -7,6 +7,7 @@ module kschur_context
    use kschur_formulation, only: choose_formulation
    use kschur_solver_choice, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp
+   use kschur_memory, only: complex_bytes
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense
    use kschur_presolve, only: presolve_type
@@ -53,6 +54,8 @@ module kschur_context
    contains
       !> Appends a sentence to the notes.
       procedure :: add_note
+      !> Bytes of so many shapes with their multipliers.
+      procedure :: bytes_of_shapes
       !> Shapes and multipliers of the problem as given.
       procedure :: expand
       !> Shapes and multipliers of what is iterated, from those of the problem as given.
@@ -116,6 +119,13 @@ contains
 
       call append_note(self%notes, sentence)
    end subroutine add_note
+
+   pure real(wp) function bytes_of_shapes(self, shapes)
+      class(solve_context_type), intent(in) :: self
+      integer, intent(in) :: shapes
+
+      bytes_of_shapes = complex_bytes*shapes*(real(self%problem%unknowns(), wp) + self%problem%multipliers())
+   end function bytes_of_shapes
 
    subroutine expand(self, pairs, more)
       class(solve_context_type), intent(in) :: self

@@ -7,8 +7,9 @@ module kschur_help
 
 contains
 
+   !> Waits for what the first process asks for, until it ends: there is nothing to wait for.
    subroutine help(processes)
-      type(processes_type), target, intent(inout) :: processes
+      type(processes_type), intent(inout) :: processes
 
       processes%number = 1
    end subroutine help

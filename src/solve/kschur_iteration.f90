@@ -4,6 +4,7 @@ module kschur_iteration
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
+   use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_outcome, only: reason_converged
@@ -44,6 +45,8 @@ contains
          options%verify = .false.
       end if
       call s%transform%iterate(selection, options, ritz, error, s%monitor)
+      if (allocated(error)) return
+      call require_memory(s%bytes_of_shapes(3*size(ritz%mu)), "mode shapes", error)
       if (allocated(error)) return
       statistics = ritz%statistics
       associate (effort => s%effort)

@@ -73,7 +73,11 @@ contains
       integer(long) :: started
       logical :: kept
 
-      call enter_solve(options%threads, self%problem%unknowns(), threads_before)
+      call enter_solve(options%threads, self%problem%unknowns(), threads_before, error)
+      if (allocated(error)) then
+         call leave_solve(threads_before)
+         return
+      end if
       started = clock()
       do
          call make_ready(self, options, .false., kept, error, monitor)
@@ -111,7 +115,11 @@ contains
       integer(long) :: started
       logical :: kept
 
-      call enter_solve(options%threads, self%problem%unknowns(), threads_before)
+      call enter_solve(options%threads, self%problem%unknowns(), threads_before, error)
+      if (allocated(error)) then
+         call leave_solve(threads_before)
+         return
+      end if
       started = clock()
       call band_options(first, last, options, own, error)
       ! Zeros are counted there.

@@ -6,10 +6,11 @@ module kschur_preparation
    use kschur_dense_choice, only: consider_dense, settle_dense
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_eigenvalue_count, only: count_eigenvalues
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, error_input
    use kschur_examination, only: find_rigid, suppose_none
    use kschur_formulation, only: is_structured
    use kschur_kinds, only: long
+   use kschur_memory, only: require_memory
    use kschur_modes, only: modes_type, no_modes
    use kschur_notes, only: note_problem
    use kschur_presolve, only: presolve
@@ -29,8 +30,13 @@ contains
       type(solve_context_type), intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
 
+      call require_memory(3*s%problem%bytes(), "the reduced matrices", error)
+      if (allocated(error)) return
       call presolve(s%problem, s%work, s%plan, error, eliminating=s%options%presolve .and. is_structured(s%formulation))
-      if (s%plan%unknowns_after == 0 .and. allocated(error)) deallocate (error)
+      if (allocated(error)) then
+         ! No motion is left.
+         if (s%plan%unknowns_after == 0 .and. error%code == error_input) deallocate (error)
+      end if
       if (allocated(error) .or. s%plan%unknowns_after == 0) return
       if (.not. s%options%is_plain()) call balance(s%work, s%plan)
    end subroutine reduce
@@ -51,6 +57,8 @@ contains
          call note_problem(s%work, s%problem%multipliers(), s%known%redundant, s%notes)
          return
       end if
+      call require_memory(3*s%work%bytes() + s%bytes_of_shapes(8), "the examination of the problem", error)
+      if (allocated(error)) return
       call count_redundant(s%work%constraints, s%known%redundant, error, s%effort, s%inner%counting)
       if (allocated(error)) return
       call note_problem(s%work, s%problem%multipliers(), s%plan%redundant + s%known%redundant, s%notes)
@@ -66,6 +74,8 @@ contains
          call consider_dense(s)
          call find_rigid(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, error)
       end if
+      if (allocated(error)) return
+      call require_memory(s%bytes_of_shapes(3*size(s%known%rigid%lambda)), "rigid motions", error)
       if (allocated(error)) return
       rigid = s%known%rigid
       call s%expand(rigid)

@@ -3,6 +3,7 @@ module kschur_report
    use kschur_context, only: solve_context_type
    use kschur_description, only: describe
    use kschur_error, only: error_type
+   use kschur_memory, only: require_memory
    use kschur_linear_solver, only: linear_solver_type
    use kschur_mesh, only: join_nodes
    use kschur_modes, only: modes_type
@@ -26,6 +27,8 @@ contains
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
 
+      call require_memory(s%bytes_of_shapes(2*size(modes%lambda)), "the result", error)
+      if (allocated(error)) return
       call report_problem(s, options, result)
       call report_factors(s, result)
       ! Complex shapes need the room that factors and basis had.

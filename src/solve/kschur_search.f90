@@ -6,6 +6,7 @@ module kschur_search
    use kschur_error, only: error_type, error_singular
    use kschur_iteration, only: iterate
    use kschur_kinds, only: wp
+   use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_mending, only: drop_unfounded, mend, save_hidden
    use kschur_mode_selection, only: accept_pairs, highest, wanted_type
@@ -100,6 +101,8 @@ contains
             cycle
          end if
          call save_hidden(s, pairs, error)
+         if (allocated(error)) return
+         call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
          call s%expand(pairs, s%known%rigid)
          call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &

@@ -36,6 +36,8 @@ contains
          call new_error(error, error_usage, "the number of threads must not be negative")
       else if (options%distribute < 1) then
          call new_error(error, error_usage, "a matrix that is distributed has at least one row")
+      else if (options%groups < 0) then
+         call new_error(error, error_usage, "the number of groups must not be negative")
       else if (options%max_restarts < 1) then
          call new_error(error, error_usage, "the number of restarts must be at least 1")
       else if (options%formulation < 0 .or. options%formulation > ubound(formulation_names, 1)) then

@@ -45,11 +45,11 @@ contains
 
       call join_processes(options%communicator, options%distribute, processes, error)
       if (allocated(error)) return
-      call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before)
-      if (processes%rank == 0) then
-         call solve(problem, options, processes, result, error, monitor, solvers)
-      else
+      call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before, error)
+      if (processes%rank > 0) then
          call help(processes)
+      else if (.not. allocated(error)) then
+         call solve(problem, options, processes, result, error, monitor, solvers)
       end if
       call processes%leave(error)
       call leave_solve(threads_before)

@@ -131,6 +131,9 @@ module kschur_options
       integer, allocatable :: communicator
       !> Matrices of so many rows and more are factored by all processes together.
       integer :: distribute = 20000
+      !> How many groups of processes share the parts of a band, each with factors of its own; 0: as many as there are
+      !> processes where a matrix is too small to be distributed, else one.
+      integer :: groups = 0
    contains
       !> Whether ARPACK's raw answer is wanted.
       procedure :: is_plain

@@ -44,7 +44,7 @@ def run(processes, *words):
 
 
 def solve(processes, problem, *options):
-    done = run(processes, "solve", problem, "--format", "json", "--threads", 1, "--distribute", 1, *options)
+    done = run(processes, "solve", problem, "--format", "json", "--threads", 1, *([] if "--distribute" in options else ["--distribute", 1]), *options)
     if done.returncode not in (0, 3):
         return done.returncode, done.stderr
     return done.returncode, json.loads(done.stdout)
@@ -54,7 +54,8 @@ def frequencies_by_lapack(problem):
     """All undamped frequencies in rad/s, squared, from the matrices on the null space of the constraints."""
     with h5py.File(problem) as file:
         matrix = {name: scipy.sparse.csr_matrix((group["data"][:], group["indices"][:], group["indptr"][:]),
-                                                group.attrs["shape"]).toarray() for name, group in file.items()}
+                                                group.attrs["shape"]).toarray() for name, group in file.items()
+                  if name in ("mass", "stiffness", "constraints")}
     mass, stiffness = matrix["mass"], matrix["stiffness"]
     if "constraints" in matrix:
         allowed = scipy.linalg.null_space(matrix["constraints"])
@@ -126,6 +127,39 @@ def check_methods(folder):
     check("what solves nothing", done.returncode == 0 and done.stdout.startswith("kschur "), done.stdout)
 
 
+def check_bands(folder):
+    """Parts by groups of processes: the same modes in the same order, and the same counts."""
+    problem = folder / "grid-band.h5"
+    run(0, "scene", "grid", "--cells", "6x4", "--output", problem)
+    _, alone = solve(0, problem, "--band", "0,400")
+    for processes, options in ((2, ["--distribute", 5000]), (3, ["--distribute", 5000]), (4, ["--groups", 2]), (3, ["--groups", 2])):
+        status, answer = solve(processes, problem, "--band", "0,400", *options)
+        name = f"a band on {processes} {' '.join(map(str, options))}"
+        if status != 0:
+            check(name, False, f"{status} {answer}")
+            continue
+        check(name, len(answer["modes"]) == len(alone["modes"]) and
+              np.all(abs(values(answer) - values(alone)) <= bounds(alone)), len(answer["modes"]))
+        check(name + ": counts and certificate", answer["counts"] == alone["counts"] and answer["certified"] is True,
+              f"{answer['counts']} {alone['counts']}")
+    # One that is not counted, and one that cannot be had.
+    status, answer = solve(3, folder / "brake.h5", "--band", "0,400")
+    check("a band that is not counted", status == 0 and answer["certified"] is None, f"{status} {answer}")
+    done = run(3, "solve", problem, "--band", "5,2")
+    check("a band that is none", done.returncode == 1, f"{done.returncode} {done.stderr}")
+
+
+def check_lapack_band(folder):
+    problem = folder / "grid-few.h5"
+    run(0, "scene", "grid", "--cells", "4x3", "--damping", "none", "--output", problem)
+    omega = np.sqrt(np.abs(frequencies_by_lapack(problem)))
+    edges = (10.0, 400.0)
+    inside = omega[(omega >= 2 * np.pi * edges[0]) & (omega <= 2 * np.pi * edges[1])]
+    status, answer = solve(3, problem, "--band", "{},{}".format(*edges), "--distribute", 5000)
+    got = values(answer).imag
+    check("a band on 3 against LAPACK", len(got) == len(inside) and np.all(abs(got - inside) <= 1e-8 * got), f"{len(got)} {len(inside)}")
+
+
 def check_errors(folder):
     """Every process ends with the status of the first one, and one line is said."""
     problem = folder / "crank.h5"
@@ -145,6 +179,8 @@ def main():
         check_scenes(folder)
         check_lapack(folder)
         check_methods(folder)
+        check_bands(folder)
+        check_lapack_band(folder)
         check_errors(folder)
     print(f"{passed} passed, {failed} failed")
     return failed > 0

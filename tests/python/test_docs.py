@@ -3,11 +3,11 @@
 
     test_docs.py FOLDER_OF_PROGRAMS SOURCE [PAGE ...]
 
-- Blocks marked `console` are run, a page in a folder of its own, beside which are benchmarks, examples and python: `$ ` begins a command, `> ` goes on with it, the rest
-  is what it prints. A line `...` stands for any lines. Numbers may differ by 1e-4 of themselves; errors, which have two
-  digits, by a factor of 100 or as anything below 1e-6; what is below 1e-9 as anything below that; lines of effort and
-  seconds in all. A command must succeed unless the next one is `echo $?`. `console minutes` is not run: the mark says
-  that it takes minutes.
+- Blocks marked `console` are run, a page in a folder of its own, beside which are benchmarks, examples and python: `$ `
+  begins a command, `> ` goes on with it, the rest is what it prints. A line `...` stands for any lines. Numbers may differ
+  by 1e-4 of themselves; errors, which have two digits, by a factor of 100 or as anything below 1e-6; what is below 1e-9 as
+  anything below that; lines of effort and seconds in all. A command must succeed unless the next one is `echo $?`.
+  `console minutes` is not run: the mark says that it takes minutes.
 - A `python` or `fortran` block whose first line is a comment with a name, `# write.py`, is that file.
 - Options of `kschur` in other blocks and in the text must be in its help.
 - Links lead to files; names `kschur_...` are names in the sources.

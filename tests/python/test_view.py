@@ -1,4 +1,7 @@
-"""Where problems stand in space, and the files of kschur view, opened by meshio: test_view.py KSCHUR."""
+"""Where problems stand in space, and the files of kschur view, opened by meshio: test_view.py KSCHUR [--without-picture].
+
+An interpreter does not load a library with sanitizers: no picture then.
+"""
 import subprocess
 import sys
 import tempfile
@@ -6,6 +9,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import h5py
+import matplotlib.image
 import meshio
 import numpy as np
 import scipy.sparse as sparse
@@ -97,6 +101,20 @@ def test_own_model(folder):
                   and np.allclose(grid.point_data["displacement"], moved, atol=1e-13))
 
 
+def test_picture(folder):
+    matrices, mesh, _ = lattice()
+    result, picture = folder/"modes.h5", folder/"it's modes.png"
+    run("solve", write(folder/"own.h5", matrices, mesh), "--modes", 5, "--output", result)
+    done = run("view", result, "--picture", picture, "--modes", "1,2,5")
+    check("picture: is drawn", done.returncode == 0 and "3 modes" in done.stdout and done.stderr == "", done)
+    pixels = matplotlib.image.imread(picture)
+    dark = (pixels[:, :, :3].sum(2) < 2).mean(0).reshape(3, -1).mean(1)
+    check("picture: three modes side by side", pixels.shape[:2] == (408, 1440) and (dark > 0.005).all(), (pixels.shape, dark))
+    done = run("view", result, "--picture", folder/"modes.nonsense")
+    check("picture: an ending that is none", done.returncode == 4 and "nonsense" in done.stderr
+          and not list(folder.glob("*nonsense*")) and not list(folder.glob(".*")), done)
+
+
 def test_cells_and_order(folder):
     matrices, _, _ = lattice()
     matrices = {name: matrix[:36, :36].tocsr() for name, matrix in matrices.items()}
@@ -174,7 +192,10 @@ def test_scenes(folder):
                     check(f"{scene}: a rotation keeps the ties", abs(matrix(file, "constraints") @ turn).max() < 1e-9)
 
 
-for test in (test_own_model, test_cells_and_order, test_refusals, test_scenes):
+tests = [test_own_model, test_cells_and_order, test_refusals, test_scenes]
+if "--without-picture" not in sys.argv:
+    tests.append(test_picture)
+for test in tests:
     with tempfile.TemporaryDirectory() as name:
         test(Path(name))
 print(f"{len(failures)} failed")

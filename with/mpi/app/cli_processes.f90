@@ -2,7 +2,7 @@
 !> the others take part in its solves.
 module cli_processes
    use, intrinsic :: iso_c_binding, only: c_int
-   use cli_waiting, only: start_again_to_wait_asleep
+   use cli_environment, only: start_again_to_wait_asleep
    use kschur, only: error_type, modal_options_type, modal_problem_type, modal_result_type, solve_modes
    use kschur_processes, only: broadcast_words
    use mpi_f08, only: MPI_Comm_rank, MPI_COMM_WORLD, MPI_Finalize, MPI_Init_thread, MPI_THREAD_FUNNELED
@@ -10,7 +10,8 @@ module cli_processes
    private
    public :: end_processes, gather_processes, start_processes
 
-   ! What the first process may say: that there is a solve to take part in, or that this is the end, with a status.
+   ! What the first process may say: that there is a solve to take part in, with threads, or that this is the end, with a
+   ! status.
    integer, parameter :: word_solve = 1, word_end = 2
 
    interface
@@ -44,6 +45,7 @@ contains
       do
          call broadcast_words(words, MPI_COMM_WORLD)
          if (words(1) == word_end) exit
+         options%threads = words(2)
          ! What is wrong the first process tells the user.
          call solve_modes(none, options, result, error)
       end do
@@ -55,7 +57,7 @@ contains
    subroutine gather_processes(options)
       type(modal_options_type), intent(inout) :: options
 
-      call say([word_solve, 0])
+      call say([word_solve, options%threads])
       options%communicator = MPI_COMM_WORLD%mpi_val
    end subroutine gather_processes
 

@@ -6,13 +6,15 @@ module kschur_processes
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
-   use mpi_f08, only: operator(==), MPI_Bcast, MPI_CHARACTER, MPI_Comm, MPI_Comm_dup, MPI_Comm_free, MPI_COMM_NULL, MPI_Comm_rank, &
+   use mpi_f08, only: operator(==), MPI_Allreduce, MPI_Bcast, &
+      MPI_CHARACTER, MPI_Comm, MPI_Comm_dup, MPI_Comm_free, MPI_COMM_NULL, MPI_Comm_rank, &
       MPI_COMM_SELF, MPI_Comm_size, MPI_Comm_split, MPI_Comm_split_type, MPI_COMM_TYPE_SHARED, MPI_Ibcast, MPI_INFO_NULL, &
-      MPI_Initialized, MPI_INTEGER, MPI_Request, MPI_STATUS_IGNORE, MPI_Test
+      MPI_Initialized, MPI_INTEGER, MPI_MIN, MPI_Request, MPI_STATUS_IGNORE, MPI_Test, &
+      MPI_UNDEFINED
    use omp_lib, only: omp_get_num_procs
    implicit none
    private
-   public :: are_several, broadcast_words, join_processes, processes_type
+   public :: are_several, broadcast_words, join_processes, nap, processes_type
 
    !> What the first process may say; further words go with it.
    integer, parameter, public :: word_end = 0, word_mumps = 1, word_parts = 2
@@ -35,7 +37,9 @@ module kschur_processes
       procedure :: hear
       !> Cuts them into groups of neighbours, each of which works as these did.
       procedure :: split
-      !> Ends what they do together: each gets the error of the first one.
+      !> How many unknowns from which on a matrix is distributed.
+      procedure :: distribute
+      !> Ends what they do together: all get the error of the first one that has one.
       procedure :: leave
    end type processes_type
 
@@ -128,12 +132,8 @@ contains
    subroutine broadcast_words(words, communicator)
       integer, asynchronous, contiguous, intent(inout) :: words(:)
       type(MPI_Comm), intent(in) :: communicator
-      ! A nap is this part of the time that was waited, and no longer than that (seconds).
-      real(wp), parameter :: part = 0.05_wp, longest = 1.0e-3_wp, shortest = 2.0e-5_wp
       type(MPI_Request) :: request
-      real(wp) :: nap
       integer(long) :: started
-      integer(c_int) :: ignored
       logical :: done
 
       call MPI_Ibcast(words, size(words), MPI_INTEGER, 0, communicator, request)
@@ -141,43 +141,61 @@ contains
       do
          call MPI_Test(request, done, MPI_STATUS_IGNORE)
          if (done) exit
-         nap = min(part*seconds_since(started), longest)
-         if (nap > shortest) ignored = c_usleep(int(1.0e6_wp*nap, c_int))
+         call nap(seconds_since(started))
       end do
    end subroutine broadcast_words
 
-   !> Process r is in group r*groups/number, counted from 0.
-   subroutine split(self, groups, group)
+   !> Sleeps for a small part of the time that was waited; not at all at first.
+   subroutine nap(waited)
+      !> Seconds.
+      real(wp), intent(in) :: waited
+      real(wp), parameter :: part = 0.05_wp, longest = 1.0e-3_wp, shortest = 2.0e-5_wp
+      real(wp) :: seconds
+      integer(c_int) :: ignored
+
+      seconds = min(part*waited, longest)
+      if (seconds > shortest) ignored = c_usleep(int(1.0e6_wp*seconds, c_int))
+   end subroutine nap
+
+   !> Process r is in group r*groups/number, counted from 0; to be called by all.
+   subroutine split(self, groups, group, leaders)
       class(processes_type), intent(in) :: self
       integer, intent(in) :: groups
       type(processes_type), intent(out) :: group
+      !> Of the first processes of all groups; MPI_COMM_NULL in the others.
+      type(MPI_Comm), intent(out) :: leaders
 
       group%rows = self%rows
       call MPI_Comm_split(self%communicator, int(int(self%rank, long)*groups/self%number), self%rank, group%communicator)
       call look_around(group)
       group%on_this_machine = self%on_this_machine
+      call MPI_Comm_split(self%communicator, merge(0, MPI_UNDEFINED, group%rank == 0), self%rank, leaders)
    end subroutine split
+
+   pure integer function distribute(self)
+      class(processes_type), intent(in) :: self
+
+      distribute = self%rows
+   end function distribute
 
    subroutine leave(self, error)
       class(processes_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
       character(len=:), allocatable :: message
-      integer :: raised(2)
+      integer :: raised(2), from, first
 
       if (self%communicator == MPI_COMM_NULL) return
-      raised = 0
-      if (self%rank == 0) then
-         call self%tell([word_end])
-         if (allocated(error)) raised = [error%code, len(error%message)]
-      end if
-      if (self%number > 1) then
-         call MPI_Bcast(raised, 2, MPI_INTEGER, 0, self%communicator)
-         if (raised(1) /= 0) then
-            allocate (character(len=raised(2)) :: message)
-            if (self%rank == 0) message = error%message
-            call MPI_Bcast(message, raised(2), MPI_CHARACTER, 0, self%communicator)
-            if (self%rank > 0) call new_error(error, raised(1), message)
-         end if
+      if (self%rank == 0) call self%tell([word_end])
+      from = merge(self%rank, self%number, allocated(error))
+      call MPI_Allreduce(from, first, 1, MPI_INTEGER, MPI_MIN, self%communicator)
+      if (first < self%number) then
+         raised = 0
+         if (self%rank == first) raised = [error%code, len(error%message)]
+         call MPI_Bcast(raised, 2, MPI_INTEGER, first, self%communicator)
+         allocate (character(len=raised(2)) :: message)
+         if (self%rank == first) message = error%message
+         call MPI_Bcast(message, raised(2), MPI_CHARACTER, first, self%communicator)
+         if (self%rank /= first) call new_error(error, raised(1), message)
       end if
       call MPI_Comm_free(self%communicator)
    end subroutine leave

@@ -1,15 +1,18 @@
 !> What all processes but the first one do of a solve: what the first one says.
 module kschur_help
+   use kschur_band_groups, only: lead_group
+   use kschur_error, only: error_type
    use kschur_mumps_help, only: help_mumps, mumps_instance_type
-   use kschur_processes, only: number_of_words, processes_type, word_end, word_mumps
+   use kschur_processes, only: number_of_words, processes_type, word_end, word_mumps, word_parts
+   use mpi_f08, only: MPI_Comm
    implicit none
    private
    public :: help
 
 contains
 
-   subroutine help(processes)
-      type(processes_type), target, intent(inout) :: processes
+   recursive subroutine help(processes)
+      type(processes_type), intent(inout) :: processes
       type(mumps_instance_type), allocatable :: instances(:)
       integer :: words(number_of_words)
 
@@ -19,9 +22,28 @@ contains
          select case (words(1))
          case (word_mumps)
             call help_mumps(instances, processes, words)
+         case (word_parts)
+            call work_in_group(processes, words(2))
          case (word_end)
             exit
          end select
       end do
    end subroutine help
+
+   ! One of so many groups does what they all did before.
+   recursive subroutine work_in_group(processes, groups)
+      type(processes_type), intent(in) :: processes
+      integer, intent(in) :: groups
+      type(processes_type), target :: group
+      type(MPI_Comm) :: leaders
+      type(error_type), allocatable :: none
+
+      call processes%split(groups, group, leaders)
+      if (group%rank == 0) then
+         call lead_group(group, leaders)
+      else
+         call help(group)
+      end if
+      call group%leave(none)
+   end subroutine work_in_group
 end module kschur_help

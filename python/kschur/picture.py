@@ -1,0 +1,42 @@
+"""Several modes of a result in one picture."""
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from . import table
+from .result import Result
+from .solving import load
+
+
+def draw(result: Result, modes: list[int], **options: Any) -> Any:
+    """A Matplotlib figure of modes, which count from 0; `options` are those of `Result.plot_shape`."""
+    from matplotlib import pyplot as plt
+    columns = min(len(modes), 3)
+    rows = -(-len(modes) // columns)
+    figure = plt.figure(figsize=(4 * columns, 3.4 * rows), layout="constrained")
+    flat = result.plot_shape(modes[0], ax=None, **options)
+    plt.close(flat.figure)
+    for place, mode in enumerate(modes, 1):
+        ax = figure.add_subplot(rows, columns, place, projection=None if flat.name == "rectilinear" else "3d")
+        result.plot_shape(mode, ax=ax, **options)
+        ax.set_axis_off()
+        ax.set_title(f"mode {mode + 1}: {table.caption(result, mode)}", fontsize=9)
+    return figure
+
+
+def main(words: list[str]) -> None:
+    """What kschur-picture does: words are a result, a picture, and numbers of modes from 1."""
+    path, picture, *numbers = words
+    try:
+        import matplotlib
+        matplotlib.use("Agg")
+        figure = draw(load(path), [int(number) - 1 for number in numbers])
+        # It appears under its name when it is whole.
+        whole = Path(picture).with_name(f".{Path(picture).name}.{os.getpid()}{Path(picture).suffix}")
+        figure.savefig(whole, dpi=120)
+        whole.replace(picture)
+    except Exception as error:
+        sys.exit(f"kschur-picture: {error}")

@@ -1,0 +1,318 @@
+!> The columns of one supernode in LDL^T: spread out as a dense panel, less what its descendants in the elimination tree make
+!> of them, factored, and stored as columns of L; by one thread, or by all in tiles of rows.
+module kschur_left_looking
+   use kschur_kinds, only: wp, long
+   use kschur_panel, only: enclosure_type, factor_panel, factor_rows, multiply_rectangle, multiply_trapezoid
+   use kschur_symbolic, only: symbolic_type
+   use kschur_threads, only: thread_number
+   implicit none
+   private
+   public :: supernodal_factors_type, elimination_type, panel_type, workspace_type
+   public :: eliminate_supernode, eliminate_in_tiles, link_to_next, pass_on
+
+   !> L and D, in the order and with the supernodes of a symbolic factorisation.
+   type :: supernodal_factors_type
+      !> From offset(s) on, the columns of supernode s: first, one behind the other, what they have below the diagonal in its
+      !> own rows, then a dense block of its other rows.
+      integer(long), allocatable :: offset(:)
+      real(wp), allocatable :: lower(:)
+      real(wp), allocatable :: pivot(:)
+   end type supernodal_factors_type
+
+   !> What all threads share.
+   type :: elimination_type
+      !> The lower triangle of A in the order of elimination, by columns.
+      integer, allocatable :: start(:), row(:)
+      real(wp), allocatable :: value(:)
+      !> Supernodes that are to update supernode s: head(s), next(head(s)) ...; the first of their rows that is in s, and how
+      !> many are.
+      integer, allocatable :: head(:), next(:), wide(:)
+      integer(long), allocatable :: reached(:)
+      !> Of each column, terms as in `enclosure_type`, and (e + sqrt(e)) |d|, e its entries below the diagonal.
+      real(wp), allocatable :: terms(:), weight(:)
+   end type elimination_type
+
+   !> The panel that is eliminated.
+   type :: panel_type
+      integer :: supernode = 0, rows = 0, columns = 0
+      real(wp), allocatable :: entries(:)
+      !> The row of the panel that each row of the matrix is.
+      integer, allocatable :: place(:)
+      type(enclosure_type) :: enclosure
+   end type panel_type
+
+   !> Of each thread, as large as a panel, a square, its rows.
+   type :: workspace_type
+      real(wp), allocatable :: product(:), scaled(:)
+      integer, allocatable :: relative(:)
+   end type workspace_type
+
+   ! Of a tile; more than a supernode has columns.
+   integer, parameter :: tile_rows = 192
+
+contains
+
+   !> Eliminates the columns of supernode s, whose descendants are done.
+   subroutine eliminate_supernode(symbolic, s, shared, factors, panel, work, stopped)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s
+      type(elimination_type), intent(inout) :: shared
+      type(supernodal_factors_type), intent(inout) :: factors
+      type(panel_type), intent(inout) :: panel
+      type(workspace_type), intent(inout) :: work
+      !> A pivot is zero, or not a number.
+      logical, intent(out) :: stopped
+
+      associate (first => symbolic%first(s), last => symbolic%first(s + 1) - 1)
+         call fill_panel(symbolic, s, shared, panel)
+         call subtract_descendants(symbolic, factors, shared, 1, panel%rows, panel, work)
+         call factor_panel(panel%rows, panel%columns, panel%entries, panel%rows, factors%pivot(first:last), work%product, &
+            work%scaled, panel%enclosure)
+         stopped = .not. all(abs(factors%pivot(first:last)) > 0)
+         if (stopped) return
+         call weigh(panel, factors%pivot(first:last), first, shared)
+         call store_triangle(panel%rows, panel%columns, panel%entries, factors%lower(factors%offset(s):))
+         call store_rows(panel, panel%columns + 1, panel%rows, factors%lower(factors%offset(s):))
+      end associate
+   end subroutine eliminate_supernode
+
+   !> The same by all threads: with other digits, but the same for any number of them.
+   subroutine eliminate_in_tiles(symbolic, s, shared, factors, panel, work, stopped)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s
+      type(elimination_type), intent(inout) :: shared
+      type(supernodal_factors_type), intent(inout) :: factors
+      type(panel_type), intent(inout) :: panel
+      !> One for each.
+      type(workspace_type), intent(inout) :: work(:)
+      logical, intent(out) :: stopped
+      integer :: tile, last_row
+
+      associate (first => symbolic%first(s), last => symbolic%first(s + 1) - 1)
+         call fill_panel(symbolic, s, shared, panel)
+         !$omp parallel do schedule(dynamic) private(last_row)
+         do tile = 1, panel%rows, tile_rows
+            last_row = min(tile + tile_rows - 1, panel%rows)
+            call subtract_descendants(symbolic, factors, shared, tile, last_row, panel, work(thread_number()))
+         end do
+         !$omp end parallel do
+         call factor_panel(panel%columns, panel%columns, panel%entries, panel%rows, factors%pivot(first:last), &
+            work(1)%product, work(1)%scaled, panel%enclosure)
+         stopped = .not. all(abs(factors%pivot(first:last)) > 0)
+         if (stopped) return
+         call weigh(panel, factors%pivot(first:last), first, shared)
+         call store_triangle(panel%rows, panel%columns, panel%entries, factors%lower(factors%offset(s):))
+         !$omp parallel do schedule(dynamic) private(last_row)
+         do tile = panel%columns + 1, panel%rows, tile_rows
+            last_row = min(tile + tile_rows - 1, panel%rows)
+            call factor_rows(tile, last_row, panel%columns, panel%entries, panel%rows, factors%pivot(first:last), &
+               work(thread_number())%scaled)
+            call store_rows(panel, tile, last_row, factors%lower(factors%offset(s):))
+         end do
+         !$omp end parallel do
+      end associate
+   end subroutine eliminate_in_tiles
+
+   !> What has rows in supernode s, and itself, will update the one of the next row that is left, up to supernode `last`.
+   subroutine pass_on(symbolic, s, last, shared)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s, last
+      type(elimination_type), intent(inout) :: shared
+      integer :: k, following
+
+      k = shared%head(s)
+      do while (k /= 0)
+         following = shared%next(k)
+         shared%reached(k) = shared%reached(k) + shared%wide(k)
+         call link_to_next(symbolic, k, last, shared)
+         k = following
+      end do
+      shared%reached(s) = symbolic%start(s)
+      call link_to_next(symbolic, s, last, shared)
+   end subroutine pass_on
+
+   !> Supernode s, whose rows before reached(s) are done, will update the one of this row, up to supernode `last`.
+   subroutine link_to_next(symbolic, s, last, shared)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s, last
+      type(elimination_type), intent(inout) :: shared
+
+      if (shared%reached(s) >= symbolic%start(s + 1)) return
+      associate (target => symbolic%supernode(symbolic%row(shared%reached(s))))
+         if (target > last) return
+         shared%next(s) = shared%head(target)
+         shared%head(target) = s
+      end associate
+   end subroutine link_to_next
+
+   ! With the columns of A; finds how far each descendant reaches into them.
+   subroutine fill_panel(symbolic, s, shared, panel)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s
+      type(elimination_type), intent(inout) :: shared
+      type(panel_type), intent(inout) :: panel
+      integer :: j, k, p
+
+      associate (first => symbolic%first(s), row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1))
+         panel%supernode = s
+         panel%columns = symbolic%first(s + 1) - first
+         panel%rows = panel%columns + size(row)
+         do k = 1, panel%columns
+            panel%place(first + k - 1) = k
+         end do
+         do k = 1, size(row)
+            panel%place(row(k)) = panel%columns + k
+         end do
+         panel%entries(:panel%rows*panel%columns) = 0
+         do j = 1, panel%columns
+            do p = shared%start(first + j - 1), shared%start(first + j) - 1
+               k = (j - 1)*panel%rows + panel%place(shared%row(p))
+               panel%entries(k) = panel%entries(k) + shared%value(p)
+            end do
+         end do
+         if (panel%enclosure%side /= 0) then
+            panel%enclosure%rows = panel%rows
+            panel%enclosure%columns = panel%columns
+            panel%enclosure%sum(:panel%columns) = 0
+            panel%enclosure%terms(:panel%columns) = shared%terms(first:first + panel%columns - 1)
+         end if
+      end associate
+      k = shared%head(s)
+      do while (k /= 0)
+         associate (from => shared%reached(k), wide => shared%wide(k))
+            wide = 1
+            do while (from + wide < symbolic%start(k + 1))
+               if (symbolic%row(from + wide) >= symbolic%first(s + 1)) exit
+               wide = wide + 1
+            end do
+         end associate
+         k = shared%next(k)
+      end do
+   end subroutine fill_panel
+
+   ! From these rows of the panel.
+   subroutine subtract_descendants(symbolic, factors, shared, first_row, last_row, panel, work)
+      type(symbolic_type), intent(in) :: symbolic
+      type(supernodal_factors_type), intent(in) :: factors
+      type(elimination_type), intent(in) :: shared
+      integer, intent(in) :: first_row, last_row
+      type(panel_type), intent(inout) :: panel
+      type(workspace_type), intent(inout) :: work
+      integer(long) :: from, to
+      integer :: k
+
+      k = shared%head(panel%supernode)
+      do while (k /= 0)
+         associate (start => symbolic%start(k), reached => shared%reached(k), columns => symbolic%first(k + 1) - symbolic%first(k))
+            from = reached
+            to = symbolic%start(k + 1) - 1
+            if (first_row > 1) from = first_at(symbolic%row, panel%place, reached, to, first_row)
+            if (last_row < panel%rows) to = first_at(symbolic%row, panel%place, reached, to, last_row + 1) - 1
+            if (from <= to) call subtract_one(k, columns, int(symbolic%start(k + 1) - start), shared%wide(k), from, to, &
+               factors%lower(factors%offset(k) + (columns*(columns - 1))/2))
+         end associate
+         k = shared%next(k)
+      end do
+
+   contains
+
+      ! Rows of this range of a descendant's block; the first so many that reach the panel are columns of it.
+      subroutine subtract_one(k, terms, lda, wide, from, to, lower)
+         integer, intent(in) :: k, terms, lda, wide
+         integer(long), intent(in) :: from, to
+         real(wp), intent(in) :: lower(lda, *)
+         integer :: i, j, high, at, top, offset
+
+         top = int(shared%reached(k) - symbolic%start(k))
+         offset = int(from - symbolic%start(k))
+         high = int(to - from) + 1
+         associate (first => symbolic%first(k), last => symbolic%first(k + 1) - 1)
+            do j = 1, wide
+               work%scaled((j - 1)*terms + 1:j*terms) = factors%pivot(first:last)*lower(top + j, :terms)
+            end do
+            work%relative(:high) = panel%place(symbolic%row(from:to))
+            if (first_row == 1) then
+               call multiply_trapezoid(high, wide, terms, lower(offset + 1, 1), lda, work%scaled, work%product)
+               if (panel%enclosure%side /= 0) then
+                  do j = 1, wide
+                     associate (sum_of_row => panel%enclosure%sum(work%relative(j)))
+                        sum_of_row = sum_of_row + sum(shared%weight(first:last)*lower(top + j, :terms)**2)
+                     end associate
+                  end do
+               end if
+            else
+               call multiply_rectangle(high, wide, terms, lower(offset + 1, 1), lda, work%scaled, work%product)
+            end if
+         end associate
+         do j = 1, wide
+            at = (panel%place(symbolic%row(shared%reached(k) + j - 1)) - 1)*panel%rows
+            do i = merge(j, 1, first_row == 1), high
+               panel%entries(at + work%relative(i)) = panel%entries(at + work%relative(i)) - work%product((j - 1)*high + i)
+            end do
+         end do
+      end subroutine subtract_one
+   end subroutine subtract_descendants
+
+   ! The first of rows from ... to whose place is not before this one.
+   pure integer(long) function first_at(row, place, from, to, least)
+      integer, intent(in) :: row(:), place(:), least
+      integer(long), intent(in) :: from, to
+      integer(long) :: beyond, middle
+
+      first_at = from
+      beyond = to + 1
+      do while (first_at < beyond)
+         middle = (first_at + beyond)/2
+         if (place(row(middle)) < least) then
+            first_at = middle + 1
+         else
+            beyond = middle
+         end if
+      end do
+   end function first_at
+
+   ! What rounding in its columns may do to rows below.
+   pure subroutine weigh(panel, pivot, first, shared)
+      type(panel_type), intent(in) :: panel
+      real(wp), intent(in) :: pivot(:)
+      integer, intent(in) :: first
+      type(elimination_type), intent(inout) :: shared
+      integer :: j
+
+      if (panel%enclosure%side == 0) return
+      do j = 1, size(pivot)
+         shared%weight(first + j - 1) = panel%enclosure%weight(j, pivot(j))
+      end do
+   end subroutine weigh
+
+   ! Below the diagonal of the first rows of a panel.
+   pure subroutine store_triangle(rows, columns, panel, lower)
+      integer, intent(in) :: rows, columns
+      real(wp), intent(in) :: panel(rows, columns)
+      real(wp), intent(inout) :: lower(*)
+      integer :: j, k
+
+      k = 0
+      do j = 1, columns - 1
+         lower(k + 1:k + columns - j) = panel(j + 1:columns, j)
+         k = k + columns - j
+      end do
+   end subroutine store_triangle
+
+   ! These rows of a panel, below its first ones.
+   pure subroutine store_rows(panel, first_row, last_row, lower)
+      type(panel_type), intent(in) :: panel
+      integer, intent(in) :: first_row, last_row
+      real(wp), intent(inout) :: lower(*)
+      integer :: below, j, k
+
+      associate (rows => panel%rows, columns => panel%columns)
+         below = rows - columns
+         k = (columns*(columns - 1))/2 - columns
+         do j = 1, columns
+            lower(k + first_row:k + last_row) = panel%entries((j - 1)*rows + first_row:(j - 1)*rows + last_row)
+            k = k + below
+         end do
+      end associate
+   end subroutine store_rows
+end module kschur_left_looking

@@ -1,0 +1,56 @@
+!> Trial solutions: without pivoting, nothing else bounds the backward error of a solver.
+module kschur_trial_solution
+   use kschur_error, only: error_type, new_error, error_memory
+   use kschur_kinds, only: wp, long
+   use kschur_linear_solver, only: real_linear_solver_type
+   use kschur_random, only: random_vector
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: try_solver
+
+contains
+
+   !> Solves for random forces, and finds the largest backward error of a row: where entries are uneven, the large ones would
+   !> hide what is wrong in the others.
+   subroutine try_solver(solver, matrix, multipliers, backward_error, error)
+      !> Has factored the matrix.
+      class(real_linear_solver_type), intent(inout) :: solver
+      type(csr_matrix_type), intent(in) :: matrix
+      !> Redundant constraints can be met, but not violated in any way.
+      integer, intent(in) :: multipliers
+      !> Huge where the solution has overflowed.
+      real(wp), intent(out) :: backward_error
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: x(:, :), residual(:, :)
+      real(wp) :: largest, scale
+      integer(long) :: state
+      integer :: i, status
+
+      backward_error = 0
+      if (matrix%rows == 0) return
+      allocate (x(matrix%rows, 1), residual(matrix%rows, 1), stat=status)
+      if (status /= 0) then
+         call new_error(error, error_memory, "no memory for a trial solution")
+         return
+      end if
+      state = 1
+      call random_vector(state, x(:, 1))
+      x(matrix%rows - multipliers + 1:, 1) = 0
+      residual = x
+      largest = maxval(abs(x))
+      call solver%solve(x, error)
+      if (allocated(error)) return
+      call matrix%add_product(-1.0_wp, x, residual)
+      do i = 1, matrix%rows
+         associate (row => matrix%row_start(i), next => matrix%row_start(i + 1))
+            scale = largest + dot_product(abs(matrix%value(row:next - 1)), abs(x(matrix%column(row:next - 1), 1)))
+         end associate
+         if (abs(residual(i, 1)) <= huge(scale) .and. scale <= huge(scale)) then
+            backward_error = max(backward_error, abs(residual(i, 1))/scale)
+         else
+            backward_error = huge(scale)
+         end if
+      end do
+   end subroutine try_solver
+end module kschur_trial_solution

@@ -1,0 +1,69 @@
+!> Who finds the modes of the parts of a band. In this build one process does it, one part after the other; `with/mpi` has
+!> the module for several.
+module kschur_band_groups
+   use kschur_band_part, only: part_modes_type, solve_part
+   use kschur_band_parts, only: part_type
+   use kschur_context, only: solve_context_type
+   use kschur_error, only: error_type
+   use kschur_options, only: modal_options_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: processes_type
+   implicit none
+   private
+   public :: band_groups_type
+
+   !> Groups of processes: here there is one, of one process.
+   type :: band_groups_type
+   contains
+      !> Cuts the processes into groups, each of which prepares for the problem.
+      procedure, nopass :: begin
+      !> Says which parts there are.
+      procedure, nopass :: announce
+      !> The modes of a part; the parts are asked for one after the other.
+      procedure, nopass :: obtain
+      !> Ends the work on parts, also where some were not asked for.
+      procedure, nopass :: finish
+      !> The processes are together again; to be called when no factors are left.
+      procedure, nopass :: disband
+   end type band_groups_type
+
+contains
+
+   subroutine begin(problem, options, processes)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      !> The group of this process, on return.
+      type(processes_type), intent(inout) :: processes
+
+      associate (unused => problem, also => options, too => processes)
+      end associate
+   end subroutine begin
+
+   subroutine announce(parts)
+      type(part_type), intent(in) :: parts(:)
+
+      associate (unused => parts)
+      end associate
+   end subroutine announce
+
+   subroutine obtain(i, s, parts, found, error)
+      integer, intent(in) :: i
+      !> Undamped.
+      type(solve_context_type), target, intent(inout) :: s
+      type(part_type), intent(in) :: parts(:)
+      type(part_modes_type), intent(out) :: found
+      type(error_type), allocatable, intent(out) :: error
+
+      call solve_part(s, parts(i), found, error)
+   end subroutine obtain
+
+   subroutine finish()
+   end subroutine finish
+
+   subroutine disband(processes)
+      type(processes_type), intent(inout) :: processes
+
+      associate (unused => processes)
+      end associate
+   end subroutine disband
+end module kschur_band_groups

@@ -1,0 +1,79 @@
+!> One part of a band: the modes that were counted in it.
+module kschur_band_part
+   use kschur_band_parts, only: half_gap, part_type
+   use kschur_context, only: solve_context_type
+   use kschur_description, only: undamped_tolerance
+   use kschur_effort, only: effort_type
+   use kschur_error, only: error_type, error_singular
+   use kschur_kinds, only: wp
+   use kschur_modes, only: modes_type
+   use kschur_outcome, only: certified_no, certified_unknown, certified_yes, reason_converged
+   use kschur_result, only: note_length
+   use kschur_search, only: find_modes
+   use kschur_shift, only: place_shift
+   implicit none
+   private
+   public :: part_modes_type, solve_part
+
+   !> The modes of a part, certified if they are as many as were counted.
+   type, extends(modes_type) :: part_modes_type
+      !> False where it turned out that the modes cannot be counted.
+      logical :: counted = .true.
+      !> What they took: the counts only.
+      type(effort_type) :: effort
+   end type part_modes_type
+
+contains
+
+   !> Finds the modes of a part.
+   subroutine solve_part(s, part, found, error)
+      !> Undamped.
+      type(solve_context_type), target, intent(inout) :: s
+      type(part_type), intent(in) :: part
+      type(part_modes_type), intent(out) :: found
+      type(error_type), allocatable, intent(out) :: error
+      ! A shift is an eigenvalue once at most.
+      real(wp), parameter :: offsets(3) = [0.0_wp, 1.0e-3_wp, -2.0e-3_wp]
+      type(effort_type) :: before
+      character(len=note_length), allocatable :: notes(:)
+      integer, allocatable :: inside(:)
+      integer :: expected, attempt, i
+
+      expected = part%below_to - part%below_from
+      call s%drop_transform()
+      before = s%effort
+      ! Where a part is factored is nobody's matter.
+      allocate (notes, source=s%notes)
+      if (allocated(s%options%shift)) deallocate (s%options%shift)
+      if (part%is_lowest()) then
+         s%options%modes = part%below_to
+         s%options%target = 0
+         call place_shift(s, error)
+      else
+         s%options%modes = expected
+         s%options%target = cmplx(0, (part%from + part%to)/2, wp)
+         do attempt = 1, size(offsets)
+            s%options%shift = (1 + offsets(attempt))*s%options%target
+            call place_shift(s, error)
+            if (.not. allocated(error)) exit
+            if (error%code /= error_singular) return
+         end do
+      end if
+      if (allocated(error)) return
+      call move_alloc(notes, s%notes)
+      call find_modes(s, found%modes_type, error)
+      if (allocated(error)) return
+      found%effort%operator_applications = s%effort%operator_applications - before%operator_applications
+      found%effort%restarts = s%effort%restarts - before%restarts
+      ! Those of a certificate are added to the others when the factors are left.
+      found%effort%factorizations = s%effort%factorizations - before%factorizations + s%transform%certificate%factorizations
+      found%counted = all(abs(real(found%lambda, wp)) <= undamped_tolerance*abs(found%lambda))
+      if (.not. found%counted) return
+      inside = pack([(i, i=1, size(found%lambda))], aimag(found%lambda) > (1 - half_gap)*part%from .and. &
+         aimag(found%lambda) < (1 + half_gap)*part%to .and. abs(found%lambda) > 0)
+      if (size(inside) > expected) inside = inside(:expected)
+      call found%take(inside)
+      found%certified = merge(certified_yes, certified_no, size(inside) == expected)
+      if (found%reason /= reason_converged) found%certified = certified_unknown
+   end subroutine solve_part
+end module kschur_band_part

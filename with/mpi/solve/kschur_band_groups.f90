@@ -1,0 +1,186 @@
+!> Who finds the modes of the parts of a band: groups of processes, each with the problem and with factors of its own. The
+!> first process of each takes parts from a queue; that of the first group gathers what they found.
+module kschur_band_groups
+   use kschur_band_messages, only: receive_part, send_part, share_parts, share_problem
+   use kschur_band_part, only: part_modes_type, solve_part
+   use kschur_band_parts, only: part_type
+   use kschur_context, only: begin_solve => begin, solve_context_type
+   use kschur_error, only: error_type
+   use kschur_options, only: modal_options_type
+   use kschur_part_queue, only: part_queue_type
+   use kschur_preparation, only: examine, reduce
+   use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: processes_type, word_parts
+   use mpi_f08, only: MPI_Barrier, MPI_Comm, MPI_Comm_free
+   implicit none
+   private
+   public :: band_groups_type, lead_group
+
+   !> Groups of processes, as the first process sees them.
+   type :: band_groups_type
+      private
+      integer :: number = 1
+      !> Who they were before, and the first of each group.
+      type(processes_type) :: all
+      type(MPI_Comm) :: leaders
+      type(part_queue_type) :: queue
+      logical :: announced = .false.
+      !> What was found here and not asked for yet.
+      type(part_modes_type), allocatable :: mine(:)
+      logical, allocatable :: solved(:), gathered(:)
+   contains
+      !> Cuts the processes into groups, each of which prepares for the problem.
+      procedure :: begin
+      !> Says which parts there are.
+      procedure :: announce
+      !> The modes of a part; the parts are asked for one after the other.
+      procedure :: obtain
+      !> Ends the work on parts, also where some were not asked for.
+      procedure :: finish
+      !> The processes are together again; to be called when no factors are left.
+      procedure :: disband
+   end type band_groups_type
+
+contains
+
+   subroutine begin(self, problem, options, processes)
+      class(band_groups_type), intent(inout) :: self
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      !> The group of this process, on return.
+      type(processes_type), intent(inout) :: processes
+      type(modal_problem_type) :: shared
+      type(modal_options_type) :: settings
+
+      self%number = min(options%groups, processes%number)
+      if (options%groups == 0 .and. problem%unknowns() < processes%distribute()) self%number = processes%number
+      self%number = max(1, self%number)
+      if (self%number == 1) return
+      self%all = processes
+      call self%all%tell([word_parts, self%number])
+      call self%all%split(self%number, processes, self%leaders)
+      call self%queue%begin(self%leaders)
+      shared%mass = problem%mass
+      shared%stiffness = problem%stiffness
+      shared%constraints = problem%constraints
+      settings = options
+      call share_problem(shared, settings, self%leaders)
+   end subroutine begin
+
+   subroutine announce(self, parts)
+      class(band_groups_type), intent(inout) :: self
+      type(part_type), intent(in) :: parts(:)
+      type(part_type), allocatable :: shared(:)
+
+      if (self%number == 1) return
+      allocate (self%mine(size(parts)), self%solved(size(parts)), self%gathered(size(parts)))
+      self%solved = .false.
+      self%gathered = .false.
+      self%announced = .true.
+      allocate (shared, source=parts)
+      call share_parts(shared, self%leaders)
+   end subroutine announce
+
+   subroutine obtain(self, i, s, parts, found, error)
+      class(band_groups_type), intent(inout) :: self
+      integer, intent(in) :: i
+      !> Undamped.
+      type(solve_context_type), target, intent(inout) :: s
+      type(part_type), intent(in) :: parts(:)
+      type(part_modes_type), intent(out) :: found
+      type(error_type), allocatable, intent(out) :: error
+      integer :: next
+
+      if (self%number == 1) then
+         call solve_part(s, parts(i), found, error)
+         return
+      end if
+      do while (.not. self%solved(i))
+         next = self%queue%take()
+         if (next > size(parts)) exit
+         self%gathered(next) = .true.
+         call solve_part(s, parts(next), self%mine(next), error)
+         if (allocated(error)) return
+         self%solved(next) = .true.
+      end do
+      if (self%solved(i)) then
+         found = self%mine(i)
+         self%mine(i) = part_modes_type()
+      else
+         self%gathered(i) = .true.
+         call receive_part(i, found, error, self%leaders)
+         associate (sum => s%effort)
+            sum%operator_applications = sum%operator_applications + found%effort%operator_applications
+            sum%restarts = sum%restarts + found%effort%restarts
+            sum%factorizations = sum%factorizations + found%effort%factorizations
+         end associate
+      end if
+   end subroutine obtain
+
+   subroutine finish(self)
+      class(band_groups_type), intent(inout) :: self
+      type(part_modes_type) :: unused
+      type(error_type), allocatable :: ignored
+      ! More parts than a band has.
+      integer, parameter :: most = 1000000
+      integer :: last, i
+
+      if (self%number == 1) return
+      if (.not. self%announced) call self%announce([part_type ::])
+      last = min(self%queue%take(past=most) - 1, size(self%gathered))
+      do i = 1, last
+         if (.not. self%gathered(i)) call receive_part(i, unused, ignored, self%leaders)
+      end do
+      call self%queue%finish()
+      call MPI_Comm_free(self%leaders)
+   end subroutine finish
+
+   subroutine disband(self, processes)
+      class(band_groups_type), intent(inout) :: self
+      type(processes_type), intent(inout) :: processes
+      type(error_type), allocatable :: none
+
+      if (self%number == 1) return
+      call processes%leave(none)
+      processes = self%all
+   end subroutine disband
+
+   !> What the first process of another group does.
+   subroutine lead_group(processes, leaders)
+      !> The group.
+      type(processes_type), target, intent(inout) :: processes
+      type(MPI_Comm), intent(inout) :: leaders
+      type(modal_problem_type), target :: problem
+      type(modal_options_type) :: options
+      type(solve_context_type), target :: s
+      type(part_queue_type) :: queue
+      type(part_type), allocatable :: parts(:)
+      type(part_modes_type), allocatable :: found(:)
+      type(error_type), allocatable :: error
+      logical, allocatable :: here(:)
+      integer :: i
+
+      call queue%begin(leaders)
+      call share_problem(problem, options, leaders)
+      call begin_solve(s, problem, options, error, processes=processes)
+      s%may_be_dense = .false.
+      if (.not. allocated(error)) call reduce(s, error)
+      if (.not. allocated(error)) call examine(s, error)
+      call share_parts(parts, leaders)
+      allocate (found(size(parts)), here(size(parts)))
+      here = .false.
+      do
+         i = queue%take()
+         if (i > size(parts)) exit
+         here(i) = .true.
+         if (.not. allocated(error)) call solve_part(s, parts(i), found(i), error)
+         ! The error goes in the place of this part; what comes behind it is not asked for.
+         if (allocated(error)) exit
+      end do
+      do i = 1, size(parts)
+         if (here(i)) call send_part(i, found(i), error, leaders)
+      end do
+      call queue%finish()
+      call MPI_Comm_free(leaders)
+   end subroutine lead_group
+end module kschur_band_groups

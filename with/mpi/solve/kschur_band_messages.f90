@@ -1,0 +1,196 @@
+!> What the first processes of groups tell each other of a band: the problem, its parts, the modes of a part.
+module kschur_band_messages
+   use kschur_band_part, only: part_modes_type
+   use kschur_band_parts, only: part_type
+   use kschur_clock, only: clock, seconds_since
+   use kschur_error, only: error_type, new_error
+   use kschur_kinds, only: wp, long
+   use kschur_options, only: formulation_symmetric, modal_options_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: broadcast_words, nap
+   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
+   use mpi_f08, only: MPI_ANY_SOURCE, MPI_Bcast, MPI_CHARACTER, MPI_Comm, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, &
+      MPI_INTEGER, MPI_Iprobe, MPI_Recv, MPI_Send, MPI_Status, MPI_STATUS_IGNORE
+   implicit none
+   private
+   public :: receive_part, send_part, share_parts, share_problem
+
+   integer, parameter :: number_of_options = 8, head_length = 13
+
+contains
+
+   !> From the first process to the others: a symmetric problem without its damping, and the options for it.
+   subroutine share_problem(problem, options, communicator)
+      type(modal_problem_type), intent(inout) :: problem
+      type(modal_options_type), intent(inout) :: options
+      type(MPI_Comm), intent(in) :: communicator
+      integer :: words(number_of_options)
+
+      words = [options%constraint_scaling, options%inner, options%subspace, options%block, options%max_restarts, &
+         merge(1, 0, options%presolve), options%seed, options%distribute]
+      call MPI_Bcast(words, size(words), MPI_INTEGER, 0, communicator)
+      options%constraint_scaling = words(1)
+      options%inner = words(2)
+      options%subspace = words(3)
+      options%block = words(4)
+      options%max_restarts = words(5)
+      options%presolve = words(6) == 1
+      options%seed = words(7)
+      options%distribute = words(8)
+      options%formulation = formulation_symmetric
+      call MPI_Bcast(options%tolerance, 1, MPI_DOUBLE_PRECISION, 0, communicator)
+      call share_matrix(problem%mass, communicator)
+      call share_matrix(problem%stiffness, communicator)
+      call share_matrix(problem%constraints, communicator)
+      problem%damping = empty_csr_matrix(problem%mass%rows, problem%mass%rows)
+      problem%symmetric = .true.
+   end subroutine share_problem
+
+   subroutine share_matrix(matrix, communicator)
+      type(csr_matrix_type), intent(inout) :: matrix
+      type(MPI_Comm), intent(in) :: communicator
+      integer :: words(3)
+
+      words = [matrix%rows, matrix%columns, 0]
+      if (allocated(matrix%column)) words(3) = size(matrix%column)
+      call MPI_Bcast(words, 3, MPI_INTEGER, 0, communicator)
+      matrix%rows = words(1)
+      matrix%columns = words(2)
+      if (.not. allocated(matrix%column)) &
+         allocate (matrix%row_start(words(1) + 1), matrix%column(words(3)), matrix%value(words(3)))
+      call MPI_Bcast(matrix%row_start, words(1) + 1, MPI_INTEGER, 0, communicator)
+      call MPI_Bcast(matrix%column, words(3), MPI_INTEGER, 0, communicator)
+      call MPI_Bcast(matrix%value, words(3), MPI_DOUBLE_PRECISION, 0, communicator)
+   end subroutine share_matrix
+
+   !> From the first process to the others.
+   subroutine share_parts(parts, communicator)
+      type(part_type), allocatable, intent(inout) :: parts(:)
+      type(MPI_Comm), intent(in) :: communicator
+      integer :: words(1), i
+
+      words = 0
+      if (allocated(parts)) words = size(parts)
+      call broadcast_words(words, communicator)
+      if (.not. allocated(parts)) allocate (parts(words(1)))
+      do i = 1, words(1)
+         associate (part => parts(i))
+            call MPI_Bcast(part%from, 1, MPI_DOUBLE_PRECISION, 0, communicator)
+            call MPI_Bcast(part%to, 1, MPI_DOUBLE_PRECISION, 0, communicator)
+            call MPI_Bcast(part%below_from, 1, MPI_INTEGER, 0, communicator)
+            call MPI_Bcast(part%below_to, 1, MPI_INTEGER, 0, communicator)
+         end associate
+      end do
+   end subroutine share_parts
+
+   !> To the first process: the modes of part i, or why there are none.
+   subroutine send_part(i, found, error, communicator)
+      integer, intent(in) :: i
+      type(part_modes_type), intent(inout) :: found
+      type(error_type), allocatable, intent(in) :: error
+      type(MPI_Comm), intent(in) :: communicator
+      integer :: head(head_length), j
+
+      head = 0
+      if (allocated(error)) head(1:2) = [error%code, len(error%message)]
+      if (.not. allocated(error)) then
+         associate (effort => found%effort)
+            head(3:) = [size(found%lambda), found%rows(), size(found%xi, 1), merge(1, 0, found%is_real()), found%reason, &
+               found%certified, merge(1, 0, found%counted), size(found%history%converged), effort%operator_applications, &
+               effort%restarts, effort%factorizations]
+         end associate
+      end if
+      call MPI_Send(head, size(head), MPI_INTEGER, 0, i, communicator)
+      if (allocated(error)) then
+         call MPI_Send(error%message, head(2), MPI_CHARACTER, 0, i, communicator)
+         return
+      end if
+      call MPI_Send(found%lambda, size(found%lambda), MPI_DOUBLE_COMPLEX, 0, i, communicator)
+      do j = 1, size(found%lambda)
+         if (found%is_real()) then
+            call MPI_Send(found%real_phi(:, j), size(found%real_phi, 1), MPI_DOUBLE_PRECISION, 0, i, communicator)
+         else
+            call MPI_Send(found%phi(:, j), size(found%phi, 1), MPI_DOUBLE_COMPLEX, 0, i, communicator)
+         end if
+         call MPI_Send(found%xi(:, j), size(found%xi, 1), MPI_DOUBLE_COMPLEX, 0, i, communicator)
+      end do
+      call MPI_Send(found%locking_error, 1, MPI_DOUBLE_PRECISION, 0, i, communicator)
+      call MPI_Send(found%history%converged, head(10), MPI_INTEGER, 0, i, communicator)
+      call MPI_Send(found%history%operator_applications, head(10), MPI_INTEGER, 0, i, communicator)
+      call MPI_Send(found%history%residual, head(10), MPI_DOUBLE_PRECISION, 0, i, communicator)
+   end subroutine send_part
+
+   !> The modes of part i, which another process has found; an error where it failed.
+   subroutine receive_part(i, found, error, communicator)
+      integer, intent(in) :: i
+      type(part_modes_type), intent(out) :: found
+      type(error_type), allocatable, intent(out) :: error
+      type(MPI_Comm), intent(in) :: communicator
+      integer :: head(head_length), from
+      character(len=:), allocatable :: message
+
+      call await_part(i, from, communicator)
+      call MPI_Recv(head, size(head), MPI_INTEGER, from, i, communicator, MPI_STATUS_IGNORE)
+      if (head(1) /= 0) then
+         allocate (character(len=head(2)) :: message)
+         call MPI_Recv(message, head(2), MPI_CHARACTER, from, i, communicator, MPI_STATUS_IGNORE)
+         call new_error(error, head(1), message)
+         return
+      end if
+      found%reason = head(7)
+      found%certified = head(8)
+      found%counted = head(9) == 1
+      found%effort%operator_applications = head(11)
+      found%effort%restarts = head(12)
+      found%effort%factorizations = head(13)
+      call receive_vectors(i, from, head(3:6), found, communicator)
+      allocate (found%history%converged(head(10)), found%history%operator_applications(head(10)), &
+         found%history%residual(head(10)))
+      call MPI_Recv(found%locking_error, 1, MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
+      call MPI_Recv(found%history%converged, head(10), MPI_INTEGER, from, i, communicator, MPI_STATUS_IGNORE)
+      call MPI_Recv(found%history%operator_applications, head(10), MPI_INTEGER, from, i, communicator, MPI_STATUS_IGNORE)
+      call MPI_Recv(found%history%residual, head(10), MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
+   end subroutine receive_part
+
+   ! Column by column: all of them may have more entries than an integer counts.
+   subroutine receive_vectors(i, from, shape, found, communicator)
+      integer, intent(in) :: i, from
+      !> Columns, rows, multipliers, and 1 where shapes are real.
+      integer, intent(in) :: shape(4)
+      type(part_modes_type), intent(inout) :: found
+      type(MPI_Comm), intent(in) :: communicator
+      integer :: j
+
+      associate (columns => shape(1), rows => shape(2), multipliers => shape(3))
+         allocate (found%lambda(columns), found%xi(multipliers, columns))
+         if (shape(4) == 1) allocate (found%real_phi(rows, columns))
+         if (shape(4) /= 1) allocate (found%phi(rows, columns))
+         call MPI_Recv(found%lambda, columns, MPI_DOUBLE_COMPLEX, from, i, communicator, MPI_STATUS_IGNORE)
+         do j = 1, columns
+            if (found%is_real()) then
+               call MPI_Recv(found%real_phi(:, j), rows, MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
+            else
+               call MPI_Recv(found%phi(:, j), rows, MPI_DOUBLE_COMPLEX, from, i, communicator, MPI_STATUS_IGNORE)
+            end if
+            call MPI_Recv(found%xi(:, j), multipliers, MPI_DOUBLE_COMPLEX, from, i, communicator, MPI_STATUS_IGNORE)
+         end do
+      end associate
+   end subroutine receive_vectors
+
+   subroutine await_part(i, from, communicator)
+      integer, intent(in) :: i
+      integer, intent(out) :: from
+      type(MPI_Comm), intent(in) :: communicator
+      type(MPI_Status) :: status
+      integer(long) :: started
+      logical :: there
+
+      started = clock()
+      do
+         call MPI_Iprobe(MPI_ANY_SOURCE, i, communicator, there, status)
+         if (there) exit
+         call nap(seconds_since(started))
+      end do
+      from = status%MPI_SOURCE
+   end subroutine await_part
+end module kschur_band_messages
