@@ -115,21 +115,30 @@ contains
       end if
    end subroutine take_text
 
-   subroutine take_integer(self, name, smallest, value, error)
+   subroutine take_integer(self, name, smallest, value, error, zero)
       class(arguments_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, intent(in) :: smallest
       integer, intent(inout) :: value
       type(error_type), allocatable, intent(inout) :: error
-      character(len=:), allocatable :: word
+      !> A word that stands for 0.
+      character(len=*), optional, intent(in) :: zero
+      character(len=:), allocatable :: word, wanted
       logical :: ok
 
-      call self%take_text(name, word, error, "a whole number of at least "//text(smallest))
+      wanted = "a whole number of at least "//text(smallest)
+      if (present(zero)) wanted = wanted//" or '"//zero//"'"
+      call self%take_text(name, word, error, wanted)
       if (allocated(error) .or. .not. allocated(word)) return
+      if (present(zero)) then
+         if (word == zero) then
+            value = 0
+            return
+         end if
+      end if
       call read_integer(word, value, ok)
       if (ok) ok = value >= smallest
-      if (.not. ok) call new_error(error, error_usage, &
-         name//" wants a whole number of at least "//text(smallest)//", not '"//word//"'")
+      if (.not. ok) call new_error(error, error_usage, name//" wants "//wanted//", not '"//word//"'")
    end subroutine take_integer
 
    subroutine take_positive(self, name, value, error)

@@ -65,8 +65,9 @@ contains
          "and, where there is any, R.mtx and Cq.mtx.", &
          "", &
          "Exit status: 0 all is well, 1 wrong usage, 2 bad input, 3 fewer modes than asked or some", &
-         "missing (what was found is printed and written), 4 internal failure, or an output that", &
-         "cannot be written. Whether --output can be written is looked at before the work."])
+         "missing (what was found is printed and written), 4 internal failure, no memory, or an", &
+         "output that cannot be written. Whether --output can be written is looked at before the", &
+         "work. An interrupt (Ctrl-C) ends a solve with the modes that have converged, status 3."])
    end subroutine print_overview
 
    subroutine print_solve_help()
@@ -91,7 +92,8 @@ contains
          "                         proportional, low-rank, dense (auto)", &
          "  --inner NAME           auto, mumps, ldl, iterative: half of the memory (auto)", &
          "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &
-         "  --block B              vectors that the Krylov space grows by at a time (1)", &
+         "  --block B              vectors that the Krylov space grows by at a time, or auto:", &
+         "                         as many as cost least (auto)", &
          "  --subspace M           largest dimension of the Krylov space (chosen)", &
          "  --tolerance T          relative residual of a converged mode (1e-12)", &
          "  --max-restarts K       (200)", &

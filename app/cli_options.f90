@@ -55,7 +55,7 @@ contains
       call arguments%take_positive("--tolerance", tolerance, error)
       if (allocated(tolerance)) options%tolerance = tolerance
       call arguments%take_integer("--max-restarts", 1, options%max_restarts, error)
-      call arguments%take_integer("--block", 1, options%block, error)
+      call arguments%take_integer("--block", 1, options%block, error, zero="auto")
       call arguments%take_integer("--distribute", 1, options%distribute, error)
       call arguments%take_integer("--groups", 1, options%groups, error)
    end subroutine take_iteration

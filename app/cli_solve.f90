@@ -1,6 +1,7 @@
 !> kschur solve: reads a problem, computes its modes, writes and prints them.
 module cli_solve
    use cli_arguments, only: arguments_type
+   use cli_interrupt, only: catch_interrupts, is_interrupted
    use cli_input, only: input_type, is_large, is_part_of, read_problem, take_input
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: format_table, print_result, take_format
@@ -11,7 +12,8 @@ module cli_solve
    use cli_environment, only: start_again_to_wait_asleep
    use kschur, only: arpack_names, certified_no, error_type, error_usage, find_modal_properties, formulation_names, &
       inaccurate_above, method_arpack, method_names, modal_options_type, modal_problem_type, modal_result_type, new_error, &
-      normalisation_names, reason_cancelled, reason_converged, reason_fewer_modes, reason_inaccurate, reason_max_restarts, &
+      normalisation_names, reason_cancelled, reason_converged, reason_fewer_modes, reason_inaccurate, &
+      reason_interrupted, reason_max_restarts, &
       reason_names, solve_band, solve_modes, text, wp, write_hdf5_result
    implicit none
    private
@@ -52,7 +54,7 @@ contains
       if (request%options%threads /= 1) then
          if (is_large(request%input)) call start_again_to_wait_asleep()
       end if
-      progress = new_progress(request%quiet)
+      progress = new_progress(request%quiet, merge(0, request%options%modes, allocated(request%band)))
 
       call progress%show("reading")
       call read_problem(request%input, problem, error)
@@ -63,6 +65,7 @@ contains
       end if
       if (.not. allocated(error)) then
          call gather_processes(request%options)
+         call catch_interrupts()
          if (allocated(request%band)) then
             call solve_band(problem, request%band(1), request%band(2), request%options, result, error, progress)
          else
@@ -73,6 +76,7 @@ contains
       if (.not. allocated(error) .and. request%properties) call find_modal_properties(problem, result, error, directions)
       if (allocated(error)) return
 
+      if (result%reason == reason_cancelled .and. is_interrupted()) result%reason = reason_interrupted
       result%peak_memory_bytes = peak_memory_bytes()
       if (allocated(request%output)) call write_hdf5_result(result, request%output, error)
       call print_result(result, request%format, request%verbose)
@@ -155,8 +159,10 @@ contains
       case (reason_inaccurate)
          sentence = text(count(result%backward_error <= inaccurate_above))//" of "//text(result%modes_asked)// &
             " modes: the others are inaccurate; another --shift or none may help"
-      case (reason_cancelled)
-         sentence = sentence//"the computation was stopped"
+      case (reason_interrupted)
+         sentence = sentence//"the computation was interrupted"
+         if (size(result%eigenvalues) >= result%modes_asked) sentence = sentence//" before it was certain that they are the "// &
+            "nearest, or all that was asked for was known of them"
       case default
          sentence = sentence//spaced(reason_names(result%reason))
       end select

@@ -18,6 +18,7 @@ contains
 
       call print_header(result)
       if (verbose .and. allocated(result%inner)) call print_line("inner    "//result%inner)
+      if (verbose) call print_line("block    "//text(result%block))
       if (size(result%eigenvalues) > 0) call print_modes(result)
       if (allocated(result%band) .and. size(result%eigenvalues) == 0) call print_line("         no mode between "// &
          rounded(result%band(1))//" and "//rounded(result%band(2))//" Hz")

@@ -72,7 +72,8 @@ module kschur
    use kschur_result, only: modal_result_type, history_type, timings_type, kind_names, kind_rigid, kind_undamped, &
       kind_underdamped, kind_overdamped, kind_unstable, kind_real, certified_names, certified_unknown, &
       certified_yes, certified_no, reason_names, reason_converged, &
-      reason_max_restarts, reason_fewer_modes, reason_cancelled, reason_inaccurate, inaccurate_above, note_length
+      reason_max_restarts, reason_fewer_modes, reason_cancelled, reason_inaccurate, reason_interrupted, &
+      inaccurate_above, note_length
    use kschur_selection, only: selection_type, named_selection_type, nearest_target, largest_magnitude, &
       smallest_magnitude, largest_real, smallest_real, largest_imaginary, smallest_imaginary
    use kschur_sensitivity, only: problem_rate_type, eigenvalue_rates, rate_between

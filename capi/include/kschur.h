@@ -216,7 +216,7 @@ int kschur_options_set_tolerance(kschur_options *options, double tolerance);
 /* The iteration gives up instead of making this restart: at least 1. Default 200. */
 int kschur_options_set_max_restarts(kschur_options *options, int64_t restarts);
 
-/* Vectors that the Krylov space grows by at a time: at least 1. Default 1. */
+/* Vectors that the Krylov space grows by at a time; 0 (default): as many as cost least. */
 int kschur_options_set_block(kschur_options *options, int64_t block);
 
 /* Threads that compute; 0 (default): as many cores as the process may use, shared among the solves that run at the same
@@ -395,7 +395,8 @@ enum kschur_reason {
    KSCHUR_REASON_MAX_RESTARTS = 1, /* the restarts ran out first */
    KSCHUR_REASON_FEWER_MODES = 2,  /* there are no more modes; all of them are here */
    KSCHUR_REASON_CANCELLED = 3,    /* the progress callback ended it */
-   KSCHUR_REASON_INACCURATE = 4    /* a backward error above 1e-8, or modes missing without proof that there are none */
+   KSCHUR_REASON_INACCURATE = 4,   /* a backward error above 1e-8, or modes missing without proof that there are none */
+   KSCHUR_REASON_INTERRUPTED = 5   /* in results of the program that were read: a signal ended it */
 };
 
 /* One of KSCHUR_REASON_*. */

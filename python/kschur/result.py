@@ -29,7 +29,7 @@ class Result:
     kind : "rigid", "undamped", "underdamped", "overdamped", "unstable" or "real".
     backward_error : normwise backward errors.
     error : bounds of the errors of the eigenvalues (1/s); NaN where not known.
-    reason : "converged", "max_restarts", "fewer_modes", "cancelled" or "inaccurate".
+    reason : "converged", "max_restarts", "fewer_modes", "cancelled", "inaccurate" or "interrupted".
     certified : True where a count of eigenvalues proves that no mode is missing, False where it differs, else None.
     missing : eigenvalues that are missing; None where not known.
     notes : sentences that a user must know beyond the reason.

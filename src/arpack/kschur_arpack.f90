@@ -16,7 +16,7 @@ module kschur_arpack
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_lock, only: acquire_lock, release_lock, lock_arpack
-   use kschur_monitor, only: monitor_type
+   use kschur_monitor, only: is_stopped, monitor_type
    use kschur_operator, only: complex_operator_type, real_operator_type, symmetric_operator_type
    use kschur_outcome, only: reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
    use kschur_random, only: random_vector, state_of_seed
@@ -252,6 +252,7 @@ contains
       call record(statistics, converged, maxval(residuals))
       if (present(monitor)) call monitor%report(statistics%restarts, converged, process%wanted, maxval(residuals), &
          run%proceed)
+      if (is_stopped(monitor)) run%proceed = .false.
    end subroutine look
 
    ! ARPACK has sorted those that converged to the front.

@@ -5,7 +5,7 @@ module kschur_krylov_complex
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
-   use kschur_monitor, only: monitor_type
+   use kschur_monitor, only: is_stopped, monitor_type
    use kschur_operator, only: complex_operator_type
    use kschur_outcome, only: history_type, reason_cancelled, reason_fewer_modes, reason_max_restarts
    use kschur_projected, only: independent_eigenvectors, join_pairs, move_to_head, schur_values

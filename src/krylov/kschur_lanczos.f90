@@ -12,7 +12,7 @@ module kschur_lanczos
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type
-   use kschur_monitor, only: monitor_type
+   use kschur_monitor, only: is_stopped, monitor_type
    use kschur_operator, only: symmetric_operator_type
    use kschur_outcome, only: reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
    use kschur_projected, only: symmetric_eigenvectors
@@ -28,8 +28,8 @@ module kschur_lanczos
    !> The first `locked` columns are converged Ritz vectors.
    type, extends(block_decomposition_type) :: decomposition_type
       integer :: locked = 0
-      !> The Krylov space has no more columns; it grew by so many at a time.
-      integer :: dimension = 0, block = 0
+      !> The Krylov space has no more columns.
+      integer :: dimension = 0
       !> Whether the basis spans all there is.
       logical :: exhausted = .false.
       real(wp) :: dropped = 0
@@ -88,12 +88,13 @@ contains
          proceed = .true.
          do
             do
-               call expand(operator, selection%wanted, options, d, statistics, error)
+               call expand(operator, selection%wanted, options, d, statistics, error, monitor)
                if (.not. allocated(error)) call project(d, selection, options, ritz, error)
                if (allocated(error)) return
                call record(statistics, ritz)
                if (present(monitor)) call monitor%report(statistics%restarts, ritz%converged, ritz%needed, &
                   maxval([0.0_wp, ritz%residuals(:ritz%wanted)]), proceed)
+               if (is_stopped(monitor)) proceed = .false.
                if (ritz%settled .or. d%exhausted .or. d%expanded >= d%dimension .or. .not. proceed) exit
             end do
             call conclude(state, ritz, options, proceed, statistics, over)
@@ -126,9 +127,14 @@ contains
       d%dimension = max(d%dimension, m)
       d%most = min(d%most, operator%order())
       call make_room(d, operator%order(), d%dimension + options%block, error)
-      if (allocated(error) .or. d%vectors > 0) return
-      d%block = options%block
-      call find_fresh(operator, options, d, statistics, error)
+      if (allocated(error)) return
+      if (d%vectors == 0) then
+         call find_fresh(operator, options, d, statistics, error)
+      else if (.not. (d%exhausted .or. d%full())) then
+         ! What is gone on with may be narrower.
+         call add_random_directions(operator, d, max(options%block - d%vectors + d%expanded, 0), options%filter, options%seed, &
+            statistics, error)
+      end if
    end subroutine start
 
    ! Goes on from random vectors in the complement of what is there, if there is one.
@@ -151,13 +157,14 @@ contains
    end subroutine find_fresh
 
    ! Steps up to the next test of convergence, the first when there are as many as are wanted.
-   subroutine expand(operator, wanted, options, d, statistics, error)
+   subroutine expand(operator, wanted, options, d, statistics, error, monitor)
       class(symmetric_operator_type), intent(inout) :: operator
       integer, intent(in) :: wanted
       type(krylov_options_type), intent(in) :: options
       type(decomposition_type), intent(inout) :: d
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), optional, intent(inout) :: monitor
       integer :: last
 
       last = min(max(d%expanded + max(check_every, d%expanded/check_part), wanted), d%dimension)
@@ -165,6 +172,7 @@ contains
          call expand_block(operator, d, statistics, error)
          if (.not. allocated(error) .and. d%closed()) call find_fresh(operator, options, d, statistics, error)
          if (allocated(error)) return
+         if (is_stopped(monitor)) return
       end do
    end subroutine expand
 

@@ -7,6 +7,7 @@ module kschur_refine
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type
+   use kschur_monitor, only: is_stopped, monitor_type
    use kschur_backward_error, only: backward_errors, settle_pairs
    use kschur_problem, only: modal_problem_type
    use kschur_saddle, only: saddle_blocks, saddle_structure
@@ -33,7 +34,7 @@ contains
    !> is solved by y = phi/(s - lambda), eta = xi/(s - lambda) if the pair is exact (the
    !> divided difference of P: Ruhe, SIAM J. Numer. Anal. 10 (1973)). What gets no better, or
    !> turns into a neighbour, which is there already, is left as it was.
-   subroutine refine(problem, factors, above, solver, pairs, errors, effort, error)
+   subroutine refine(problem, factors, above, solver, pairs, errors, effort, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       !> Factor of each constraint.
       real(wp), intent(in) :: factors(:)
@@ -45,6 +46,7 @@ contains
       real(wp), intent(inout) :: errors(:)
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), optional, intent(inout) :: monitor
       type(csr_matrix_type) :: blocks(3)
       complex(wp), allocatable :: shape(:)
       complex(wp) :: s
@@ -57,6 +59,7 @@ contains
       if (allocated(error)) return
       do j = 1, size(errors)
          if (.not. errors(j) > above .or. .not. abs(pairs%lambda(j)) > 0) cycle
+         if (is_stopped(monitor)) return
          s = pairs%lambda(j) + offset*abs(pairs%lambda(j))
          call factor_at(problem, blocks, s, solver, error)
          if (allocated(error)) then
@@ -82,7 +85,7 @@ contains
    !> or to a shape that has it, as where the stiffness of a fine mesh rounds low eigenvalues away.
    !> Where the matrices hardly see a shape, as that of an infinite eigenvalue, its backward error is small wherever
    !> rounding put it.
-   subroutine confirm(problem, scaling, solver, pairs, doubtful, confirmed, effort, error)
+   subroutine confirm(problem, scaling, solver, pairs, doubtful, confirmed, effort, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       !> Of the constraints: one of `scaling_*`.
       integer, intent(in) :: scaling
@@ -93,6 +96,7 @@ contains
       logical, intent(out) :: confirmed(:)
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), optional, intent(inout) :: monitor
       ! So far beside it, relative to it: rounding of the factors must not hide how near it is.
       real(wp), parameter :: beside = 5.0e-4_wp
       type(csr_matrix_type) :: blocks(3)
@@ -104,6 +108,7 @@ contains
       confirmed = .not. doubtful
       do j = 1, size(doubtful)
          if (confirmed(j)) cycle
+         if (is_stopped(monitor)) return
          s = pairs%lambda(j)*(1 + beside)
          factors = constraint_factors(problem, scaling, s)
          call saddle_blocks(problem, factors, blocks, error)

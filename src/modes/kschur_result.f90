@@ -4,7 +4,8 @@ module kschur_result
    use kschur_kinds, only: wp, long
    use kschur_mesh, only: mesh_type
    use kschur_outcome, only: history_type, certified_names, certified_no, certified_unknown, certified_yes, inaccurate_above, &
-      reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, reason_inaccurate
+      reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, &
+      reason_inaccurate, reason_interrupted
    use kschur_options, only: modal_options_type, formulation_auto
    use kschur_properties, only: modal_properties_type
    implicit none
@@ -12,7 +13,7 @@ module kschur_result
    public :: append_note, modal_result_type, history_type, timings_type
    public :: certified_names, certified_no, certified_unknown, certified_yes
    public :: reason_names, reason_converged, reason_max_restarts, reason_fewer_modes, reason_cancelled, &
-      reason_inaccurate, inaccurate_above
+      reason_inaccurate, reason_interrupted, inaccurate_above
 
    !> A zero eigenvalue: a motion without strain.
    integer, parameter, public :: kind_rigid = 0
@@ -97,6 +98,8 @@ module kschur_result
       character(len=:), allocatable :: decision
       !> Which solver factored the matrix, and why this one: "ldl: symmetric definite, 19 entries a column".
       character(len=:), allocatable :: inner
+      !> Vectors that the iteration took at a time.
+      integer :: block = 1
       !> The target and the shift that were used (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp), shift = (0.0_wp, 0.0_wp)
 

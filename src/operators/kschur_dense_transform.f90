@@ -11,7 +11,7 @@ module kschur_dense_transform
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_monitor, only: monitor_type
+   use kschur_monitor, only: is_stopped, monitor_type
    use kschur_outcome, only: certified_unknown, certified_yes, history_type, reason_cancelled, reason_fewer_modes
    use kschur_problem, only: modal_problem_type
    use kschur_quadratic_transform_real, only: quadratic_transform_type
@@ -92,6 +92,7 @@ contains
       end if
       proceed = .true.
       if (present(monitor)) call monitor%report(0, converged, needed, 0.0_wp, proceed)
+      if (is_stopped(monitor)) proceed = .false.
       if (.not. proceed) ritz%statistics%reason = reason_cancelled
       associate (statistics => ritz%statistics)
          statistics%history = history_type([converged], [statistics%operator_applications], [0.0_wp])

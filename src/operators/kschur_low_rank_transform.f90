@@ -15,7 +15,7 @@ module kschur_low_rank_transform
    use kschur_low_rank_projection, only: new_projection, projection_type
    use kschur_low_rank_shapes, only: combine, recover_shapes, responses_type
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_monitor, only: monitor_type
+   use kschur_monitor, only: is_stopped, monitor_type
    use kschur_outcome, only: history_type, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
@@ -124,6 +124,7 @@ contains
          do while (self%space%expanded < next .and. .not. (self%space%closed() .or. self%space%full()))
             call expand_block(self%undamped%operator, self%space, ritz%statistics, error)
             if (allocated(error)) return
+            if (is_stopped(monitor)) exit
          end do
          if (self%space%closed()) call add_random_directions(self%undamped%operator, self%space, 1, filter, options%seed, &
             ritz%statistics, error)
@@ -134,6 +135,7 @@ contains
             return
          end if
          if (present(monitor)) call monitor%report(0, seen%converged, seen%needed, seen%residual, proceed)
+         if (is_stopped(monitor)) proceed = .false.
          complete = .false.
          if (seen%settled()) call self%copies_are_there(selection, seen, complete)
          if (self%space%closed()) exit

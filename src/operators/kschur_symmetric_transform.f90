@@ -231,10 +231,6 @@ contains
       integer :: wanted
       type(real_ritz_pairs_type) :: found
 
-      if (allocated(self%state)) then
-         ! What a trial left for single vectors serves no blocks.
-         if (self%state%decomposition%block /= options%block) deallocate (self%state)
-      end if
       if (.not. allocated(self%state)) then
          allocate (self%state)
          associate (d => self%state%decomposition, known => self%operator%deflation)

@@ -10,6 +10,7 @@ module kschur_bordered_determinant
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
+   use kschur_monitor, only: monitor_type
    use kschur_ordering, only: elimination_order
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
@@ -33,6 +34,8 @@ module kschur_bordered_determinant
       type(matrix_structure_type), private :: structure
       class(complex_linear_solver_type), allocatable, private :: solver
       integer(long), private :: state = 1
+      !> Who may end the count; not associated: nobody.
+      class(monitor_type), pointer :: monitor => null()
    contains
       procedure :: evaluate
    end type bordered_determinant_type
@@ -122,6 +125,10 @@ contains
 
       logarithm = 0
       doubt = huge(doubt)
+      if (associated(self%monitor)) then
+         reason = "the computation was stopped"
+         if (self%monitor%stops()) return
+      end if
       before = self%solver%solve_seconds
       call self%solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp)], self%blocks), self%structure, error)
       call self%effort%add_factors(self%solver)

@@ -10,6 +10,7 @@ module kschur_winding_certificate
    use kschur_effort, only: effort_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
+   use kschur_monitor, only: monitor_type
    use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_options, only: scaling_row
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes
@@ -48,7 +49,8 @@ contains
    !> target, beyond those that are listed. Where that finds more than are known, they may be no nearer than the
    !> furthest that is listed: a second curve goes through a gap inside that, and a third one, if the two disagree,
    !> just inside the furthest.
-   subroutine certify_by_winding(problem, solver, listed, beyond, zeros, target, resolution, certificate, zeros_at_least)
+   subroutine certify_by_winding(problem, solver, listed, beyond, zeros, target, resolution, certificate, zeros_at_least, &
+      monitor)
       !> Presolved and balanced: where entries are of one size, the phase of the determinant is not lost in rounding.
       type(modal_problem_type), intent(in) :: problem
       !> One that tells determinants; copies of it are used.
@@ -66,6 +68,7 @@ contains
       type(winding_certificate_type), intent(out) :: certificate
       !> Whether the zero may have a larger multiplicity: it cannot be told from missing eigenvalues then.
       logical, optional, intent(in) :: zeros_at_least
+      class(monitor_type), optional, target, intent(inout) :: monitor
       type(bordered_determinant_type) :: determinant
       real(wp) :: furthest, reach
 
@@ -80,6 +83,7 @@ contains
          return
       end if
       call prepare(problem, solver, reach + abs(target), determinant, certificate%reason)
+      if (present(monitor)) determinant%monitor => monitor
       if (certificate%reason == "") call compare(determinant, listed, beyond, zeros, target, reach, certificate)
       if (certificate%verdict == certified_no .and. furthest < resolution) &
          certificate = winding_certificate_type(reason="what else is at the target cannot be told apart")

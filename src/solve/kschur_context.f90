@@ -44,6 +44,8 @@ module kschur_context
       !> The formulation of it that was factored, and where (1/s).
       class(transform_type), allocatable :: transform
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
+      !> Vectors that the last iteration took at a time.
+      integer :: block = 1
       !> The scale of the lowest modes that was observed (1/s); 0: not yet.
       real(wp) :: scale = 0
       !> Modes of what is iterated, of a solve before of nearly the same; not allocated where there was none.
@@ -60,6 +62,8 @@ module kschur_context
       procedure :: expand
       !> Shapes and multipliers of what is iterated, from those of the problem as given.
       procedure :: contract
+      !> Whether the monitor ends the solve.
+      procedure :: is_stopped => is_solve_stopped
       !> Whether rigid motions are all there is, or not even these.
       procedure :: only_rigid
       !> Leaves the factors, and accounts for what they took.
@@ -163,6 +167,13 @@ contains
          call self%plan%contract(given%column(j), given%xi(:, j), pairs%phi(:, j), pairs%xi(:, j))
       end do
    end function contract
+
+   logical function is_solve_stopped(self)
+      class(solve_context_type), intent(in) :: self
+
+      is_solve_stopped = .false.
+      if (associated(self%monitor)) is_solve_stopped = self%monitor%stops()
+   end function is_solve_stopped
 
    pure logical function only_rigid(self)
       class(solve_context_type), intent(in) :: self

@@ -29,7 +29,7 @@ contains
             theta_is_lambda(s)))
          ! The null space of many constraints costs as much as a matrix of that order.
          s%dense = s%may_be_dense .and. is_structured(s%formulation) .and. o%method == method_krylov_schur .and. &
-            o%inner == inner_auto .and. o%subspace == 0 .and. o%block == 1 .and. .not. allocated(o%shift) .and. &
+            o%inner == inner_auto .and. o%subspace == 0 .and. o%block == 0 .and. .not. allocated(o%shift) .and. &
             max(order_of_matrix(s), s%work%unknowns()) <= limit
       end associate
       if (s%dense .and. s%formulation == formulation_low_rank) s%formulation = formulation_quadratic

@@ -1,5 +1,6 @@
 !> One run of the iteration on a transform: Ritz pairs become eigenpairs of what is iterated.
 module kschur_iteration
+   use kschur_block_choice, only: chosen_block
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
@@ -7,6 +8,7 @@ module kschur_iteration
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_modal_selection, only: modal_selection_type
+   use kschur_options, only: modal_options_type
    use kschur_outcome, only: reason_converged
    use kschur_settings, only: set_iteration_options
    use kschur_transform, only: transform_type
@@ -28,6 +30,7 @@ contains
       type(krylov_statistics_type), intent(out) :: statistics
       type(error_type), allocatable, intent(out) :: error
       type(modal_selection_type) :: selection
+      type(modal_options_type) :: settings
       class(krylov_options_type), allocatable :: options
       type(ritz_pairs_type) :: ritz
       ! Eigenvalues of modes that are not to be found, but count.
@@ -37,7 +40,10 @@ contains
 
       allocate (known, source=s%known%deflation%eigenvalues())
       selection = modal_selection_type(asked, s%transform%map, s%transform%shift, s%options%target, known)
-      call set_iteration_options(s%options, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), asked, &
+      settings = s%options
+      settings%block = chosen_block(s, merge(1, 2, s%transform%map%oscillator)*asked)
+      s%block = settings%block
+      call set_iteration_options(settings, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), asked, &
          count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
       if (allocated(s%last)) then
          call s%transform%begin_with(s%last, options%start)

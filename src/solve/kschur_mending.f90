@@ -82,7 +82,8 @@ contains
       if (present(also)) doubtful = doubtful .or. also
       if (.not. any(doubtful)) return
       allocate (solver, source=s%inner%complex)
-      call confirm(s%work, s%options%constraint_scaling, solver, s%contract(modes), doubtful, confirmed, s%effort, error)
+      call confirm(s%work, s%options%constraint_scaling, solver, s%contract(modes), doubtful, confirmed, s%effort, error, &
+         s%monitor)
       if (allocated(error)) return
       call s%effort%add_solves(solver)
       if (present(aside) .and. .not. all(confirmed)) aside = chosen_pairs(modes, .not. confirmed)
@@ -111,7 +112,7 @@ contains
       before = s%effort%factorizations
       allocate (solver, source=s%inner%complex)
       call refine(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough, &
-         solver, pairs, errors, s%effort, error)
+         solver, pairs, errors, s%effort, error, s%monitor)
       if (allocated(error)) return
       call s%effort%add_solves(solver)
       if (s%effort%factorizations == before) return

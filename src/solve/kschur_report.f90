@@ -89,6 +89,7 @@ contains
       class(linear_solver_type), pointer :: solver
 
       result%shift = s%shift
+      result%block = s%block
       result%inner = "none: nothing was factored"
       if (allocated(s%transform)) then
          result%factored_order = s%transform%order()

@@ -35,7 +35,7 @@ contains
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
       call search_here(s, modes, aside, complete, error)
       if (allocated(error)) return
-      if (.not. s%options%is_plain()) then
+      if (.not. s%options%is_plain() .and. modes%reason /= reason_cancelled) then
          call mend(s, modes, error)
          if (allocated(error)) return
          ! What refinement could not mend may be infinite.
@@ -45,6 +45,7 @@ contains
          if (allocated(error)) return
          if (fewer(s, modes) .and. allocated(aside%lambda) .and. complete) call take_back(s, aside, modes)
       end if
+      if (s%is_stopped()) modes%reason = reason_cancelled
       call give_reason(s, complete, modes)
       call certify_by_count(s, modes)
    end subroutine find_modes
@@ -94,7 +95,7 @@ contains
          call iterate(s, asked, pairs, reach, statistics, error)
          if (allocated(error)) return
          moved = .false.
-         if (places < rounds) call move_to_modes(s, pairs%lambda, moved, error)
+         if (places < rounds .and. statistics%reason /= reason_cancelled) call move_to_modes(s, pairs%lambda, moved, error)
          if (allocated(error)) return
          if (moved) then
             places = places + 1

@@ -30,8 +30,8 @@ contains
          call new_error(error, error_usage, "the target must be a number below 1e100")
       else if (options%subspace < 0) then
          call new_error(error, error_usage, "the subspace dimension must not be negative")
-      else if (options%block < 1) then
-         call new_error(error, error_usage, "a block has at least one vector")
+      else if (options%block < 0) then
+         call new_error(error, error_usage, "the number of vectors of a block must not be negative")
       else if (options%threads < 0) then
          call new_error(error, error_usage, "the number of threads must not be negative")
       else if (options%distribute < 1) then

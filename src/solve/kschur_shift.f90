@@ -251,10 +251,10 @@ contains
          s%known%deflation%eigenvalues())
       ! A mode is one value of an oscillator, and two otherwise.
       subspace = merge(20, 30, s%transform%map%oscillator)
-      ! The search goes on from there, if it takes single vectors too and may have a space as large.
+      ! The search goes on from there, if it may have a space as large.
       call s%transform%iterate(selection, krylov_options_type(subspace=subspace, tolerance=roughly, max_restarts=1, &
          seed=s%options%seed, verify=.false., &
-         keep=s%options%block == 1 .and. (s%options%subspace == 0 .or. s%options%subspace >= subspace)), ritz, error)
+         keep=s%options%subspace == 0 .or. s%options%subspace >= subspace), ritz, error)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
       s%effort%seconds%orthogonalize = s%effort%seconds%orthogonalize + ritz%statistics%orthogonalize_seconds

@@ -8,7 +8,7 @@ module kschur_solver
    use kschur_kinds, only: long
    use kschur_left_run, only: find_left_modes
    use kschur_low_rank_choice, only: leave_low_rank, settle_low_rank
-   use kschur_modes, only: modes_type
+   use kschur_modes, only: modes_type, no_modes
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_auto, formulation_low_rank
    use kschur_outcome, only: certified_yes, reason_cancelled, reason_converged, reason_fewer_modes
@@ -94,11 +94,15 @@ contains
 
       if (s%only_rigid()) then
          call take_rigid(s, modes)
+      else if (s%is_stopped()) then
+         call find_none(s, modes)
       else
          call search(s, modes, error)
          if (.not. allocated(error) .and. options%certify) call certify_modes(s, modes)
       end if
       if (.not. allocated(error) .and. options%left) call find_left_modes(s, modes, error)
+      ! What else was asked for may be missing.
+      if (s%is_stopped()) modes%reason = reason_cancelled
       if (.not. allocated(error)) call report(s, options, modes, result, error)
    end subroutine solve_prepared
 
@@ -112,7 +116,13 @@ contains
       do
          allocate (notes, source=s%notes)
          call place_shift(s, error)
-         if (.not. allocated(error)) call find_modes(s, modes, error)
+         if (.not. allocated(error)) then
+            if (s%is_stopped()) then
+               call find_none(s, modes)
+            else
+               call find_modes(s, modes, error)
+            end if
+         end if
          if (.not. gives_way(s, modes, error)) exit
          if (allocated(error)) deallocate (error)
          call s%drop_transform()
@@ -125,6 +135,15 @@ contains
          end if
       end do
    end subroutine search
+
+   ! The monitor has ended the solve before there was anything to be found.
+   subroutine find_none(s, modes)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(out) :: modes
+
+      modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
+      modes%reason = reason_cancelled
+   end subroutine find_none
 
    ! A set that was found dense is kept where it is known to be complete, one of low rank where it converged.
    logical function gives_way(s, modes, error)

@@ -106,8 +106,8 @@ module kschur_options
       integer :: inner = inner_auto
       !> Largest dimension of the Krylov space, but for what a verification needs beside what is locked; 0: chosen from `modes`.
       integer :: subspace = 0
-      !> Vectors that the Krylov space grows by at a time.
-      integer :: block = 1
+      !> Vectors that the Krylov space grows by at a time; 0: chosen by what costs least.
+      integer :: block = 0
       !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.
       real(wp) :: tolerance = 1.0e-12_wp
       !> The iteration gives up instead of making this restart.

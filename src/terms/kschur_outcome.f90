@@ -15,9 +15,11 @@ module kschur_outcome
    integer, parameter, public :: reason_cancelled = 3
    !> A mode has a backward error above `inaccurate_above`, or what was found is too inaccurate to be listed.
    integer, parameter, public :: reason_inaccurate = 4
+   !> A signal ended the program's wait for more modes; the library itself says `reason_cancelled`.
+   integer, parameter, public :: reason_interrupted = 5
    !> The names of the reasons, in this order from `reason_converged` on.
-   character(len=*), parameter, public :: reason_names(0:4) = [character(len=12) :: &
-      "converged", "max_restarts", "fewer_modes", "cancelled", "inaccurate"]
+   character(len=*), parameter, public :: reason_names(0:5) = [character(len=12) :: &
+      "converged", "max_restarts", "fewer_modes", "cancelled", "inaccurate", "interrupted"]
    !> A mode above this backward error does not count as converged.
    real(wp), parameter, public :: inaccurate_above = 1.0e-8_wp
 

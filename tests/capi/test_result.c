@@ -192,7 +192,9 @@ static void lengths(void)
    CHECK(strcmp(text, "inaccurate") == 0);
    CHECK_OK(kschur_reason_name(KSCHUR_REASON_CANCELLED, text, sizeof text));
    CHECK(strcmp(text, "cancelled") == 0);
-   CHECK_STATUS(kschur_reason_name(5, text, sizeof text), KSCHUR_ERROR_USAGE);
+   CHECK_OK(kschur_reason_name(KSCHUR_REASON_INTERRUPTED, text, sizeof text));
+   CHECK(strcmp(text, "interrupted") == 0);
+   CHECK_STATUS(kschur_reason_name(6, text, sizeof text), KSCHUR_ERROR_USAGE);
    for (status = -1; status < 30; status++) {
       int known = (status >= KSCHUR_OK && status <= KSCHUR_ERROR_CONVERGENCE) ||
                   (status >= KSCHUR_ERROR_NULL && status <= KSCHUR_ERROR_CALLBACK);

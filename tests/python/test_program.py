@@ -272,7 +272,7 @@ def test_band(folder):
           and "no mode between 0.2 and 0.25 Hz\n" in run.stdout and "certified" in run.stdout, run)
     run = kschur("info", output)
     check("--band without modes: in the result file", "no mode between 0.2 and 0.25 Hz\n" in run.stdout, run)
-    for block in 1, 2, 3, 4:
+    for block in 1, 2, 3, 4, "auto":
         check_values(f"--block {block}: the same modes", eigenvalues(solve(problem, "--block", block, "--formulation", "quadratic")[0]),
                      eigenvalues(solve(problem)[0]))
     check("no band in JSON where none was asked for", "band" not in solve(problem)[0])
@@ -566,7 +566,7 @@ def test_wrong_usage(folder):
             (["solve", problem, "--inner", "best"], "--inner", "mumps", "ldl", "iterative"),
             (["solve", problem, "--inner", "ldl", "--formulation", "damped-constrained"], "ldl", "complex"),
             (["solve", DATA / "random_unsymmetric", "--inner", "ldl", "--shift", "0.1"], "ldl", "unsymmetric"),
-            (["solve", problem, "--block", "0"], "--block", "at least 1", "0"),
+            (["solve", problem, "--block", "0"], "--block", "at least 1", "auto", "0"),
             (["scene", "castle", "--output", folder / "c.h5"], "castle", "beam-body"), (["scene", "grid"], "--output"),
             (["scene", "rotor", "--speed", "1", "--speed", "2", "--output", folder / "c.h5"], "--speed", "twice"),
             (["scene", "rotor", "--elements", "3", "--output", folder / "c.h5"], "--elements", "even", "'3'"),

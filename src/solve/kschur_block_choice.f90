@@ -1,0 +1,69 @@
+!> How many vectors an iteration takes at a time: what was asked for, or what costs least by counts of words that are read.
+!>
+!> No clock is asked, so that the same problem has the same digits each time: the entries of the factors and of the
+!> basis are counted, and what blocks do to both was measured once (docs/blocks.md).
+module kschur_block_choice
+   use kschur_context, only: solve_context_type
+   use kschur_kinds, only: wp, long
+   use kschur_linear_solver, only: linear_solver_type
+   use kschur_options, only: formulation_low_rank, formulation_proportional, formulation_symmetric
+   implicit none
+   private
+   public :: cheapest_block, chosen_block
+
+   integer, parameter :: blocks(3) = [1, 2, 4]
+   ! Factors and basis of fewer bytes stay in the cache, where single vectors cost no more than blocks.
+   integer(long), parameter :: cached = 2_long**23
+   ! The basis has so many vectors more than are wanted, on the average.
+   integer, parameter :: beyond = 10
+
+contains
+
+   !> For an iteration on the transform that is factored.
+   integer function chosen_block(s, values) result(block)
+      type(solve_context_type), target, intent(in) :: s
+      !> Eigenvalues that are wanted.
+      integer, intent(in) :: values
+      class(linear_solver_type), pointer :: solver
+
+      block = s%options%block
+      ! The responses to dampers are the blocks of the low-rank form.
+      if (s%formulation == formulation_low_rank .or. s%dense) block = 1
+      if (block > 0) return
+      solver => s%transform%linear_solver()
+      block = cheapest_block(solver%factor_entries, int(s%work%unknowns(), long)*(values + beyond), &
+         any(s%formulation == [formulation_symmetric, formulation_proportional]))
+   end function chosen_block
+
+   !> The same from counts.
+   pure integer function cheapest_block(factor_entries, basis_entries, lanczos) result(block)
+      !> Of the triangular factors; 0: not known.
+      integer(long), intent(in) :: factor_entries
+      !> Of the basis on the average.
+      integer(long), intent(in) :: basis_entries
+      !> Whether a few vectors are orthogonalised against all, once; otherwise twice, and both parts of a state are formed.
+      logical, intent(in) :: lanczos
+      ! A sparse substitution needs the time of so many reads of a dense block.
+      integer, parameter :: sparse = 2
+      ! A larger block is taken where it costs less than this part of a smaller one.
+      real(wp), parameter :: worth = 0.9_wp
+      real(wp) :: least, cost, b, vectors, solve, orthogonalise
+      integer :: i
+
+      block = 1
+      least = huge(1.0_wp)
+      if (factor_entries == 0 .or. 8*(factor_entries + basis_entries) <= cached) return
+      do i = 1, size(blocks)
+         b = blocks(i)
+         vectors = 1 + merge(0.12_wp, 0.25_wp, lanczos)*(b - 1)
+         ! Of what one right-hand side and one vector cost, these parts are left where they are one of a block.
+         solve = 2*sparse*real(factor_entries, wp)*(0.15_wp + 0.85_wp/b)
+         orthogonalise = merge(2, 6, lanczos)*real(basis_entries, wp)*(0.45_wp + 0.55_wp/b)
+         ! The basis grows with the vectors.
+         cost = vectors*solve + vectors**2*orthogonalise
+         if (.not. cost < worth*least) cycle
+         least = cost
+         block = blocks(i)
+      end do
+   end function cheapest_block
+end module kschur_block_choice
