@@ -42,7 +42,7 @@ contains
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
       ! Backward error of a trial solution that needs no refinement.
-      real(wp), parameter :: small = 1.0e-14_wp
+      real(wp), parameter :: small = 1.0e-13_wp
       real(wp) :: backward_error
       logical :: compliant
 
