@@ -30,6 +30,8 @@ contains
          call print_mac_help()
       case ("sensitivity")
          call print_sensitivity_help()
+      case ("sweep")
+         call print_sweep_help()
       case ("scene")
          call print_scene_help()
       case ("info")
@@ -38,7 +40,7 @@ contains
          call print_view_help()
       case default
          call new_error(error, error_usage, "there is no help on '"//topic// &
-            "', only on solve, compare, mac, sensitivity, scene, info and view")
+            "', only on solve, compare, mac, sensitivity, sweep, scene, info and view")
       end select
    end subroutine print_help
 
@@ -51,6 +53,7 @@ contains
          "  kschur compare PROBLEM [options]             the same problem by each method", &
          "  kschur mac RESULT RESULT                     how alike the shapes of two results are", &
          "  kschur sensitivity PROBLEM CHANGED           how modes change with a parameter", &
+         "  kschur sweep SCENE --vary OPTION=A:B:N       modes over a parameter of scenes or files", &
          "  kschur scene NAME [options] --output FILE    write a problem of a model structure", &
          "  kschur info PROBLEM | RESULT                 what a problem is; the modes of a result", &
          "  kschur view RESULT --output FOLDER           its shapes for ParaView, or as a picture", &
@@ -155,6 +158,27 @@ contains
          "  --constraint-scaling NAME, --quiet, --threads N     as for kschur solve", &
          "  --format NAME                                       table, json, csv (table)"])
    end subroutine print_sensitivity_help
+
+   subroutine print_sweep_help()
+      call print_lines([character(len=90) :: &
+         "kschur sweep SCENE --vary OPTION=FIRST:LAST:POINTS [options of the scene] [options]", &
+         "kschur sweep PROBLEM PROBLEM ... [--values V1,V2,...] [options]", &
+         "", &
+         "The modes nearest to a target at each point, followed from point to point: a branch", &
+         "keeps its number. Each mode is written as a sum of those at the point before, by left", &
+         "and right vectors; where it is not clear which is which, and where two cross, the", &
+         "matrices between the points are solved as well, as if they were linear in the", &
+         "parameter. Crossings, veerings and what stays unsure are said below the table, and from", &
+         "where on a branch is unstable. kschur-campbell draws the Campbell diagram and the roots.", &
+         "", &
+         "  --values V1,V2,...     the parameter at each problem (1, 2, ...)", &
+         "  --left                 left vectors of unsymmetric problems, in place of shapes", &
+         "  --output SWEEP.h5      write values, eigenvalues, damping ratios, shares and events", &
+         "  --format NAME          table: damped frequencies in Hz; json, csv: all of them (table)", &
+         "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
+         "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
+         "  --constraint-scaling NAME, --quiet, --threads N     as for kschur solve"])
+   end subroutine print_sweep_help
 
    subroutine print_scene_help()
       integer :: i

@@ -9,6 +9,7 @@ program kschur_program
    use cli_processes, only: start_processes
    use cli_scene, only: scene_command
    use cli_sensitivity, only: sensitivity_command
+   use cli_sweep, only: sweep_command
    use cli_solve, only: solve_command
    use cli_system, only: check_output, complain, end_program, ignore_size_signal
    use cli_view, only: view_command
@@ -73,6 +74,8 @@ contains
             call mac_command(arguments, error)
          case ("sensitivity")
             call sensitivity_command(arguments, complete, error)
+         case ("sweep")
+            call sweep_command(arguments, complete, error)
          case ("scene")
             call scene_command(arguments, error)
          case ("info")

@@ -35,6 +35,7 @@ module kschur
    use kschur_formulation, only: choose_formulation
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
    use kschur_hdf5_result, only: is_hdf5_result, read_hdf5_result, write_hdf5_result
+   use kschur_hdf5_sweep, only: write_hdf5_sweep
    use kschur_inertia_solver, only: inertia_real_type
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_kinds, only: wp, long
@@ -80,6 +81,7 @@ module kschur
    use kschur_solver, only: solve_modes
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_matrix, new_csr_from_triplets, &
       empty_csr_matrix
+   use kschur_sweep, only: sweep_type, sweep_event_type, new_sweep, event_names, event_crossing, event_veering, event_unsure
    use kschur_text, only: text
    use kschur_view, only: write_view
    use kschur_vtu, only: write_vtu

@@ -175,14 +175,18 @@ contains
       real(wp), intent(in) :: m(:), k(:), right(:)
       real(wp), intent(out) :: alpha, beta
       integer, parameter :: turns = 20
-      logical :: fits(size(m))
+      logical :: fits(size(m)), before(size(m))
       real(wp) :: misfit(size(m))
       integer :: turn
 
       call fit(m, k, right, alpha, beta)
+      before = .false.
       do turn = 1, turns
          misfit = abs(right - alpha*m - beta*k)
          fits = misfit <= median(misfit)
+         ! The same half gives the same fit from here on.
+         if (all(fits .eqv. before)) exit
+         before = fits
          if (any(fits)) call fit(pack(m, fits), pack(k, fits), pack(right, fits), alpha, beta)
       end do
    end subroutine concentrate

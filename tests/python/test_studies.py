@@ -1,4 +1,4 @@
-"""What is made of modes, by the program as a user calls it: test_studies.py PATH_OF_KSCHUR.
+"""What is made of modes, by the program as a user calls it: test_studies.py PATH_OF_KSCHUR PATH_OF_KSCHUR_CAMPBELL.
 
 Prints each check, then `N passed, N failed`; fails where a check does.
 """
@@ -14,7 +14,7 @@ import tempfile
 import h5py
 import numpy as np
 
-KSCHUR = os.path.abspath(sys.argv[1])
+KSCHUR, CAMPBELL = map(os.path.abspath, sys.argv[1:])
 
 passed = failed = 0
 
@@ -132,8 +132,50 @@ def test_sensitivity(folder):
     check("one problem is not enough", "two problems" in kschur("sensitivity", problem, status=1).stderr)
 
 
+def test_sweep_of_files(folder):
+    """Two modes with 1 + p and 2 - p, coupled or not: they veer or cross at p = 1/2."""
+    values = [0, 0.2, 0.4, 0.6, 0.8, 1]
+    for coupling, kind in ((0.02, "veering"), (0, "crossing")):
+        problems = [write_problem(f"{folder}/{kind}{p}", M=np.eye(2), K=[[1 + p, coupling], [coupling, 2 - p]]) for p in values]
+        words = [*problems, "--values", ",".join(map(str, values)), "--modes", 2]
+        sweep = json.loads(kschur("sweep", *words, "--format", "json", "--output", folder + "/s.h5").stdout)
+        root = np.array([(math.hypot(p - 0.5, coupling) if coupling else 0.5 - p) for p in values])
+        expected = np.sqrt(np.stack([1.5 - root, 1.5 + root], axis=1))
+        found = np.array([[point["eigenvalue_im_1"], point["eigenvalue_im_2"]] for point in sweep["points"]])
+        check(kind + ": each branch", np.allclose(found, expected, rtol=1e-12), found)
+        check(kind + ": one event", [event["kind"] for event in sweep["events"]] == [kind], sweep["events"])
+        with h5py.File(folder + "/s.h5") as file:
+            check(kind + ": the file", np.allclose(file["eigenvalues"][:].imag, expected) and
+                  np.allclose(file["values"][:], values) and file["events/kind"][0].decode().strip() == kind)
+        picture = f"{folder}/{kind}.png"
+        subprocess.run([CAMPBELL, folder + "/s.h5", picture], check=True)
+        check(kind + ": a picture", open(picture, "rb").read(4) == b"\x89PNG")
+    for words, message in ((problems[:1], "two problems or more"), ([*problems, "--values", "1,2"], "a number for each problem"),
+                           ([*problems[:3], "--values", "1,3,2"], "rising or falling"),
+                           ([*problems[:2], "--vary", "p=1:2:3", "--values", "1,2"], "for problem files"),
+                           (["rotor", "--vary", "speed=1:2"], "OPTION=FIRST:LAST:POINTS"),
+                           (["rotor", "--vary", "color=1:2:3"], "color")):
+        run = kschur("sweep", *words, status=1)
+        check("sweep refuses: " + message, message in run.stderr, run.stderr)
+
+
+def test_sweep_of_a_scene(folder):
+    run = kschur("sweep", "rotor", "--vary", "speed=3000:4000:5", "--bearings", "rigid", "--density", 0, "--modes", 4)
+    check("a branch becomes unstable", "unstable   branch" in run.stdout and run.stdout.count("unstable") == 1, run.stdout)
+    points = json.loads(kschur("sweep", "rotor", "--vary", "speed=3000:4000:3", "--modes", 4, "--format", "json").stdout)["points"]
+    for point in points:
+        kschur("scene", "rotor", "--speed", point["speed"], "--output", folder + "/r.h5")
+        alone = json.loads(kschur("solve", folder + "/r.h5", "--modes", 4, "--format", "json").stdout)
+        together = sorted((point[f"eigenvalue_im_{i}"], point[f"eigenvalue_re_{i}"]) for i in range(1, 5))
+        apart = sorted((mode["eigenvalue"][1], mode["eigenvalue"][0]) for mode in alone["modes"])
+        check("as solved alone", np.allclose(together, apart, rtol=1e-8, atol=1e-8), (together, apart))
+    run = subprocess.run([CAMPBELL, "rotor", "--vary", "speed=3000:4000:3", "--modes", "4", folder + "/r.png"],
+                         capture_output=True, text=True)
+    check("a picture from one command", run.returncode == 0 and os.path.getsize(folder + "/r.png") > 10000, run.stderr)
+
+
 def main():
-    for test in (test_normalisation, test_properties, test_mac, test_sensitivity):
+    for test in (test_normalisation, test_properties, test_mac, test_sensitivity, test_sweep_of_files, test_sweep_of_a_scene):
         with tempfile.TemporaryDirectory() as folder:
             test(folder)
     print(f"{passed} passed, {failed} failed")

@@ -1,0 +1,284 @@
+!> kschur sweep: modes over a parameter, of a scene or of problem files, followed from point to point.
+module cli_sweep
+   use cli_arguments, only: arguments_type
+   use cli_columns, only: print_columns
+   use cli_input, only: input_type, is_part_of, read_problem
+   use cli_numbers, only: plain, read_integer, read_real, rounded
+   use cli_options, only: take_iteration, take_wanted
+   use cli_output, only: format_csv, format_json, format_table, take_format
+   use cli_progress, only: new_progress, progress_type
+   use cli_system, only: check_new_file, check_output, print_line
+   use kschur, only: error_type, error_usage, event_names, event_unsure, modal_options_type, modal_problem_type, &
+      modal_result_type, new_error, new_sweep, reason_converged, sweep_type, text, wp, write_hdf5_sweep
+   use kschur_scenes, only: build_scene
+   implicit none
+   private
+   public :: sweep_command
+
+   !> What is swept over: an option of a scene, or problems one after the other.
+   type :: source_type
+      character(len=:), allocatable :: scene, parameter
+      !> The other options of the scene, with room for two more words.
+      character(len=:), allocatable :: words(:)
+      type(input_type), allocatable :: inputs(:)
+      real(wp), allocatable :: values(:)
+   end type source_type
+
+   integer, parameter :: longest_number = 32
+
+contains
+
+   !> Does the command; `complete` is false where a point has fewer modes than asked for.
+   subroutine sweep_command(arguments, complete, error)
+      type(arguments_type), intent(inout) :: arguments
+      logical, intent(out) :: complete
+      type(error_type), allocatable, intent(out) :: error
+      type(modal_options_type) :: options
+      type(source_type) :: source
+      type(progress_type) :: progress
+      type(sweep_type) :: sweep
+      character(len=:), allocatable :: output
+      logical :: quiet
+      integer :: format
+
+      complete = .false.
+      call take_wanted(arguments, options, error)
+      call take_iteration(arguments, options, error)
+      call arguments%take_flag("--left", options%left, error)
+      call arguments%take_text("--output", output, error)
+      call take_format(arguments, format, error)
+      call arguments%take_integer("--threads", 1, options%threads, error)
+      call arguments%take_flag("--quiet", quiet, error)
+      call take_source(arguments, source, error)
+      if (.not. allocated(error) .and. allocated(output)) call check_place(source, output, error)
+      if (allocated(error)) return
+      progress = new_progress(quiet)
+      call new_sweep(sweep, options)
+      call solve_points(source, sweep, progress, complete, error)
+      call progress%show("")
+      if (allocated(error)) return
+      call sweep%finish()
+      if (allocated(output)) call write_hdf5_sweep(sweep, source%parameter, output, error)
+      call print_sweep(sweep, source%parameter, format)
+      call check_output(error)
+   end subroutine sweep_command
+
+   subroutine check_place(source, output, error)
+      type(source_type), intent(in) :: source
+      character(len=*), intent(in) :: output
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+
+      call check_new_file(output, error)
+      if (.not. allocated(source%inputs)) return
+      do i = 1, size(source%inputs)
+         if (allocated(error)) return
+         if (is_part_of(source%inputs(i), output)) &
+            call new_error(error, error_usage, "--output "//output//" would replace a problem")
+      end do
+   end subroutine check_place
+
+   subroutine take_source(arguments, source, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(source_type), intent(out) :: source
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: range, values, word
+      type(input_type) :: input
+      integer :: i
+
+      call arguments%take_text("--vary", range, error, "OPTION=FIRST:LAST:POINTS")
+      call arguments%take_text("--values", values, error, "numbers, V1,V2,...")
+      if (allocated(error)) return
+      if (allocated(range)) then
+         call take_range(range, source%parameter, source%values, error)
+         call arguments%take_word(source%scene)
+         if (.not. (allocated(error) .or. allocated(source%scene))) &
+            call new_error(error, error_usage, "--vary is for a scene, and none is named")
+         if (.not. allocated(error) .and. allocated(values)) &
+            call new_error(error, error_usage, "--values is for problem files, --vary for a scene")
+         if (.not. allocated(error)) source%words = with_room(arguments%rest(), len(source%parameter) + 2)
+         return
+      end if
+      source%parameter = "point"
+      allocate (source%inputs(0))
+      do
+         call arguments%take_word(word)
+         if (.not. allocated(word)) exit
+         input%path = word
+         source%inputs = [source%inputs, input]
+      end do
+      call arguments%check_all_taken(error)
+      if (.not. allocated(error) .and. size(source%inputs) < 2) &
+         call new_error(error, error_usage, "kschur sweep wants two problems or more, or a scene and --vary")
+      if (allocated(error)) return
+      allocate (source%values, source=[(real(i, wp), i=1, size(source%inputs))])
+      if (allocated(values)) call take_values(values, source%values, error)
+   end subroutine take_source
+
+   ! OPTION=FIRST:LAST:POINTS.
+   subroutine take_range(range, option, values, error)
+      character(len=*), intent(in) :: range
+      character(len=:), allocatable, intent(out) :: option
+      real(wp), allocatable, intent(out) :: values(:)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: first, last
+      integer :: equal, one, two, points, i
+      logical :: ok(3)
+
+      equal = index(range, "=")
+      one = equal + index(range(equal + 1:), ":")
+      two = one + index(range(one + 1:), ":")
+      points = 0
+      ok = equal > 1 .and. one > equal .and. two > one
+      if (all(ok)) then
+         call read_real(range(equal + 1:one - 1), first, ok(1))
+         call read_real(range(one + 1:two - 1), last, ok(2))
+         call read_integer(range(two + 1:), points, ok(3))
+      end if
+      if (.not. all(ok) .or. points < 2) then
+         call new_error(error, error_usage, "--vary wants OPTION=FIRST:LAST:POINTS with two points or more, not '"//range//"'")
+         return
+      end if
+      option = range(:equal - 1)
+      allocate (values(points), source=[(((points - 1 - i)*first + i*last)/(points - 1), i=0, points - 1)])
+   end subroutine take_range
+
+   subroutine take_values(list, values, error)
+      character(len=*), intent(in) :: list
+      real(wp), intent(inout) :: values(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i, first, comma
+      logical :: ok, rising, falling
+
+      first = 1
+      ok = .true.
+      do i = 1, size(values)
+         comma = first - 1 + index(list(min(first, len(list) + 1):)//",", ",")
+         if (ok) ok = first <= len(list)
+         if (ok) call read_real(list(first:comma - 1), values(i), ok)
+         first = comma + 1
+      end do
+      rising = all(values(2:) > values(:size(values) - 1))
+      falling = all(values(2:) < values(:size(values) - 1))
+      if (.not. ok .or. first <= len(list) .or. .not. (rising .or. falling)) call new_error(error, error_usage, &
+         "--values wants a number for each problem, "//text(size(values))//" of them, rising or falling, not '"//list//"'")
+   end subroutine take_values
+
+   ! The same words, and two blank ones behind them, each at least so long.
+   function with_room(words, length) result(more)
+      character(len=*), intent(in) :: words(:)
+      integer, intent(in) :: length
+      character(len=max(len(words), length, longest_number)), allocatable :: more(:)
+
+      allocate (more(size(words) + 2))
+      more = ""
+      more(:size(words)) = words
+   end function with_room
+
+   subroutine solve_points(source, sweep, progress, complete, error)
+      type(source_type), intent(inout) :: source
+      type(sweep_type), intent(inout) :: sweep
+      type(progress_type), intent(inout) :: progress
+      logical, intent(out) :: complete
+      type(error_type), allocatable, intent(out) :: error
+      type(modal_problem_type) :: problem
+      type(modal_result_type) :: result
+      integer :: i
+
+      complete = .true.
+      do i = 1, size(source%values)
+         call progress%show("point "//text(i)//" of "//text(size(source%values)))
+         if (allocated(source%scene)) then
+            associate (last => size(source%words))
+               source%words(last - 1) = "--"//source%parameter
+               source%words(last) = plain(source%values(i), "")
+               call build_scene(source%scene, source%words, problem, error)
+            end associate
+         else
+            call read_problem(source%inputs(i), problem, error)
+         end if
+         if (.not. allocated(error)) call sweep%add(source%values(i), problem, error, result)
+         if (allocated(error)) return
+         complete = complete .and. result%reason == reason_converged
+      end do
+   end subroutine solve_points
+
+   subroutine print_sweep(sweep, parameter, format)
+      type(sweep_type), intent(in) :: sweep
+      character(len=*), intent(in) :: parameter
+      integer, intent(in) :: format
+      real(wp), parameter :: two_pi = 8*atan(1.0_wp)
+      character(len=24), allocatable :: names(:), units(:)
+      real(wp), allocatable :: values(:, :)
+      integer :: b, each
+
+      each = merge(1, 4, format == format_table)
+      allocate (names(1 + each*size(sweep%eigenvalues, 1)))
+      allocate (units(size(names)), values(size(sweep%values), size(names)))
+      names(1) = parameter
+      units = "Hz"
+      units(1) = ""
+      values(:, 1) = sweep%values
+      do b = 1, size(sweep%eigenvalues, 1)
+         associate (first => 2 + each*(b - 1), lambda => sweep%eigenvalues(b, :))
+            names(first) = "damped_frequency_"//text(b)
+            if (format == format_table) names(first) = "branch_"//text(b)
+            values(:, first) = abs(aimag(lambda))/two_pi
+            if (format == format_table) cycle
+            names(first + 1:first + 3) = [character(len=24) :: "damping_ratio_"//text(b), "eigenvalue_re_"//text(b), &
+               "eigenvalue_im_"//text(b)]
+            values(:, first + 1) = sweep%damping_ratio(b, :)
+            values(:, first + 2) = real(lambda, wp)
+            values(:, first + 3) = aimag(lambda)
+         end associate
+      end do
+      if (format == format_json) call print_line('{"points":')
+      call print_columns("point", names, units, values, format)
+      if (format /= format_csv) call print_events(sweep, parameter, format)
+   end subroutine print_sweep
+
+   subroutine print_events(sweep, parameter, format)
+      type(sweep_type), intent(in) :: sweep
+      character(len=*), intent(in) :: parameter
+      integer, intent(in) :: format
+      integer :: i, unstable
+
+      if (format == format_json) then
+         call print_line(', "events": [')
+         do i = 1, size(sweep%events)
+            associate (e => sweep%events(i))
+               call print_line('  {"kind": "'//trim(event_names(e%kind))//'", "first": '//text(e%first)//', "second": '// &
+                  text(e%second)//', "value": '//plain(e%value, "null")//'}'//trim(merge(",", " ", i < size(sweep%events))))
+            end associate
+         end do
+         call print_line("]}")
+         return
+      end if
+      call print_line("")
+      do i = 1, size(sweep%events)
+         associate (e => sweep%events(i))
+            if (e%kind == event_unsure) then
+               call print_line("unsure     which mode is which from "//parameter//" "//rounded(e%value)//" on")
+            else
+               call print_line(event_names(e%kind)//"   branches "//text(e%first)//" and "//text(e%second)//" near "// &
+                  parameter//" "//rounded(e%value))
+            end if
+         end associate
+      end do
+      do i = 1, size(sweep%eigenvalues, 1)
+         unstable = first_unstable(sweep%damping_ratio(i, :))
+         if (unstable > 0) call print_line("unstable   branch "//text(i)//" at "//parameter//" "//rounded(sweep%values(unstable)))
+      end do
+   end subroutine print_events
+
+   ! The first point where a damping ratio is negative, beyond rounding; 0 where none is.
+   pure integer function first_unstable(ratio) result(first)
+      real(wp), intent(in) :: ratio(:)
+      real(wp), parameter :: rounding = 1.0e-11_wp
+
+      do first = 1, size(ratio)
+         if (ratio(first) < -rounding) return
+      end do
+      first = 0
+   end function first_unstable
+end module cli_sweep

@@ -1,0 +1,295 @@
+!> Modes over a parameter, followed from point to point.
+module kschur_sweep
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kschur_error, only: error_type, add_context
+   use kschur_following, only: is_ambiguous, match_modes, mode_shares, swapping_pair
+   use kschur_kinds, only: wp
+   use kschur_modal_solver, only: modal_solver_type, new_modal_solver
+   use kschur_monitor, only: monitor_type
+   use kschur_options, only: modal_options_type
+   use kschur_problem, only: modal_problem_type
+   use kschur_result, only: modal_result_type
+   use kschur_sparse, only: linear_combination
+   implicit none
+   private
+   public :: sweep_type, sweep_event_type, new_sweep, event_names, event_crossing, event_veering, event_unsure
+
+   !> Two branches cross, with the shapes that they have; they come near each other and exchange their shapes; or
+   !> it is not clear which is which from here on.
+   integer, parameter :: event_crossing = 0, event_veering = 1, event_unsure = 2
+   !> Their names.
+   character(len=*), parameter :: event_names(0:2) = [character(len=8) :: "crossing", "veering", "unsure"]
+
+   !> What happens to two branches near a value of the parameter.
+   type :: sweep_event_type
+      !> One of `event_*`.
+      integer :: kind = event_crossing
+      !> The branches, and where.
+      integer :: first = 0, second = 0
+      real(wp) :: value = 0
+   end type sweep_event_type
+
+   ! One point: the branch of each mode, and what of each branch was in each other one at the point before.
+   type :: point_type
+      complex(wp), allocatable :: lambda(:)
+      real(wp), allocatable :: frequency_hz(:), damping_ratio(:)
+      integer, allocatable :: branch(:)
+      real(wp), allocatable :: shares(:, :)
+      logical :: unsure = .false.
+   end type point_type
+
+   !> Made by `new_sweep`, filled by `add`, point after point, and by `finish`.
+   type :: sweep_type
+      !> Values of the parameter, one a point, in their order.
+      real(wp), allocatable :: values(:)
+      !> Branches x points, after `finish`: eigenvalues (1/s), natural frequencies (Hz), damping ratios, the number of the
+      !> mode in the result of its point, and the share that is left of the mode at the point before. NaN and 0 where a branch is not.
+      complex(wp), allocatable :: eigenvalues(:, :)
+      real(wp), allocatable :: frequency_hz(:, :), damping_ratio(:, :), share(:, :)
+      integer, allocatable :: mode(:, :)
+      type(sweep_event_type), allocatable :: events(:)
+      ! How it is solved, and the last point.
+      type(modal_options_type), private :: options
+      type(modal_solver_type), private :: solver
+      type(modal_problem_type), private :: problem
+      type(modal_result_type), private :: result
+      type(point_type), allocatable, private :: points(:)
+      integer, private :: branches = 0
+   contains
+      !> The modes at the next point.
+      procedure :: add
+      !> Sets what is known after the last point.
+      procedure :: finish
+   end type sweep_type
+
+contains
+
+   !> A sweep without points.
+   subroutine new_sweep(sweep, options)
+      type(sweep_type), intent(out) :: sweep
+      !> Modes nearest to one target at all points. With left vectors modes of unsymmetric problems are followed by them.
+      type(modal_options_type), intent(in) :: options
+
+      sweep%options = options
+      allocate (sweep%values(0), sweep%points(0), sweep%events(0))
+   end subroutine new_sweep
+
+   !> Solves at the next point and finds out which mode is which. Where that is not clear, and where two cross, the
+   !> matrices between the two points are looked at, as if they were linear in the parameter. Fails as `solve_modes`.
+   subroutine add(self, value, problem, error, result, monitor)
+      class(sweep_type), target, intent(inout) :: self
+      !> Of the parameter: above that of the point before, or below it all the way.
+      real(wp), intent(in) :: value
+      !> With the same numbers of unknowns and constraints at all points.
+      type(modal_problem_type), intent(in) :: problem
+      type(error_type), allocatable, intent(out) :: error
+      !> That of this point.
+      type(modal_result_type), intent(out), optional :: result
+      class(monitor_type), target, intent(inout), optional :: monitor
+      ! Between two points each halving is a solve more.
+      integer, parameter :: halvings = 8
+      type(modal_result_type) :: found
+      type(point_type) :: point
+      integer, allocatable :: match(:)
+      integer :: i
+
+      if (size(self%values) == 0) then
+         call new_modal_solver(self%solver, problem)
+      else
+         call update(self%solver, problem, error)
+      end if
+      if (.not. allocated(error)) call self%solver%solve(self%options, found, error, monitor)
+      if (allocated(error)) return
+      point%lambda = found%eigenvalues
+      point%frequency_hz = found%frequency_hz
+      point%damping_ratio = found%damping_ratio
+      allocate (point%branch(size(found%eigenvalues)), source=0)
+      allocate (match(0))
+      if (size(self%values) > 0) then
+         point%shares = mode_shares(self%problem, self%result, found)
+         call link(self, self%problem, self%result, problem, found, halvings, match, point%unsure, error)
+         if (allocated(error)) return
+         associate (before => self%points(size(self%points)))
+            do i = 1, size(match)
+               if (match(i) > 0) point%branch(match(i)) = before%branch(i)
+            end do
+         end associate
+      end if
+      do i = 1, size(point%branch)
+         if (point%branch(i) > 0) cycle
+         self%branches = self%branches + 1
+         point%branch(i) = self%branches
+      end do
+      self%values = [self%values, value]
+      self%points = [self%points, point]
+      self%problem = problem
+      if (present(result)) result = found
+      self%result = found
+   end subroutine add
+
+   subroutine update(solver, problem, error)
+      type(modal_solver_type), intent(inout) :: solver
+      type(modal_problem_type), intent(in) :: problem
+      type(error_type), allocatable, intent(out) :: error
+
+      call solver%update_values(problem%mass, problem%stiffness, error, problem%damping, problem%constraints)
+   end subroutine update
+
+   ! For each mode of a result that of another one, by points between where that is needed.
+   recursive subroutine link(self, problem, before, other_problem, after, halvings, match, unsure, error)
+      class(sweep_type), target, intent(inout) :: self
+      type(modal_problem_type), intent(in) :: problem, other_problem
+      type(modal_result_type), intent(in) :: before, after
+      integer, intent(in) :: halvings
+      integer, allocatable, intent(out) :: match(:)
+      logical, intent(inout) :: unsure
+      type(error_type), allocatable, intent(out) :: error
+      type(modal_problem_type) :: between
+      type(modal_result_type) :: middle
+      integer, allocatable :: first(:), second(:)
+      real(wp) :: part
+      integer :: pair(2), i
+      logical :: clear
+
+      call match_clearly(problem, before, after, match, clear)
+      call swapping_pair(before%eigenvalues, after%eigenvalues, match, pair, part)
+      if (.not. clear) then
+         part = 0.5_wp
+      else if (pair(1) == 0) then
+         return
+      end if
+      if (halvings == 0) then
+         unsure = unsure .or. .not. clear
+         return
+      end if
+      part = min(max(part, 0.02_wp), 0.98_wp)
+      call interpolate(problem, other_problem, part, between, error)
+      if (.not. allocated(error)) call update(self%solver, between, error)
+      if (.not. allocated(error)) call self%solver%solve(self%options, middle, error)
+      if (allocated(error)) return
+      ! Where two cross their shapes are as they were, or their eigenvalues are the same.
+      if (clear) then
+         call match_clearly(problem, before, middle, first, clear)
+         if (clear) call match_clearly(between, middle, after, second, clear)
+         if (clear) then
+            if (all([(chained(first, second, i) == match(i), i=1, size(match))])) return
+         end if
+      end if
+      call link(self, problem, before, between, middle, halvings - 1, first, unsure, error)
+      if (.not. allocated(error)) &
+         call link(self, between, middle, other_problem, after, halvings - 1, second, unsure, error)
+      if (.not. allocated(error)) match = [(chained(first, second, i), i=1, size(match))]
+   end subroutine link
+
+   ! Matches modes, and says whether there is no doubt about it.
+   subroutine match_clearly(problem, before, after, match, clear)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(in) :: before, after
+      integer, allocatable, intent(out) :: match(:)
+      logical, intent(out) :: clear
+      real(wp) :: shares(size(before%eigenvalues), size(after%eigenvalues))
+
+      shares = mode_shares(problem, before, after)
+      allocate (match, source=match_modes(shares))
+      clear = .not. is_ambiguous(shares, match, after%eigenvalues)
+   end subroutine match_clearly
+
+   pure integer function chained(first, second, i)
+      integer, intent(in) :: first(:), second(:), i
+
+      chained = 0
+      if (first(i) > 0) chained = second(first(i))
+   end function chained
+
+   ! The matrices a part of the way from one problem to another.
+   subroutine interpolate(from, to, part, problem, error)
+      type(modal_problem_type), intent(in) :: from, to
+      real(wp), intent(in) :: part
+      type(modal_problem_type), intent(out) :: problem
+      type(error_type), allocatable, intent(out) :: error
+
+      if (allocated(error)) return
+      problem%symmetric = from%symmetric .and. to%symmetric
+      problem%mass = linear_combination(1 - part, from%mass, part, to%mass)
+      problem%damping = linear_combination(1 - part, from%damping, part, to%damping)
+      problem%stiffness = linear_combination(1 - part, from%stiffness, part, to%stiffness)
+      problem%constraints = linear_combination(1 - part, from%constraints, part, to%constraints)
+   end subroutine interpolate
+
+   !> Puts the branches together, those of the first point first, and looks for crossings and veerings.
+   subroutine finish(self)
+      class(sweep_type), intent(inout) :: self
+      integer :: p, i, b
+
+      b = self%branches
+      p = size(self%values)
+      if (allocated(self%mode)) deallocate (self%eigenvalues, self%frequency_hz, self%damping_ratio, self%share, self%mode)
+      allocate (self%eigenvalues(b, p), self%frequency_hz(b, p), self%damping_ratio(b, p), self%share(b, p))
+      allocate (self%mode(b, p), source=0)
+      self%eigenvalues = cmplx(ieee_value(1.0_wp, ieee_quiet_nan), ieee_value(1.0_wp, ieee_quiet_nan), wp)
+      self%frequency_hz = ieee_value(1.0_wp, ieee_quiet_nan)
+      self%damping_ratio = ieee_value(1.0_wp, ieee_quiet_nan)
+      self%share = ieee_value(1.0_wp, ieee_quiet_nan)
+      do p = 1, size(self%points)
+         associate (point => self%points(p))
+            self%eigenvalues(point%branch, p) = point%lambda
+            self%frequency_hz(point%branch, p) = point%frequency_hz
+            self%damping_ratio(point%branch, p) = point%damping_ratio
+            self%mode(point%branch, p) = [(i, i=1, size(point%branch))]
+         end associate
+      end do
+      do p = 2, size(self%points)
+         do b = 1, self%branches
+            if (min(self%mode(b, p - 1), self%mode(b, p)) > 0) self%share(b, p) = share_of(self, b, b, p)
+         end do
+      end do
+      deallocate (self%events)
+      allocate (self%events(0))
+      do p = 2, size(self%points)
+         if (self%points(p)%unsure) self%events = [self%events, sweep_event_type(event_unsure, 0, 0, self%values(p))]
+      end do
+      do b = 1, self%branches
+         do i = b + 1, self%branches
+            call find_events(self, b, i)
+         end do
+      end do
+   end subroutine finish
+
+   ! What of a branch at the point before p is in another one at p.
+   pure real(wp) function share_of(self, first, second, p)
+      class(sweep_type), intent(in) :: self
+      integer, intent(in) :: first, second, p
+
+      share_of = self%points(p)%shares(self%mode(first, p - 1), self%mode(second, p))
+   end function share_of
+
+   ! Of two branches: their damped frequencies change order, or come near while the shapes turn into each other.
+   subroutine find_events(self, first, second)
+      class(sweep_type), intent(inout) :: self
+      integer, intent(in) :: first, second
+      ! A veering turns shapes by a right angle, most of it where the gap is below so many times the smallest.
+      real(wp), parameter :: turned = 0.6_wp, near = 6
+      real(wp) :: order(size(self%values)), gap(size(self%values)), angle
+      logical :: both(size(self%values))
+      integer :: p, lowest
+
+      both = self%mode(first, :) > 0 .and. self%mode(second, :) > 0
+      if (count(both) < 2) return
+      order = aimag(self%eigenvalues(first, :) - self%eigenvalues(second, :))
+      gap = abs(self%eigenvalues(first, :) - self%eigenvalues(second, :))
+      do p = 2, size(order)
+         if (.not. (both(p - 1) .and. both(p))) cycle
+         if (order(p - 1)*order(p) < 0) self%events = [self%events, sweep_event_type(event_crossing, first, second, &
+            self%values(p - 1) + (self%values(p) - self%values(p - 1))*order(p - 1)/(order(p - 1) - order(p)))]
+      end do
+      lowest = minloc(gap, 1, both)
+      if (any(order*order(lowest) < 0 .and. both)) return
+      angle = 0
+      do p = 2, size(order)
+         if (.not. (both(p - 1) .and. both(p))) cycle
+         if (min(gap(p - 1), gap(p)) > near*gap(lowest)) cycle
+         angle = angle + asin(min(1.0_wp, (share_of(self, first, second, p) + share_of(self, second, first, p))/2))
+      end do
+      if (angle > turned) self%events = [self%events, sweep_event_type(event_veering, first, second, self%values(lowest))]
+   end subroutine find_events
+end module kschur_sweep

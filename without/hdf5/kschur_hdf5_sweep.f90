@@ -1,0 +1,20 @@
+!> In the place of the module of this name where kschur is built without HDF5.
+module kschur_hdf5_sweep
+   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_sweep, only: sweep_type
+   implicit none
+   private
+   public :: write_hdf5_sweep
+
+contains
+
+   !> Fails with `error_usage`.
+   subroutine write_hdf5_sweep(sweep, parameter, path, error)
+      type(sweep_type), intent(in) :: sweep
+      character(len=*), intent(in) :: parameter
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+
+      call new_error(error, error_usage, path//": this kschur was built without HDF5")
+   end subroutine write_hdf5_sweep
+end module kschur_hdf5_sweep
