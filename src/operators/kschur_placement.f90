@@ -18,7 +18,5 @@ module kschur_placement
       real(wp), allocatable :: factors(:)
       !> Whether the vectors of a pencil carry multipliers, and are taken as they come from the iteration.
       logical :: raw = .false.
-      !> Of motions that are not deflated and have a finite eigenvalue, no more are independent than this.
-      integer :: motions = huge(1)
    end type placement_type
 end module kschur_placement

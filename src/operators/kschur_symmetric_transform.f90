@@ -51,8 +51,6 @@ module kschur_symmetric_transform
       ! What the last iteration left, for the next one to go on from.
       type(lanczos_state_type), allocatable, private :: state
       type(inertia_census_type), allocatable, private :: census
-      ! No more independent ones are iterated.
-      integer, private :: motions = huge(1)
    contains
       procedure :: iterate
       procedure :: recover
@@ -82,7 +80,6 @@ contains
       transform%map%alpha = problem%alpha
       transform%map%beta = problem%beta
       transform%shift = real(transform%map%theta(placement%lambda), wp)
-      transform%motions = placement%motions
       transform%operator%problem => problem
       transform%operator%deflation => deflation
       transform%recover_applies = size(placement%factors) > 0
@@ -234,7 +231,7 @@ contains
       if (.not. allocated(self%state)) then
          allocate (self%state)
          associate (d => self%state%decomposition, known => self%operator%deflation)
-            d%most = min(self%motions, self%operator%order() - size(known%decay))
+            d%most = self%operator%order() - size(known%decay)
             if (size(known%decay) > 0) allocate (d%excluded, source=known%shapes)
          end associate
       end if

@@ -12,8 +12,6 @@ module kschur_eigenvalue_count
       integer :: number = 0
       !> Whether there are so many, not just no more.
       logical :: exact = .false.
-      !> Of motions that are not deflated, no more than this are independent and have a finite eigenvalue.
-      integer :: motions = huge(1)
    end type eigenvalue_count_type
 
 contains
@@ -31,9 +29,6 @@ contains
       integer :: motions, with_mass, each
 
       motions = problem%unknowns() - problem%multipliers() + redundant
-      total%motions = motions - size(deflation%decay)
-      if (deflation%infinite_is_known .and. deflation%oscillator) &
-         total%motions = total%motions - deflation%infinite%multiplicity()
       ! A root of a form in lambda^2 is two eigenvalues.
       each = merge(2, 1, deflation%oscillator)
       total%exact = deflation%infinite_is_known
