@@ -223,6 +223,18 @@ int kschur_options_set_block(kschur_options *options, int64_t block);
  * time. Any number gives the same digits, but for those of large matrices that MUMPS factors. */
 int kschur_options_set_threads(kschur_options *options, int64_t threads);
 
+/* libkschur_mpi_capi only: the communicator of several processes, each of which calls kschur_solve or kschur_solve_band with
+ * it, as MPI_Comm_c2f(communicator) gives it. Problem, options and result are those of its first process: the others may give
+ * NULL as problem and get no result. An error is the same in all. Without it, and by default, a process works alone. */
+int kschur_options_set_communicator(kschur_options *options, int communicator);
+
+/* With a communicator: matrices of so many rows and more are factored by all processes together: at least 1. Default 20000. */
+int kschur_options_set_distribute(kschur_options *options, int64_t rows);
+
+/* With a communicator: how many groups of processes share the parts of a band, each with factors of its own; 0 (default): each
+ * process is one where a matrix is too small to be distributed, else all together. */
+int kschur_options_set_groups(kschur_options *options, int64_t groups);
+
 /* Whether clamped and tied unknowns are eliminated first. Default yes. */
 int kschur_options_set_presolve(kschur_options *options, int flag);
 

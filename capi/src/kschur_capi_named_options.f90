@@ -3,7 +3,8 @@ module kschur_capi_named_options
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr
    use kschur, only: error_type, new_error
    use kschur_capi_options, only: options_handle_type, options_of, kschur_options_set_arpack, kschur_options_set_block, &
-      kschur_options_set_certify, kschur_options_set_constraint_scaling, kschur_options_set_formulation, &
+      kschur_options_set_certify, kschur_options_set_constraint_scaling, kschur_options_set_distribute, &
+      kschur_options_set_formulation, kschur_options_set_groups, &
       kschur_options_set_inner, kschur_options_set_left, kschur_options_set_max_restarts, kschur_options_set_method, &
       kschur_options_set_modes, kschur_options_set_normalisation, kschur_options_set_presolve, kschur_options_set_seed, &
       kschur_options_set_shift, kschur_options_set_subspace, kschur_options_set_target, kschur_options_set_target_hz, &
@@ -87,6 +88,10 @@ contains
          status = with_integer(handle, address, option, given, kschur_options_set_block)
       case ("threads")
          status = with_integer(handle, address, option, given, kschur_options_set_threads)
+      case ("distribute")
+         status = with_integer(handle, address, option, given, kschur_options_set_distribute)
+      case ("groups")
+         status = with_integer(handle, address, option, given, kschur_options_set_groups)
       case ("seed")
          status = with_integer(handle, address, option, given, kschur_options_set_seed)
       case ("presolve")

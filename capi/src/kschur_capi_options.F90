@@ -16,7 +16,8 @@ module kschur_capi_options
    public :: options_handle_type, options_of
    ! What options are set with by name.
    public :: kschur_options_set_arpack, kschur_options_set_block, kschur_options_set_certify, &
-      kschur_options_set_constraint_scaling, kschur_options_set_formulation, kschur_options_set_inner, &
+      kschur_options_set_constraint_scaling, kschur_options_set_distribute, kschur_options_set_formulation, &
+      kschur_options_set_groups, kschur_options_set_inner, &
       kschur_options_set_left, kschur_options_set_max_restarts, kschur_options_set_method, kschur_options_set_modes, &
       kschur_options_set_normalisation, kschur_options_set_presolve, kschur_options_set_seed, kschur_options_set_shift, &
       kschur_options_set_subspace, kschur_options_set_target, kschur_options_set_target_hz, kschur_options_set_threads, &
@@ -141,6 +142,26 @@ contains
 #define SETTER kschur_options_set_threads
 #define GIVEN_TYPE integer(c_int64_t)
 #define CHANGE call take_integer(given, "number of threads", change%options%threads, change%error)
+#include "kschur_capi_options.inc"
+
+   integer(c_int) function kschur_options_set_communicator(address, given) bind(c) result(status)
+      type(c_ptr), value :: address
+      integer(c_int), value :: given
+      type(change_type) :: change
+
+      call begin(change, address)
+      change%options%communicator = given
+      status = accept(change)
+   end function kschur_options_set_communicator
+
+#define SETTER kschur_options_set_distribute
+#define GIVEN_TYPE integer(c_int64_t)
+#define CHANGE call take_integer(given, "number of rows", change%options%distribute, change%error)
+#include "kschur_capi_options.inc"
+
+#define SETTER kschur_options_set_groups
+#define GIVEN_TYPE integer(c_int64_t)
+#define CHANGE call take_integer(given, "number of groups", change%options%groups, change%error)
 #include "kschur_capi_options.inc"
 
 #define SETTER kschur_options_set_presolve

@@ -43,6 +43,7 @@ contains
       type(progress_type) :: progress
       ! Null where they are those of the library: an absent argument then.
       type(inner_solvers_type), pointer :: solvers
+      type(problem_handle_type), target :: nothing
       type(error_type), allocatable :: error
 
       status = status_null
@@ -54,6 +55,13 @@ contains
       problem_handle => problem_of(problem)
       options_handle => options_of(options)
       if (.not. allocated(error)) call check_problem(problem_handle, error)
+      if (associated(options_handle) .and. allocated(error)) then
+         if (allocated(options_handle%options%communicator)) then
+            ! The other processes need no problem; the first one fails with them, as they wait for it.
+            deallocate (error)
+            problem_handle => nothing
+         end if
+      end if
       if (.not. allocated(error)) then
          progress = options_handle%progress
          nullify (solvers)
@@ -67,6 +75,9 @@ contains
          end if
       end if
       if (allocated(error)) then
+         call clear(handle)
+      else if (.not. allocated(handle%result%eigenvalues)) then
+         ! One of the other processes.
          call clear(handle)
       else
          call keep(handle, modes_of_problem)

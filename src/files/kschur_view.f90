@@ -29,7 +29,7 @@ contains
       character(len=*), intent(in) :: folder
       type(error_type), allocatable, intent(out) :: error
       type(staging_type) :: staging
-      character(len=name_length) :: names(size(modes))
+      character(len=name_length) :: names(size(modes)), files(size(modes))
       integer :: k
 
       if (.not. allocated(result%mesh)) then
@@ -40,13 +40,13 @@ contains
       if (.not. allocated(error)) call make_folder(staging%path)
       do k = 1, size(modes)
          names(k) = "mode_"//text(modes(k))
+         files(k) = trim(names(k))//".vtu"
          call write_vtu(result%mesh, result%eigenvectors(:, modes(k):modes(k)), names(k:k), &
-            staging%path//"/"//trim(names(k))//".vtu", error)
+            staging%path//"/"//trim(files(k)), error)
          if (frames > 0) call write_motion(result%mesh, result%eigenvectors(:, modes(k)), frames, amplitude, &
             staging%path, trim(names(k)), error)
       end do
-      names = [(trim(names(k))//".vtu", k=1, size(modes))]
-      call write_pvd(names, real(modes, wp), staging%path//"/modes.pvd", error)
+      call write_pvd(files, real(modes, wp), staging%path//"/modes.pvd", error)
       call staging%finish(error)
       call add_context(error, folder)
    end subroutine write_view

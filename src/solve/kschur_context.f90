@@ -2,7 +2,7 @@
 module kschur_context
    use kschur_effort, only: effort_type
    use kschur_eigenpairs, only: eigenpairs_type
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, error_usage, new_error
    use kschur_examination, only: examination_type
    use kschur_formulation, only: choose_formulation
    use kschur_solver_choice, only: choose_inner_solvers, inner_solvers_type
@@ -91,6 +91,8 @@ contains
       if (present(processes)) s%processes => processes
       if (present(monitor)) s%monitor => monitor
       call check_options(options, error)
+      if (.not. allocated(error) .and. problem%unknowns() == 0) &
+         call new_error(error, error_usage, "the problem has no matrices")
       if (.not. allocated(error)) call choose_inner_solvers(options, s%inner, error, solvers, s%processes)
       if (allocated(error)) return
       s%options = settings_of(options)

@@ -98,6 +98,9 @@ static void null_handles(void)
    CHECK_STATUS(kschur_options_set_subspace(NULL, 20), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_block(NULL, 2), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_threads(NULL, 1), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_communicator(NULL, 0), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_distribute(NULL, 1), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_groups(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_tolerance(NULL, 1e-9), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_max_restarts(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_presolve(NULL, 1), KSCHUR_ERROR_NULL);

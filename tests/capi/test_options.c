@@ -33,6 +33,10 @@ static void refused(void)
    CHECK_STATUS(kschur_options_set_threads(options, -1), KSCHUR_ERROR_USAGE);
    CHECK_MESSAGE(options, options, "the number of threads must not be negative");
    CHECK_OK(kschur_options_set_threads(options, 2));
+   CHECK_STATUS(kschur_options_set_distribute(options, 0), KSCHUR_ERROR_USAGE);
+   CHECK_OK(kschur_options_set_distribute(options, 100));
+   CHECK_STATUS(kschur_options_set_groups(options, -1), KSCHUR_ERROR_USAGE);
+   CHECK_OK(kschur_options_set_groups(options, 2));
    CHECK_STATUS(kschur_options_set_tolerance(options, 0), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_options_set_tolerance(options, NAN), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_options_set_max_restarts(options, 0), KSCHUR_ERROR_USAGE);
