@@ -318,6 +318,31 @@ int kschur_solve(kschur_problem *problem, const kschur_options *options, kschur_
 int kschur_solve_band(kschur_problem *problem, double first_hz, double last_hz, const kschur_options *options,
                       kschur_result *result);
 
+/* A solver that remembers what it found out about a problem, for other targets, bands and values. One thread at a time
+ * may use it. */
+typedef struct kschur_solver kschur_solver;
+
+/* Makes a solver without a problem; *solver is overwritten. KSCHUR_ERROR_MEMORY. */
+int kschur_solver_create(kschur_solver **solver);
+
+/* Ends a solver and sets *solver to NULL; nothing happens where it is NULL already. */
+int kschur_solver_destroy(kschur_solver **solver);
+
+/* The message of the last failure of kschur_solver_set_problem. */
+int kschur_solver_get_message(const kschur_solver *solver, char *text, int64_t length);
+
+/* Gives the solver a copy of a problem, or of the same one with other values: what is known stays where the patterns, mass
+ * and constraints are the same and nothing is rigid. KSCHUR_ERROR_INPUT for other numbers of unknowns or constraints. */
+int kschur_solver_set_problem(kschur_solver *solver, kschur_problem *problem);
+
+/* As kschur_solve, whose failures it has; KSCHUR_ERROR_ORDER without a problem, KSCHUR_ERROR_USAGE for options with linear
+ * solvers of a caller. */
+int kschur_solver_solve(kschur_solver *solver, const kschur_options *options, kschur_result *result);
+
+/* As kschur_solve_band. */
+int kschur_solver_solve_band(kschur_solver *solver, double first_hz, double last_hz, const kschur_options *options,
+                             kschur_result *result);
+
 /* y = C x for a block of vectors: x and y are arrays of n rows and `vectors` columns, column after column, of doubles
  * or of complex numbers. They do not overlap, and belong to the library: they must not be kept. Returns 0, or anything
  * else to fail. */

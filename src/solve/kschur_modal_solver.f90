@@ -9,7 +9,8 @@ module kschur_modal_solver
    use kschur_eigenvalue_count, only: count_eigenvalues
    use kschur_kinds, only: wp, long
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type, formulation_low_rank, formulation_quadratic
+   use kschur_options, only: modal_options_type, formulation_low_rank, formulation_proportional, &
+      formulation_quadratic, formulation_symmetric
    use kschur_preparation, only: reduce
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_general
    use kschur_result, only: modal_result_type, note_length
@@ -191,8 +192,8 @@ contains
          may_stay = may_stay .and. before%damping_kind == now%damping_kind .and. s%formulation /= formulation_low_rank .and. &
             same_matrix(before%mass, now%mass) .and. same_matrix(before%constraints, now%constraints) .and. &
             s%plan%unknowns_after > 0 .and. known%redundant == 0 .and. size(known%rigid%lambda) == 0 .and. &
-            known%deflation%others == 0 .and. known%deflation%infinite_is_known .and. &
-            known%deflation%infinite%multiplicity() == 0
+            known%deflation%others == 0 .and. known%deflation%infinite%multiplicity() == 0 .and. &
+            (known%deflation%infinite_is_known .or. any(s%formulation == [formulation_symmetric, formulation_proportional]))
       end associate
    end function may_stay
 

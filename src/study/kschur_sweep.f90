@@ -43,7 +43,8 @@ module kschur_sweep
       !> Values of the parameter, one a point, in their order.
       real(wp), allocatable :: values(:)
       !> Branches x points, after `finish`: eigenvalues (1/s), natural frequencies (Hz), damping ratios, the number of the
-      !> mode in the result of its point, and the share that is left of the mode at the point before. NaN and 0 where a branch is not.
+      !> mode in the result of its point, and the share that is left of the mode at the point before. NaN and 0 where a
+      !> branch is not.
       complex(wp), allocatable :: eigenvalues(:, :)
       real(wp), allocatable :: frequency_hz(:, :), damping_ratio(:, :), share(:, :)
       integer, allocatable :: mode(:, :)

@@ -1,0 +1,107 @@
+!> Solvers that remember, for C.
+module kschur_capi_solver
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
+   use kschur, only: error_type, modal_solver_type, new_error, new_modal_solver, wp
+   use kschur_capi_callbacks, only: progress_type
+   use kschur_capi_options, only: options_handle_type, options_of
+   use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
+   use kschur_capi_result, only: result_handle_type, clear, keep, modes_of_problem, result_of
+   use kschur_capi_status, only: handle_type, get_message, outcome, require, status_memory, status_null, status_ok, &
+      status_order, status_usage
+   implicit none
+   private
+
+   !> What a `kschur_solver` is.
+   type, extends(handle_type) :: solver_handle_type
+      !> Not allocated before a problem is set.
+      type(modal_solver_type), allocatable :: solver
+   end type solver_handle_type
+
+contains
+
+#define HANDLE_TYPE solver_handle_type
+#define HANDLE_OF solver_of
+#define CREATE kschur_solver_create
+#define DESTROY kschur_solver_destroy
+#define MESSAGE kschur_solver_get_message
+#include "kschur_capi_handle.inc"
+
+   integer(c_int) function kschur_solver_set_problem(address, problem) bind(c) result(status)
+      type(c_ptr), value :: address, problem
+      type(solver_handle_type), pointer :: handle
+      type(problem_handle_type), pointer :: given
+      type(error_type), allocatable :: error
+
+      status = status_null
+      handle => solver_of(address)
+      if (.not. associated(handle)) return
+      call require(problem, "problem", error)
+      given => problem_of(problem)
+      if (.not. allocated(error)) call check_problem(given, error)
+      if (.not. allocated(error)) then
+         if (allocated(handle%solver)) then
+            associate (p => given%problem)
+               call handle%solver%update_values(p%mass, p%stiffness, error, p%damping, p%constraints)
+            end associate
+         else
+            allocate (handle%solver)
+            call new_modal_solver(handle%solver, given%problem)
+         end if
+      end if
+      status = outcome(handle, error)
+   end function kschur_solver_set_problem
+
+   integer(c_int) function kschur_solver_solve(address, options, result) bind(c) result(status)
+      type(c_ptr), value :: address, options, result
+
+      status = solve(address, options, result)
+   end function kschur_solver_solve
+
+   integer(c_int) function kschur_solver_solve_band(address, first, last, options, result) bind(c) result(status)
+      type(c_ptr), value :: address, options, result
+      real(c_double), value :: first, last
+
+      status = solve(address, options, result, [first, last])
+   end function kschur_solver_solve_band
+
+   ! The modes nearest to the target, or all of a band. Messages are with the result, as those of kschur_solve.
+   integer(c_int) function solve(address, options, result, band) result(status)
+      type(c_ptr), intent(in) :: address, options, result
+      real(wp), intent(in), optional :: band(2)
+      type(solver_handle_type), pointer :: handle
+      type(options_handle_type), pointer :: wanted
+      type(result_handle_type), pointer :: found
+      type(progress_type) :: progress
+      type(error_type), allocatable :: error
+
+      status = status_null
+      found => result_of(result)
+      if (.not. associated(found)) return
+      call clear(found)
+      call require(address, "solver", error)
+      call require(options, "options", error)
+      handle => solver_of(address)
+      wanted => options_of(options)
+      if (.not. allocated(error)) then
+         if (.not. allocated(handle%solver)) then
+            call new_error(error, status_order, "the solver has no problem: call kschur_solver_set_problem first")
+         else if (allocated(wanted%solvers%real) .or. allocated(wanted%solvers%complex)) then
+            call new_error(error, status_usage, "a solver that remembers takes the linear solvers of the library")
+         end if
+      end if
+      if (.not. allocated(error)) then
+         progress = wanted%progress
+         if (present(band)) then
+            call handle%solver%solve_band(band(1), band(2), wanted%options, found%result, error, progress)
+         else
+            call handle%solver%solve(wanted%options, found%result, error, progress)
+         end if
+      end if
+      if (allocated(error)) then
+         call clear(found)
+      else
+         call keep(found, modes_of_problem)
+      end if
+      status = outcome(found, error)
+   end function solve
+end module kschur_capi_solver

@@ -1,0 +1,125 @@
+!> What harmonic forces do at given frequencies.
+module kschur_frequency_response
+   use kschur_error, only: error_type, new_error, error_singular, error_usage
+   use kschur_kinds, only: wp
+   use kschur_mumps_complex, only: mumps_complex_type
+   use kschur_options, only: scaling_row
+   use kschur_problem, only: modal_problem_type
+   use kschur_saddle, only: order_elimination, saddle_blocks, saddle_structure
+   use kschur_scaling, only: constraint_factors
+   use kschur_sparse, only: complex_combination, csr_matrix_type
+   use kschur_text, only: magnitude, text
+   use kschur_threads, only: enter_solve, leave_solve
+   implicit none
+   private
+   public :: frequency_response
+
+   real(wp), parameter :: two_pi = 8*atan(1.0_wp)
+
+contains
+
+   !> Solves (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0 for lambda = i 2 pi frequency: one complex factorisation a
+   !> frequency, in one order of elimination. Fails where forces do not fit the problem, and where an undamped mode has the
+   !> frequency.
+   subroutine frequency_response(problem, frequencies, forces, response, error, multipliers)
+      type(modal_problem_type), intent(in) :: problem
+      !> Hz.
+      real(wp), intent(in) :: frequencies(:)
+      !> f, n x forces.
+      complex(wp), intent(in) :: forces(:, :)
+      !> x, n x forces x frequencies.
+      complex(wp), allocatable, intent(out) :: response(:, :, :)
+      type(error_type), allocatable, intent(out) :: error
+      !> xi, m x forces x frequencies.
+      complex(wp), allocatable, intent(out), optional :: multipliers(:, :, :)
+      type(modal_problem_type) :: ordered
+      complex(wp) :: x(problem%unknowns(), size(forces, 2)), xi(problem%multipliers(), size(forces, 2))
+      integer :: threads_before, i
+
+      if (size(forces, 1) /= problem%unknowns()) then
+         call new_error(error, error_usage, "the forces have "//text(size(forces, 1))//" entries, but the problem has "// &
+            text(problem%unknowns())//" unknowns")
+         return
+      end if
+      call enter_solve(0, problem%unknowns(), threads_before, error)
+      ordered = problem
+      if (.not. allocated(error)) call order_elimination(ordered, error)
+      allocate (response(problem%unknowns(), size(forces, 2), size(frequencies)))
+      if (present(multipliers)) allocate (multipliers(problem%multipliers(), size(forces, 2), size(frequencies)))
+      do i = 1, size(frequencies)
+         if (allocated(error)) exit
+         call respond(ordered, cmplx(0, two_pi*frequencies(i), wp), forces, x, xi, error)
+         if (allocated(error)) exit
+         response(:, :, i) = x
+         if (present(multipliers)) multipliers(:, :, i) = xi
+      end do
+      call leave_solve(threads_before)
+   end subroutine frequency_response
+
+   ! At one lambda.
+   subroutine respond(problem, lambda, forces, x, xi, error)
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), intent(in) :: lambda
+      complex(wp), intent(in) :: forces(:, :)
+      complex(wp), contiguous, intent(out) :: x(:, :), xi(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      ! What is left of the forces after a step of refinement; near an undamped mode it is more.
+      real(wp), parameter :: acceptable = 1.0e-9_wp
+      integer, parameter :: steps = 2
+      type(mumps_complex_type) :: solver
+      type(csr_matrix_type) :: blocks(3)
+      real(wp) :: factors(problem%multipliers())
+      complex(wp), allocatable :: y(:, :), rest(:, :)
+      integer :: n, step, j
+
+      n = problem%unknowns()
+      x = 0
+      xi = 0
+      factors = constraint_factors(problem, scaling_row, lambda)
+      call saddle_blocks(problem, factors, blocks, error)
+      if (allocated(error)) return
+      call solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp)], blocks), saddle_structure(problem), error)
+      if (allocated(error)) then
+         if (error%code == error_singular) call resonates(lambda, error)
+         return
+      end if
+      allocate (y(n + size(factors), size(forces, 2)))
+      do step = 0, steps
+         rest = left_over(problem, lambda, forces, x, xi)
+         if (step == steps) exit
+         y(:n, :) = rest
+         y(n + 1:, :) = 0
+         call problem%constraints%add_product((-1.0_wp, 0.0_wp), x, y(n + 1:, :))
+         y(n + 1:, :) = spread(factors, 2, size(y, 2))*y(n + 1:, :)
+         call solver%solve(y, error)
+         if (allocated(error)) return
+         x = x + y(:n, :)
+         xi = xi + spread(factors, 2, size(y, 2))*y(n + 1:, :)
+      end do
+      do j = 1, size(forces, 2)
+         if (.not. norm2(abs(rest(:, j))) <= acceptable*norm2(abs(forces(:, j)))) call resonates(lambda, error)
+      end do
+   end subroutine respond
+
+   ! f - (lambda^2 M + lambda R + K) x - Cq^T xi.
+   function left_over(problem, lambda, forces, x, xi) result(rest)
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), intent(in) :: lambda
+      complex(wp), contiguous, intent(in) :: forces(:, :), x(:, :), xi(:, :)
+      complex(wp) :: rest(size(forces, 1), size(forces, 2))
+
+      rest = forces
+      call problem%mass%add_product(-lambda**2, x, rest)
+      call problem%damping%add_product(-lambda, x, rest)
+      call problem%stiffness%add_product((-1.0_wp, 0.0_wp), x, rest)
+      call problem%constraints%add_transposed_product((-1.0_wp, 0.0_wp), xi, rest)
+   end function left_over
+
+   subroutine resonates(lambda, error)
+      complex(wp), intent(in) :: lambda
+      type(error_type), allocatable, intent(out) :: error
+
+      call new_error(error, error_singular, "there is no response at "//magnitude(abs(lambda)/two_pi)// &
+         " Hz: a mode without damping has this frequency, or the problem is singular for every one")
+   end subroutine resonates
+end module kschur_frequency_response

@@ -1,0 +1,62 @@
+/* A solver that remembers: the closed forms of chains, as their springs become stiffer and targets move. */
+#include <complex.h>
+
+#include "models.h"
+
+enum { n = 300, modes = 4 };
+
+static void other_values_and_targets(void)
+{
+   kschur_problem *problem = new_chain(n, 0.01, 0), *other = new_chain(4, 0, 0);
+   kschur_options *options = new_options(modes);
+   kschur_result *result = new_result();
+   kschur_solver *solver = NULL;
+   double frequency[n];
+   int64_t first, again, found;
+
+   CHECK_STATUS(kschur_solver_create(NULL), KSCHUR_ERROR_NULL);
+   CHECK_OK(kschur_solver_create(&solver));
+   CHECK_STATUS(kschur_solver_solve(solver, options, result), KSCHUR_ERROR_ORDER);
+   CHECK_MESSAGE(result, result, "kschur_solver_set_problem");
+   CHECK_STATUS(kschur_solver_set_problem(solver, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_solver_set_problem(NULL, problem), KSCHUR_ERROR_NULL);
+   CHECK_OK(kschur_solver_set_problem(solver, problem));
+   CHECK_STATUS(kschur_solver_solve(NULL, options, result), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_solver_solve(solver, options, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_solver_solve(solver, NULL, result), KSCHUR_ERROR_NULL);
+   for (int i = 0; i < 4; i++) {
+      double stiffer = 1 + 0.1 * i;
+      if (i > 0) {
+         set_tridiagonal(problem, KSCHUR_STIFFNESS, n, 200 * stiffer, -100 * stiffer, -100 * stiffer);
+         CHECK_OK(kschur_solver_set_problem(solver, problem));
+      }
+      CHECK_OK(kschur_solver_solve(solver, options, result));
+      CHECK_OK(kschur_result_get_frequencies_hz(result, frequency, modes));
+      for (int j = 0; j < modes; j++)
+         CHECK_NEAR(frequency[j], sqrt(stiffer) * chain_omega(n, j + 1) / (2 * pi), 1e-11);
+      CHECK_OK(kschur_result_get_counts(result, NULL, NULL, i == 0 ? &first : &again));
+      if (i > 0) CHECK(again < first);
+   }
+   CHECK_OK(kschur_options_set_target_hz(options, 1.5));
+   CHECK_OK(kschur_solver_solve(solver, options, result));
+   CHECK_OK(kschur_result_get_frequencies_hz(result, frequency, modes));
+   for (int j = 0; j < modes; j++) CHECK(fabs(frequency[j] - 1.5) < 0.1);
+   CHECK_OK(kschur_solver_solve_band(solver, 0, 0.1, options, result));
+   CHECK_OK(kschur_result_get_modes(result, &found, NULL));
+   CHECK(found >= 5 && found <= n);
+   CHECK_STATUS(kschur_solver_solve_band(solver, 2, 1, options, result), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_solver_set_problem(solver, other), KSCHUR_ERROR_INPUT);
+   CHECK_MESSAGE(solver, solver, "other numbers of unknowns");
+   CHECK_OK(kschur_solver_destroy(&solver));
+   CHECK(solver == NULL);
+   kschur_problem_destroy(&problem);
+   kschur_problem_destroy(&other);
+   kschur_options_destroy(&options);
+   kschur_result_destroy(&result);
+}
+
+int main(void)
+{
+   other_values_and_targets();
+   return report_checks();
+}
