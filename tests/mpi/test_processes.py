@@ -5,9 +5,11 @@ Each scene is solved on some number of processes, with --all on each of 1, 2, 3,
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 import h5py
 import numpy as np
@@ -173,6 +175,27 @@ def check_errors(folder):
     check("an error in the first process", done.returncode == 1 and "does not fit" in done.stderr, f"{done.returncode} {done.stderr}")
 
 
+def check_killed(folder):
+    """A process that is killed ends the others, and leaves no file."""
+    place = folder / "killed"
+    place.mkdir()
+    # Longer than the test waits, as each matrix is distributed.
+    words = [KSCHUR, "solve", folder / "grid-band.h5", "--band", "0,4000", "--distribute", 1, "--output", place / "result.h5"]
+    job = subprocess.Popen([MPIRUN, "--oversubscribe", "-np", "3", *map(str, words)], stdout=subprocess.DEVNULL,
+                           stderr=subprocess.PIPE, text=True)
+    children = []
+    while len(children) < 3 and job.poll() is None:
+        time.sleep(0.2)
+        found = pathlib.Path(f"/proc/{job.pid}/task/{job.pid}/children").read_text().split()
+        children = [int(pid) for pid in found if os.path.realpath(f"/proc/{pid}/exe") == os.path.realpath(KSCHUR)]
+    time.sleep(1)
+    check("it still runs when it is killed", job.poll() is None)
+    os.kill(children[-1], signal.SIGKILL)
+    words = job.communicate(timeout=60)[1]
+    check("a killed process ends the job", job.returncode not in (0, 3) and "signal 9" in words, f"{job.returncode} {words}")
+    check("and leaves no file", not any(place.iterdir()), list(place.iterdir()))
+
+
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
@@ -181,6 +204,7 @@ def main():
         check_methods(folder)
         check_bands(folder)
         check_lapack_band(folder)
+        check_killed(folder)
         check_errors(folder)
     print(f"{passed} passed, {failed} failed")
     return failed > 0
