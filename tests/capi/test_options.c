@@ -28,7 +28,7 @@ static void refused(void)
    CHECK_MESSAGE(options, options, "only none, scalar, row");
    CHECK_STATUS(kschur_options_set_inner(options, ""), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_options_set_subspace(options, -1), KSCHUR_ERROR_USAGE);
-   CHECK_STATUS(kschur_options_set_block(options, 0), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_options_set_block(options, -1), KSCHUR_ERROR_USAGE);
    CHECK_OK(kschur_options_set_block(options, 3));
    CHECK_STATUS(kschur_options_set_threads(options, -1), KSCHUR_ERROR_USAGE);
    CHECK_MESSAGE(options, options, "the number of threads must not be negative");
