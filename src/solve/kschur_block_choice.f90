@@ -45,8 +45,9 @@ contains
       logical, intent(in) :: lanczos
       ! A sparse substitution needs the time of so many reads of a dense block.
       integer, parameter :: sparse = 2
-      ! A larger block is taken where it costs less than this part of a smaller one.
-      real(wp), parameter :: worth = 0.9_wp
+      ! A larger block is taken where it costs less than this part of a smaller one: whole runs gained nothing where the counts
+      ! promised less, and single vectors are the safest.
+      real(wp), parameter :: worth = 0.5_wp
       real(wp) :: least, cost, b, vectors, solve, orthogonalise
       integer :: i
 
