@@ -106,8 +106,10 @@ contains
          "  --constraint-scaling   row, scalar, none (row)", &
          "  --normalise NAME       shapes of unit length, mass or displacement (length)", &
          "  --properties           generalised mass, damping, stiffness and modal a of each mode", &
-         "  --directions FILE      with them participation factors and effective masses: motions of", &
-         "                         all unknowns, columns of a Matrix Market file", &
+         "                         and, where the file has /coordinates, participation factors and", &
+         "                         effective masses along x, y, z and about them (rx, ry, rz)", &
+         "  --directions FILE      the same along motions of one's own, of all unknowns: columns of", &
+         "                         a Matrix Market file", &
          "  --left                 left eigenvectors and condition numbers as well", &
          "  --certify              count the eigenvalues, for a proof that no mode is missing", &
          "  --output RESULT.h5     write values, vectors and multipliers", &
