@@ -228,7 +228,7 @@ contains
          "kschur scene NAME [options of the scene] --output PROBLEM", &
          "", &
          "Writes an HDF5 file where PROBLEM ends in .h5 or .hdf5, else a folder of Matrix", &
-         "Market files. kschur help scene NAME is about one of them. All, their options and defaults:"])
+         "Market files. kschur help scene NAME is about one of them. All, with options and defaults:"])
       do i = 1, size(scene_names)
          call print_line("")
          call print_line(scene_help(scene_names(i)))
