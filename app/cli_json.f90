@@ -34,6 +34,7 @@ contains
       if (allocated(result%properties)) call print_line(' "total_mass": '//list(result%properties%total_mass)//',')
       call print_line(' "counts": '//counts(result)//',')
       call print_line(' "seconds": '//seconds(result%seconds)//',')
+      call print_line(' "factor_memory_bytes": '//memory(result%factor_bytes)//',')
       call print_line(' "peak_memory_bytes": '//memory(result%peak_memory_bytes)//'}')
    end subroutine print_json
 
