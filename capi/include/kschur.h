@@ -528,7 +528,8 @@ int kschur_result_get_numbers(kschur_result *result, const char *name, double *v
 /* How many doubles that is. */
 int kschur_result_get_length(kschur_result *result, const char *name, int64_t *length);
 
-/* Texts by name: "method", "formulation", "decision", "inner", "reason", "certified", "notes" (one a line). */
+/* Texts by name: "method", "formulation", "decision", "inner", "reason", "certified", "notes" (one a line), and after
+ * kschur_result_find_properties "directions" (one a line). */
 int kschur_result_get_text(kschur_result *result, const char *name, char *text, int64_t length);
 
 /* Some modes, some rows of them, as real numbers if wanted. A part that is all zeros, `kschur_part part = {0}`, is all. */
@@ -551,8 +552,9 @@ int kschur_result_is_real(kschur_result *result, const char *name, int64_t mode,
 /* ---- What is made of modes -------------------------------------------------------------------------------------- */
 
 /* Computes the properties of the modes of a problem, for the getters below. `directions` are `count` motions of all n
- * unknowns, one after the other, as 1 along x and 0 else; with 0 there are none. KSCHUR_ERROR_USAGE where the modes are
- * not those of the problem, or left vectors are missing that an unsymmetric problem needs. */
+ * unknowns, one after the other, as 1 along x and 0 else; with 0 they are the rigid motions x, y, z, rx, ry, rz of the
+ * problem's nodes that move anything, and none without nodes. KSCHUR_ERROR_USAGE where the modes are not those of the
+ * problem, or left vectors are missing that an unsymmetric problem needs. */
 int kschur_result_find_properties(kschur_result *result, kschur_problem *problem, const double *directions,
                                   int64_t count);
 

@@ -96,6 +96,39 @@ def test_properties(folder):
         check("refused: " + wrong, words in run.stderr and wrong in run.stderr, run.stderr)
 
 
+def test_directions_of_a_mesh(folder):
+    """A beam of 90 kg and 6 m that is clamped: parts of its mass that are known in closed form, beta l of cosh cos = -1."""
+    problem, mass, length = folder + "/beam.h5", 90, 6
+    kschur("scene", "cantilever", "--elements", 40, "--tip-mass", 1e-6, "--damping", "none", "--output", problem)
+    run = kschur("solve", problem, "--modes", 15, "--properties", "--format", "json", "--output", folder + "/r.h5")
+    result = json.loads(run.stdout)
+    check("six directions", result["directions"] == ["x", "y", "z", "rx", "ry", "rz"], result["directions"])
+    check("total masses of a beam", np.allclose(np.array(result["total_mass"])[[0, 1, 2, 4, 5]],
+                                                [mass] * 3 + [mass * length**2 / 3] * 2, rtol=1e-6), result["total_mass"])
+    found = np.array([mode["effective_mass"] for mode in result["modes"]])
+    roots = np.array([1.875104068711961, 4.694091132974175, 7.854757438237613])
+    sigma = (np.sinh(roots) - np.sin(roots)) / (np.cosh(roots) + np.cos(roots))
+    for across, about in ((1, 5), (2, 4)):
+        bending = found[found[:, across] > 1e-9 * mass][:3]
+        check("bending, of the mass", np.allclose(bending[:, across], mass * (2 * sigma / roots)**2, rtol=1e-5), bending)
+        check("bending, about the base", np.allclose(bending[:, about], mass * length**2 * 4 / roots**4, rtol=1e-5), bending)
+    check("stretching", np.allclose(found[:, 0].max(), mass * 8 / math.pi**2, rtol=1e-3), found[:, 0])
+    for run in (kschur("solve", problem, "--modes", 15, "--properties"), kschur("info", folder + "/r.h5")):
+        check("the table has lines of the totals", "direction x: the modes have 72.95" in run.stdout and
+              "direction rz: the modes have 10" in run.stdout, run.stdout)
+    # A chain that stands node after node along z: it moves along z, and turns about nothing.
+    with h5py.File(folder + "/chain.h5", "w") as file:
+        for name, matrix in (("mass", np.eye(5)), ("stiffness", chain(5))):
+            rows, columns = np.nonzero(matrix)
+            group = file.create_group(name)
+            group.attrs["shape"] = matrix.shape
+            group["indptr"] = np.searchsorted(rows, np.arange(6)).astype(np.int32)
+            group["indices"], group["data"] = columns.astype(np.int32), matrix[rows, columns]
+        file["coordinates"] = np.outer(np.arange(5.0), [0, 0, 1])
+    result = json.loads(kschur("solve", folder + "/chain.h5", "--modes", 5, "--properties", "--format", "json").stdout)
+    check("only what moves", result["directions"] == ["z"] and np.allclose(result["total_mass"], 5), result["directions"])
+
+
 def test_mac(folder):
     for name, n in (("a", 5), ("b", 5), ("c", 4)):
         kschur("solve", write_problem(f"{folder}/{name}", M=np.diag(np.arange(1.0, n + 1) if name == "b" else np.ones(n)),
@@ -175,7 +208,8 @@ def test_sweep_of_a_scene(folder):
 
 
 def main():
-    for test in (test_normalisation, test_properties, test_mac, test_sensitivity, test_sweep_of_files, test_sweep_of_a_scene):
+    for test in (test_normalisation, test_properties, test_directions_of_a_mesh, test_mac, test_sensitivity,
+                 test_sweep_of_files, test_sweep_of_a_scene):
         with tempfile.TemporaryDirectory() as folder:
             test(folder)
     print(f"{passed} passed, {failed} failed")
