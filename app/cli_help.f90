@@ -32,6 +32,8 @@ contains
          call print_mac_help()
       case ("sensitivity")
          call print_sensitivity_help()
+      case ("response")
+         call print_response_help()
       case ("sweep")
          call print_sweep_help()
       case ("scene")
@@ -42,7 +44,7 @@ contains
          call print_view_help()
       case default
          call new_error(error, error_usage, "there is no help on '"//topic// &
-            "', only on solve, compare, mac, sensitivity, sweep, scene, info and view")
+            "', only on solve, compare, mac, sensitivity, response, sweep, scene, info and view")
       end select
    end subroutine print_help
 
@@ -55,6 +57,7 @@ contains
          "  kschur compare PROBLEM [options]             the same problem by each method", &
          "  kschur mac RESULT RESULT                     how alike the shapes of two results are", &
          "  kschur sensitivity PROBLEM CHANGED           how modes change with a parameter", &
+         "  kschur response PROBLEM --frequencies A:B:N  what a harmonic force does", &
          "  kschur sweep SCENE --vary OPTION=A:B:N       modes over a parameter of scenes or files", &
          "  kschur scene NAME [options] --output FILE    write a problem of a model structure", &
          "  kschur info PROBLEM | RESULT                 what a problem is; the modes of a result", &
@@ -169,6 +172,27 @@ contains
          "  --format NAME                                       table, json, csv (table)"])
    end subroutine print_sensitivity_help
 
+   subroutine print_response_help()
+      call print_lines([character(len=90) :: &
+         "kschur response PROBLEM --frequencies FIRST:LAST:POINTS --input FORCE [options]", &
+         "", &
+         "The response x of (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0, to a harmonic", &
+         "force f at lambda = 2 pi i frequency: its amplitude, and its phase against the force. An", &
+         "error where a mode without damping has one of the frequencies.", &
+         "", &
+         "  --frequencies LIST     FIRST:LAST:POINTS or F1,F2,..., in Hz", &
+         "  --input FORCE          one of: an unknown, by its number from 1, for a force of 1 there;", &
+         "                         x, y, z, rx, ry, rz, for a ground that shakes so with an", &
+         "                         acceleration of 1, -M d, x being relative to it (the file has", &
+         "                         /coordinates); a Matrix Market file with one column, for f", &
+         "  --at N1,N2,...         the unknowns that are printed (where the force is largest)", &
+         "  --output FILE.h5       write the response of all unknowns and the multipliers", &
+         "  --format NAME          table: amplitude and phase; json, csv: real and imaginary part", &
+         "                         (table)", &
+         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --triplets", &
+         "                         as for kschur solve"])
+   end subroutine print_response_help
+
    subroutine print_sweep_help()
       call print_lines([character(len=90) :: &
          "kschur sweep SCENE --vary OPTION=FIRST:LAST:POINTS [options of the scene] [options]", &
@@ -206,7 +230,7 @@ contains
          "kschur scene NAME [options of the scene] --output PROBLEM", &
          "", &
          "Writes an HDF5 file where PROBLEM ends in .h5 or .hdf5, else a folder of Matrix", &
-         "Market files. kschur help scene NAME is about one of them. All, their options and defaults:"])
+         "Market files. kschur help scene NAME is about one of them. All, with options and defaults:"])
       do i = 1, size(scene_names)
          call print_line("")
          call print_line(scene_help(scene_names(i)))

@@ -7,6 +7,7 @@ program kschur_program
    use cli_info, only: info_command
    use cli_mac, only: mac_command
    use cli_processes, only: start_processes
+   use cli_response, only: response_command
    use cli_scene, only: scene_command
    use cli_sensitivity, only: sensitivity_command
    use cli_sweep, only: sweep_command
@@ -74,6 +75,8 @@ contains
             call mac_command(arguments, error)
          case ("sensitivity")
             call sensitivity_command(arguments, complete, error)
+         case ("response")
+            call response_command(arguments, error)
          case ("sweep")
             call sweep_command(arguments, complete, error)
          case ("scene")

@@ -595,6 +595,13 @@ int kschur_result_get_mac(kschur_result *result, kschur_result *other, double *v
 int kschur_result_get_rates(kschur_result *result, kschur_problem *problem, kschur_problem *changed, double step,
                             double *values, int64_t length);
 
+/* The response x to `count` harmonic forces f of all n unknowns, one after the other, at `points` frequencies (Hz):
+ * (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0, lambda = 2 pi i frequency. Complex numbers are pairs of doubles.
+ * `response` takes n * count * points of them and `multipliers`, which may be NULL, m * count * points: unknowns fastest,
+ * then forces. KSCHUR_ERROR_SINGULAR where an undamped mode has one of the frequencies. */
+int kschur_problem_get_response(kschur_problem *problem, const double *frequencies, int64_t points, const double *forces,
+                                int64_t count, double *response, double *multipliers);
+
 /* Writes a result into an HDF5 file, which appears under its name when it is whole. KSCHUR_ERROR_FILE. */
 int kschur_result_write_hdf5(kschur_result *result, const char *path);
 

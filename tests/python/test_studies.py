@@ -165,6 +165,64 @@ def test_sensitivity(folder):
     check("one problem is not enough", "two problems" in kschur("sensitivity", problem, status=1).stderr)
 
 
+def test_response(folder):
+    """A chain with dashpots and a constraint against NumPy; a mass on a spring in closed form."""
+    n, frequencies = 6, [0.2, 0.7, 1.2, 1.7, 2.2]
+    M, R, K = np.diag(np.arange(1.0, n + 1)), np.diag([0, 3.0, 0, 0, 1, 0]), chain(n)
+    Cq = np.array([[1.0, 0, 0, -2, 0, 0]])
+    problem = write_problem(folder + "/p", M=M, R=R, K=K, Cq=Cq)
+    force = np.array([0, 1.0, 0, 0, 0, -2])
+    write_matrix(folder + "/f.mtx", force[:, None])
+
+    def solved(frequency, f):
+        s = 2j * math.pi * frequency
+        return np.linalg.solve(np.block([[s * s * M + s * R + K, Cq.T], [Cq, np.zeros((1, 1))]]), np.append(f, 0))
+
+    wanted = np.array([solved(f, force) for f in frequencies])
+    run = kschur("response", problem, "--frequencies", "0.2:2.2:5", "--input", folder + "/f.mtx", "--at", "2,5",
+                 "--format", "csv", "--output", folder + "/r.h5")
+    rows = list(csv.reader(io.StringIO(run.stdout)))
+    check("the names of columns", rows[0] == ["point", "frequency_hz", "unknown_2_re", "unknown_2_im", "unknown_5_re",
+                                              "unknown_5_im"], rows[0])
+    found = np.array(rows[1:], dtype=float)
+    check("a response as NumPy's", np.allclose(found[:, 1], frequencies) and
+          np.allclose(found[:, 2::2] + 1j * found[:, 3::2], wanted[:, [1, 4]], rtol=1e-10), found)
+    with h5py.File(folder + "/r.h5") as file:
+        x, xi = (file[name][:]["r"] + 1j * file[name][:]["i"] if file[name].dtype.names else file[name][:]
+                 for name in ("response", "multipliers"))
+        check("the file of a response", np.allclose(x, wanted[:, :n], rtol=1e-10) and
+              np.allclose(xi, wanted[:, n:], rtol=1e-10) and np.allclose(file["frequency_hz"][:], frequencies))
+    points = json.loads(kschur("response", problem, "--frequencies", "0.7", "--input", 3, "--format", "json").stdout)
+    wanted = solved(0.7, np.eye(n)[2])[2]
+    check("a force at an unknown, seen there", len(points) == 1 and
+          np.allclose([points[0]["unknown_3_re"], points[0]["unknown_3_im"]], [wanted.real, wanted.imag], rtol=1e-10), points)
+    # 2 kg, 8 N/m, 0.4 Ns/m: at resonance, 2 rad/s, the amplitude is 1/(0.4 2), a quarter behind.
+    one = write_problem(folder + "/one", M=[[2.0]], K=[[8.0]], R=[[0.4]])
+    run = kschur("response", one, "--frequencies", f"0,{1 / math.pi!r}", "--input", 1)
+    check("at a resonance", " 1.250000" in run.stdout and "-90.000000" in run.stdout and " 0.125000" in run.stdout, run.stdout)
+    # The ground shakes: on a stiff spring the inertia bends the beam as its weight does, w = rho A g l^4/(8 E I).
+    kschur("scene", "cantilever", "--elements", 20, "--tip-mass", 1e-6, "--damping", "none", "--output", folder + "/b.h5")
+    tip = [json.loads(kschur("response", folder + "/b.h5", "--frequencies", 0, *words, "--at", 128, "--format", "json").stdout)[0]
+           ["unknown_128_re"] for words in (("--input", "y"), ("--input", 128))]
+    check("inertia at rest", math.isclose(tip[0], -90 / 6 * 6**4 / 8 / (6**3 / 3) * tip[1], rel_tol=1e-6), tip)
+    undamped = write_problem(folder + "/u", M=np.eye(1), K=[[(2 * math.pi) ** 2]])
+    for words, status, message in (([problem], 1, "--frequencies and --input"),
+                                   ([problem, "--frequencies", "1:2:1", "--input", 1], 1, "FIRST:LAST:POINTS"),
+                                   ([problem, "--frequencies", "1,-2", "--input", 1], 1, "none negative"),
+                                   ([problem, "--frequencies", "1", "--input", 7], 1, "no unknown 7: the problem has 6"),
+                                   ([problem, "--frequencies", "1", "--input", 1, "--at", "0"], 1, "from 1, not '0'"),
+                                   ([problem, "--frequencies", "1", "--input", 1, "--at", "9"], 1, "no unknown 9"),
+                                   ([problem, "--frequencies", "1", "--input", "y"], 2, "/coordinates"),
+                                   ([problem, "--frequencies", "1", "--input", "z.mtx"], 2, "z.mtx"),
+                                   ([folder + "/b.h5", "--frequencies", "1", "--input", 1, "--output", folder + "/b.h5"], 1,
+                                    "replace the problem"),
+                                   ([write_problem(folder + "/free", M=np.eye(2), K=[[1, -1], [-1, 1]]), "--frequencies", "0",
+                                     "--input", 1], 4, "no response at"),
+                                   ([undamped, "--frequencies", "0.5,1", "--input", 1], 4, "no response at 1")):
+        run = kschur("response", *words, status=status)
+        check("response refuses: " + message, message in run.stderr and not run.stdout, run.stderr)
+
+
 def test_sweep_of_files(folder):
     """Two modes with 1 + p and 2 - p, coupled or not: they veer or cross at p = 1/2."""
     values = [0, 0.2, 0.4, 0.6, 0.8, 1]
@@ -208,7 +266,7 @@ def test_sweep_of_a_scene(folder):
 
 
 def main():
-    for test in (test_normalisation, test_properties, test_directions_of_a_mesh, test_mac, test_sensitivity,
+    for test in (test_normalisation, test_properties, test_directions_of_a_mesh, test_mac, test_sensitivity, test_response,
                  test_sweep_of_files, test_sweep_of_a_scene):
         with tempfile.TemporaryDirectory() as folder:
             test(folder)
