@@ -187,7 +187,8 @@ def is_number(value):
 def test_json(folder):
     result, _ = solve(folder / "undamped.h5", "--modes", 3, "--threads", 1)
     check("JSON: the fields", list(result) == ["kschur", "problem", "method", "formulation", "target", "shift",
-                                               "reason", "certified", "modes", "counts", "seconds", "peak_memory_bytes"], list(result))
+                                               "reason", "certified", "modes", "counts", "seconds", "factor_memory_bytes",
+                                               "peak_memory_bytes"], list(result))
     check("JSON: problem", result["problem"] == {"n": 30, "m": 6, "symmetric": True, "damping": "none"}, result["problem"])
     check("JSON: method and formulation", (result["method"], result["formulation"]) == ("krylov-schur", "dense"))
     check("JSON: reason", (result["reason"], result["certified"]) == ("converged", True))
@@ -206,6 +207,8 @@ def test_json(folder):
     check("JSON: seconds", list(seconds) == ["total", "analyze", "factorize", "solve", "orthogonalize", "other"]
           and all(is_number(second) and second >= 0 for second in seconds.values())
           and math.isclose(2 * seconds["total"], sum(seconds.values()), rel_tol=1e-9), seconds)
+    factored, _ = solve(folder / "undamped.h5", "--modes", 3, "--formulation", "symmetric")
+    check("JSON: memory of factors", 30 * 8 <= factored["factor_memory_bytes"] < 1e5, factored["factor_memory_bytes"])
     check("JSON: peak memory", isinstance(result["peak_memory_bytes"], int) and result["peak_memory_bytes"] > 1e6)
 
 
