@@ -252,6 +252,14 @@ int kschur_options_set_certify(kschur_options *options, int flag);
 /* Seed of the random start vector. Default 1; the same seed gives the same digits. */
 int kschur_options_set_seed(kschur_options *options, int64_t seed);
 
+/* A file that the state of the iteration is written to now and then, whole or not at all; "" (default): none. A solve that could
+ * not write it goes on, and a note says so. */
+int kschur_options_set_checkpoint(kschur_options *options, const char *path);
+
+/* The file that such a solve of the same problem with the same options left, to go on from with the same digits; "" (default):
+ * none. KSCHUR_ERROR_INPUT when it is solved, where it is not of this problem and these options, or damaged. */
+int kschur_options_set_resume(kschur_options *options, const char *path);
+
 /* Told each time that convergence was looked at: the number of restarts so far, how many of the wanted values have
  * converged, the largest relative residual among the wanted ones. Returns 0 to go on; anything else ends the
  * computation with what has converged, which is a success with the reason KSCHUR_REASON_CANCELLED. */
