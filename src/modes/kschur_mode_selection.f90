@@ -8,7 +8,7 @@ module kschur_mode_selection
    use kschur_shapes, only: depends, repeats_zero
    implicit none
    private
-   public :: accept_pairs, drop_spurious, highest, nearest_first, replace_pairs, wanted_type
+   public :: accept_pairs, distances, drop_spurious, highest, nearest_first, replace_pairs, wanted_type
 
    ! A pair above this backward error is no mode of the problem.
    real(wp), parameter :: spurious = 1.0e-5_wp
@@ -297,7 +297,7 @@ contains
       end associate
    end function highest
 
-   ! Of the nearer one of lambda and its conjugate.
+   !> From a target to the nearer one of lambda and its conjugate.
    elemental real(wp) function distances(lambda, target)
       complex(wp), intent(in) :: lambda, target
 
