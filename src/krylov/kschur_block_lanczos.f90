@@ -271,7 +271,7 @@ contains
       real(wp) :: negligible, limit, least
       integer :: k, b, q, pass, kept
       integer(long) :: started
-      logical :: settled
+      logical :: settled, changed
 
       k = d%vectors
       b = size(x, 2)
@@ -302,6 +302,9 @@ contains
             call divide(x(:, :q), triangle)
             call divide(images(:, :q), triangle)
             kept = q
+            call operator%restrict(x(:, :q), changed, error)
+            if (allocated(error)) return
+            settled = .not. changed
          else
             call operator%apply_metric(x(:, :q), images(:, :q), error)
             if (allocated(error)) return

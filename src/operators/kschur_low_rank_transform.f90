@@ -194,7 +194,7 @@ contains
          if (.not. allocated(self%space)) then
             allocate (self%space)
             self%space%cautious = .true.
-            self%space%most = n - size(operator%deflation%decay)
+            self%space%most = self%undamped%motions - size(operator%deflation%decay)
             if (size(operator%deflation%decay) > 0) allocate (self%space%excluded, source=operator%deflation%shapes)
             call make_room(self%space, n, room, error)
             if (allocated(error)) return

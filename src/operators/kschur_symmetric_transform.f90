@@ -36,10 +36,13 @@ module kschur_symmetric_transform
       class(real_linear_solver_type), allocatable :: solver
       !> Factor of each constraint.
       real(wp), allocatable :: factors(:)
+      !> Length in M of what violates the constraints by one, at most about.
+      real(wp) :: weight_of_violations = 0
    contains
       procedure :: order => operator_order
       procedure :: apply
       procedure :: apply_metric
+      procedure :: restrict
       procedure :: apply_with_multipliers
       !> The motions and multipliers that forces make, C without M.
       procedure :: respond
@@ -48,6 +51,8 @@ module kschur_symmetric_transform
    !> C, what iterations leave to each other, and the count that completes them.
    type, extends(transform_type) :: symmetric_transform_type
       type(symmetric_shift_invert_type) :: operator
+      !> There are no more independent motions than this.
+      integer :: motions = huge(1)
       ! What the last iteration left, for the next one to go on from.
       type(lanczos_state_type), allocatable, private :: state
       type(inertia_census_type), allocatable, private :: census
@@ -82,8 +87,11 @@ contains
       transform%shift = real(transform%map%theta(placement%lambda), wp)
       transform%operator%problem => problem
       transform%operator%deflation => deflation
+      transform%motions = min(problem%unknowns(), placement%motions)
       transform%recover_applies = size(placement%factors) > 0
       allocate (transform%operator%factors, source=placement%factors)
+      if (size(placement%factors) > 0) transform%operator%weight_of_violations = sqrt(problem%mass%infinity_norm())/ &
+         max(problem%constraints%infinity_norm(), tiny(1.0_wp))
       call move_alloc(solver, transform%operator%solver)
       call symmetric_saddle(problem, placement%factors, real(transform%shift, wp), matrix, structure, error)
       if (allocated(error)) return
@@ -174,6 +182,34 @@ contains
       call self%problem%mass%add_product(1.0_wp, x, y)
    end subroutine apply_metric
 
+   ! What violates constraints may be heavy where the motions that they allow are light: C loses it, but the basis would
+   ! have a vector that is no motion, and be said to be complete.
+   subroutine restrict(self, x, changed, error)
+      class(symmetric_shift_invert_type), intent(inout) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      logical, intent(out) :: changed
+      type(error_type), allocatable, intent(out) :: error
+      ! Of the unit length, at most: of a Ritz value that is the square.
+      real(wp), parameter :: negligible = 1.0e-8_wp
+      real(wp), allocatable :: rhs(:, :), violations(:, :)
+      integer :: n, m, j
+
+      n = size(x, 1)
+      m = size(self%factors)
+      changed = .false.
+      if (m == 0) return
+      allocate (violations(m, size(x, 2)), source=0.0_wp)
+      call self%problem%constraints%add_product(1.0_wp, x, violations)
+      changed = norm2(violations)*self%weight_of_violations > negligible
+      if (.not. changed) return
+      allocate (rhs(n + m, size(x, 2)), source=0.0_wp)
+      do j = 1, size(x, 2)
+         rhs(n + 1:, j) = self%factors*violations(:, j)
+      end do
+      call self%solver%solve(rhs, error)
+      if (.not. allocated(error)) x = x - rhs(:n, :)
+   end subroutine restrict
+
    subroutine apply_with_multipliers(self, x, y, xi, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
       real(wp), contiguous, intent(in) :: x(:, :)
@@ -231,7 +267,7 @@ contains
       if (.not. allocated(self%state)) then
          allocate (self%state)
          associate (d => self%state%decomposition, known => self%operator%deflation)
-            d%most = self%operator%order() - size(known%decay)
+            d%most = self%motions - size(known%decay)
             if (size(known%decay) > 0) allocate (d%excluded, source=known%shapes)
          end associate
       end if
@@ -282,6 +318,7 @@ contains
       borrowed%original => self%operator%solver
       call move_alloc(borrowed, factors)
       placement%lambda = sqrt(self%shift)
+      placement%motions = self%motions
       allocate (placement%factors, source=self%operator%factors)
       call new_symmetric_transform(own, problem, deflation, placement, factors, error)
       own%borrows = .true.

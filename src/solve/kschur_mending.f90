@@ -1,8 +1,8 @@
 !> What may be wrong with pairs and modes that an iteration found is looked at again, one by one, and mended or dropped.
 module kschur_mending
-   use kschur_backward_error, only: backward_errors
+   use kschur_backward_error, only: backward_errors, settle_pairs
    use kschur_context, only: solve_context_type
-   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type
@@ -75,7 +75,7 @@ contains
       integer :: i
 
       allocate (known, source=s%known%deflation%eigenvalues())
-      doubtful = modes%error_bound > anything*abs(modes%lambda)
+      doubtful = uncertainty_of(s, modes) > anything*abs(modes%lambda)
       do i = 1, size(known)
          doubtful = doubtful .and. abs(modes%lambda - known(i)) > same_value*abs(known(i))
       end do
@@ -89,6 +89,26 @@ contains
       if (present(aside) .and. .not. all(confirmed)) aside = chosen_pairs(modes, .not. confirmed)
       call modes%drop(.not. confirmed)
    end subroutine drop_unfounded
+
+   ! How far the eigenvalues may be off (1/s), in the units that balance has found: uneven ones make it larger than it is.
+   function uncertainty_of(s, modes) result(uncertainty)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+      real(wp), allocatable :: uncertainty(:)
+      type(eigenpairs_type) :: pairs
+      real(wp), allocatable :: errors(:), bounds(:)
+      integer :: j
+
+      if (.not. s%plan%spread_of_units() > uneven) then
+         allocate (uncertainty, source=modes%uncertainty)
+         return
+      end if
+      pairs = s%contract(modes)
+      do j = 1, size(pairs%lambda)
+         call normalize(pairs, j)
+      end do
+      call settle_pairs(s%work, pairs, 0, errors, bounds, uncertainty)
+   end function uncertainty_of
 
    ! Modes far from the shift are known less well than those near to it. Judged and refined in the units that
    ! balance has found: in those as given errors may hide behind a few large entries.
