@@ -17,36 +17,17 @@ module kschur_symmetric_transform
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
    use kschur_outcome, only: certified_unknown
-   use kschur_operator, only: symmetric_operator_type
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
    use kschur_saddle, only: symmetric_saddle
    use kschur_sparse, only: csr_matrix_type
+   use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
    implicit none
    private
-   public :: symmetric_shift_invert_type, symmetric_transform_type, new_symmetric_transform, purify
-
-   !> C = (K - s M)^{-1} M on the motions that the constraints allow.
-   type, extends(symmetric_operator_type) :: symmetric_shift_invert_type
-      type(modal_problem_type), pointer :: problem => null()
-      type(deflation_type), pointer :: deflation => null()
-      class(real_linear_solver_type), allocatable :: solver
-      !> Factor of each constraint.
-      real(wp), allocatable :: factors(:)
-      !> Length in M of what violates the constraints by one, at most about.
-      real(wp) :: weight_of_violations = 0
-   contains
-      procedure :: order => operator_order
-      procedure :: apply
-      procedure :: apply_metric
-      procedure :: restrict
-      procedure :: apply_with_multipliers
-      !> The motions and multipliers that forces make, C without M.
-      procedure :: respond
-   end type symmetric_shift_invert_type
+   public :: symmetric_transform_type, new_symmetric_transform, purify
 
    !> C, what iterations leave to each other, and the count that completes them.
    type, extends(transform_type) :: symmetric_transform_type
@@ -154,101 +135,6 @@ contains
       if (singular) call new_error(error, error_singular, &
          "the shifted problem is singular: the shift is an eigenvalue; move it a little")
    end subroutine check_regular
-
-   integer function operator_order(self)
-      class(symmetric_shift_invert_type), intent(in) :: self
-
-      operator_order = self%problem%unknowns()
-   end function operator_order
-
-   subroutine apply(self, x, y, error)
-      class(symmetric_shift_invert_type), intent(inout) :: self
-      real(wp), contiguous, intent(in) :: x(:, :)
-      real(wp), contiguous, intent(out) :: y(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: xi(:, :)
-
-      allocate (xi(size(self%factors), size(x, 2)))
-      call self%apply_with_multipliers(x, y, xi, error)
-   end subroutine apply
-
-   subroutine apply_metric(self, x, y, error)
-      class(symmetric_shift_invert_type), intent(inout) :: self
-      real(wp), contiguous, intent(in) :: x(:, :)
-      real(wp), contiguous, intent(out) :: y(:, :)
-      type(error_type), allocatable, intent(out) :: error
-
-      y = 0
-      call self%problem%mass%add_product(1.0_wp, x, y)
-   end subroutine apply_metric
-
-   ! What violates constraints may be heavy where the motions that they allow are light: C loses it, but the basis would
-   ! have a vector that is no motion, and be said to be complete.
-   subroutine restrict(self, x, changed, error)
-      class(symmetric_shift_invert_type), intent(inout) :: self
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      logical, intent(out) :: changed
-      type(error_type), allocatable, intent(out) :: error
-      ! Of the unit length, at most: of a Ritz value that is the square.
-      real(wp), parameter :: negligible = 1.0e-8_wp
-      real(wp), allocatable :: rhs(:, :), violations(:, :)
-      integer :: n, m, j
-
-      n = size(x, 1)
-      m = size(self%factors)
-      changed = .false.
-      if (m == 0) return
-      allocate (violations(m, size(x, 2)), source=0.0_wp)
-      call self%problem%constraints%add_product(1.0_wp, x, violations)
-      changed = norm2(violations)*self%weight_of_violations > negligible
-      if (.not. changed) return
-      allocate (rhs(n + m, size(x, 2)), source=0.0_wp)
-      do j = 1, size(x, 2)
-         rhs(n + 1:, j) = self%factors*violations(:, j)
-      end do
-      call self%solver%solve(rhs, error)
-      if (.not. allocated(error)) x = x - rhs(:n, :)
-   end subroutine restrict
-
-   subroutine apply_with_multipliers(self, x, y, xi, error)
-      class(symmetric_shift_invert_type), intent(inout) :: self
-      real(wp), contiguous, intent(in) :: x(:, :)
-      real(wp), contiguous, intent(out) :: y(:, :), xi(:, :)
-      type(error_type), allocatable, intent(out) :: error
-
-      y = 0
-      call self%problem%mass%add_product(1.0_wp, x, y)
-      call self%respond(y, xi, error)
-   end subroutine apply_with_multipliers
-
-   ! (K - s M)^{-1} f.
-   subroutine respond(self, y, xi, error)
-      class(symmetric_shift_invert_type), intent(inout) :: self
-      !> Forces, and the motions that they make.
-      real(wp), contiguous, intent(inout) :: y(:, :)
-      real(wp), contiguous, intent(out) :: xi(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: rhs(:, :)
-      integer :: n, j
-
-      n = size(y, 1)
-      ! What rounding left of deflated motions would be magnified, and C no longer self-adjoint.
-      call self%deflation%project_forces(y)
-      if (size(self%factors) == 0) then
-         call self%solver%solve(y, error)
-         if (.not. allocated(error)) call self%deflation%project(y)
-         return
-      end if
-      allocate (rhs(n + size(self%factors), size(y, 2)), source=0.0_wp)
-      rhs(:n, :) = y
-      call self%solver%solve(rhs, error)
-      if (allocated(error)) return
-      y = rhs(:n, :)
-      call self%deflation%project(y)
-      do j = 1, size(y, 2)
-         xi(:, j) = self%factors*rhs(n + 1:, j)
-      end do
-   end subroutine respond
 
    subroutine iterate(self, selection, options, ritz, error, monitor)
       class(symmetric_transform_type), target, intent(inout) :: self
