@@ -2,7 +2,7 @@
 module cli_help
    use cli_system, only: print_line
    use kschur, only: error_type, error_usage, kschur_version, new_error
-   use kschur_scenes, only: scene_help, scene_names
+   use kschur_scenes, only: scene_help, scene_names, unknown_scene
    implicit none
    private
    public :: print_help, print_version
@@ -15,8 +15,10 @@ contains
    end subroutine print_version
 
    !> Prints the help on a command, or on the program where `topic` is empty.
-   subroutine print_help(topic, error)
+   subroutine print_help(topic, scene, error)
       character(len=*), intent(in) :: topic
+      !> Of the topic scene: the one that is asked about; empty: all.
+      character(len=*), intent(in) :: scene
       type(error_type), allocatable, intent(out) :: error
 
       select case (topic)
@@ -30,17 +32,19 @@ contains
          call print_mac_help()
       case ("sensitivity")
          call print_sensitivity_help()
+      case ("response")
+         call print_response_help()
       case ("sweep")
          call print_sweep_help()
       case ("scene")
-         call print_scene_help()
+         call print_scene_help(scene, error)
       case ("info")
          call print_info_help()
       case ("view")
          call print_view_help()
       case default
          call new_error(error, error_usage, "there is no help on '"//topic// &
-            "', only on solve, compare, mac, sensitivity, sweep, scene, info and view")
+            "', only on solve, compare, mac, sensitivity, response, sweep, scene, info and view")
       end select
    end subroutine print_help
 
@@ -53,12 +57,17 @@ contains
          "  kschur compare PROBLEM [options]             the same problem by each method", &
          "  kschur mac RESULT RESULT                     how alike the shapes of two results are", &
          "  kschur sensitivity PROBLEM CHANGED           how modes change with a parameter", &
+         "  kschur response PROBLEM --frequencies A:B:N  what a harmonic force does", &
          "  kschur sweep SCENE --vary OPTION=A:B:N       modes over a parameter of scenes or files", &
          "  kschur scene NAME [options] --output FILE    write a problem of a model structure", &
          "  kschur info PROBLEM | RESULT                 what a problem is; the modes of a result", &
          "  kschur view RESULT --output FOLDER           its shapes for ParaView, or as a picture", &
          "  kschur help COMMAND                          more on one of them", &
+         "  kschur help scene NAME                       what a scene is, and its options", &
          "  kschur --version", &
+         "", &
+         "Beside it: kschur-report, speed against accuracy on your problem, beside ARPACK, SLEPc and", &
+         "SciPy; kschur-campbell, diagrams of a sweep; kschur-mpi, the same on several processes.", &
          "", &
          "PROBLEM is an HDF5 file with the groups /mass, /stiffness and, where there is", &
          "any, /damping and /constraints, or a folder of Matrix Market files M.mtx, K.mtx", &
@@ -100,8 +109,10 @@ contains
          "  --constraint-scaling   row, scalar, none (row)", &
          "  --normalise NAME       shapes of unit length, mass or displacement (length)", &
          "  --properties           generalised mass, damping, stiffness and modal a of each mode", &
-         "  --directions FILE      with them participation factors and effective masses: motions of", &
-         "                         all unknowns, columns of a Matrix Market file", &
+         "                         and, where the file has /coordinates, participation factors and", &
+         "                         effective masses along x, y, z and about them (rx, ry, rz)", &
+         "  --directions FILE      the same along motions of one's own, of all unknowns: columns of", &
+         "                         a Matrix Market file", &
          "  --left                 left eigenvectors and condition numbers as well", &
          "  --certify              count the eigenvalues, for a proof that no mode is missing", &
          "  --output RESULT.h5     write values, vectors and multipliers", &
@@ -159,6 +170,27 @@ contains
          "  --format NAME                                       table, json, csv (table)"])
    end subroutine print_sensitivity_help
 
+   subroutine print_response_help()
+      call print_lines([character(len=90) :: &
+         "kschur response PROBLEM --frequencies FIRST:LAST:POINTS --input FORCE [options]", &
+         "", &
+         "The response x of (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0, to a harmonic", &
+         "force f at lambda = 2 pi i frequency: its amplitude, and its phase against the force. An", &
+         "error where a mode without damping has one of the frequencies.", &
+         "", &
+         "  --frequencies LIST     FIRST:LAST:POINTS or F1,F2,..., in Hz", &
+         "  --input FORCE          one of: an unknown, by its number from 1, for a force of 1 there;", &
+         "                         x, y, z, rx, ry, rz, for a ground that shakes so with an", &
+         "                         acceleration of 1, -M d, x being relative to it (the file has", &
+         "                         /coordinates); a Matrix Market file with one column, for f", &
+         "  --at N1,N2,...         the unknowns that are printed (where the force is largest)", &
+         "  --output FILE.h5       write the response of all unknowns and the multipliers", &
+         "  --format NAME          table: amplitude and phase; json, csv: real and imaginary part", &
+         "                         (table)", &
+         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --triplets", &
+         "                         as for kschur solve"])
+   end subroutine print_response_help
+
    subroutine print_sweep_help()
       call print_lines([character(len=90) :: &
          "kschur sweep SCENE --vary OPTION=FIRST:LAST:POINTS [options of the scene] [options]", &
@@ -180,14 +212,23 @@ contains
          "  --constraint-scaling NAME, --quiet, --threads N     as for kschur solve"])
    end subroutine print_sweep_help
 
-   subroutine print_scene_help()
+   subroutine print_scene_help(scene, error)
+      character(len=*), intent(in) :: scene
+      type(error_type), allocatable, intent(out) :: error
       integer :: i
 
+      if (scene /= "" .and. all(scene_names /= scene)) then
+         call new_error(error, error_usage, unknown_scene(scene))
+         return
+      else if (scene /= "") then
+         call print_line(scene_help(scene))
+         return
+      end if
       call print_lines([character(len=90) :: &
          "kschur scene NAME [options of the scene] --output PROBLEM", &
          "", &
          "Writes an HDF5 file where PROBLEM ends in .h5 or .hdf5, else a folder of Matrix", &
-         "Market files. The scenes, their options and defaults:"])
+         "Market files. kschur help scene NAME is about one of them. All, with options and defaults:"])
       do i = 1, size(scene_names)
          call print_line("")
          call print_line(scene_help(scene_names(i)))

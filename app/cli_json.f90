@@ -3,7 +3,7 @@ module cli_json
    use cli_numbers, only: plain
    use cli_system, only: print_line
    use kschur, only: certified_names, certified_unknown, damping_names, formulation_names, kind_names, &
-      kschur_version, long, modal_result_type, &
+      kschur_version, long, modal_properties_type, modal_result_type, &
       reason_names, text, timings_type, wp
    implicit none
    private
@@ -31,7 +31,8 @@ contains
          call print_line("  "//mode(result, i)//trim(merge(",", " ", i < size(result%eigenvalues))))
       end do
       call print_line(' ],')
-      if (allocated(result%properties)) call print_line(' "total_mass": '//list(result%properties%total_mass)//',')
+      if (allocated(result%properties)) call print_line(' "directions": '//directions(result%properties)//', "total_mass": '// &
+         list(result%properties%total_mass)//',')
       call print_line(' "counts": '//counts(result)//',')
       call print_line(' "seconds": '//seconds(result%seconds)//',')
       call print_line(' "peak_memory_bytes": '//memory(result%peak_memory_bytes)//'}')
@@ -87,6 +88,19 @@ contains
             list(p%effective_mass(i, :))
       end associate
    end function properties
+
+   pure function directions(properties) result(names)
+      type(modal_properties_type), intent(in) :: properties
+      character(len=:), allocatable :: names
+      integer :: j
+
+      names = "["
+      do j = 1, size(properties%direction)
+         if (j > 1) names = names//", "
+         names = names//string(properties%direction(j))
+      end do
+      names = names//"]"
+   end function directions
 
    pure function list(values)
       real(wp), intent(in) :: values(:)

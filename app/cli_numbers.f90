@@ -4,7 +4,7 @@ module cli_numbers
    use kschur, only: text, wp
    implicit none
    private
-   public :: aligned, plain, read_integer, read_real, rounded
+   public :: aligned, plain, read_integer, read_list, read_range, read_real, rounded
 
    !> A real, or a complex as `re+imi`, with some six digits.
    interface rounded
@@ -47,6 +47,46 @@ contains
       if (ok) ok = ieee_is_finite(number)
       if (ok) value = number
    end subroutine read_real
+
+   !> Reads numbers A,B,...; where the word is anything else, `ok` is false.
+   subroutine read_list(word, values, ok)
+      character(len=*), intent(in) :: word
+      real(wp), allocatable, intent(out) :: values(:)
+      logical, intent(out) :: ok
+      real(wp) :: value
+      integer :: first, comma
+
+      allocate (values(0))
+      first = 1
+      do
+         comma = first - 1 + index(word(first:)//",", ",")
+         call read_real(word(first:comma - 1), value, ok)
+         if (.not. ok) return
+         values = [values, value]
+         if (comma > len(word)) exit
+         first = comma + 1
+      end do
+   end subroutine read_list
+
+   !> Reads FIRST:LAST:POINTS, so many numbers evenly from the first to the last, two or more; where the word is anything
+   !> else, `ok` is false.
+   subroutine read_range(word, values, ok)
+      character(len=*), intent(in) :: word
+      real(wp), allocatable, intent(out) :: values(:)
+      logical, intent(out) :: ok
+      real(wp) :: first, last
+      integer :: one, two, points, i
+
+      one = index(word, ":")
+      two = index(word, ":", back=.true.)
+      ok = one > 0 .and. two > one
+      if (ok) call read_real(word(:one - 1), first, ok)
+      if (ok) call read_real(word(one + 1:two - 1), last, ok)
+      if (ok) call read_integer(word(two + 1:), points, ok)
+      if (ok) ok = points >= 2
+      if (.not. ok) return
+      allocate (values(points), source=[(((points - 1 - i)*first + i*last)/(points - 1), i=0, points - 1)])
+   end subroutine read_range
 
    pure function unsigned(word)
       character(len=*), intent(in) :: word

@@ -26,7 +26,7 @@ contains
       wanted = wanted .or. allocated(directions)
    end subroutine take_properties
 
-   !> The columns of a Matrix Market file; none where there is no file.
+   !> The columns of a Matrix Market file; not allocated where there is no file.
    subroutine read_directions(path, n, directions, error)
       character(len=:), allocatable, intent(in) :: path
       integer, intent(in) :: n
@@ -35,10 +35,7 @@ contains
       type(csr_matrix_type) :: matrix
       integer :: i, k
 
-      if (.not. allocated(path)) then
-         allocate (directions(n, 0))
-         return
-      end if
+      if (.not. allocated(path)) return
       call read_matrix_market(matrix, path, error)
       if (allocated(error)) then
          if (error%code == error_file) error%code = error_input
@@ -57,43 +54,39 @@ contains
       end do
    end subroutine read_directions
 
-   !> Prints the table of the properties, with what the modes weigh in all.
+   !> Prints tables of the properties, with what the modes weigh in all.
    subroutine print_properties(properties)
       type(modal_properties_type), intent(in) :: properties
-      character(len=15), allocatable :: names(:), units(:)
-      real(wp), allocatable :: values(:, :)
-      integer :: d, j
+      character(len=15), parameter :: names(5) = [character(len=15) :: "mass", "damping", "stiffness", "Re a", "Im a"]
+      real(wp), allocatable :: factor(:, :), mass(:, :)
+      integer :: j, d
 
       d = size(properties%total_mass)
-      allocate (names(5 + 2*d), units(5 + 2*d), values(size(properties%mass), 5 + 2*d))
-      names(:5) = [character(len=15) :: "mass", "damping", "stiffness", "Re a", "Im a"]
-      units = ""
-      values(:, 1) = properties%mass
-      values(:, 2) = properties%damping
-      values(:, 3) = properties%stiffness
-      values(:, 4) = real(properties%a, wp)
-      values(:, 5) = aimag(properties%a)
-      do j = 1, d
-         names(4 + 2*j:5 + 2*j) = [character(len=15) :: "participation", "effective mass"]
-         units(4 + 2*j:5 + 2*j) = "direction "//text(j)
-         values(:, 4 + 2*j) = without_rounding(real(properties%participation(:, j), wp))
-         values(:, 5 + 2*j) = without_rounding(properties%effective_mass(:, j))
-      end do
       call print_line("")
-      call print_columns("mode", names, units, values, format_table)
+      call print_columns("mode", names, spread("", 1, size(names)), reshape([properties%mass, properties%damping, &
+         properties%stiffness, real(properties%a, wp), aimag(properties%a)], [size(properties%mass), size(names)]), format_table)
+      if (d == 0) return
+      allocate (factor, source=real(properties%participation, wp))
+      allocate (mass, source=properties%effective_mass)
+      where (is_rounding(properties)) factor = 0
+      where (is_rounding(properties)) mass = 0
+      call print_line("")
+      call print_columns("mode", properties%direction, spread("participation", 1, d), factor, format_table)
+      call print_line("")
+      call print_columns("mode", properties%direction, spread("effective mass", 1, d), mass, format_table)
+      call print_line("")
       do j = 1, d
-         call print_line("direction "//text(j)//": the modes have "//rounded(sum(properties%effective_mass(:, j)))//" of "// &
+         call print_line("direction "//trim(properties%direction(j))//": the modes have "//rounded(sum(mass(:, j)))//" of "// &
             rounded(properties%total_mass(j)))
       end do
    end subroutine print_properties
 
-   ! What is far below the others is zero but for rounding.
-   pure function without_rounding(values) result(kept)
-      real(wp), intent(in) :: values(:)
-      real(wp) :: kept(size(values))
-      real(wp), parameter :: rounding = 1.0e-9_wp
+   ! Whether a mode has nothing of a direction but for rounding, which stands in the mass squared.
+   pure function is_rounding(properties)
+      type(modal_properties_type), intent(in) :: properties
+      logical :: is_rounding(size(properties%mass), size(properties%total_mass))
+      real(wp), parameter :: rounding = 1.0e-18_wp
 
-      kept = values
-      where (abs(values) <= rounding*maxval(abs(values))) kept = 0
-   end function without_rounding
+      is_rounding = abs(properties%effective_mass) <= rounding*spread(properties%total_mass, 1, size(is_rounding, 1))
+   end function is_rounding
 end module cli_properties

@@ -3,7 +3,7 @@ module cli_sweep
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns
    use cli_input, only: input_type, is_part_of, read_problem
-   use cli_numbers, only: plain, read_integer, read_real, rounded
+   use cli_numbers, only: plain, read_list, read_range, rounded
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: format_csv, format_json, format_table, take_format
    use cli_progress, only: new_progress, progress_type
@@ -121,47 +121,34 @@ contains
       character(len=:), allocatable, intent(out) :: option
       real(wp), allocatable, intent(out) :: values(:)
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: first, last
-      integer :: equal, one, two, points, i
-      logical :: ok(3)
+      integer :: equal
+      logical :: ok
 
       equal = index(range, "=")
-      one = equal + index(range(equal + 1:), ":")
-      two = one + index(range(one + 1:), ":")
-      points = 0
-      ok = equal > 1 .and. one > equal .and. two > one
-      if (all(ok)) then
-         call read_real(range(equal + 1:one - 1), first, ok(1))
-         call read_real(range(one + 1:two - 1), last, ok(2))
-         call read_integer(range(two + 1:), points, ok(3))
-      end if
-      if (.not. all(ok) .or. points < 2) then
+      call read_range(range(equal + 1:), values, ok)
+      if (.not. ok .or. equal < 2) then
          call new_error(error, error_usage, "--vary wants OPTION=FIRST:LAST:POINTS with two points or more, not '"//range//"'")
          return
       end if
       option = range(:equal - 1)
-      allocate (values(points), source=[(((points - 1 - i)*first + i*last)/(points - 1), i=0, points - 1)])
    end subroutine take_range
 
    subroutine take_values(list, values, error)
       character(len=*), intent(in) :: list
       real(wp), intent(inout) :: values(:)
       type(error_type), allocatable, intent(out) :: error
-      integer :: i, first, comma
-      logical :: ok, rising, falling
+      real(wp), allocatable :: given(:)
+      logical :: ok
 
-      first = 1
-      ok = .true.
-      do i = 1, size(values)
-         comma = first - 1 + index(list(min(first, len(list) + 1):)//",", ",")
-         if (ok) ok = first <= len(list)
-         if (ok) call read_real(list(first:comma - 1), values(i), ok)
-         first = comma + 1
-      end do
-      rising = all(values(2:) > values(:size(values) - 1))
-      falling = all(values(2:) < values(:size(values) - 1))
-      if (.not. ok .or. first <= len(list) .or. .not. (rising .or. falling)) call new_error(error, error_usage, &
-         "--values wants a number for each problem, "//text(size(values))//" of them, rising or falling, not '"//list//"'")
+      call read_list(list, given, ok)
+      if (ok) ok = size(given) == size(values)
+      if (ok) ok = all(given(2:) > given(:size(given) - 1)) .or. all(given(2:) < given(:size(given) - 1))
+      if (.not. ok) then
+         call new_error(error, error_usage, "--values wants a number for each problem, "//text(size(values))// &
+            " of them, rising or falling, not '"//list//"'")
+         return
+      end if
+      values = given
    end subroutine take_values
 
    ! The same words, and two blank ones behind them, each at least so long.

@@ -7,6 +7,7 @@ program kschur_program
    use cli_info, only: info_command
    use cli_mac, only: mac_command
    use cli_processes, only: start_processes
+   use cli_response, only: response_command
    use cli_scene, only: scene_command
    use cli_sensitivity, only: sensitivity_command
    use cli_sweep, only: sweep_command
@@ -63,7 +64,7 @@ contains
       if (version) then
          call print_version()
       else if (help) then
-         call print_help(command, error)
+         call help_on(command)
       else
          select case (command)
          case ("solve")
@@ -74,6 +75,8 @@ contains
             call mac_command(arguments, error)
          case ("sensitivity")
             call sensitivity_command(arguments, complete, error)
+         case ("response")
+            call response_command(arguments, error)
          case ("sweep")
             call sweep_command(arguments, complete, error)
          case ("scene")
@@ -85,7 +88,7 @@ contains
          case ("help")
             call arguments%take_word(topic)
             if (.not. allocated(topic)) allocate (character(len=0) :: topic)
-            call print_help(topic, error)
+            call help_on(topic)
          case ("")
             call arguments%check_all_taken(error)
             if (.not. allocated(error)) call new_error(error, error_usage, "no command is given; see kschur help")
@@ -94,4 +97,14 @@ contains
          end select
       end if
    end subroutine do_command
+
+   ! Help on a command; the word after scene names the one that is asked about.
+   subroutine help_on(topic)
+      character(len=*), intent(in) :: topic
+      character(len=:), allocatable :: scene
+
+      if (topic == "scene") call arguments%take_word(scene)
+      if (.not. allocated(scene)) allocate (character(len=0) :: scene)
+      call print_help(topic, scene, error)
+   end subroutine help_on
 end program kschur_program

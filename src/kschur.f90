@@ -35,6 +35,7 @@ module kschur
    use kschur_frequency_response, only: frequency_response
    use kschur_formulation, only: choose_formulation
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
+   use kschur_hdf5_response, only: write_hdf5_response
    use kschur_hdf5_result, only: is_hdf5_result, read_hdf5_result, write_hdf5_result
    use kschur_hdf5_sweep, only: write_hdf5_sweep
    use kschur_inertia_solver, only: inertia_real_type
@@ -50,7 +51,7 @@ module kschur
    use kschur_matrix_market, only: read_matrix_market, write_matrix_market, read_matrix_market_problem, &
       read_matrix_market_files, write_matrix_market_problem
    use kschur_triplet_files, only: read_triplet_files
-   use kschur_mesh, only: mesh_type, settle_mesh, vtk_line, vtk_tetrahedron, vtk_vertex
+   use kschur_mesh, only: mesh_type, rigid_motion_names, settle_mesh, vtk_line, vtk_tetrahedron, vtk_vertex
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_mumps_real, only: mumps_real_type

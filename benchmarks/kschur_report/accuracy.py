@@ -66,27 +66,29 @@ def largest_by_block(rows):
     return np.array([rows[i : max(j, i + 1)].max() for i, j in zip(first, edges[1:])], dtype=float)
 
 
-def damping_ratio(eigenvalues):
-    """-Re lambda / |lambda|."""
-    return -eigenvalues.real / abs(eigenvalues)
+def damping_measure(eigenvalues):
+    """The damping ratio -Re lambda / |lambda|; of a real eigenvalue, whose ratio is 1 whatever it is, the rate -Re lambda."""
+    real = abs(eigenvalues.imag) <= 1e-3 * abs(eigenvalues)
+    return np.where(real, -eigenvalues.real, -eigenvalues.real / abs(eigenvalues))
 
 
 def forward_errors(eigenvalues, reference, tolerance=1e-4):
-    """Relative errors of frequency and of damping ratio of the modes that stand for those of a reference.
+    """Relative errors of frequency and of damping of the modes that stand for those of a reference, NaN where none does.
 
     Each reference eigenvalue gets the nearest that is left, if it is off by less than `tolerance`. Both hold a conjugate pair
-    once. An error below what the reference is good for is given as that. The damping ratio is compared where it is not zero.
+    once. An error below what the reference is good for is given as that. Damping is compared where it is not zero.
     """
-    frequency, damping = [], []
+    count = len(reference.eigenvalues)
+    frequency, damping = np.full(count, np.nan), np.full(count, np.nan)
     for k, value in enumerate(nearest_left(eigenvalues, reference.eigenvalues, tolerance)):
         if value is None:
             continue
         expected = reference.eigenvalues[k]
-        frequency.append(max(abs(abs(value) - abs(expected)) / abs(expected), reference.frequency_uncertainty[k]))
+        frequency[k] = max(abs(abs(value) - abs(expected)) / abs(expected), reference.frequency_uncertainty[k])
         if expected.real != 0:
-            ratio = damping_ratio(expected)
-            damping.append(max(abs(damping_ratio(value) - ratio) / abs(ratio), reference.damping_uncertainty[k]))
-    return np.array(frequency, dtype=float), np.array(damping, dtype=float)
+            both = damping_measure(np.array([value, expected]))
+            damping[k] = max(abs(both[0] - both[1]) / abs(both[1]), reference.damping_uncertainty[k])
+    return frequency, damping
 
 
 def nearest_left(eigenvalues, expected, tolerance):

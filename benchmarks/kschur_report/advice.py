@@ -14,7 +14,7 @@ MEASURES = (
     ("worst backward error", "worst_backward_error", 1e-14),
     ("worst damping-ratio error", "worst_damping_error", 1e-12),
 )
-ABOUT_EQUAL = 1.15  # ratio of times that differ no more than the next run might
+ABOUT_EQUAL = 1.15  # ratio of values that differ no more than the next run might
 
 
 def label(name):
@@ -40,17 +40,31 @@ def problems_of(runs):
     return list(dict.fromkeys(run.problem for run in runs))
 
 
+def summary(campaign):
+    """The one sentence that stands first; empty of a single problem."""
+    return " ".join(in_short(runs_by_problem(campaign)))
+
+
 def paragraphs(campaign):
-    """What stands first on the page."""
-    runs = campaign.study(ACCURACY)
-    by_problem = {problem: [run for run in runs if run.problem == problem] for problem in problems_of(runs)}
+    """Which method to use when: a paragraph a problem, one about size, one about hard cases."""
     found = [
-        in_short(by_problem),
-        *(about_problem(*item) for item in by_problem.items()),
+        *(about_problem(*item) for item in runs_by_problem(campaign).items()),
         about_size(campaign),
         about_hard_cases(campaign),
     ]
     return [" ".join(sentences) for sentences in found if sentences]
+
+
+def runs_by_problem(campaign):
+    runs = campaign.study(ACCURACY)
+    return {problem: [run for run in runs if run.problem == problem] for problem in problems_of(runs)}
+
+
+def first_of_others(runs):
+    """The fastest accurate run of the default and of any other method, None where there is none."""
+    accurate = fastest(runs, ACCURATE)
+    mine = next((run for run in accurate if run.method == "auto"), None)
+    return mine, next((run for run in accurate if METHODS[run.method].is_other), None)
 
 
 def in_short(by_problem):
@@ -67,9 +81,14 @@ def in_short(by_problem):
     ]
 
 
+def is_as_fast(run, other):
+    """Whether a run is not slower than another one: about the same time, or repetitions that overlap."""
+    return run.median_seconds <= ABOUT_EQUAL * other.median_seconds or run.seconds.min() <= other.seconds.max()
+
+
 def as_fast(runs):
     """Those that take about the time of the first, of runs that are sorted by time."""
-    return [run for run in runs if run.median_seconds <= ABOUT_EQUAL * runs[0].median_seconds]
+    return [run for run in runs if is_as_fast(run, runs[0])]
 
 
 def about_problem(problem, runs):
@@ -89,14 +108,14 @@ def about_problem(problem, runs):
         + f": {first.median_seconds:.2g} s"
         + (", about the same." if len(equal) > 1 else ".")
     ]
-    slower = accurate[len(equal) :]
+    slower = [run for run in accurate if not is_as_fast(run, first)]
     if slower:
         words.append(
             "As accurate but slower: "
             + "; ".join(f"{label(run.method)}, {run.median_seconds / first.median_seconds:.1f} times" for run in slower)
             + "."
         )
-    if rough[0].median_seconds * ABOUT_EQUAL < first.median_seconds:
+    if not is_as_fast(first, rough[0]):
         words.append(f"If {ROUGH:.0e} is enough, {label(rough[0].method)} is faster ({rough[0].median_seconds:.2g} s).")
     inaccurate = {run.method for run in runs} - {run.method for run in accurate}
     if inaccurate:
@@ -179,9 +198,10 @@ def where_not_first(campaign):
 def compare_measure(runs, attribute, negligible):
     """The best run, its value and the default's best, where they differ by more than is negligible."""
     known = [run for run in runs if not math.isnan(getattr(run, attribute))]
-    ours = min((getattr(run, attribute) for run in known if run.method == "auto"), default=0.0)
-    if ours <= negligible:
+    mine = [run for run in known if run.method == "auto"]
+    if not mine:
         return []
-    best = min(known, key=lambda run: getattr(run, attribute))
-    value = getattr(best, attribute)
-    return [[best, value, ours]] if ours > ABOUT_EQUAL * value else []
+    best, ours = (min(candidates, key=lambda run: getattr(run, attribute)) for candidates in (known, mine))
+    value, our_value = getattr(best, attribute), getattr(ours, attribute)
+    equal = attribute == "median_seconds" and is_as_fast(ours, best)
+    return [] if equal or our_value <= max(negligible, ABOUT_EQUAL * value) else [[best, value, our_value]]

@@ -35,6 +35,8 @@ def execute(words, environment, output, patience):
         run = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=patience)
     except subprocess.TimeoutExpired:
         raise Failure(f"stopped after {patience:g} s") from None
+    except OSError as wrong:
+        raise Failure(f"cannot be run: {wrong.strerror}") from None
     if not output.exists():
         raise Failure(last_line(run.stderr))
     result = read_result(output)
@@ -62,6 +64,7 @@ class Judge:
         run.found = accuracy.count_found(result.eigenvalues, self.expected, damped)
         if self.reference is not None:
             run.frequency_error, run.damping_error = accuracy.forward_errors(result.eigenvalues, self.reference)
+            run.condition = self.reference.condition
             run.reference_uncertainty = self.reference.worst_uncertainty
 
 
@@ -127,9 +130,11 @@ class Runner:
             return
         progress(f"{study.name}: {scene.label}, {problem.unknowns} unknowns, {len(runs)} combinations")
         output = folder / "result.h5"
+        referred = sum(problem.constraints.shape) <= study.reference_order
+        extra = ("--left",) if referred else ()
         try:
             words, environment = command(
-                METHODS["auto"], self.kschur, path, Question(study.modes), REFERENCE_TOLERANCE, output
+                METHODS["auto"], self.kschur, path, Question(study.modes), REFERENCE_TOLERANCE, output, extra
             )
             first = execute(words, environment, output, study.patience)
         except Failure as failure:
@@ -147,7 +152,7 @@ class Runner:
                 self.note(
                     f"{METHODS[run.method].label} on {scene.label}: it is what {METHODS['auto'].label} chooses, not run twice."
                 )
-        if sum(problem.constraints.shape) <= study.reference_order:
+        if referred:
             judge.reference = refine_modes(problem, first)
         for repetition in range(study.repeats):
             for run in runs:

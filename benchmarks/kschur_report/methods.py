@@ -35,6 +35,11 @@ class Method:
     def is_peer(self):
         return bool(self.script)
 
+    @property
+    def is_other(self):
+        """Whether it is another eigensolver, in our operators or in its own program."""
+        return self.is_peer or "arpack" in self.options
+
 
 # Colours of Okabe and Ito and of Tol, made for colour-blind readers; markers say the same.
 METHODS = {

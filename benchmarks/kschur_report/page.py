@@ -6,11 +6,21 @@ import io
 import re
 
 from . import advice
-from .figures import constraint_scaling, dampers, phases, residuals, scaling, stability, work_precision
+from .figures import conditions, constraint_scaling, dampers, phases, residuals, scaling, stability, work_precision
 from .figures.picture import plt
-from .tables import tables
+from .plan import ACCURACY
+from .tables import headline_table, tables
 
-DRAWERS = (work_precision.draw, scaling.draw, dampers.draw, phases.draw, residuals.draw, constraint_scaling.draw, stability.draw)
+DRAWERS = (
+    work_precision.draw,
+    scaling.draw,
+    dampers.draw,
+    phases.draw,
+    conditions.draw,
+    residuals.draw,
+    constraint_scaling.draw,
+    stability.draw,
+)
 STYLE = """
 body { font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: #222; background: #fff; margin: 2rem auto;
        max-width: 72rem; padding: 0 1rem; }
@@ -78,7 +88,7 @@ def html_page(campaign, sections):
         f"<title>{say(campaign.title)}</title><style>{STYLE}</style></head><body>",
         f"<h1>{say(campaign.title)}</h1>",
         '<div class="advice">',
-        *(f"<p>{unbroken(say(words))}</p>" for words in advice.paragraphs(campaign)),
+        *(f"<p>{unbroken(say(words))}</p>" for words in [advice.summary(campaign), *advice.paragraphs(campaign)] if words),
         "</div>",
         f"<p>{say(how_measured(campaign))}</p>",
         f"<nav>{links}</nav>",
@@ -88,7 +98,7 @@ def html_page(campaign, sections):
             f'<h2 id="{picture.name}">{say(picture.title)}</h2><figure>{svg}<figcaption>{say(picture.caption)} '
             f'<a href="{picture.name}.csv">data</a>, <a href="{picture.name}.svg">figure</a></figcaption></figure>'
         )
-    for table in tables(campaign):
+    for table in [headline_table(campaign), *tables(campaign)] if campaign.study(ACCURACY) else tables(campaign):
         head = "".join(f"<th>{say(cell)}</th>" for cell in table.header)
         body = "".join("<tr>" + "".join(cell_of(cell) for cell in row) + "</tr>" for row in table.rows)
         parts.append(
@@ -129,12 +139,11 @@ def how_measured(campaign):
 
 
 def markdown(campaign):
-    """The advice and the tables."""
-    lines = [
-        f"# {campaign.title}",
-        "",
-        "\n\n".join(advice.paragraphs(campaign)),
-        "",
+    """The chart and what it says in half a page, then the advice in full and the tables."""
+    lines = [f"# {campaign.title}", "", *paragraph(advice.summary(campaign))]
+    if campaign.study(ACCURACY):
+        lines += [f"![{work_precision.TITLE}]({work_precision.NAME}.svg)", "", *markdown_table(headline_table(campaign))]
+    lines += [
         how_measured(campaign),
         "",
         "Made by",
@@ -144,13 +153,23 @@ def markdown(campaign):
         "which writes these tables to results.md in its folder, beside a page with the same numbers in pictures.",
         "",
     ]
+    advised = advice.paragraphs(campaign)
+    if advised:
+        lines += ["## Which to use", "", *(line for words in advised for line in paragraph(words))]
     for table in tables(campaign):
-        lines += [
-            f"## {table.title}",
-            "",
-            *([table.note, ""] if table.note else []),
-            "| " + " | ".join(table.header) + " |",
-            "|" + "---|" * len(table.header),
-        ]
-        lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in table.rows] + [""]
+        lines += [f"## {table.title}", "", *paragraph(table.note), *markdown_table(table)]
     return "\n".join(lines)
+
+
+def paragraph(words):
+    """The words and an empty line; nothing of none."""
+    return [words, ""] if words else []
+
+
+def markdown_table(table):
+    return [
+        "| " + " | ".join(table.header) + " |",
+        "|" + "---|" * len(table.header),
+        *("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in table.rows),
+        "",
+    ]

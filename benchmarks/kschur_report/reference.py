@@ -11,19 +11,21 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import MatrixRankWarning, splu
 
-from .accuracy import damping_ratio, extended
+from .accuracy import damping_measure, extended
 
 STEPS, LAST = 6, 3
 WORST = 1e-9  # relative; what moves more between the last steps is not a reference
+NEXT = 1e-6  # relative; nearer eigenvalues are one that is multiple, as far as Newton's method can tell
 
 
 @dataclass
 class Reference:
-    """Oscillating modes in extended precision, and by how much the last steps still moved them, relatively."""
+    """Modes in extended precision, by how much the last steps still moved them, relatively, and their condition numbers."""
 
     eigenvalues: np.ndarray
     frequency_uncertainty: np.ndarray
     damping_uncertainty: np.ndarray
+    condition: np.ndarray
 
     @property
     def worst_uncertainty(self):
@@ -31,16 +33,26 @@ class Reference:
 
 
 def refine_modes(problem, result):
-    """The oscillating modes of a result on which Newton's method settles; at a multiple eigenvalue it does not."""
+    """The modes of a result, but for zeros and multiple eigenvalues, on which Newton's method settles."""
     newton = Newton(problem)
-    tried = [i for i, value in enumerate(result.eigenvalues) if value.imag > 1e-3 * abs(value)]
-    refined = [newton.refine(result.eigenvalues[i], result.eigenvectors[i], result.multipliers[i]) for i in tried]
-    settled = [steps for steps in refined if steps is not None and spread(abs(steps)) < WORST]
+    refined = {
+        i: newton.refine(result.eigenvalues[i], result.eigenvectors[i], result.multipliers[i])
+        for i in np.flatnonzero(simple(result.eigenvalues))
+    }
+    settled = {i: steps for i, steps in refined.items() if steps is not None and spread(abs(steps)) < WORST}
+    condition = np.full(len(result.eigenvalues), np.nan) if result.condition is None else result.condition
     return Reference(
-        np.array([steps[-1] for steps in settled], dtype=np.clongdouble),
-        np.array([spread(abs(steps)) for steps in settled]),
-        np.array([spread(damping_ratio(steps)) for steps in settled]),
+        np.array([steps[-1] for steps in settled.values()], dtype=np.clongdouble),
+        np.array([spread(abs(steps)) for steps in settled.values()]),
+        np.array([spread(damping_measure(steps)) for steps in settled.values()]),
+        condition[list(settled)],
     )
+
+
+def simple(eigenvalues):
+    """Which are neither zero nor next to another one, so that they have a shape of their own."""
+    distances = abs(eigenvalues[:, None] - eigenvalues[None, :]) + np.diag(np.full(len(eigenvalues), np.inf))
+    return (abs(eigenvalues) > 0) & (distances.min(axis=1) > NEXT * abs(eigenvalues))
 
 
 def spread(values):

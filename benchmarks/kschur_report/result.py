@@ -15,14 +15,15 @@ class Result:
     multipliers: np.ndarray
     facts: dict = field(default_factory=dict)
     backward_error: np.ndarray = None
+    condition: np.ndarray = None
 
 
 def read_result(path):
     """The result in a file of `kschur solve` or of a peer."""
     with h5py.File(path, "r") as file:
         facts = {name: value.item() if hasattr(value, "item") else value for name, value in file.attrs.items()}
-        reported = file["backward_error"][:] if "backward_error" in file else None
-        return Result(file["eigenvalues"][:], file["eigenvectors"][:], file["multipliers"][:], facts, reported)
+        reported, condition = (file[name][:] if name in file else None for name in ("backward_error", "condition_number"))
+        return Result(file["eigenvalues"][:], file["eigenvectors"][:], file["multipliers"][:], facts, reported, condition)
 
 
 def write_result(path, result):

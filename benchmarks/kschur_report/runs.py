@@ -18,6 +18,7 @@ class Run:
 
     Seconds and memory are of each repetition, the rest is of the first. NaN and empty arrays where not known. `expected` and
     `found` count eigenvalues, two for a conjugate pair: those of kschur at a tight tolerance, and which of them a method has.
+    Errors of frequency and damping and condition numbers are of the modes that have a reference, in one order for all methods.
     """
 
     study: str
@@ -51,6 +52,7 @@ class Run:
     constraint_rows: np.ndarray = nothing()
     frequency_error: np.ndarray = nothing()
     damping_error: np.ndarray = nothing()
+    condition: np.ndarray = nothing()
 
     @property
     def is_good(self):
@@ -59,6 +61,11 @@ class Run:
     @property
     def median_seconds(self):
         return median(self.seconds)
+
+    @property
+    def spread(self):
+        """How far the repetitions lie apart, relative to their median; NaN of a single one."""
+        return (self.seconds.max() - self.seconds.min()) / self.median_seconds if len(self.seconds) > 1 else float("nan")
 
     @property
     def median_memory(self):
@@ -82,7 +89,8 @@ def median(values):
 
 
 def worst(values):
-    return float(np.max(values)) if len(values) else float("nan")
+    known = values[~np.isnan(values)]
+    return float(np.max(known)) if len(known) else float("nan")
 
 
 @dataclass

@@ -3,10 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from .advice import problems_of, where_not_first
+from .advice import first_of_others, is_as_fast, problems_of, runs_by_problem, where_not_first
 from .methods import METHODS, REFERENCE_TOLERANCE
 from .plan import ACCURACY, CONSTRAINT_SCALING, DAMPERS, SCALING
-from .runs import median
+from .runs import median, worst
 
 PLAIN = "arpack-plain"  # gets most of the hard cases wrong
 
@@ -25,8 +25,15 @@ def error(value):
     return "" if math.isnan(value) else f"{value:.1e}"
 
 
-def seconds(value):
-    return f"{value:.3g}"
+def seconds(values):
+    """A column of times in one format, in which the smallest has two digits at least."""
+    smallest = min((value for value in values if value > 0), default=1.0)
+    decimals = max(0, 1 - math.floor(math.log10(smallest)))
+    return [f"{value:.{decimals}f}" for value in values]
+
+
+def per_cent(value):
+    return "" if math.isnan(value) else f"{100 * value:.0f} %"
 
 
 def megabytes(value):
@@ -59,6 +66,31 @@ def tables(campaign):
     return [table for table in every if table.rows]
 
 
+def headline_table(campaign):
+    """A row a problem: ours, and the fastest of the other eigensolvers that is as accurate."""
+    rows = []
+    for problem, runs in runs_by_problem(campaign).items():
+        mine, other = first_of_others(runs)
+        times = [f"{run.median_seconds:.2g}" if run else "-" for run in (mine, other)]
+        rows.append([problem, f"{runs[0].unknowns:,}", times[0], METHODS[other.method].label if other else "none", times[1],
+                     ratio_of(mine, other)])
+    return Table(
+        "Time to a backward error of 1e-12",
+        "All modes, one thread, at the loosest tolerance that gives it.",
+        ["problem", "unknowns", "kschur (s)", "fastest of the others", "its time (s)", "ratio"],
+        rows,
+    )
+
+
+def ratio_of(mine, other):
+    """How many times longer the other takes; about 1 where their repetitions overlap."""
+    if not (mine and other):
+        return "-"
+    if is_as_fast(mine, other) and is_as_fast(other, mine):
+        return "about 1"
+    return f"{other.median_seconds / mine.median_seconds:.1f}"
+
+
 def accuracy_tables(campaign):
     """One a problem."""
     runs = sorted(campaign.study(ACCURACY), key=lambda run: (list(METHODS).index(run.method), -run.tolerance))
@@ -73,9 +105,10 @@ def accuracy_table(problem, runs):
         [
             METHODS[run.method].label,
             run.formulation,
-            f"{run.tolerance:g}",
-            seconds(run.median_seconds),
+            f"{run.tolerance:.0e}",
+            time,
             str(len(run.seconds)),
+            per_cent(run.spread),
             str(run.operator_applications),
             megabytes(run.median_memory),
             error(run.worst_backward_error),
@@ -84,35 +117,49 @@ def accuracy_table(problem, runs):
             found(run),
             run.certified,
         ]
-        for run in runs
+        for run, time in zip(runs, seconds([run.median_seconds for run in runs]))
     ]
-    compared = max(len(run.frequency_error) for run in runs)
     return Table(
         f"Speed against accuracy: {problem}",
         f"{runs[0].unknowns:,} unknowns, {runs[0].constraints:,} constraints, {runs[0].modes_asked} lowest modes. "
         "Times are medians, of one thread, from the matrices in memory to the modes in memory. Eigenvalues are counted, both of a pair, among those that "
-        f"kschur has at a tolerance of {REFERENCE_TOLERANCE:g}. Errors are the worst of all modes"
-        + (
-            f", of frequency and damping ratio the worst relative ones of {compared} oscillating modes, whose "
-            f"reference is good to {runs[0].reference_uncertainty:.0e}."
-            if compared
-            else "; there is no reference for frequency and damping ratio."
-        ),
+        f"kschur has at a tolerance of {REFERENCE_TOLERANCE:g}. The spread is from the shortest to the longest repetition. "
+        + about_errors(runs),
         [
             "method",
             "formulation",
             "tolerance",
             "time (s)",
             "runs",
+            "spread",
             "applications",
             "memory (MB)",
             "backward error",
             "frequency",
-            "damping ratio",
+            "damping",
             "eigenvalues",
             "certified",
         ],
         rows,
+    )
+
+
+def about_errors(runs):
+    """What the errors of a table are errors of, and how far the data alone let eigenvalues move."""
+    compared = max(len(run.frequency_error) for run in runs)
+    if not compared:
+        return "Errors are the worst of all modes; there is no reference for frequency and damping."
+    condition = worst(runs[0].condition)
+    return (
+        "Errors are the worst of all modes, of frequency and damping the worst relative ones of the "
+        f"{compared} modes that have a reference, which is good to {runs[0].reference_uncertainty:.0e}: zeros and multiple "
+        "eigenvalues have none. Damping is the ratio of an oscillation, the rate of a real eigenvalue."
+        + (
+            f" The largest condition number of these eigenvalues is {condition:.0e}: rounding of the matrices alone, of "
+            f"1e-16, may move it by {1e-16 * condition:.0e} of itself."
+            if math.isfinite(condition)
+            else ""
+        )
     )
 
 
@@ -123,23 +170,25 @@ def found(run):
 
 def growth_table(runs, what, title, note):
     """`what` is the number of a run that grows."""
+    runs = sorted(runs, key=lambda run: (getattr(run, what), list(METHODS).index(run.method)))
     rows = [
         [
             str(getattr(run, what)),
             METHODS[run.method].label,
             run.formulation,
-            seconds(run.median_seconds),
+            time,
             str(len(run.seconds)),
+            per_cent(run.spread),
             megabytes(run.median_memory),
             error(run.worst_backward_error),
             found(run),
         ]
-        for run in sorted(runs, key=lambda run: (getattr(run, what), list(METHODS).index(run.method)))
+        for run, time in zip(runs, seconds([run.median_seconds for run in runs]))
     ]
     return Table(
         title,
         note,
-        [what, "method", "formulation", "time (s)", "runs", "memory (MB)", "backward error", "eigenvalues"],
+        [what, "method", "formulation", "time (s)", "runs", "spread", "memory (MB)", "backward error", "eigenvalues"],
         rows,
     )
 

@@ -520,7 +520,8 @@ int kschur_result_get_numbers(kschur_result *result, const char *name, double *v
 /* How many doubles that is. */
 int kschur_result_get_length(kschur_result *result, const char *name, int64_t *length);
 
-/* Texts by name: "method", "formulation", "decision", "inner", "reason", "certified", "notes" (one a line). */
+/* Texts by name: "method", "formulation", "decision", "inner", "reason", "certified", "notes" (one a line), and after
+ * kschur_result_find_properties "directions" (one a line). */
 int kschur_result_get_text(kschur_result *result, const char *name, char *text, int64_t length);
 
 /* Some modes, some rows of them, as real numbers if wanted. A part that is all zeros, `kschur_part part = {0}`, is all. */
@@ -543,8 +544,9 @@ int kschur_result_is_real(kschur_result *result, const char *name, int64_t mode,
 /* ---- What is made of modes -------------------------------------------------------------------------------------- */
 
 /* Computes the properties of the modes of a problem, for the getters below. `directions` are `count` motions of all n
- * unknowns, one after the other, as 1 along x and 0 else; with 0 there are none. KSCHUR_ERROR_USAGE where the modes are
- * not those of the problem, or left vectors are missing that an unsymmetric problem needs. */
+ * unknowns, one after the other, as 1 along x and 0 else; with 0 they are the rigid motions x, y, z, rx, ry, rz of the
+ * problem's nodes that move anything, and none without nodes. KSCHUR_ERROR_USAGE where the modes are not those of the
+ * problem, or left vectors are missing that an unsymmetric problem needs. */
 int kschur_result_find_properties(kschur_result *result, kschur_problem *problem, const double *directions,
                                   int64_t count);
 
@@ -584,6 +586,13 @@ int kschur_result_get_mac(kschur_result *result, kschur_result *other, double *v
  * order; NaN where there is none, as of a double zero. KSCHUR_ERROR_USAGE as for properties. */
 int kschur_result_get_rates(kschur_result *result, kschur_problem *problem, kschur_problem *changed, double step,
                             double *values, int64_t length);
+
+/* The response x to `count` harmonic forces f of all n unknowns, one after the other, at `points` frequencies (Hz):
+ * (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0, lambda = 2 pi i frequency. Complex numbers are pairs of doubles.
+ * `response` takes n * count * points of them and `multipliers`, which may be NULL, m * count * points: unknowns fastest,
+ * then forces. KSCHUR_ERROR_SINGULAR where an undamped mode has one of the frequencies. */
+int kschur_problem_get_response(kschur_problem *problem, const double *frequencies, int64_t points, const double *forces,
+                                int64_t count, double *response, double *multipliers);
 
 /* Writes a result into an HDF5 file, which appears under its name when it is whole. KSCHUR_ERROR_FILE. */
 int kschur_result_write_hdf5(kschur_result *result, const char *path);

@@ -86,6 +86,12 @@ contains
             do k = 1, size(result%notes)
                given = given//trim(result%notes(k))//new_line("a")
             end do
+         case ("directions")
+            if (allocated(result%properties)) then
+               do k = 1, size(result%properties%direction)
+                  given = given//trim(result%properties%direction(k))//new_line("a")
+               end do
+            end if
          case default
             status = fail(handle, status_usage, "a result has no text '"//word//"'")
             return

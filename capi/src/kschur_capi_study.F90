@@ -1,12 +1,12 @@
 !> What is made of modes, for C: modal properties, MAC, sensitivities.
 module kschur_capi_study
-   use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int, c_int64_t, c_ptr
-   use kschur, only: eigenvalue_rates, error_type, find_modal_properties, modal_assurance, new_error, problem_rate_type, &
-      rate_between, text, wp
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_double_complex, c_f_pointer, c_int, c_int64_t, c_ptr
+   use kschur, only: eigenvalue_rates, error_type, find_modal_properties, frequency_response, modal_assurance, new_error, &
+      problem_rate_type, rate_between, text, wp
    use kschur_capi_arrays, only: give_array
    use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
    use kschur_capi_result, only: result_handle_type, has_modes, result_of
-   use kschur_capi_status, only: fail, outcome, require, status_order, status_usage
+   use kschur_capi_status, only: fail, outcome, require, status_null, status_order, status_usage
    implicit none
    private
 
@@ -106,6 +106,39 @@ contains
       status = outcome(handle, error)
       if (.not. allocated(error)) status = give_array(handle, rates, values, length)
    end function kschur_result_get_rates
+
+   integer(c_int) function kschur_problem_get_response(address, frequencies, points, forces, count, response, multipliers) &
+      bind(c) result(status)
+      type(c_ptr), value :: address, frequencies, forces, response, multipliers
+      integer(c_int64_t), value :: points, count
+      type(problem_handle_type), pointer :: handle
+      type(error_type), allocatable :: error
+      real(c_double), pointer :: hz(:)
+      complex(c_double_complex), pointer :: f(:, :), place(:, :, :)
+      complex(wp), allocatable :: x(:, :, :), xi(:, :, :)
+
+      status = status_null
+      handle => problem_of(address)
+      if (.not. associated(handle)) return
+      call check_problem(handle, error)
+      if (.not. allocated(error) .and. (min(points, count) < 1 .or. max(points, count) > huge(1))) call new_error(error, &
+         status_usage, "the numbers of frequencies and forces are "//text(points)//" and "//text(count)//" but must be 1 or more")
+      call require(frequencies, "frequencies", error)
+      call require(forces, "forces", error)
+      call require(response, "response", error)
+      if (.not. allocated(error)) then
+         call c_f_pointer(frequencies, hz, [points])
+         call c_f_pointer(forces, f, [handle%problem%unknowns(), int(count)])
+         call frequency_response(handle%problem, hz, f, x, error, xi)
+      end if
+      status = outcome(handle, error)
+      if (allocated(error)) return
+      call c_f_pointer(response, place, shape(x))
+      place = x
+      if (.not. c_associated(multipliers)) return
+      call c_f_pointer(multipliers, place, shape(xi))
+      place = xi
+   end function kschur_problem_get_response
 
    ! What is behind the handle of a problem, whole.
    subroutine require_problem(address, handle, error)

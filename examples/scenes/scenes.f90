@@ -15,7 +15,7 @@ module kschur_scenes
    use scene_turbine, only: build_turbine, turbine_options
    implicit none
    private
-   public :: build_scene, scene_help
+   public :: build_scene, scene_help, unknown_scene
 
    !> The scenes there are.
    character(len=*), parameter, public :: scene_names(10) = [character(len=12) :: &
@@ -37,8 +37,7 @@ contains
       type(assembly_type) :: assembly
 
       if (all(scene_names /= name)) then
-         call new_error(error, error_usage, &
-            "there is no scene '"//trim(name)//"', only "//listed(scene_names, "and"))
+         call new_error(error, error_usage, unknown_scene(name))
          return
       end if
       options = options_of(name)
@@ -60,6 +59,14 @@ contains
       options = options_of(name)
       lines = trim(name)//": "//options%help()
    end function scene_help
+
+   !> The sentence that says which scenes there are in the place of an unknown one.
+   pure function unknown_scene(name) result(sentence)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: sentence
+
+      sentence = "there is no scene '"//trim(name)//"', only "//listed(scene_names, "and")
+   end function unknown_scene
 
    pure function options_of(name) result(options)
       character(len=*), intent(in) :: name

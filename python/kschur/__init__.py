@@ -8,8 +8,9 @@ from . import errors
 from ._library import version as _version
 from .errors import Error
 from .geometry import Geometry
+from .response import Response, frequency_response
 from .result import Result
 from .solving import load, solve
 
 __version__ = _version()
-__all__ = ["Error", "Geometry", "Result", "errors", "load", "solve"]
+__all__ = ["Error", "Geometry", "Response", "Result", "errors", "frequency_response", "load", "solve"]

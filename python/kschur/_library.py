@@ -29,6 +29,7 @@ _ARGUMENTS = {
     "kschur_problem_set_csr64": [c_void_p, c_int, c_int64, c_int64, c_int64, c_int, c_void_p, c_void_p, c_void_p],
     "kschur_problem_set_nodes": [c_void_p, c_int64, c_void_p, c_int64, c_int, c_void_p, c_void_p],
     "kschur_problem_set_cells": [c_void_p, c_int64, c_int, c_void_p, c_void_p, c_void_p],
+    "kschur_problem_get_response": [c_void_p, c_void_p, c_int64, c_void_p, c_int64, c_void_p, c_void_p],
     "kschur_options_set_progress": [c_void_p, PROGRESS, c_void_p],
     "kschur_options_set_real_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],
     "kschur_options_set_complex_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],

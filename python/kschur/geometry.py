@@ -108,11 +108,6 @@ class Geometry:
         pairs = [np.column_stack([loop.ravel(), np.roll(loop, -1, axis=1).ravel()]) for loop in self.faces()]
         return np.unique(np.sort(np.vstack([np.zeros((0, 2), int), *pairs]), axis=1), axis=0)
 
-    def translations(self) -> NDArray[np.float64]:
-        """Motions of all unknowns, n x 3: of one metre along x, y and z."""
-        there = (self.unknown_node >= 0)[:, None]
-        return (there & (self.unknown_component[:, None] == np.arange(3))).astype(float)
-
     def displacements(self, shape: NDArray[Any]) -> NDArray[Any]:
         """Displacements of the nodes, nodes x 3, of a shape of n unknowns."""
         moved = np.zeros((len(self.coordinates), 3), shape.dtype)

@@ -36,7 +36,7 @@ def main(words: list[str]) -> None:
         figure = draw(load(path), [int(number) - 1 for number in numbers])
         # It appears under its name when it is whole.
         whole = Path(picture).with_name(f".{Path(picture).name}.{os.getpid()}{Path(picture).suffix}")
-        figure.savefig(whole, dpi=120)
+        figure.savefig(whole, dpi=150, bbox_inches="tight", pad_inches=0.1)
         whole.replace(picture)
     except Exception as error:
         sys.exit(f"kschur-picture: {error}")

@@ -130,6 +130,11 @@ class Result:
         return self._handle.array("modal_a").view(np.complex128)
 
     @cached_property
+    def directions(self) -> list[str]:
+        """Their names: those of a geometry are x, y, z and rx, ry, rz, the rotations about the axes through the origin."""
+        return self._text("directions").split()
+
+    @cached_property
     def participation_factors(self) -> NDArray[np.complex128]:
         """modes x directions: a direction that the constraints allow is the sum of Re(factor phi) over all modes there are."""
         return self._handle.array("participation_factors").view(np.complex128).reshape(-1, self._modes).T

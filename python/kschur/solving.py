@@ -34,8 +34,8 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     left : whether to compute left vectors and condition numbers as well.
     certify : whether to count eigenvalues where nothing else proves that no mode is missing.
     properties : whether to compute generalised masses, modal a and b, participation factors and effective masses as well.
-    directions : motions of all unknowns, n x directions, for participation and effective masses; by default the translations
-        along x, y and z where there is a geometry.
+    directions : motions of all unknowns, n x directions, for participation and effective masses; by default the rigid
+        motions of the geometry, if there is one: see `Result.directions`.
     geometry : where the unknowns stand in space, for `Result.plot_shape` and files.
     progress : called as progress(restart, converged, wanted, residual); the solve ends with what has converged where it
         returns True. An exception in it ends the solve and is raised here.
@@ -70,9 +70,7 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     result.check(status)
     found = Result(result)
     if properties:
-        if directions is None:
-            directions = np.zeros((found.unknowns, 0)) if found.geometry is None else found.geometry.translations()
-        columns = np.asfortranarray(directions, float)
+        columns = np.zeros((found.unknowns, 0)) if directions is None else np.asfortranarray(directions)
         result.call("find_properties", problem.address, columns.ctypes.data, columns.shape[1])
     return found
 

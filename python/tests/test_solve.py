@@ -145,7 +145,9 @@ def test_properties():
     assert np.allclose(result.generalised_mass, 2) and np.allclose(result.modal_a, 2j * result.eigenvalues.imag * 2)
     assert np.allclose(result.generalised_stiffness, 2 * result.eigenvalues.imag**2) and not result.generalised_damping.any()
     geometry = kschur.Geometry(np.arange(10)[:, None])
-    assert np.allclose(kschur.solve(M, K, modes=3, properties=True, geometry=geometry).total_mass, [10, 10, 10])
+    result = kschur.solve(M, K, modes=3, properties=True, geometry=geometry)
+    assert result.directions == ["x", "y", "z", "ry", "rz"]
+    assert np.allclose(result.total_mass, [10, 10, 10, 285, 285])
     with pytest.raises(UsageError, match="30 x directions, not 3 x 1"):
         kschur.solve(M, K, properties=True, directions=[1, 0, 0])
     with pytest.raises(NotThereError):

@@ -29,6 +29,7 @@ contains
       call write_dataset(file, group//"/participation", properties%participation, error)
       call write_dataset(file, group//"/effective_mass", properties%effective_mass, error)
       call write_dataset(file, group//"/total_mass", properties%total_mass, error)
+      call write_dataset(file, group//"/direction", properties%direction, error)
    end subroutine write_properties
 
    !> Reads what is there; fails where it is not one of so many modes.
@@ -49,10 +50,11 @@ contains
       call read_dataset(properties%participation, file, group//"/participation", error)
       call read_dataset(properties%effective_mass, file, group//"/effective_mass", error)
       call read_dataset(properties%total_mass, file, group//"/total_mass", error)
+      call read_dataset(properties%direction, file, group//"/direction", error)
       if (allocated(error)) return
       directions = size(properties%total_mass)
       if (any([size(properties%a), size(properties%b), shape(properties%participation), shape(properties%effective_mass)] /= &
-         [modes, modes, modes, directions, modes, directions])) &
+         [modes, modes, modes, directions, modes, directions]) .or. size(properties%direction) /= directions) &
          call new_error(error, error_input, "the modal properties do not fit the modes")
    end subroutine read_properties
 end module kschur_hdf5_properties

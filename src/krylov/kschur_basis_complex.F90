@@ -2,17 +2,18 @@
 module kschur_basis_complex
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_memory
+   use kschur_gram_schmidt_complex, only: orthonormalize, place_last
    use kschur_kinds, only: wp, long
    use kschur_memory, only: complex_bytes, require_memory
    use kschur_lapack, only: zgemm
    use kschur_operator, only: complex_operator_type
    use kschur_random, only: random_vector
-   use kschur_tall_products_complex, only: form_combinations, inner_products, subtract_combinations
+   use kschur_tall_products_complex, only: form_combinations
    use kschur_text, only: text
    use kschur_threads, only: panel_rows
    implicit none
    private
-   public :: basis_type, plain_basis_type, combine_columns, move_columns, orthonormalize, place_last, rotate_columns
+   public :: basis_type, plain_basis_type, combine_columns, move_columns, rotate_columns
 
 #define SCALAR complex(wp)
 #define OPERATOR_TYPE complex_operator_type

@@ -52,6 +52,8 @@ module kschur_krylov_options
       complex(wp), allocatable :: mu(:), vectors(:, :)
       !> The vectors of a self-adjoint operator; `vectors` is not allocated then.
       real(wp), allocatable :: real_vectors(:, :)
+      !> Which stand for themselves and their conjugates; not allocated where all are there.
+      logical, allocatable :: paired(:)
       type(krylov_statistics_type) :: statistics
    end type ritz_pairs_type
 

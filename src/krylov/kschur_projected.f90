@@ -8,7 +8,7 @@ module kschur_projected
    implicit none
    private
    public :: schur_form, schur_values, move_to_head, eigenvector_couplings, independent_eigenvectors, join_pairs, &
-      symmetric_eigenvectors
+      keep_one_of_pairs, symmetric_eigenvectors
 
    !> Overwrites a square matrix by its Schur factor T, triangular or (real)
    !> quasi-triangular, so that it was U T U^*, and gives its eigenvalues.
@@ -45,6 +45,12 @@ module kschur_projected
    interface join_pairs
       module procedure join_pairs_complex, join_pairs_real
    end interface join_pairs
+
+   !> Of the chosen eigenvalues of a real Schur form keeps one of each conjugate pair, that with the negative imaginary
+   !> part, and tells which stand for a pair.
+   interface keep_one_of_pairs
+      module procedure keep_one_of_pairs_complex, keep_one_of_pairs_real
+   end interface keep_one_of_pairs
 
 contains
 
@@ -349,4 +355,31 @@ contains
          if (abs(t(i + 1, i)) > 0) marked(i:i + 1) = any(marked(i:i + 1))
       end do
    end subroutine join_pairs_real
+
+   ! A complex form has no pairs.
+   subroutine keep_one_of_pairs_complex(t, chosen, paired)
+      complex(wp), intent(in) :: t(:, :)
+      integer, allocatable, intent(inout) :: chosen(:)
+      logical, allocatable, intent(out) :: paired(:)
+
+      associate (unused => t, as_they_are => chosen)
+      end associate
+      if (allocated(paired)) deallocate (paired)
+   end subroutine keep_one_of_pairs_complex
+
+   subroutine keep_one_of_pairs_real(t, chosen, paired)
+      real(wp), intent(in) :: t(:, :)
+      !> Positions on the diagonal.
+      integer, allocatable, intent(inout) :: chosen(:)
+      logical, allocatable, intent(out) :: paired(:)
+      logical :: first(0:size(t, 1)), taken(0:size(t, 1) + 1)
+      integer :: i
+
+      first = .false.
+      first(1:size(t, 1) - 1) = [(abs(t(i + 1, i)) > 0, i=1, size(t, 1) - 1)]
+      taken = .false.
+      taken(chosen) = .true.
+      chosen = pack(chosen, .not. (first(chosen) .and. taken(chosen + 1)))
+      allocate (paired, source=first(chosen - 1) .and. taken(chosen - 1))
+   end subroutine keep_one_of_pairs_real
 end module kschur_projected

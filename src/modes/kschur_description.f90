@@ -2,6 +2,7 @@
 module kschur_description
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kschur_kinds, only: wp
+   use kschur_lapack, only: dgesv
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type, kind_overdamped, kind_real, kind_rigid, kind_undamped, &
       kind_underdamped, kind_unstable
@@ -19,8 +20,10 @@ module kschur_description
 contains
 
    !> Frequencies, damping ratios and kinds, eqs. (26) to (28).
-   subroutine describe(problem, result)
+   subroutine describe(problem, rigid, result)
       type(modal_problem_type), intent(in) :: problem
+      !> Its rigid motions, n x k.
+      real(wp), intent(in) :: rigid(:, :)
       type(modal_result_type), intent(inout) :: result
       complex(wp) :: lambda
       real(wp) :: omega, zeta
@@ -46,7 +49,7 @@ contains
             result%kind(j) = kind_underdamped
          else
             result%kind(j) = kind_real
-            call oscillator(problem, real(lambda, wp), result%eigenvectors(:, j), result%kind(j), omega, zeta)
+            call oscillator(problem, rigid, real(lambda, wp), result%eigenvectors(:, j), result%kind(j), omega, zeta)
          end if
          result%frequency_hz(j) = omega/(2*pi)
          result%damping_ratio(j) = zeta
@@ -55,9 +58,9 @@ contains
 
    ! Whether a real root belongs to an overdamped oscillator: its shape stores
    ! strain energy. The other root follows from the product of the two, k/m.
-   subroutine oscillator(problem, lambda, phi, kind, omega, zeta)
+   subroutine oscillator(problem, rigid, lambda, phi, kind, omega, zeta)
       type(modal_problem_type), intent(in) :: problem
-      real(wp), intent(in) :: lambda
+      real(wp), intent(in) :: rigid(:, :), lambda
       complex(wp), intent(in) :: phi(:)
       integer, intent(inout) :: kind
       real(wp), intent(inout) :: omega, zeta
@@ -68,11 +71,35 @@ contains
       call form(problem%mass, phi, m, m_terms)
       call form(problem%stiffness, phi, k, k_terms)
       if (real(k, wp) <= no_energy*k_terms .or. real(m, wp) <= no_energy*m_terms) return
+      if (rigid_mass(problem, rigid, phi) > 0.5_wp*real(m, wp)) return
       other = real(k, wp)/(real(m, wp)*lambda)
       kind = kind_overdamped
       omega = sqrt(lambda*other)
       zeta = -(lambda + other)/(2*omega)
    end subroutine oscillator
+
+   ! Of phi^* M phi what is that of a rigid motion: one that dampers slow is no oscillator, whatever strain they cause.
+   function rigid_mass(problem, rigid, phi) result(mass)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: rigid(:, :)
+      complex(wp), intent(in) :: phi(:)
+      real(wp) :: mass
+      real(wp) :: momenta(size(rigid, 1), size(rigid, 2)), gram(size(rigid, 2), size(rigid, 2))
+      real(wp) :: shared(size(rigid, 2), 2), part(size(rigid, 2), 2)
+      integer :: pivots(size(rigid, 2)), k, info
+
+      mass = 0
+      k = size(rigid, 2)
+      if (k == 0) return
+      momenta = 0
+      call problem%mass%add_product(1.0_wp, rigid, momenta)
+      gram = matmul(transpose(rigid), momenta)
+      shared(:, 1) = matmul(real(phi, wp), momenta)
+      shared(:, 2) = matmul(aimag(phi), momenta)
+      part = shared
+      call dgesv(k, 2, gram, k, pivots, part, k, info)
+      if (info == 0) mass = sum(shared*part)
+   end function rigid_mass
 
    !> phi^* A phi, and the same with every term positive.
    pure subroutine form(matrix, phi, total, terms)

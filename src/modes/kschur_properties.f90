@@ -3,7 +3,10 @@ module kschur_properties
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: modal_properties_type
+   public :: modal_properties_type, direction_length
+
+   !> Length of a direction's name.
+   integer, parameter :: direction_length = 16
 
    !> Of each mode of a result, with its shape as long as it is there. `find_modal_properties` computes them.
    type :: modal_properties_type
@@ -18,6 +21,8 @@ module kschur_properties
       !> Effective masses Re(factor d^T M phi), modes x directions; over all modes they add up to the total. The slower root
       !> of an overdamped oscillator has a negative one: only the sum of its two is a mass.
       real(wp), allocatable :: effective_mass(:, :)
+      !> Names of the directions: x, y, z, rx, ry, rz of a mesh, numbers of those given.
+      character(len=direction_length), allocatable :: direction(:)
       !> d^T M d of each direction.
       real(wp), allocatable :: total_mass(:)
    end type modal_properties_type

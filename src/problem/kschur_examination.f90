@@ -37,6 +37,9 @@ module kschur_examination
       !> The stiffness, factored, whose solves are not accounted for yet; not allocated where it was not looked for rigid motions.
       type(scaled_stiffness_type), allocatable :: stiffness
       type(eigenvalue_count_type) :: total
+   contains
+      !> The rigid motions without the decays.
+      procedure :: rigid_motions
    end type examination_type
 
    ! A matrix of the problem, factored, and the motions that it does not see.
@@ -103,6 +106,20 @@ contains
          rigid%xi(:, k + 1:) = deflation%reactions(:, decaying)
       end associate
    end subroutine set_rigid
+
+   !> n x k.
+   subroutine rigid_motions(self, motions)
+      class(examination_type), intent(in) :: self
+      real(wp), allocatable, intent(out) :: motions(:, :)
+      integer, allocatable :: zeros(:)
+      integer :: i, j
+
+      associate (rigid => self%rigid)
+         allocate (zeros, source=pack([(j, j=1, size(rigid%lambda))], .not. abs(rigid%lambda) > 0))
+         allocate (motions(rigid%rows(), size(zeros)), source=reshape([(real(rigid%column(zeros(i)), wp), i=1, size(zeros))], &
+            [rigid%rows(), size(zeros)]))
+      end associate
+   end subroutine rigid_motions
 
    ! The null space of a matrix of the problem on the motions that the constraints allow.
    subroutine find_null_space(problem, matrix, inner, null_space, effort, error)

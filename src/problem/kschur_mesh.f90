@@ -27,7 +27,12 @@ module kschur_mesh
       procedure :: cells
       !> How a shape moves the nodes.
       procedure :: displacements
+      !> How it all moves as a rigid body.
+      procedure :: rigid_motions
    end type mesh_type
+
+   !> What `rigid_motions` are: translations along x, y, z and rotations about these axes.
+   character(len=2), parameter, public :: rigid_motion_names(6) = ["x ", "y ", "z ", "rx", "ry", "rz"]
 
    !> VTK's numbers of cells.
    integer, parameter, public :: vtk_vertex = 1, vtk_line = 3, vtk_tetrahedron = 10
@@ -220,4 +225,25 @@ contains
             moved(1 + self%unknown_component(i), self%unknown_node(i)) = shape(i)
       end do
    end subroutine displacements
+
+   !> The motions of all unknowns, n x 6, where all moves by 1 m along x, y, z, and turns by 1 rad about the axes through the
+   !> origin; zero where an unknown has no node.
+   pure subroutine rigid_motions(self, motions)
+      class(mesh_type), intent(in) :: self
+      real(wp), allocatable, intent(out) :: motions(:, :)
+      integer :: i, c
+
+      allocate (motions(size(self%unknown_node), 6), source=0.0_wp)
+      do i = 1, size(motions, 1)
+         if (self%unknown_node(i) == 0) cycle
+         c = self%unknown_component(i)
+         motions(i, 1 + c) = 1
+         if (c > 2) cycle
+         ! Component c of e x p, e along the next axis and the one after that.
+         associate (next => modulo(c + 1, 3), last => modulo(c + 2, 3), p => self%coordinates(:, self%unknown_node(i)))
+            motions(i, 4 + next) = p(1 + last)
+            motions(i, 4 + last) = -p(1 + next)
+         end associate
+      end do
+   end subroutine rigid_motions
 end module kschur_mesh

@@ -434,7 +434,7 @@ contains
       modes%history = history
       if (modes%reason == reason_fewer_modes) modes%reason = reason_converged
       modes%certified = certified_unknown
-      call tell_frequencies(s%problem, modes, omega)
+      call tell_frequencies(s, modes, omega)
       order = pack([(i, i=1, size(omega))], abs(modes%lambda) <= band(2) .and. omega >= band(1) .and. omega <= band(2))
       order = order(nearest_first(modes%lambda(order), asked%target))
       call modes%take(order)
@@ -451,17 +451,19 @@ contains
    end function larger
 
    ! The undamped frequencies (rad/s) that a result tells.
-   subroutine tell_frequencies(problem, modes, omega)
-      type(modal_problem_type), intent(in) :: problem
+   subroutine tell_frequencies(s, modes, omega)
+      type(solve_context_type), intent(in) :: s
       !> As it was, on return.
       type(modes_type), intent(inout) :: modes
       real(wp), allocatable, intent(out) :: omega(:)
       type(modal_result_type) :: told
+      real(wp), allocatable :: rigid(:, :)
 
       call modes%make_complex()
       call move_alloc(modes%lambda, told%eigenvalues)
       call move_alloc(modes%phi, told%eigenvectors)
-      call describe(problem, told)
+      call s%known%rigid_motions(rigid)
+      call describe(s%problem, rigid, told)
       call move_alloc(told%eigenvalues, modes%lambda)
       call move_alloc(told%eigenvectors, modes%phi)
       allocate (omega, source=2*pi*told%frequency_hz)

@@ -61,7 +61,9 @@ contains
          effort%restarts = effort%restarts + statistics%restarts
          effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds
       end associate
-      if (abs(aimag(s%transform%shift)) > 0) then
+      if (allocated(ritz%paired)) then
+         call move_alloc(ritz%paired, paired)
+      else if (abs(aimag(s%transform%shift)) > 0) then
          allocate (paired(size(ritz%mu)), source=.false.)
       else
          call drop_conjugates(ritz%mu, ritz%vectors, paired)
@@ -114,7 +116,7 @@ contains
       end do
    end subroutine set_eigenvalues
 
-   ! Keeps one of each conjugate pair that a real operator gave.
+   ! Keeps one of each conjugate pair.
    subroutine drop_conjugates(mu, vectors, paired)
       complex(wp), allocatable, intent(inout) :: mu(:)
       complex(wp), allocatable, intent(inout) :: vectors(:, :)

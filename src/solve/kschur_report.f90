@@ -3,6 +3,7 @@ module kschur_report
    use kschur_context, only: solve_context_type
    use kschur_description, only: describe
    use kschur_error, only: error_type
+   use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
    use kschur_linear_solver, only: linear_solver_type
    use kschur_mesh, only: join_nodes
@@ -26,6 +27,7 @@ contains
       type(modes_type), intent(inout) :: modes
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: rigid(:, :)
 
       call require_memory(s%bytes_of_shapes(2*size(modes%lambda)), "the result", error)
       if (allocated(error)) return
@@ -34,7 +36,8 @@ contains
       ! Complex shapes need the room that factors and basis had.
       call report_modes(modes, result)
       call move_alloc(s%notes, result%notes)
-      call describe(s%problem, result)
+      call s%known%rigid_motions(rigid)
+      call describe(s%problem, rigid, result)
       call note_inaccurate(s%problem, modes%inaccurate, result)
       if (size(result%eigenvalues) > 0) call note_modes(s%problem, result, error)
       if (.not. allocated(error)) call normalise_shapes(s%problem, result)

@@ -1,7 +1,9 @@
 !> What harmonic forces do at given frequencies.
 module kschur_frequency_response
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_kinds, only: wp
+   use kschur_memory, only: complex_bytes, require_memory
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_options, only: scaling_row
    use kschur_problem, only: modal_problem_type
@@ -21,40 +23,68 @@ contains
    !> Solves (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0 for lambda = i 2 pi frequency: one complex factorisation a
    !> frequency, in one order of elimination. Fails where forces do not fit the problem, and where an undamped mode has the
    !> frequency.
-   subroutine frequency_response(problem, frequencies, forces, response, error, multipliers)
+   subroutine frequency_response(problem, frequencies, forces, response, error, multipliers, unknowns)
       type(modal_problem_type), intent(in) :: problem
       !> Hz.
       real(wp), intent(in) :: frequencies(:)
       !> f, n x forces.
       complex(wp), intent(in) :: forces(:, :)
-      !> x, n x forces x frequencies.
+      !> x, unknowns x forces x frequencies.
       complex(wp), allocatable, intent(out) :: response(:, :, :)
       type(error_type), allocatable, intent(out) :: error
       !> xi, m x forces x frequencies.
       complex(wp), allocatable, intent(out), optional :: multipliers(:, :, :)
+      !> Those whose response is wanted. Absent: all n.
+      integer, intent(in), optional :: unknowns(:)
       type(modal_problem_type) :: ordered
+      integer, allocatable :: wanted(:)
       complex(wp) :: x(problem%unknowns(), size(forces, 2)), xi(problem%multipliers(), size(forces, 2))
       integer :: threads_before, i
 
-      if (size(forces, 1) /= problem%unknowns()) then
-         call new_error(error, error_usage, "the forces have "//text(size(forces, 1))//" entries, but the problem has "// &
-            text(problem%unknowns())//" unknowns")
-         return
+      if (present(unknowns)) then
+         wanted = unknowns
+      else
+         wanted = [(i, i=1, problem%unknowns())]
       end if
+      call check_request(problem, frequencies, size(forces, 1), wanted, error)
+      if (allocated(error)) return
+      call require_memory(complex_bytes*(size(frequencies) + 4)*size(forces, 2)*(size(wanted) + problem%multipliers()), &
+         "the response", error)
+      if (allocated(error)) return
       call enter_solve(0, problem%unknowns(), threads_before, error)
       ordered = problem
       if (.not. allocated(error)) call order_elimination(ordered, error)
-      allocate (response(problem%unknowns(), size(forces, 2), size(frequencies)))
+      allocate (response(size(wanted), size(forces, 2), size(frequencies)))
       if (present(multipliers)) allocate (multipliers(problem%multipliers(), size(forces, 2), size(frequencies)))
       do i = 1, size(frequencies)
          if (allocated(error)) exit
          call respond(ordered, cmplx(0, two_pi*frequencies(i), wp), forces, x, xi, error)
          if (allocated(error)) exit
-         response(:, :, i) = x
+         response(:, :, i) = x(wanted, :)
          if (present(multipliers)) multipliers(:, :, i) = xi
       end do
       call leave_solve(threads_before)
    end subroutine frequency_response
+
+   subroutine check_request(problem, frequencies, length, wanted, error)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: frequencies(:)
+      !> Of a force.
+      integer, intent(in) :: length
+      integer, intent(in) :: wanted(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+
+      if (length /= problem%unknowns()) call new_error(error, error_usage, "the forces have "//text(length)// &
+         " entries, but the problem has "//text(problem%unknowns())//" unknowns")
+      do i = 1, size(wanted)
+         if (allocated(error)) return
+         if (wanted(i) < 1 .or. wanted(i) > problem%unknowns()) call new_error(error, error_usage, "there is no unknown "// &
+            text(wanted(i) + problem%index_base - 1)//" of "//text(problem%unknowns()))
+      end do
+      if (.not. (allocated(error) .or. all(ieee_is_finite(frequencies)))) &
+         call new_error(error, error_usage, "the frequencies hold what is not a finite number")
+   end subroutine check_request
 
    ! At one lambda.
    subroutine respond(problem, lambda, forces, x, xi, error)
@@ -63,13 +93,13 @@ contains
       complex(wp), intent(in) :: forces(:, :)
       complex(wp), contiguous, intent(out) :: x(:, :), xi(:, :)
       type(error_type), allocatable, intent(out) :: error
-      ! What is left of the forces after a step of refinement; near an undamped mode it is more.
-      real(wp), parameter :: acceptable = 1.0e-9_wp
+      ! What a step of refinement may change: it does as much as rounding of the matrices can.
+      real(wp), parameter :: acceptable = 1.0e-6_wp
       integer, parameter :: steps = 2
       type(mumps_complex_type) :: solver
       type(csr_matrix_type) :: blocks(3)
       real(wp) :: factors(problem%multipliers())
-      complex(wp), allocatable :: y(:, :), rest(:, :)
+      complex(wp), allocatable :: y(:, :)
       integer :: n, step, j
 
       n = problem%unknowns()
@@ -84,10 +114,8 @@ contains
          return
       end if
       allocate (y(n + size(factors), size(forces, 2)))
-      do step = 0, steps
-         rest = left_over(problem, lambda, forces, x, xi)
-         if (step == steps) exit
-         y(:n, :) = rest
+      do step = 1, steps
+         y(:n, :) = left_over(problem, lambda, forces, x, xi)
          y(n + 1:, :) = 0
          call problem%constraints%add_product((-1.0_wp, 0.0_wp), x, y(n + 1:, :))
          y(n + 1:, :) = spread(factors, 2, size(y, 2))*y(n + 1:, :)
@@ -97,7 +125,7 @@ contains
          xi = xi + spread(factors, 2, size(y, 2))*y(n + 1:, :)
       end do
       do j = 1, size(forces, 2)
-         if (.not. norm2(abs(rest(:, j))) <= acceptable*norm2(abs(forces(:, j)))) call resonates(lambda, error)
+         if (.not. norm2(abs(y(:n, j))) <= acceptable*norm2(abs(x(:, j)))) call resonates(lambda, error)
       end do
    end subroutine respond
 

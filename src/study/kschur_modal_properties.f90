@@ -5,9 +5,10 @@ module kschur_modal_properties
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgesvd
+   use kschur_mesh, only: rigid_motion_names
    use kschur_mode_groups, only: check_modes_of, form_between, group_of, mode_group_type, solve_small
    use kschur_problem, only: modal_problem_type
-   use kschur_properties, only: modal_properties_type
+   use kschur_properties, only: direction_length, modal_properties_type
    use kschur_result, only: modal_result_type
    use kschur_text, only: text
    implicit none
@@ -23,9 +24,11 @@ contains
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      !> Motions of all unknowns, n x directions, as 1 along x and 0 else. Absent: none.
+      !> Motions of all unknowns, n x directions, as 1 along x and 0 else. Absent: the rigid motions of the problem's mesh that
+      !> move anything; none where it has no mesh.
       real(wp), intent(in), optional :: directions(:, :)
       complex(wp), allocatable :: momenta(:, :)
+      real(wp), allocatable :: motions(:, :)
       logical, allocatable :: pending(:)
       type(modal_properties_type), allocatable :: properties
       type(mode_group_type) :: group
@@ -38,11 +41,13 @@ contains
       if (allocated(error)) return
       allocate (properties)
       if (present(directions)) then
+         properties%direction = numbers(size(directions, 2))
          call find_momenta(problem, directions, momenta, properties%total_mass, error)
-         if (allocated(error)) return
       else
-         allocate (momenta(problem%unknowns(), 0), properties%total_mass(0))
+         call find_motions(problem, motions, properties%direction)
+         call find_momenta(problem, motions, momenta, properties%total_mass, error)
       end if
+      if (allocated(error)) return
       k = size(result%eigenvalues)
       d = size(momenta, 2)
       allocate (properties%mass(k), properties%damping(k), properties%stiffness(k), properties%a(k), properties%b(k))
@@ -62,6 +67,35 @@ contains
       end do
       call move_alloc(properties, result%properties)
    end subroutine find_modal_properties
+
+   pure function numbers(count) result(names)
+      integer, intent(in) :: count
+      character(len=direction_length) :: names(count)
+      integer :: i
+
+      do i = 1, count
+         names(i) = text(i)
+      end do
+   end function numbers
+
+   ! The rigid motions of a mesh.
+   subroutine find_motions(problem, motions, names)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), allocatable, intent(out) :: motions(:, :)
+      character(len=direction_length), allocatable, intent(out) :: names(:)
+      real(wp), allocatable :: all_six(:, :)
+      logical :: moves(6)
+      integer :: i
+
+      if (.not. allocated(problem%mesh)) then
+         allocate (motions(problem%unknowns(), 0), names(0))
+         return
+      end if
+      call problem%mesh%rigid_motions(all_six)
+      moves = [(any(abs(all_six(:, i)) > 0), i=1, 6)]
+      names = pack(rigid_motion_names, moves)
+      allocate (motions(size(all_six, 1), count(moves)), source=all_six(:, pack([(i, i=1, 6)], moves)))
+   end subroutine find_motions
 
    ! M d of each direction, and d^T M d.
    subroutine find_momenta(problem, directions, momenta, total, error)

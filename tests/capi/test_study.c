@@ -109,8 +109,47 @@ static void rates(void)
    kschur_result_destroy(&result);
 }
 
+/* Of the chain on a spring and a dashpot: amplitudes in closed form of one mass, and by the equation of all. */
+static void response(void)
+{
+   kschur_problem *problem = new_chain(n, 0.3, 0), *rigid = NULL;
+   const double hz[2] = {0.5, 1.5};
+   const int32_t row_start[2] = {0, 1}, column[1] = {0};
+   const double one = 1;
+   double complex f[2][n] = {{0}}, x[2][2][n];
+   double complex single;
+
+   f[0][0] = 1;
+   f[1][4] = 2 * I;
+   CHECK_OK(kschur_problem_get_response(problem, hz, 2, (double *)f, 2, (double *)x, NULL));
+   for (int p = 0; p < 2; p++) {
+      double complex s = 2 * pi * hz[p] * I;
+      for (int k = 0; k < 2; k++)
+         for (int i = 0; i < n; i++) {
+            double complex left = i > 0 ? x[p][k][i - 1] : 0, right = i < n - 1 ? x[p][k][i + 1] : 0;
+            CHECK(cabs((s * s + 0.3 * s + 200) * x[p][k][i] - 100 * (left + right) - f[k][i]) < 1e-12);
+         }
+   }
+   CHECK_STATUS(kschur_problem_get_response(NULL, hz, 2, (double *)f, 2, (double *)x, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_problem_get_response(problem, hz, 2, (double *)f, 2, NULL, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_problem_get_response(problem, NULL, 2, (double *)f, 2, (double *)x, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_problem_get_response(problem, hz, 2, (double *)f, 0, (double *)x, NULL), KSCHUR_ERROR_USAGE);
+   CHECK_OK(kschur_problem_create(&rigid));
+   CHECK_STATUS(kschur_problem_get_response(rigid, hz, 1, (double *)f, 1, (double *)x, NULL), KSCHUR_ERROR_ORDER);
+   CHECK_OK(kschur_problem_set_csr(rigid, KSCHUR_MASS, 1, 1, 1, 0, row_start, column, &one));
+   CHECK_OK(kschur_problem_set_csr(rigid, KSCHUR_STIFFNESS, 1, 1, 0, 0, (int32_t[2]){0, 0}, column, &one));
+   CHECK_OK(kschur_problem_get_response(rigid, hz, 1, (double *)f, 1, (double *)&single, NULL));
+   CHECK(cabs(single * pi * pi + 1) < 1e-14);
+   CHECK_STATUS(kschur_problem_get_response(rigid, (double[1]){0}, 1, (double *)f, 1, (double *)&single, NULL),
+                KSCHUR_ERROR_SINGULAR);
+   CHECK_MESSAGE(problem, rigid, "no response at");
+   kschur_problem_destroy(&problem);
+   kschur_problem_destroy(&rigid);
+}
+
 int main(void)
 {
+   response();
    properties();
    mac();
    rates();

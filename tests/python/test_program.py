@@ -129,6 +129,13 @@ def test_help(_):
     check("help solve: every formulation", possible and all(
         name in kschur("help", "solve").stdout for name in possible[1].split(", ")), possible)
     check("help scene: every scene", re.findall("^([a-z-]+): ", kschur("help", "scene").stdout, re.M) == list(SCENES))
+    every = kschur("help", "scene").stdout
+    check("help scene NAME: that one", all(kschur("help", "scene", name).stdout.startswith(f"{name}: ")
+          and kschur("help", "scene", name).stdout in every for name in SCENES))
+    check("scene NAME --help: the same", kschur("scene", "crank", "--help").stdout == kschur("help", "scene", "crank").stdout)
+    unknown = kschur("help", "scene", "house")
+    check("help on an unknown scene: 1, names those there are", unknown.returncode == 1 and "house" in unknown.stderr
+          and "pendulum" in unknown.stderr, unknown.stderr)
     check("scene --help: the same", kschur("scene", "--help").stdout == kschur("help", "scene").stdout)
     check("--version: name and number", kschur("--version").stdout.split()[0] == "kschur")
 

@@ -20,14 +20,15 @@ import scipy.sparse as sp
 REPORT, KSCHUR = sys.argv[1], sys.argv[2]
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from kschur_report.accuracy import BLOCKS, count_found, eigenvalue_counts, forward_errors, residuals  # noqa: E402
+from kschur_report.accuracy import BLOCKS, count_found, damping_measure, eigenvalue_counts, forward_errors, residuals  # noqa: E402
+from kschur_report.advice import is_as_fast  # noqa: E402
 from kschur_report.fit import fit_line, growth_exponent  # noqa: E402
 from kschur_report.hard_cases import read_line  # noqa: E402
 from kschur_report.methods import METHODS, PEER_NAMES, Question, command, missing  # noqa: E402
 from kschur_report.problem import Problem, read_problem  # noqa: E402
-from kschur_report.reference import refine_modes  # noqa: E402
+from kschur_report.reference import refine_modes, simple  # noqa: E402
 from kschur_report.result import Result, one_of_each_pair, read_result  # noqa: E402
-from kschur_report.runs import read_campaign  # noqa: E402
+from kschur_report.runs import Run, read_campaign  # noqa: E402
 
 # The first set of Anscombe's quartet (1973); slope, intercept and R^2 are in every textbook.
 ANSCOMBE_X = [10, 8, 13, 9, 11, 14, 6, 4, 12, 7, 5]
@@ -39,6 +40,7 @@ FIGURES = {
     "memory_against_unknowns",
     "time_against_dampers",
     "where_the_time_goes",
+    "error_by_mode",
     "residual_by_mode",
     "residual_by_row",
     "constraint_scaling",
@@ -128,6 +130,10 @@ def test_reference():
         len(off) == 4 and off.max() < 2e-17,
         off,
     )
+    decays = np.array([-1e-3, -1e-3 * (1 + 1e-9), -2e-3, 0])
+    check("reference: neither at zeros nor at multiple eigenvalues", list(simple(decays)) == [False, False, True, False])
+    ratio, rate = damping_measure(np.array([-0.1 + 1j, -3 + 0j]))
+    check("damping: the ratio of an oscillation, the rate of a real eigenvalue", np.isclose(ratio, 0.1 / abs(-0.1 + 1j)) and rate == 3)
     frequency, damping = forward_errors(result.eigenvalues, reference)
     check("forward error of frequency: the disturbance", np.allclose(frequency, 1e-9, rtol=1e-5), frequency)
     check("forward error of damping: the disturbance leaves the ratio", damping.max() < 1e-12, damping)
@@ -182,6 +188,15 @@ def test_hard_case_lines():
     failing = read_line(f"{'a chain':48s}{'arpack fair':28s}{'-':9s}{'':26s}  fails, reported: info = -9")
     check("hard case: an error", failing and not failing.good and failing.message == "info = -9", failing)
     check("hard case: the heading is none", read_line(f"{'case':48s}{'method':28s}    modes backward  off      seconds") is None)
+
+
+def test_ranking():
+    quick, slow = (Run("accuracy", "p", name, 1e-12) for name in ("auto", "quadratic"))
+    quick.seconds, slow.seconds = np.array([1.0, 1.1, 1.9]), np.array([1.8, 2.0, 2.2])
+    check("ranking: none where repetitions overlap", is_as_fast(slow, quick))
+    slow.seconds = np.array([1.95, 2.0, 2.2])
+    check("ranking: one where they do not", not is_as_fast(slow, quick) and is_as_fast(quick, slow))
+    check("spread: of the repetitions, none of a single one", np.isclose(quick.spread, 0.9 / 1.1) and np.isnan(Run("", "", "", 0).spread))
 
 
 class Page(html.parser.HTMLParser):
@@ -428,6 +443,7 @@ if __name__ == "__main__":
         test_reference()
         test_counts()
         test_hard_case_lines()
+        test_ranking()
         test_own_problem(pathlib.Path(name))
         test_peers(pathlib.Path(name))
         test_refusals(pathlib.Path(name))

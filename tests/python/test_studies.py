@@ -96,6 +96,39 @@ def test_properties(folder):
         check("refused: " + wrong, words in run.stderr and wrong in run.stderr, run.stderr)
 
 
+def test_directions_of_a_mesh(folder):
+    """A beam of 90 kg and 6 m that is clamped: parts of its mass that are known in closed form, beta l of cosh cos = -1."""
+    problem, mass, length = folder + "/beam.h5", 90, 6
+    kschur("scene", "cantilever", "--elements", 40, "--tip-mass", 1e-6, "--damping", "none", "--output", problem)
+    run = kschur("solve", problem, "--modes", 15, "--properties", "--format", "json", "--output", folder + "/r.h5")
+    result = json.loads(run.stdout)
+    check("six directions", result["directions"] == ["x", "y", "z", "rx", "ry", "rz"], result["directions"])
+    check("total masses of a beam", np.allclose(np.array(result["total_mass"])[[0, 1, 2, 4, 5]],
+                                                [mass] * 3 + [mass * length**2 / 3] * 2, rtol=1e-6), result["total_mass"])
+    found = np.array([mode["effective_mass"] for mode in result["modes"]])
+    roots = np.array([1.875104068711961, 4.694091132974175, 7.854757438237613])
+    sigma = (np.sinh(roots) - np.sin(roots)) / (np.cosh(roots) + np.cos(roots))
+    for across, about in ((1, 5), (2, 4)):
+        bending = found[found[:, across] > 1e-9 * mass][:3]
+        check("bending, of the mass", np.allclose(bending[:, across], mass * (2 * sigma / roots)**2, rtol=1e-5), bending)
+        check("bending, about the base", np.allclose(bending[:, about], mass * length**2 * 4 / roots**4, rtol=1e-5), bending)
+    check("stretching", np.allclose(found[:, 0].max(), mass * 8 / math.pi**2, rtol=1e-3), found[:, 0])
+    for run in (kschur("solve", problem, "--modes", 15, "--properties"), kschur("info", folder + "/r.h5")):
+        check("the table has lines of the totals", "direction x: the modes have 72.95" in run.stdout and
+              "direction rz: the modes have 10" in run.stdout, run.stdout)
+    # A chain that stands node after node along z: it moves along z, and turns about nothing.
+    with h5py.File(folder + "/chain.h5", "w") as file:
+        for name, matrix in (("mass", np.eye(5)), ("stiffness", chain(5))):
+            rows, columns = np.nonzero(matrix)
+            group = file.create_group(name)
+            group.attrs["shape"] = matrix.shape
+            group["indptr"] = np.searchsorted(rows, np.arange(6)).astype(np.int32)
+            group["indices"], group["data"] = columns.astype(np.int32), matrix[rows, columns]
+        file["coordinates"] = np.outer(np.arange(5.0), [0, 0, 1])
+    result = json.loads(kschur("solve", folder + "/chain.h5", "--modes", 5, "--properties", "--format", "json").stdout)
+    check("only what moves", result["directions"] == ["z"] and np.allclose(result["total_mass"], 5), result["directions"])
+
+
 def test_mac(folder):
     for name, n in (("a", 5), ("b", 5), ("c", 4)):
         kschur("solve", write_problem(f"{folder}/{name}", M=np.diag(np.arange(1.0, n + 1) if name == "b" else np.ones(n)),
@@ -130,6 +163,64 @@ def test_sensitivity(folder):
     other = write_problem(folder + "/o", M=np.eye(3), K=chain(3))
     check("of another size", "same numbers" in kschur("sensitivity", problem, other, status=1).stderr)
     check("one problem is not enough", "two problems" in kschur("sensitivity", problem, status=1).stderr)
+
+
+def test_response(folder):
+    """A chain with dashpots and a constraint against NumPy; a mass on a spring in closed form."""
+    n, frequencies = 6, [0.2, 0.7, 1.2, 1.7, 2.2]
+    M, R, K = np.diag(np.arange(1.0, n + 1)), np.diag([0, 3.0, 0, 0, 1, 0]), chain(n)
+    Cq = np.array([[1.0, 0, 0, -2, 0, 0]])
+    problem = write_problem(folder + "/p", M=M, R=R, K=K, Cq=Cq)
+    force = np.array([0, 1.0, 0, 0, 0, -2])
+    write_matrix(folder + "/f.mtx", force[:, None])
+
+    def solved(frequency, f):
+        s = 2j * math.pi * frequency
+        return np.linalg.solve(np.block([[s * s * M + s * R + K, Cq.T], [Cq, np.zeros((1, 1))]]), np.append(f, 0))
+
+    wanted = np.array([solved(f, force) for f in frequencies])
+    run = kschur("response", problem, "--frequencies", "0.2:2.2:5", "--input", folder + "/f.mtx", "--at", "2,5",
+                 "--format", "csv", "--output", folder + "/r.h5")
+    rows = list(csv.reader(io.StringIO(run.stdout)))
+    check("the names of columns", rows[0] == ["point", "frequency_hz", "unknown_2_re", "unknown_2_im", "unknown_5_re",
+                                              "unknown_5_im"], rows[0])
+    found = np.array(rows[1:], dtype=float)
+    check("a response as NumPy's", np.allclose(found[:, 1], frequencies) and
+          np.allclose(found[:, 2::2] + 1j * found[:, 3::2], wanted[:, [1, 4]], rtol=1e-10), found)
+    with h5py.File(folder + "/r.h5") as file:
+        x, xi = (file[name][:]["r"] + 1j * file[name][:]["i"] if file[name].dtype.names else file[name][:]
+                 for name in ("response", "multipliers"))
+        check("the file of a response", np.allclose(x, wanted[:, :n], rtol=1e-10) and
+              np.allclose(xi, wanted[:, n:], rtol=1e-10) and np.allclose(file["frequency_hz"][:], frequencies))
+    points = json.loads(kschur("response", problem, "--frequencies", "0.7", "--input", 3, "--format", "json").stdout)
+    wanted = solved(0.7, np.eye(n)[2])[2]
+    check("a force at an unknown, seen there", len(points) == 1 and
+          np.allclose([points[0]["unknown_3_re"], points[0]["unknown_3_im"]], [wanted.real, wanted.imag], rtol=1e-10), points)
+    # 2 kg, 8 N/m, 0.4 Ns/m: at resonance, 2 rad/s, the amplitude is 1/(0.4 2), a quarter behind.
+    one = write_problem(folder + "/one", M=[[2.0]], K=[[8.0]], R=[[0.4]])
+    run = kschur("response", one, "--frequencies", f"0,{1 / math.pi!r}", "--input", 1)
+    check("at a resonance", " 1.250000" in run.stdout and "-90.000000" in run.stdout and " 0.125000" in run.stdout, run.stdout)
+    # The ground shakes: on a stiff spring the inertia bends the beam as its weight does, w = rho A g l^4/(8 E I).
+    kschur("scene", "cantilever", "--elements", 20, "--tip-mass", 1e-6, "--damping", "none", "--output", folder + "/b.h5")
+    tip = [json.loads(kschur("response", folder + "/b.h5", "--frequencies", 0, *words, "--at", 128, "--format", "json").stdout)[0]
+           ["unknown_128_re"] for words in (("--input", "y"), ("--input", 128))]
+    check("inertia at rest", math.isclose(tip[0], -90 / 6 * 6**4 / 8 / (6**3 / 3) * tip[1], rel_tol=1e-6), tip)
+    undamped = write_problem(folder + "/u", M=np.eye(1), K=[[(2 * math.pi) ** 2]])
+    for words, status, message in (([problem], 1, "--frequencies and --input"),
+                                   ([problem, "--frequencies", "1:2:1", "--input", 1], 1, "FIRST:LAST:POINTS"),
+                                   ([problem, "--frequencies", "1,-2", "--input", 1], 1, "none negative"),
+                                   ([problem, "--frequencies", "1", "--input", 7], 1, "no unknown 7: the problem has 6"),
+                                   ([problem, "--frequencies", "1", "--input", 1, "--at", "0"], 1, "from 1, not '0'"),
+                                   ([problem, "--frequencies", "1", "--input", 1, "--at", "9"], 1, "no unknown 9"),
+                                   ([problem, "--frequencies", "1", "--input", "y"], 2, "/coordinates"),
+                                   ([problem, "--frequencies", "1", "--input", "z.mtx"], 2, "z.mtx"),
+                                   ([folder + "/b.h5", "--frequencies", "1", "--input", 1, "--output", folder + "/b.h5"], 1,
+                                    "replace the problem"),
+                                   ([write_problem(folder + "/free", M=np.eye(2), K=[[1, -1], [-1, 1]]), "--frequencies", "0",
+                                     "--input", 1], 4, "no response at"),
+                                   ([undamped, "--frequencies", "0.5,1", "--input", 1], 4, "no response at 1")):
+        run = kschur("response", *words, status=status)
+        check("response refuses: " + message, message in run.stderr and not run.stdout, run.stderr)
 
 
 def test_sweep_of_files(folder):
@@ -175,7 +266,8 @@ def test_sweep_of_a_scene(folder):
 
 
 def main():
-    for test in (test_normalisation, test_properties, test_mac, test_sensitivity, test_sweep_of_files, test_sweep_of_a_scene):
+    for test in (test_normalisation, test_properties, test_directions_of_a_mesh, test_mac, test_sensitivity, test_response,
+                 test_sweep_of_files, test_sweep_of_a_scene):
         with tempfile.TemporaryDirectory() as folder:
             test(folder)
     print(f"{passed} passed, {failed} failed")

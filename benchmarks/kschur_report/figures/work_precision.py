@@ -10,16 +10,19 @@ MEASURES = (
     (
         "worst_damping_error",
         "damping",
-        "worst relative error of a damping ratio (-)",
-        "Time against worst error of a damping ratio",
+        "worst relative error of damping (-)",
+        "Time against worst error of damping",
     ),
 )
 CAPTIONS = {
     "backward": "Left and down is better. A curve joins the tolerances of one method, loosest first. The backward error is computed by "
     "this report from the modes and the matrices as given, for every method by the same code.",
     "damping": "Against eigenvalues in extended precision by Newton's method, in code that shares nothing with the solvers. "
-    "Of oscillating modes; an error below what the reference is good for is drawn as that.",
+    "Of oscillations the ratio, of real eigenvalues the rate; zeros and multiple eigenvalues have no reference. An error below "
+    "what the reference is good for is drawn as that.",
 }
+NAME, TITLE = "work_precision_backward", "Time against worst backward error"
+SPREAD = " Bars: shortest and longest repetition."
 
 
 def draw(campaign):
@@ -39,15 +42,21 @@ def draw_measure(runs, attribute, name, label, title):
             points = sorted(
                 (run for run in runs if run.problem == problem and run.method == method), key=lambda run: -run.tolerance
             )
-            axis.loglog(
+            axis.errorbar(
                 [drawn(getattr(run, attribute)) for run in points],
                 [run.median_seconds for run in points],
+                yerr=spreads(points),
+                elinewidth=0.9,
+                capsize=2,
                 **style_of(method),
             )
             rows += [
-                [problem, method, run.tolerance, run.median_seconds, len(run.seconds), getattr(run, attribute)]
+                [problem, method, run.tolerance, run.median_seconds, run.seconds.min(), run.seconds.max(), len(run.seconds)]
+                + [getattr(run, attribute)]
                 for run in points
             ]
+        axis.set_xscale("log")
+        axis.set_yscale("log")
         axis.set_xlabel(label)
         axis.set_ylabel("time (s)")
         axis.set_title(problem)
@@ -57,9 +66,17 @@ def draw_measure(runs, attribute, name, label, title):
         Picture(
             f"work_precision_{name}",
             title,
-            CAPTIONS[name],
+            CAPTIONS[name] + SPREAD,
             figure,
-            ["problem", "method", "tolerance", "seconds", "repetitions", attribute],
+            ["problem", "method", "tolerance", "seconds", "shortest", "longest", "repetitions", attribute],
             rows,
         )
+    ]
+
+
+def spreads(runs):
+    """Of each run how far its shortest and its longest repetition are from the median, as error bars want it."""
+    return [
+        [run.median_seconds - run.seconds.min() for run in runs],
+        [run.seconds.max() - run.median_seconds for run in runs],
     ]

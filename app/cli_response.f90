@@ -1,0 +1,176 @@
+!> kschur response: what a harmonic force does at given frequencies.
+module cli_response
+   use cli_arguments, only: arguments_type
+   use cli_columns, only: print_columns
+   use cli_input, only: input_type, is_part_of, read_problem, take_input
+   use cli_numbers, only: read_integer, read_list, read_range
+   use cli_output, only: format_table, take_format
+   use cli_properties, only: read_directions
+   use cli_system, only: check_new_file, check_output
+   use kschur, only: error_input, error_type, error_usage, frequency_response, index_of_name, modal_problem_type, new_error, &
+      rigid_motion_names, text, wp, write_hdf5_response
+   implicit none
+   private
+   public :: response_command
+
+   !> What `kschur response` was asked to do.
+   type :: request_type
+      type(input_type) :: input
+      real(wp), allocatable :: frequencies(:)
+      !> An unknown, a rigid motion of the mesh, or a file.
+      character(len=:), allocatable :: force
+      !> Unknowns that are printed; not allocated: the one where the force is largest.
+      integer, allocatable :: at(:)
+      character(len=:), allocatable :: output
+      integer :: format = format_table
+   end type request_type
+
+contains
+
+   !> Does the command.
+   subroutine response_command(arguments, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(error_type), allocatable, intent(out) :: error
+      type(request_type) :: request
+      type(modal_problem_type) :: problem
+      complex(wp), allocatable :: force(:, :), response(:, :, :), multipliers(:, :, :)
+
+      call take_request(arguments, request, error)
+      if (.not. allocated(error) .and. allocated(request%output)) call check_new_file(request%output, error)
+      if (.not. allocated(error)) call read_problem(request%input, problem, error)
+      if (.not. allocated(error)) call make_force(request%force, problem, force, error)
+      if (.not. (allocated(error) .or. allocated(request%at))) request%at = [maxloc(abs(force(:, 1)), 1)]
+      if (.not. allocated(error)) call check_unknowns(request%at, problem%unknowns(), error)
+      if (allocated(error)) return
+      if (allocated(request%output)) then
+         call frequency_response(problem, request%frequencies, force, response, error, multipliers)
+         if (.not. allocated(error)) call write_hdf5_response(request%frequencies, force(:, 1), response(:, 1, :), &
+            multipliers(:, 1, :), request%output, error)
+         if (allocated(error)) return
+         response = response(request%at, :, :)
+      else
+         call frequency_response(problem, request%frequencies, force, response, error, unknowns=request%at)
+         if (allocated(error)) return
+      end if
+      call print_response(request, response(:, 1, :))
+      call check_output(error)
+   end subroutine response_command
+
+   subroutine take_request(arguments, request, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(request_type), intent(out) :: request
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: frequencies, at
+      real(wp), allocatable :: numbers(:)
+      logical :: ok
+
+      call arguments%take_text("--frequencies", frequencies, error, "FIRST:LAST:POINTS or F1,F2,... in Hz")
+      call arguments%take_text("--input", request%force, error, "an unknown, a direction of the mesh or a file")
+      call arguments%take_text("--at", at, error, "unknowns, N1,N2,...")
+      call arguments%take_text("--output", request%output, error)
+      call take_format(arguments, request%format, error)
+      call take_input(arguments, request%input, error)
+      if (allocated(error)) return
+      if (.not. (allocated(frequencies) .and. allocated(request%force))) then
+         call new_error(error, error_usage, "kschur response wants --frequencies and --input")
+         return
+      end if
+      call read_range(frequencies, request%frequencies, ok)
+      if (.not. ok) call read_list(frequencies, request%frequencies, ok)
+      if (ok) ok = all(request%frequencies >= 0)
+      if (.not. ok) call new_error(error, error_usage, "--frequencies wants FIRST:LAST:POINTS with two points or more, or "// &
+         "F1,F2,..., none negative, not '"//frequencies//"'")
+      if (allocated(at) .and. .not. allocated(error)) then
+         call read_list(at, numbers, ok)
+         if (ok) ok = all(numbers >= 1 .and. numbers <= huge(1) .and. .not. abs(numbers - aint(numbers)) > 0)
+         if (.not. ok) call new_error(error, error_usage, "--at wants numbers of unknowns from 1, not '"//at//"'")
+         if (ok) request%at = int(numbers)
+      end if
+      if (allocated(error) .or. .not. allocated(request%output)) return
+      if (is_part_of(request%input, request%output)) &
+         call new_error(error, error_usage, "--output "//request%output//" would replace the problem")
+   end subroutine take_request
+
+   subroutine check_unknowns(numbers, n, error)
+      integer, intent(in) :: numbers(:), n
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+
+      do i = 1, size(numbers)
+         if (allocated(error)) return
+         if (numbers(i) < 1 .or. numbers(i) > n) &
+            call new_error(error, error_usage, "there is no unknown "//text(numbers(i))//": the problem has "//text(n))
+      end do
+   end subroutine check_unknowns
+
+   ! 1 at an unknown; what the inertia does where the ground shakes along a direction of the mesh; a column of a file.
+   subroutine make_force(word, problem, force, error)
+      character(len=*), intent(in) :: word
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), allocatable, intent(out) :: force(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: path
+      real(wp), allocatable :: columns(:, :), motions(:, :)
+      integer :: unknown, direction
+      logical :: ok
+
+      allocate (force(problem%unknowns(), 1), source=(0.0_wp, 0.0_wp))
+      call read_integer(word, unknown, ok)
+      direction = index_of_name(word, rigid_motion_names) + 1
+      if (ok) then
+         call check_unknowns([unknown], size(force), error)
+         if (.not. allocated(error)) force(unknown, 1) = 1
+      else if (direction > 0) then
+         if (.not. allocated(problem%mesh)) then
+            call new_error(error, error_input, "--input "//word//" is a direction, and the problem has no /coordinates")
+            return
+         end if
+         call problem%mesh%rigid_motions(motions)
+         call problem%mass%add_product((-1.0_wp, 0.0_wp), cmplx(motions(:, direction:direction), kind=wp), force)
+      else
+         path = word
+         call read_directions(path, size(force), columns, error)
+         if (allocated(error)) return
+         if (size(columns, 2) == 1) then
+            force(:, 1) = columns(:, 1)
+         else
+            call new_error(error, error_input, path//": the force has "//text(size(columns, 2))//" columns but must have one")
+         end if
+      end if
+      if (.not. (allocated(error) .or. any(abs(force) > 0))) &
+         call new_error(error, error_input, "--input "//word//": the force is zero")
+   end subroutine make_force
+
+   ! Points x unknowns: amplitudes and phases for people, real and imaginary parts for programs.
+   subroutine print_response(request, response)
+      type(request_type), intent(in) :: request
+      complex(wp), intent(in) :: response(:, :)
+      real(wp), parameter :: degrees = 45/atan(1.0_wp)
+      character(len=24), allocatable :: names(:), units(:)
+      real(wp), allocatable :: values(:, :)
+      integer :: i
+
+      allocate (names(1 + 2*size(request%at)), units(1 + 2*size(request%at)))
+      allocate (values(size(request%frequencies), size(names)))
+      names(1) = "frequency_hz"
+      units = ""
+      values(:, 1) = request%frequencies
+      do i = 1, size(request%at)
+         associate (x => response(i, :), unknown => "unknown_"//text(request%at(i)))
+            if (request%format == format_table) then
+               names(2*i:2*i + 1) = unknown
+               units(2*i) = "amplitude"
+               units(2*i + 1) = "phase, degrees"
+               values(:, 2*i) = abs(x)
+               values(:, 2*i + 1) = degrees*atan2(aimag(x), real(x, wp))
+            else
+               names(2*i) = unknown//"_re"
+               names(2*i + 1) = unknown//"_im"
+               values(:, 2*i) = real(x, wp)
+               values(:, 2*i + 1) = aimag(x)
+            end if
+         end associate
+      end do
+      call print_columns("point", names, units, values, request%format)
+   end subroutine print_response
+end module cli_response
