@@ -70,7 +70,7 @@ contains
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
          started = clock()
-         call bound_negative_eigenvalues(matrix, symbolic, least, most, error)
+         call bound_negative_eigenvalues(matrix, symbolic, structure%least_negative, least, most, error)
          self%factorize_seconds = seconds_since(started)
       end if
       if (allocated(error)) then

@@ -2,7 +2,7 @@
 !> of them, factored, and stored as columns of L; by one thread, or by all in tiles of rows.
 module kschur_left_looking
    use kschur_kinds, only: wp, long
-   use kschur_panel, only: enclosure_type, factor_panel, factor_rows, multiply_rectangle, multiply_trapezoid
+   use kschur_panel, only: enclosure_type, factor_panel, factor_rows, subtract_rectangle, subtract_trapezoid
    use kschur_symbolic, only: symbolic_type
    use kschur_threads, only: thread_number
    implicit none
@@ -48,7 +48,7 @@ module kschur_left_looking
    end type workspace_type
 
    ! Of a tile; more than a supernode has columns.
-   integer, parameter :: tile_rows = 192
+   integer, parameter :: tile_rows = 384
 
 contains
 
@@ -66,8 +66,8 @@ contains
       associate (first => symbolic%first(s), last => symbolic%first(s + 1) - 1)
          call fill_panel(symbolic, s, shared, panel)
          call subtract_descendants(symbolic, factors, shared, 1, panel%rows, panel, work)
-         call factor_panel(panel%rows, panel%columns, panel%entries, panel%rows, factors%pivot(first:last), work%product, &
-            work%scaled, panel%enclosure)
+         call factor_panel(panel%rows, panel%columns, panel%entries, panel%rows, factors%pivot(first:last), work%scaled, &
+            panel%enclosure)
          stopped = .not. all(abs(factors%pivot(first:last)) > 0)
          if (stopped) return
          call weigh(panel, factors%pivot(first:last), first, shared)
@@ -97,7 +97,7 @@ contains
          end do
          !$omp end parallel do
          call factor_panel(panel%columns, panel%columns, panel%entries, panel%rows, factors%pivot(first:last), &
-            work(1)%product, work(1)%scaled, panel%enclosure)
+            work(1)%scaled, panel%enclosure)
          stopped = .not. all(abs(factors%pivot(first:last)) > 0)
          if (stopped) return
          call weigh(panel, factors%pivot(first:last), first, shared)
@@ -221,36 +221,52 @@ contains
          integer, intent(in) :: k, terms, lda, wide
          integer(long), intent(in) :: from, to
          real(wp), intent(in) :: lower(lda, *)
-         integer :: i, j, high, at, top, offset
+         integer :: columns(wide), i, j, p, high, at, top, offset
+         logical :: dense
 
          top = int(shared%reached(k) - symbolic%start(k))
          offset = int(from - symbolic%start(k))
          high = int(to - from) + 1
-         associate (first => symbolic%first(k), last => symbolic%first(k + 1) - 1)
-            do j = 1, wide
-               work%scaled((j - 1)*terms + 1:j*terms) = factors%pivot(first:last)*lower(top + j, :terms)
+         columns = panel%place(symbolic%row(shared%reached(k):shared%reached(k) + wide - 1))
+         work%relative(:high) = panel%place(symbolic%row(from:to))
+         associate (first => symbolic%first(k))
+            do p = 1, terms
+               work%scaled((p - 1)*wide + 1:p*wide) = factors%pivot(first + p - 1)*lower(top + 1:top + wide, p)
             end do
-            work%relative(:high) = panel%place(symbolic%row(from:to))
-            if (first_row == 1) then
-               call multiply_trapezoid(high, wide, terms, lower(offset + 1, 1), lda, work%scaled, work%product)
-               if (panel%enclosure%side /= 0) then
-                  do j = 1, wide
-                     associate (sum_of_row => panel%enclosure%sum(work%relative(j)))
-                        sum_of_row = sum_of_row + sum(shared%weight(first:last)*lower(top + j, :terms)**2)
-                     end associate
-                  end do
-               end if
+            if (first_row == 1 .and. panel%enclosure%side /= 0) then
+               do p = 1, terms
+                  panel%enclosure%sum(columns) = panel%enclosure%sum(columns) + &
+                     shared%weight(first + p - 1)*lower(top + 1:top + wide, p)**2
+               end do
+            end if
+            dense = work%relative(high) - work%relative(1) == high - 1 .and. columns(wide) - columns(1) == wide - 1
+            if (dense) then
+               call take(high, wide, terms, lower(offset + 1, 1), lda, &
+                  panel%entries((columns(1) - 1)*panel%rows + work%relative(1)), panel%rows)
             else
-               call multiply_rectangle(high, wide, terms, lower(offset + 1, 1), lda, work%scaled, work%product)
+               work%product(:high*wide) = 0
+               call take(high, wide, terms, lower(offset + 1, 1), lda, work%product, high)
+               do j = 1, wide
+                  at = (columns(j) - 1)*panel%rows
+                  do i = merge(j, 1, first_row == 1), high
+                     panel%entries(at + work%relative(i)) = panel%entries(at + work%relative(i)) + work%product((j - 1)*high + i)
+                  end do
+               end do
             end if
          end associate
-         do j = 1, wide
-            at = (panel%place(symbolic%row(shared%reached(k) + j - 1)) - 1)*panel%rows
-            do i = merge(j, 1, first_row == 1), high
-               panel%entries(at + work%relative(i)) = panel%entries(at + work%relative(i)) - work%product((j - 1)*high + i)
-            end do
-         end do
       end subroutine subtract_one
+
+      subroutine take(rows, wide, terms, a, lda, c, ldc)
+         integer, intent(in) :: rows, wide, terms, lda, ldc
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(inout) :: c(ldc, *)
+
+         if (first_row == 1) then
+            call subtract_trapezoid(rows, wide, terms, a, lda, work%scaled, c, ldc)
+         else
+            call subtract_rectangle(rows, wide, terms, a, lda, work%scaled, c, ldc)
+         end if
+      end subroutine take
    end subroutine subtract_descendants
 
    ! The first of rows from ... to whose place is not before this one.

@@ -21,6 +21,9 @@ module kschur_linear_solver
       integer :: multipliers = 0
       !> Unknown i is best eliminated as number position(i). Not allocated: not known yet.
       integer, allocatable :: position(:)
+      !> So many eigenvalues of a symmetric matrix are known to be negative: who counts them need only show that there
+      !> are no more.
+      integer :: least_negative = 0
    contains
       !> The node of each of n unknowns; those of multipliers mean nothing.
       procedure :: nodes

@@ -4,7 +4,7 @@ module kschur_panel
    use kschur_lapack, only: dgemm
    implicit none
    private
-   public :: multiply_trapezoid, multiply_rectangle, factor_panel, factor_rows, enclosure_type
+   public :: subtract_trapezoid, subtract_rectangle, factor_panel, factor_rows, enclosure_type
 
    !> By what pivots are moved so that rounding cannot turn their signs: kschur_proved_inertia has the theory.
    type :: enclosure_type
@@ -32,40 +32,40 @@ module kschur_panel
 
 contains
 
-   !> The lower trapezoid of A B, which is symmetric in its first rows.
-   subroutine multiply_trapezoid(rows, columns, terms, a, lda, b, product)
+   !> Takes A B^T, which is symmetric in its first rows, from the lower trapezoid of C.
+   subroutine subtract_trapezoid(rows, columns, terms, a, lda, b, c, ldc)
       !> columns <= rows.
-      integer, intent(in) :: rows, columns, terms, lda
-      !> rows x terms, and terms x columns.
-      real(wp), intent(in) :: a(lda, *), b(terms, *)
+      integer, intent(in) :: rows, columns, terms, lda, ldc
+      !> rows x terms, and columns x terms.
+      real(wp), intent(in) :: a(lda, *), b(columns, *)
       !> rows x columns; what is above the diagonal means nothing.
-      real(wp), intent(inout) :: product(rows, *)
+      real(wp), intent(inout) :: c(ldc, *)
       integer :: j, width
 
       if (rows*columns*terms < call_cost) then
-         call multiply_small(rows, columns, terms, a, lda, b, product)
+         call subtract_small(rows, columns, terms, a, lda, b, c, ldc)
          return
       end if
       do j = 1, columns, strip
          width = min(strip, columns - j + 1)
-         call dgemm("N", "N", rows - j + 1, width, terms, 1.0_wp, a(j, 1), lda, b(1, j), terms, 0.0_wp, product(j, j), rows)
+         call dgemm("N", "T", rows - j + 1, width, terms, -1.0_wp, a(j, 1), lda, b(j, 1), columns, 1.0_wp, c(j, j), ldc)
       end do
-   end subroutine multiply_trapezoid
+   end subroutine subtract_trapezoid
 
-   !> All of A B, likewise.
-   subroutine multiply_rectangle(rows, columns, terms, a, lda, b, product)
-      integer, intent(in) :: rows, columns, terms, lda
-      real(wp), intent(in) :: a(lda, *), b(terms, *)
-      real(wp), intent(inout) :: product(rows, *)
+   !> Takes all of A B^T, likewise.
+   subroutine subtract_rectangle(rows, columns, terms, a, lda, b, c, ldc)
+      integer, intent(in) :: rows, columns, terms, lda, ldc
+      real(wp), intent(in) :: a(lda, *), b(columns, *)
+      real(wp), intent(inout) :: c(ldc, *)
 
-      call dgemm("N", "N", rows, columns, terms, 1.0_wp, a, lda, b, terms, 0.0_wp, product, rows)
-   end subroutine multiply_rectangle
+      call dgemm("N", "T", rows, columns, terms, -1.0_wp, a, lda, b, columns, 1.0_wp, c, ldc)
+   end subroutine subtract_rectangle
 
    ! Tiles of four rows and two columns stay in registers.
-   pure subroutine multiply_small(rows, columns, terms, a, lda, b, product)
-      integer, intent(in) :: rows, columns, terms, lda
-      real(wp), intent(in) :: a(lda, *), b(terms, *)
-      real(wp), intent(inout) :: product(rows, *)
+   pure subroutine subtract_small(rows, columns, terms, a, lda, b, c, ldc)
+      integer, intent(in) :: rows, columns, terms, lda, ldc
+      real(wp), intent(in) :: a(lda, *), b(columns, *)
+      real(wp), intent(inout) :: c(ldc, *)
       real(wp) :: first(4), second(4)
       integer :: i, j, p
 
@@ -74,54 +74,54 @@ contains
             first = 0
             second = 0
             do p = 1, terms
-               first = first + a(i:i + 3, p)*b(p, j)
-               second = second + a(i:i + 3, p)*b(p, j + 1)
+               first = first + a(i:i + 3, p)*b(j, p)
+               second = second + a(i:i + 3, p)*b(j + 1, p)
             end do
-            product(i:i + 3, j) = first
-            product(i:i + 3, j + 1) = second
+            c(i:i + 3, j) = c(i:i + 3, j) - first
+            c(i:i + 3, j + 1) = c(i:i + 3, j + 1) - second
          end do
          do i = i, rows
             first(:2) = 0
             do p = 1, terms
-               first(1) = first(1) + a(i, p)*b(p, j)
-               first(2) = first(2) + a(i, p)*b(p, j + 1)
+               first(1) = first(1) + a(i, p)*b(j, p)
+               first(2) = first(2) + a(i, p)*b(j + 1, p)
             end do
-            product(i, j) = first(1)
-            product(i, j + 1) = first(2)
+            c(i, j) = c(i, j) - first(1)
+            c(i, j + 1) = c(i, j + 1) - first(2)
          end do
       end do
       if (mod(columns, 2) == 0) return
       do i = columns, rows - 3, 4
          first = 0
          do p = 1, terms
-            first = first + a(i:i + 3, p)*b(p, columns)
+            first = first + a(i:i + 3, p)*b(columns, p)
          end do
-         product(i:i + 3, columns) = first
+         c(i:i + 3, columns) = c(i:i + 3, columns) - first
       end do
       do i = i, rows
          first(1) = 0
          do p = 1, terms
-            first(1) = first(1) + a(i, p)*b(p, columns)
+            first(1) = first(1) + a(i, p)*b(columns, p)
          end do
-         product(i, columns) = first(1)
+         c(i, columns) = c(i, columns) - first(1)
       end do
-   end subroutine multiply_small
+   end subroutine subtract_small
 
    !> L and D of a panel whose first rows are symmetric: L takes its place, but for the unit diagonal.
-   subroutine factor_panel(rows, columns, panel, lda, pivot, product, scaled, enclosure)
+   subroutine factor_panel(rows, columns, panel, lda, pivot, scaled, enclosure)
       !> columns <= rows.
       integer, intent(in) :: rows, columns, lda
       real(wp), intent(inout) :: panel(lda, columns)
       !> D; what is zero or not a number is the last that is set.
       real(wp), intent(inout) :: pivot(columns)
-      !> Workspace, as large as the panel and its square.
-      real(wp), intent(inout) :: product(*), scaled(*)
+      !> Workspace, as large as its square.
+      real(wp), intent(inout) :: scaled(*)
       type(enclosure_type), intent(inout) :: enclosure
       integer :: first, last
 
       do first = 1, columns, narrow
          last = min(first + narrow - 1, columns)
-         if (first > 1) call subtract_columns(rows, first - 1, last, panel, lda, pivot, product, scaled)
+         if (first > 1) call subtract_columns(rows, first - 1, last, panel, lda, pivot, scaled)
          call eliminate_columns(rows, first, last, panel, lda, pivot, enclosure)
       end do
    end subroutine factor_panel
@@ -132,19 +132,21 @@ contains
       real(wp), intent(inout) :: panel(lda, columns)
       real(wp), intent(in) :: pivot(columns)
       !> Workspace.
-      real(wp), intent(inout) :: scaled(columns, *)
+      real(wp), intent(inout) :: scaled(narrow, *)
       integer :: first, last, j, p
 
       do first = 1, columns, narrow
          last = min(first + narrow - 1, columns)
-         do j = first, last
-            scaled(:j - 1, j - first + 1) = pivot(:j - 1)*panel(j, :j - 1)
+         do p = 1, last
+            do j = max(first, p + 1), last
+               scaled(j - first + 1, p) = pivot(p)*panel(j, p)
+            end do
          end do
-         if (first > 1) call dgemm("N", "N", last_row - first_row + 1, last - first + 1, first - 1, -1.0_wp, &
-            panel(first_row, 1), lda, scaled, columns, 1.0_wp, panel(first_row, first), lda)
+         if (first > 1) call dgemm("N", "T", last_row - first_row + 1, last - first + 1, first - 1, -1.0_wp, &
+            panel(first_row, 1), lda, scaled, narrow, 1.0_wp, panel(first_row, first), lda)
          do j = first, last
             do p = first, j - 1
-               panel(first_row:last_row, j) = panel(first_row:last_row, j) - panel(first_row:last_row, p)*scaled(p, j - first + 1)
+               panel(first_row:last_row, j) = panel(first_row:last_row, j) - panel(first_row:last_row, p)*scaled(j - first + 1, p)
             end do
             panel(first_row:last_row, j) = panel(first_row:last_row, j)/pivot(j)
          end do
@@ -152,20 +154,17 @@ contains
    end subroutine factor_rows
 
    ! Takes what the first `known` columns make of the next ones.
-   subroutine subtract_columns(rows, known, last, panel, lda, pivot, product, scaled)
+   subroutine subtract_columns(rows, known, last, panel, lda, pivot, scaled)
       integer, intent(in) :: rows, known, last, lda
-      real(wp), intent(inout) :: panel(lda, *), product(rows - known, *), scaled(known, *)
+      real(wp), intent(inout) :: panel(lda, *), scaled(last - known, *)
       real(wp), intent(in) :: pivot(*)
-      integer :: j, width
+      integer :: p
 
-      width = last - known
-      do j = 1, width
-         scaled(:, j) = pivot(:known)*panel(known + j, :known)
+      do p = 1, known
+         scaled(:, p) = pivot(p)*panel(known + 1:last, p)
       end do
-      call multiply_trapezoid(rows - known, width, known, panel(known + 1, 1), lda, scaled, product)
-      do j = 1, width
-         panel(known + j:rows, known + j) = panel(known + j:rows, known + j) - product(j:, j)
-      end do
+      call subtract_trapezoid(rows - known, last - known, known, panel(known + 1, 1), lda, scaled, &
+         panel(known + 1, known + 1), lda)
    end subroutine subtract_columns
 
    pure subroutine eliminate_columns(rows, first, last, panel, lda, pivot, enclosure)

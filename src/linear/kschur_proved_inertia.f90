@@ -14,7 +14,8 @@
 !> when pivot k is. So A is factored twice, S taken from the pivots of one copy and added to those of the other: the one
 !> has the inertia of a matrix below A, the other of one above (Sylvester). Where both have the same number of negative
 !> pivots, A has so many negative eigenvalues, and none is zero. The leading block that is left where a pivot is zero
-!> has no more negative eigenvalues than the whole, and no more positive ones.
+!> has no more negative eigenvalues than the whole, and no more positive ones. Where as many are known to be negative as the
+!> first copy has, no second one is needed.
 module kschur_proved_inertia
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -30,9 +31,11 @@ module kschur_proved_inertia
 contains
 
    !> The number of negative eigenvalues of a symmetric matrix is `least` or more, and `most` or less.
-   subroutine bound_negative_eigenvalues(matrix, symbolic, least, most, error)
+   subroutine bound_negative_eigenvalues(matrix, symbolic, known, least, most, error)
       type(csr_matrix_type), intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
+      !> So many are known to be negative.
+      integer, intent(in) :: known
       integer, intent(out) :: least, most
       type(error_type), allocatable, intent(out) :: error
       type(supernodal_factors_type) :: factors
@@ -45,7 +48,8 @@ contains
       if (allocated(error)) return
       ! What has overflowed proves nothing.
       if (all(abs(factors%pivot) <= huge(1.0_wp))) most = count(.not. factors%pivot > 0)
-      if (most == 0) return
+      if (most == known) least = known
+      if (most == known) return
       factors = supernodal_factors_type()
       call eliminate(matrix, symbolic, subtrees, 1, factors, error)
       if (allocated(error)) return

@@ -10,7 +10,7 @@ module kschur_supernodes
    public :: find_supernodes, widest
 
    !> No supernode has more columns.
-   integer, parameter :: widest = 96
+   integer, parameter :: widest = 192
 
    ! A tree of blocks. Before they are joined, one for all consecutive columns with the same rows.
    type :: blocks_type

@@ -13,8 +13,9 @@ module kschur_symbolic
    private
    public :: symbolic_type, analyze
 
-   ! At more entries a column METIS is tried too: nested dissection pays in solids.
-   integer, parameter :: solid_fill = 100
+   ! At more multiplications for each entry of a matrix METIS is tried too: nested dissection, which takes as long as some
+   ! thousand for each, pays in solids.
+   real(wp), parameter :: solid_work = 4000
 
    !> All 1-based.
    type :: symbolic_type
@@ -61,7 +62,7 @@ contains
       end if
       if (.not. allocated(error)) call find_tree(matrix, symbolic, parent, entries, error)
       if (allocated(error)) return
-      if (free .and. symbolic%entries_a_column() > solid_fill) then
+      if (free .and. symbolic%operations > solid_work*matrix%nonzeros()) then
          call elimination_order(matrix%row_start, matrix%column, structure, dissected%position, error)
          if (.not. allocated(error)) call find_tree(matrix, dissected, parent, entries, error)
          if (allocated(error)) return

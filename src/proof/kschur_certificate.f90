@@ -68,6 +68,7 @@ module kschur_certificate
       procedure, private :: beyond
       procedure, private :: edge
       procedure, private :: end_of_interval
+      procedure, private :: known_below
       procedure, private :: negative_at
    end type inertia_census_type
 
@@ -143,7 +144,7 @@ contains
 
       self%counted = .false.
       self%wanted_reach = reach
-      if (self%negative_at_shift < 0) self%negative_at_shift = self%negative_at(self%shift)
+      if (self%negative_at_shift < 0) self%negative_at_shift = self%negative_at(self%shift, 0)
       if (self%negative_at_shift < 0) return
       call self%end_of_interval(1, values, residuals, reach, tight, self%to, above)
       if (self%negative_at_shift == 0) then
@@ -259,8 +260,17 @@ contains
       else
          theta = theta - same*(theta - self%shift)
       end if
-      negative = self%negative_at(theta)
+      negative = self%negative_at(theta, merge(self%known_below(theta, values, residuals), 0, side > 0))
    end subroutine end_of_interval
+
+   ! Eigenvalues below a theta that is above the shift: each Ritz value that is known well has one of its own.
+   integer function known_below(self, theta, values, residuals) result(known)
+      class(inertia_census_type), intent(in) :: self
+      real(wp), intent(in) :: theta, values(:), residuals(:)
+
+      known = self%negative_at_shift + count(values*(theta - self%shift) > 1 .and. residuals <= known_well)
+      if (self%shift < 0 .and. theta > 0) known = known + self%zeros
+   end function known_below
 
    ! The middle of the first wide gap below `last` between values that are known
    ! well, or of the widest one; zero where there is none.
@@ -293,13 +303,15 @@ contains
    end function clear_gap
 
    ! Negative directions at theta; -1 where they cannot be told.
-   integer function negative_at(self, theta) result(negative)
+   integer function negative_at(self, theta, known) result(negative)
       class(inertia_census_type), intent(inout) :: self
       real(wp), intent(in) :: theta
+      !> So many there are.
+      integer, intent(in) :: known
       class(real_linear_solver_type), allocatable :: solver
 
       allocate (solver, source=self%solver)
-      call count_below(self%problem, theta, solver, negative)
+      call count_below(self%problem, theta, known, solver, negative)
       call self%certificate%add_factors(solver)
    end function negative_at
 end module kschur_certificate

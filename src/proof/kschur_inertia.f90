@@ -26,9 +26,11 @@ contains
    !> some `compliance` of itself. The motions it lets in are far above theta, as the
    !> constraints are scaled to the level of K and theta M; but between constraints that
    !> differ by less than the root of `compliance` they are not, and then too many are counted.
-   subroutine count_below(problem, theta, solver, below)
+   subroutine count_below(problem, theta, known, solver, below)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: theta
+      !> So many are known to be below.
+      integer, intent(in) :: known
       !> One that tells the inertia of indefinite matrices; holds other factors on return.
       class(real_linear_solver_type), intent(inout) :: solver
       integer, intent(out) :: below
@@ -47,6 +49,7 @@ contains
          [(n + i, i=1, m)], -compliance*factors*problem%constraints%row_maxima(), error)
       if (allocated(error)) return
       matrix = linear_combination([1.0_wp, 1.0_wp], parts)
+      structure%least_negative = known + m
       call solver%factorize(matrix, structure, error)
       if (allocated(error)) return
       ! A null pivot: theta is an eigenvalue.

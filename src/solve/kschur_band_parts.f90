@@ -120,7 +120,7 @@ contains
       class(real_linear_solver_type), allocatable :: solver
 
       allocate (solver, source=s%inner%counting)
-      call count_below(s%work, theta, solver, below)
+      call count_below(s%work, theta, 0, solver, below)
       call s%effort%add_factors(solver)
    end subroutine count_at
 end module kschur_band_parts
