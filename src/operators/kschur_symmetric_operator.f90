@@ -67,24 +67,33 @@ contains
       type(error_type), allocatable, intent(out) :: error
       ! Of the unit length, at most: of a Ritz value that is the square.
       real(wp), parameter :: negligible = 1.0e-8_wp
-      real(wp), allocatable :: rhs(:, :), violations(:, :)
-      integer :: n, m, j
+      real(wp) :: violations(size(self%factors), size(x, 2))
 
-      n = size(x, 1)
-      m = size(self%factors)
       changed = .false.
-      if (m == 0) return
-      allocate (violations(m, size(x, 2)), source=0.0_wp)
+      if (size(violations) == 0) return
+      violations = 0
       call self%problem%constraints%add_product(1.0_wp, x, violations)
       changed = norm2(violations)*self%weight_of_violations > negligible
-      if (.not. changed) return
-      allocate (rhs(n + m, size(x, 2)), source=0.0_wp)
+      if (changed) call take_out(self, violations, x, error)
+   end subroutine restrict
+
+   ! x := x - y, Cq y the violations.
+   subroutine take_out(self, violations, x, error)
+      class(symmetric_shift_invert_type), intent(inout) :: self
+      real(wp), intent(in) :: violations(:, :)
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: rhs(size(x, 1) + size(violations, 1), size(x, 2))
+      integer :: n, j
+
+      n = size(x, 1)
+      rhs(:n, :) = 0
       do j = 1, size(x, 2)
          rhs(n + 1:, j) = self%factors*violations(:, j)
       end do
       call self%solver%solve(rhs, error)
       if (.not. allocated(error)) x = x - rhs(:n, :)
-   end subroutine restrict
+   end subroutine take_out
 
    subroutine apply_with_multipliers(self, x, y, xi, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
