@@ -35,6 +35,7 @@ contains
          list(result%properties%total_mass)//',')
       call print_line(' "counts": '//counts(result)//',')
       call print_line(' "seconds": '//seconds(result%seconds)//',')
+      call print_line(' "factor_memory_bytes": '//memory(result%factor_bytes)//',')
       call print_line(' "peak_memory_bytes": '//memory(result%peak_memory_bytes)//'}')
    end subroutine print_json
 

@@ -96,13 +96,14 @@ contains
    !> names and words that came from outside, is shown as \xHH; the middle of a long message is left out.
    subroutine complain(message)
       character(len=*), intent(in) :: message
-      integer, parameter :: longest = 240, end_kept = 90
+      character(len=*), parameter :: name = "kschur: ", gap = " ... "
+      integer, parameter :: longest = 240 - len(name), end_kept = 90
       character(len=:), allocatable :: line
       integer :: first, last
 
       line = escaped(message)
       if (len(line) > longest) then
-         first = longest - end_kept
+         first = longest - len(gap) - end_kept
          last = len(line) - end_kept + 1
          ! Not within a character of UTF-8.
          do while (is_continuation(line(first + 1:first + 1)))
@@ -111,9 +112,9 @@ contains
          do while (is_continuation(line(last:last)))
             last = last + 1
          end do
-         line = line(:first)//" ... "//line(last:)
+         line = line(:first)//gap//line(last:)
       end if
-      write (error_unit, "(2a)") "kschur: ", line
+      write (error_unit, "(2a)") name, line
    end subroutine complain
 
    function escaped(message) result(line)

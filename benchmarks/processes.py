@@ -1,7 +1,9 @@
-"""What more processes bring: processes.py KSCHUR_MPI PROBLEM.h5 [--band F1,F2] [--modes N] [--processes 1,2,4] [--repeats R].
+"""What more processes bring: processes.py KSCHUR_MPI [PROBLEM.h5 [--band F1,F2] [--modes N]] [--processes 1,2,4] [--repeats R].
 
-Solves a problem on each number of processes in turns, one thread each, matrices of any size distributed (a band: not), and
-prints the least seconds of each phase and the most memory that a process held. To be run on a machine that does nothing else.
+Solves a problem on each number of processes in turns, one thread each, matrices of any size distributed (a band: in groups),
+and prints the least seconds of each phase, the most memory that factors take in a process, and the most that a process held.
+Without a problem: the fine crank and a band of 2,092 modes of a grid, with what docs/distributed.md says of them. To be run on
+a machine that does nothing else.
 """
 import argparse
 import json
@@ -12,6 +14,7 @@ import tempfile
 import time
 
 PHASES = ("total", "analyze", "factorize", "solve", "orthogonalize", "other")
+DISTRIBUTED = ["--distribute", "1", "--inner", "mumps"]
 
 
 def peaks(program, parent):
@@ -30,6 +33,7 @@ def peaks(program, parent):
 
 
 def run(program, processes, words):
+    """Seconds, modes and memory of one solve."""
     environment = dict(os.environ, OPENBLAS_NUM_THREADS="1", OMP_WAIT_POLICY="PASSIVE", OMPI_ALLOW_RUN_AS_ROOT="1",
                        OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     command = ["mpirun", "--oversubscribe", "-np", str(processes), program, "solve", *words, "--threads", "1", "--format", "json"]
@@ -40,37 +44,69 @@ def run(program, processes, words):
             held |= peaks(program, job.pid)
             time.sleep(0.1)
         output.seek(0)
-        answer = json.loads(output.read()) if job.returncode == 0 else None
-    return answer, max(held.values(), default=0), sum(held.values())
+        if job.returncode != 0:
+            raise SystemExit(f"{processes} processes: the solve failed")
+        answer = json.loads(output.read())
+    return dict(seconds=answer["seconds"], modes=len(answer["modes"]), factors=answer["factor_memory_bytes"] or 0,
+                most=max(held.values(), default=0), together=sum(held.values()))
+
+
+def measure(program, words, numbers, repeats):
+    """The best of several runs on each number of processes, which take turns."""
+    best = {}
+    for _ in range(repeats):
+        for number in numbers:
+            new = run(program, number, words)
+            if number in best:
+                new["seconds"] = {phase: min(new["seconds"][phase], best[number]["seconds"][phase]) for phase in PHASES}
+            best[number] = new
+    return best
+
+
+def show(title, best):
+    print(f"{title}\nprocesses  modes  " + "  ".join(f"{phase:>13}" for phase in PHASES)
+          + "  factors of one  most of one  all together")
+    for number, run_of in best.items():
+        print(f"{number:9}  {run_of['modes']:5}  " + "  ".join(f"{run_of['seconds'][phase]:11.3f} s" for phase in PHASES)
+              + f"  {run_of['factors'] / 1e6:11.0f} MB  {run_of['most'] / 1e6:8.0f} MB  {run_of['together'] / 1e6:9.0f} MB")
+
+
+def show_targets(program, folder, repeats):
+    """Each ratio beside what it is to be."""
+    crank, grid = folder / "crank.h5", folder / "grid.h5"
+    for words in (["crank", "--density", "8", "--output", crank], ["grid", "--cells", "20x14", "--output", grid]):
+        subprocess.run([program, "scene", *map(str, words)], check=True, stdout=subprocess.DEVNULL)
+    factored = measure(program, [str(crank), "--modes", "10", *DISTRIBUTED], [1, 2, 4], repeats)
+    show("fine crank, 10 modes", factored)
+    band = measure(program, [str(grid), "--band", "0,45"], [1, 2], repeats)
+    show("grid of 20 x 14 cells, 0 to 45 Hz", band)
+
+    def faster(best, phase):
+        return best[1]["seconds"][phase] / best[2]["seconds"][phase]
+
+    print(f"factorisations on two processes: {faster(factored, 'factorize'):.2f} times faster, to be 1.5 at least\n"
+          f"factors of one of two processes: {factored[2]['factors'] / factored[1]['factors']:.0%}, to be 75% at most\n"
+          f"factors of one of four processes: {factored[4]['factors'] / factored[1]['factors']:.0%}, to be 45% at most\n"
+          f"a band on two processes: {faster(band, 'total'):.2f} times faster, to be 1.7 at least")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("program")
-    parser.add_argument("problem")
+    parser.add_argument("problem", nargs="?")
     parser.add_argument("--band")
     parser.add_argument("--modes", default="10")
     parser.add_argument("--processes", default="1,2,4")
     parser.add_argument("--repeats", type=int, default=3)
     arguments = parser.parse_args()
     program = os.path.realpath(arguments.program)
-    words = [arguments.problem]
-    words += ["--band", arguments.band] if arguments.band else ["--modes", arguments.modes, "--distribute", "1", "--inner", "mumps"]
+    if arguments.problem is None:
+        with tempfile.TemporaryDirectory() as folder:
+            show_targets(program, pathlib.Path(folder), arguments.repeats)
+        return
+    words = ["--band", arguments.band] if arguments.band else ["--modes", arguments.modes, *DISTRIBUTED]
     numbers = [int(word) for word in arguments.processes.split(",")]
-    best = {}
-    for _ in range(arguments.repeats):
-        for number in numbers:
-            answer, most, together = run(program, number, words)
-            if answer is None:
-                raise SystemExit(f"{number} processes: the solve failed")
-            seconds = answer["seconds"]
-            before = best.get(number, ({phase: float("inf") for phase in PHASES}, 0, 0, 0))
-            best[number] = ({phase: min(before[0][phase], seconds[phase]) for phase in PHASES}, most, together, len(answer["modes"]))
-    print("processes  modes  " + "  ".join(f"{phase:>13}" for phase in PHASES) + "  most of one  all together")
-    for number in numbers:
-        seconds, most, together, modes = best[number]
-        print(f"{number:9}  {modes:5}  " + "  ".join(f"{seconds[phase]:11.3f} s" for phase in PHASES)
-              + f"  {most / 1e6:8.0f} MB  {together / 1e6:9.0f} MB")
+    show(arguments.problem, measure(program, [arguments.problem, *words], numbers, arguments.repeats))
 
 
 if __name__ == "__main__":

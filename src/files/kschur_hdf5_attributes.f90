@@ -2,15 +2,13 @@
 !> by its object's path in the file and its own name. Nothing is done where
 !> `error` is already raised; a message names the attribute, the caller adds the file.
 module kschur_hdf5_attributes
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_null_ptr, c_ptr, &
-      c_size_t
-   use hdf5, only: hid_t, hsize_t, size_t, h5acreate_by_name_f, h5aopen_by_name_f, h5aexists_by_name_f, &
-      h5aget_space_f, h5aget_type_f, h5aread_f, h5awrite_f, h5aclose_f, h5dvlen_reclaim_f, H5P_DEFAULT_F, &
-      h5screate_f, h5screate_simple_f, h5sget_simple_extent_npoints_f, h5sclose_f, H5S_SCALAR_F, h5tcopy_f, &
-      h5tget_class_f, h5tget_size_f, h5tset_cset_f, h5tis_variable_str_f, h5tclose_f, H5T_CSET_UTF8_F, H5T_STRING, &
-      H5T_STRING_F
+   use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_null_char, c_ptr
+   use hdf5, only: hid_t, hsize_t, h5acreate_by_name_f, h5aopen_by_name_f, h5aexists_by_name_f, h5aget_space_f, &
+      h5aget_type_f, h5aread_f, h5awrite_f, h5aclose_f, h5screate_f, h5screate_simple_f, h5sget_simple_extent_npoints_f, &
+      h5sclose_f, H5S_SCALAR_F, h5tcopy_f, h5tset_cset_f, h5tclose_f, H5T_CSET_UTF8_F, H5T_STRING
    use kschur_error, only: error_type, new_error, error_file, error_input
    use kschur_hdf5_basics, only: integer_type, real_type, new_complex_type, check_class
+   use kschur_hdf5_strings, only: read_string_value
    use kschur_kinds, only: wp, long
    use kschur_text, only: text
    implicit none
@@ -26,13 +24,6 @@ module kschur_hdf5_attributes
    interface write_attribute
       module procedure write_integer, write_integer_list, write_long, write_real, write_complex, write_string
    end interface write_attribute
-
-   interface
-      integer(c_size_t) function c_strlen(string) bind(c, name="strlen")
-         import :: c_ptr, c_size_t
-         type(c_ptr), value :: string
-      end function c_strlen
-   end interface
 
 contains
 
@@ -212,93 +203,25 @@ contains
       value = stored
    end subroutine read_complex
 
-   ! A string of fixed or variable length, ASCII or UTF-8.
    subroutine read_string(value, file, object, name, error)
       character(len=:), allocatable, intent(out) :: value
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: object, name
       type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: attribute, type
-      integer :: status, class, ignored
-      logical :: variable
+      integer :: status, ignored
 
       value = ""
       call open_attribute(attribute, 1_hsize_t, file, object, name, error)
       if (allocated(error)) return
       call h5aget_type_f(attribute, type, status)
       if (status == 0) then
-         call h5tget_class_f(type, class, status)
-         if (class /= H5T_STRING_F) status = -1
-         variable = .false.
-         if (status == 0) call h5tis_variable_str_f(type, variable, status)
-         if (status == 0 .and. variable) then
-            call read_variable_string(value, attribute, type, status)
-         else if (status == 0) then
-            call read_fixed_string(value, attribute, type, status)
-         end if
+         call read_string_value(value, attribute, type, status)
          call h5tclose_f(type, ignored)
       end if
       call h5aclose_f(attribute, ignored)
-      if (status < 0) call new_error(error, error_input, label(object, name)//" is not a string")
+      if (status < 0) call new_error(error, error_input, label(object, name)//" is not a string, or damaged")
    end subroutine read_string
-
-   subroutine read_variable_string(value, attribute, type, status)
-      character(len=:), allocatable, intent(out) :: value
-      integer(hid_t), intent(in) :: attribute, type
-      integer, intent(out) :: status
-      type(c_ptr), target :: address
-      type(c_ptr) :: buffer
-      character(kind=c_char), pointer :: bytes(:)
-      integer(hid_t) :: space
-      integer :: ignored
-
-      value = ""
-      address = c_null_ptr
-      call h5aget_space_f(attribute, space, status)
-      if (status < 0) return
-      call read_values(attribute, type, c_loc(address), status)
-      if (status == 0 .and. c_associated(address)) then
-         call c_f_pointer(address, bytes, [c_strlen(address)])
-         call join(bytes, value)
-         buffer = c_loc(address)
-         call h5dvlen_reclaim_f(type, space, H5P_DEFAULT_F, buffer, ignored)
-      end if
-      call h5sclose_f(space, ignored)
-   end subroutine read_variable_string
-
-   subroutine read_fixed_string(value, attribute, type, status)
-      character(len=:), allocatable, intent(out) :: value
-      integer(hid_t), intent(in) :: attribute, type
-      integer, intent(out) :: status
-      ! Beyond any sense.
-      integer(size_t), parameter :: longest = 2**20
-      character(kind=c_char), allocatable, target :: bytes(:)
-      integer(size_t) :: length
-
-      value = ""
-      call h5tget_size_f(type, length, status)
-      if (length > longest) status = -1
-      if (status < 0) return
-      allocate (bytes(length))
-      call read_values(attribute, type, c_loc(bytes), status)
-      if (status /= 0) return
-      call join(bytes, value)
-      value = trim(value)
-   end subroutine read_fixed_string
-
-   ! The bytes before the first null as one string.
-   pure subroutine join(bytes, string)
-      character(kind=c_char), intent(in) :: bytes(:)
-      character(len=:), allocatable, intent(out) :: string
-      integer :: i
-
-      allocate (character(len=size(bytes)) :: string)
-      do i = 1, size(bytes)
-         string(i:i) = bytes(i)
-      end do
-      i = index(string, c_null_char)
-      if (i > 0) string = string(:i - 1)
-   end subroutine join
 
    subroutine write_integer(file, object, name, value, error)
       integer(hid_t), intent(in) :: file

@@ -6,7 +6,8 @@ module kschur_hdf5_basics
    use hdf5, only: hid_t, hsize_t, h5open_f, h5iis_valid_f, h5kind_to_type, H5_INTEGER_KIND, H5_REAL_KIND, &
       H5T_NATIVE_INTEGER, h5fis_hdf5_f, h5fopen_f, h5fcreate_f, h5fclose_f, H5F_ACC_RDONLY_F, H5F_ACC_TRUNC_F, &
       h5gcreate_f, h5gclose_f, h5lexists_f, h5oexists_by_name_f, h5tcreate_f, h5tinsert_f, h5tclose_f, h5tget_class_f, &
-      h5tget_member_index_f, H5T_COMPOUND_F, H5T_FLOAT_F, H5T_INTEGER_F
+      h5tget_member_index_f, h5tget_member_offset_f, h5tget_member_type_f, h5tget_size_f, h5tequal_f, H5T_COMPOUND_F, &
+      H5T_FLOAT_F, H5T_IEEE_F32BE, H5T_IEEE_F32LE, H5T_IEEE_F64BE, H5T_IEEE_F64LE, H5T_INTEGER_F
    use kschur_error, only: error_type, new_error, add_context, error_file, error_input, error_library
    use kschur_files, only: kind_of_file, folder, no_file, pipe_or_device, staging_type
    use kschur_kinds, only: wp, long
@@ -239,7 +240,7 @@ contains
       integer(hid_t), intent(in) :: stored, wanted
       character(len=*), intent(in) :: name
       type(error_type), allocatable, intent(inout) :: error
-      integer :: stored_class, wanted_class, status, re, im
+      integer :: stored_class, wanted_class, status
       logical :: fits
 
       if (allocated(error)) return
@@ -248,21 +249,56 @@ contains
       call h5tget_class_f(stored, stored_class, status)
       call h5tget_class_f(wanted, wanted_class, status)
       fits = stored_class == wanted_class
+      if (fits .and. wanted_class == H5T_FLOAT_F) fits = is_ieee(stored)
       if (wanted_class == H5T_FLOAT_F) fits = fits .or. stored_class == H5T_INTEGER_F
-      if (wanted_class == H5T_COMPOUND_F .and. fits) then
-         call h5tget_member_index_f(stored, "r", re, status)
-         call h5tget_member_index_f(stored, "i", im, status)
-         fits = min(re, im) >= 0
-      end if
+      if (wanted_class == H5T_COMPOUND_F .and. fits) fits = is_complex(stored)
       if (fits) return
       if (wanted_class == H5T_INTEGER_F) then
          call new_error(error, error_input, name//" does not hold integers")
       else if (wanted_class == H5T_FLOAT_F) then
-         call new_error(error, error_input, name//" does not hold real numbers")
+         call new_error(error, error_input, name//" does not hold real numbers of single or double precision")
       else if (wanted_class == H5T_COMPOUND_F) then
          call new_error(error, error_input, name//" does not hold complex numbers {r, i}")
       else
          call new_error(error, error_input, name//" does not hold strings of fixed length")
       end if
    end subroutine check_class
+
+   ! Whether a compound has the members r and i, which are numbers, within it and beside each other.
+   logical function is_complex(type)
+      integer(hid_t), intent(in) :: type
+      integer(c_size_t) :: whole, first(2), bytes(2)
+      integer(hid_t) :: member
+      integer :: i, place, status(4)
+      logical :: is_number
+
+      is_complex = .false.
+      do i = 1, 2
+         call h5tget_member_index_f(type, "ri"(i:i), place, status(1))
+         if (place < 0 .or. status(1) < 0) return
+         call h5tget_member_offset_f(type, place, first(i), status(1))
+         call h5tget_member_type_f(type, place, member, status(2))
+         if (minval(status(:2)) < 0) return
+         is_number = is_ieee(member)
+         call h5tget_size_f(member, bytes(i), status(3))
+         call h5tclose_f(member, status(4))
+         if (minval(status) < 0 .or. .not. is_number) return
+      end do
+      call h5tget_size_f(type, whole, status(1))
+      is_complex = status(1) == 0 .and. all(first >= 0 .and. first + bytes <= whole) .and. &
+         (first(1) + bytes(1) <= first(2) .or. first(2) + bytes(2) <= first(1))
+   end function is_complex
+
+   ! Whether real numbers have single or double precision. Where a bit of their description is wrong, all are.
+   logical function is_ieee(type)
+      integer(hid_t), intent(in) :: type
+      integer(hid_t) :: known(4)
+      integer :: i, status
+
+      known = [H5T_IEEE_F64LE, H5T_IEEE_F32LE, H5T_IEEE_F64BE, H5T_IEEE_F32BE]
+      is_ieee = .false.
+      do i = 1, size(known)
+         if (.not. is_ieee) call h5tequal_f(type, known(i), is_ieee, status)
+      end do
+   end function is_ieee
 end module kschur_hdf5_basics

@@ -22,8 +22,8 @@ module kschur_hdf5_problem
 
 contains
 
-   !> Reads a problem. Integers may have any length in the file, values any real
-   !> or integer type. Fails with the file, the matrix and what is wrong.
+   !> Reads a problem. Integers may have any length in the file; values are reals of
+   !> single or double precision, or integers. Fails with the file, the matrix and what is wrong.
    subroutine read_hdf5_problem(problem, path, error, trial)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: path

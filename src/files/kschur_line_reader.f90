@@ -172,11 +172,18 @@ contains
       if (self%ended) self%failed = c_ferror(self%stream) /= 0
    end subroutine refill
 
+   ! What may stand between words: space, and tab to carriage return. Other control characters belong to no text.
+   elemental logical function is_blank(byte)
+      character(len=1), intent(in) :: byte
+
+      is_blank = byte == " " .or. (byte >= achar(9) .and. byte <= achar(13))
+   end function is_blank
+
    subroutine skip_blanks(self)
       class(line_reader_type), intent(inout) :: self
 
       do while (self%cursor <= self%line_end)
-         if (self%buffer(self%cursor:self%cursor) > " ") return
+         if (.not. is_blank(self%buffer(self%cursor:self%cursor))) return
          self%cursor = self%cursor + 1
       end do
    end subroutine skip_blanks
@@ -189,7 +196,7 @@ contains
       call skip_blanks(self)
       first = self%cursor
       do while (self%cursor <= self%line_end)
-         if (self%buffer(self%cursor:self%cursor) <= " ") exit
+         if (is_blank(self%buffer(self%cursor:self%cursor))) exit
          self%cursor = self%cursor + 1
       end do
       last = self%cursor - 1
@@ -210,7 +217,7 @@ contains
 
       at_end = .true.
       do place = self%cursor, self%line_end
-         if (self%buffer(place:place) > " ") at_end = .false.
+         if (.not. is_blank(self%buffer(place:place))) at_end = .false.
       end do
    end function at_end
 

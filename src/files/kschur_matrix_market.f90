@@ -2,7 +2,7 @@
 !> K. A. Remington, The Matrix Market exchange formats, NISTIR 5935 (1996).
 module kschur_matrix_market
    use kschur_error, only: error_type, new_error, add_context, error_file, error_input
-   use kschur_files, only: staging_type, check_length, remove_file, make_folder, is_link
+   use kschur_files, only: staging_type, check_length, remove_file, make_folder, is_link, kind_of_file, regular_file
    use kschur_kinds, only: wp, long
    use kschur_line_reader, only: line_reader_type, lower_case
    use kschur_problem, only: modal_problem_type, settle_modal_problem
@@ -36,6 +36,16 @@ contains
       type(csr_matrix_type), intent(out) :: matrix
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
+
+      call read_limited(matrix, path, huge(1_long), error)
+   end subroutine read_matrix_market
+
+   subroutine read_limited(matrix, path, most, error)
+      type(csr_matrix_type), intent(out) :: matrix
+      character(len=*), intent(in) :: path
+      !> Of rows, and of columns.
+      integer(long), intent(in) :: most
+      type(error_type), allocatable, intent(out) :: error
       type(line_reader_type) :: reader
       type(header_type) :: header
       type(triplets_type) :: triplets
@@ -43,13 +53,15 @@ contains
       call reader%open(path, error)
       if (allocated(error)) return
       call read_header(header, reader, error)
+      if (max(header%rows, header%columns) > most .and. .not. allocated(error)) call line_error(error, reader, "a matrix of "// &
+         text(header%rows)//" x "//text(header%columns)//", but the files of the problem have only "//text(most)//" bytes")
       if (.not. allocated(error)) call read_entries(triplets, header, reader, error)
       call reader%close()
       if (reader%failed) call new_error(error, error_file, "the file cannot be read to its end")
       if (.not. allocated(error)) call new_csr_from_triplets(matrix, header%rows, header%columns, &
          triplets%row(:triplets%count), triplets%column(:triplets%count), triplets%value(:triplets%count), error)
       call add_context(error, path)
-   end subroutine read_matrix_market
+   end subroutine read_limited
 
    ! An error about the line that the reader has come to.
    subroutine line_error(error, reader, what)
@@ -324,17 +336,20 @@ contains
       character(len=*), intent(in) :: mass_path, stiffness_path, damping_path, constraints_path
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: paths
+      integer(long) :: most
 
-      call read_named(problem%mass, mass_path, "mass matrix M", error)
-      if (.not. allocated(error)) call read_named(problem%stiffness, stiffness_path, "stiffness matrix K", error)
+      ! Each unknown has an entry in some matrix.
+      most = sum([bytes_of(mass_path), bytes_of(stiffness_path), bytes_of(damping_path), bytes_of(constraints_path)])
+      call read_named(problem%mass, mass_path, "mass matrix M", most, error)
+      if (.not. allocated(error)) call read_named(problem%stiffness, stiffness_path, "stiffness matrix K", most, error)
       if (allocated(error)) return
       associate (n => problem%mass%rows)
          problem%damping = empty_csr_matrix(n, n)
          problem%constraints = empty_csr_matrix(0, n)
       end associate
-      if (damping_path /= "") call read_named(problem%damping, damping_path, "damping matrix R", error)
+      if (damping_path /= "") call read_named(problem%damping, damping_path, "damping matrix R", most, error)
       if (allocated(error)) return
-      if (constraints_path /= "") call read_named(problem%constraints, constraints_path, "constraint Jacobian Cq", error)
+      if (constraints_path /= "") call read_named(problem%constraints, constraints_path, "constraint Jacobian Cq", most, error)
       if (allocated(error)) return
       call settle_modal_problem(problem, error)
       paths = mass_path//", "//stiffness_path
@@ -343,12 +358,23 @@ contains
       call add_context(error, paths)
    end subroutine read_matrix_market_files
 
-   subroutine read_named(matrix, path, name, error)
+   ! Of a pipe, a number beyond all others.
+   integer(long) function bytes_of(path) result(bytes)
+      character(len=*), intent(in) :: path
+
+      bytes = 0
+      if (path == "") return
+      bytes = huge(1)*4_long
+      if (kind_of_file(path) == regular_file) inquire (file=path, size=bytes)
+   end function bytes_of
+
+   subroutine read_named(matrix, path, name, most, error)
       type(csr_matrix_type), intent(out) :: matrix
       character(len=*), intent(in) :: path, name
+      integer(long), intent(in) :: most
       type(error_type), allocatable, intent(out) :: error
 
-      call read_matrix_market(matrix, path, error)
+      call read_limited(matrix, path, most, error)
       call add_context(error, "the "//name)
    end subroutine read_named
 

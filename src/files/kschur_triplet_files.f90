@@ -25,7 +25,8 @@ contains
       character(len=*), intent(in) :: mass_path, stiffness_path, damping_path, constraints_path
       type(error_type), allocatable, intent(out) :: error
       type(triplets_type) :: mass, stiffness, damping, constraints
-      integer :: n
+      integer(long) :: entries
+      integer :: n, last
 
       call read_triplets(mass, mass_path, "mass matrix M", error)
       call read_triplets(stiffness, stiffness_path, "stiffness matrix K", error)
@@ -33,6 +34,11 @@ contains
       call read_triplets(constraints, constraints_path, "constraint Jacobian Cq", error)
       if (allocated(error)) return
       n = max(extent(mass), extent(stiffness), extent(damping), largest(constraints%column, constraints%count))
+      last = max(n, largest(constraints%row, constraints%count))
+      entries = sum(int([mass%count, stiffness%count, damping%count, constraints%count], long))
+      if (last > entries) call new_error(error, error_input, mass_path//", "//stiffness_path// &
+         ": an entry stands at row or column "//text(last)//", but with "//text(entries)// &
+         " entries some before it must be empty in all matrices")
       call settle(problem%mass, n, mass, "mass matrix M", error)
       call settle(problem%stiffness, n, stiffness, "stiffness matrix K", error)
       call settle(problem%damping, n, damping, "damping matrix R", error)

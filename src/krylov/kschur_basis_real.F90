@@ -25,17 +25,15 @@ module kschur_basis_real
       real(wp), contiguous, intent(in) :: q(:, :)
       complex(wp), contiguous, intent(in) :: y(:, :)
       complex(wp), allocatable, intent(out) :: vectors(:, :)
-      real(wp), allocatable :: part(:, :), part_of_y(:, :)
-      complex(wp), parameter :: units(2) = [(1.0_wp, 0.0_wp), (0.0_wp, 1.0_wp)]
-      integer :: i
+      real(wp), allocatable :: parts(:, :), parts_of_y(:, :)
+      integer :: k
 
-      allocate (vectors(size(q, 1), size(y, 2)), source=(0.0_wp, 0.0_wp))
-      if (size(y) == 0) return
-      allocate (part(size(q, 1), size(y, 2)), part_of_y(size(y, 1), size(y, 2)))
-      do i = 1, 2
-         part_of_y = real(y/units(i), wp)
-         call form_combinations(q, part_of_y, part)
-         vectors = vectors + units(i)*part
-      end do
+      ! Real and imaginary parts side by side, for one reading.
+      k = size(y, 2)
+      allocate (vectors(size(q, 1), k), parts(size(q, 1), 2*k), parts_of_y(size(y, 1), 2*k))
+      parts_of_y(:, :k) = real(y, wp)
+      parts_of_y(:, k + 1:) = aimag(y)
+      call form_combinations(q, parts_of_y, parts)
+      vectors = cmplx(parts(:, :k), parts(:, k + 1:), wp)
    end subroutine combine_columns
 end module kschur_basis_real

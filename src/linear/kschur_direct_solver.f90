@@ -117,6 +117,7 @@ contains
       self%factorize_seconds = self%solver%factorize_seconds
       self%solve_seconds = self%solve_seconds + self%solver%solve_seconds
       self%factor_entries = self%solver%factor_entries
+      self%factor_bytes = self%solver%factor_bytes
       self%null_pivots = self%solver%null_pivots
       self%negative_pivots = self%solver%negative_pivots
       self%determinant = self%solver%determinant

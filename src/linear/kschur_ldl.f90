@@ -99,6 +99,7 @@ contains
          end if
          if (allocated(error)) return
          self%factor_entries = self%symbolic%factor_entries
+         self%factor_bytes = int(real_bytes, long)*size(self%factors%lower, kind=long)
          self%null_pivots = 0
          self%negative_pivots = count(pivot < 0)
       end associate

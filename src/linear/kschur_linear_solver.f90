@@ -45,6 +45,8 @@ module kschur_linear_solver
       real(wp) :: analyze_seconds = 0, factorize_seconds = 0, solve_seconds = 0
       !> Number of entries of the factors.
       integer(long) :: factor_entries = 0
+      !> Memory of the factors and of their making in the process that has most of them; -1 where not known.
+      integer(long) :: factor_bytes = -1
       !> Number of pivots that were found to be zero; the factorisation goes on without them.
       integer :: null_pivots = 0
       !> Number of negative eigenvalues of a real symmetric matrix; -1 where not known.

@@ -1,5 +1,6 @@
 !> Who calls MUMPS. In this build it is one process; `with/mpi` has the module for several.
 module kschur_mumps_caller
+   use, intrinsic :: iso_c_binding, only: c_ptr
    use kschur_processes, only: processes_type
    implicit none
    private
@@ -7,6 +8,8 @@ module kschur_mumps_caller
 
    !> Which of the four libraries of MUMPS it is: by the kind of scalar.
    integer, parameter, public :: mumps_real = 1, mumps_complex = 2, mumps_single_real = 3, mumps_single_complex = 4
+   !> A job beside those of MUMPS: the others get rows of the matrix.
+   integer, parameter, public :: job_take_rows = 0
 
    !> One factorisation.
    type :: mumps_caller_type
@@ -18,6 +21,8 @@ module kschur_mumps_caller
       procedure :: begin
       !> To be called before MUMPS does a job.
       procedure :: announce
+      !> Gives another process its rows of the matrix.
+      procedure :: send_rows
    end type mumps_caller_type
 
 contains
@@ -41,4 +46,13 @@ contains
       associate (unused => self, also => job)
       end associate
    end subroutine announce
+
+   subroutine send_rows(self, to, row, column, value)
+      class(mumps_caller_type), intent(in) :: self
+      integer, intent(in) :: to, row(:), column(:)
+      type(c_ptr), intent(in) :: value
+
+      associate (unused => self, also => to, too => row, neither => column, nor => value)
+      end associate
+   end subroutine send_rows
 end module kschur_mumps_caller

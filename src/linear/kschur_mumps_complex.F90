@@ -1,12 +1,13 @@
 !> Complex sparse direct solutions by MUMPS.
 module kschur_mumps_complex
+   use, intrinsic :: iso_c_binding, only: c_loc
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: determinant_type, complex_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
    use kschur_memory, only: complex_bytes, require_memory
-   use kschur_mumps_caller, only: mumps_caller_type, mumps_complex
+   use kschur_mumps_caller, only: job_take_rows, mumps_caller_type, mumps_complex
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
    use kschur_processes, only: processes_type
@@ -30,6 +31,7 @@ module kschur_mumps_complex
 #define SOLVER_TYPE mumps_complex_type
 #define MUMPS_STRUC zmumps_struc
 #define MUMPS_NAME zmumps
+#define MUMPS_SCALAR complex(wp)
 #define LIBRARY mumps_complex
 #define STORED(x) x
 #define ADJOINT_OF(x) conjg(x)

@@ -1,13 +1,14 @@
 !> Real sparse direct solutions by MUMPS with factors in single
 !> precision, and so with half of the digits: a preconditioner.
 module kschur_mumps_single_real
+   use, intrinsic :: iso_c_binding, only: c_loc
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long, single
    use kschur_linear_solver, only: determinant_type, real_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
    use kschur_memory, only: complex_bytes, require_memory
-   use kschur_mumps_caller, only: mumps_caller_type, mumps_single_real
+   use kschur_mumps_caller, only: job_take_rows, mumps_caller_type, mumps_single_real
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
    use kschur_processes, only: processes_type
@@ -31,6 +32,7 @@ module kschur_mumps_single_real
 #define SOLVER_TYPE mumps_single_real_type
 #define MUMPS_STRUC smumps_struc
 #define MUMPS_NAME smumps
+#define MUMPS_SCALAR real
 #define LIBRARY mumps_single_real
 #define STORED(x) real(x, single)
 #define ADJOINT_OF(x) x

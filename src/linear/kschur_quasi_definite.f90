@@ -63,6 +63,7 @@ contains
       if (compliant) call factorize_compliant(self, structure, error)
       if (allocated(error)) return
       self%factor_entries = self%ldl%factor_entries
+      self%factor_bytes = self%ldl%factor_bytes
       self%null_pivots = self%ldl%null_pivots
       self%negative_pivots = self%ldl%negative_pivots
       self%description = self%ldl%description

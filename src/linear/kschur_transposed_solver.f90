@@ -38,6 +38,7 @@ contains
       associate (unused => matrix, neither => structure)
          self%null_pivots = self%original%null_pivots
          self%factor_entries = self%original%factor_entries
+         self%factor_bytes = self%original%factor_bytes
       end associate
    end subroutine adopt_real
 
@@ -66,6 +67,7 @@ contains
       associate (unused => matrix, neither => structure)
          self%null_pivots = self%original%null_pivots
          self%factor_entries = self%original%factor_entries
+         self%factor_bytes = self%original%factor_bytes
       end associate
    end subroutine adopt_complex
 

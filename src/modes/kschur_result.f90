@@ -106,6 +106,8 @@ module kschur_result
       !> Order of the factored matrix and number of entries of its factors.
       integer :: factored_order = 0
       integer(long) :: factor_entries = 0
+      !> Memory of the factors and of their making in the process that has most of them; -1 where not known.
+      integer(long) :: factor_bytes = -1
       !> Sum of the squares of the couplings dropped by locking, under the root, relative to the operator.
       real(wp) :: locking_error = 0
       !> Peak memory of the program that solved the problem; -1 where not known.

@@ -98,6 +98,7 @@ contains
          result%factored_order = s%transform%order()
          solver => s%transform%linear_solver()
          result%factor_entries = solver%factor_entries
+         result%factor_bytes = solver%factor_bytes
          result%inner = trim(solver%description)
          call s%drop_transform()
       end if

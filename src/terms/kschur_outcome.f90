@@ -37,5 +37,21 @@ module kschur_outcome
       integer, allocatable :: operator_applications(:)
       !> Largest relative residual among the wanted Ritz values.
       real(wp), allocatable :: residual(:)
+   contains
+      !> Adds what came after it.
+      procedure :: append
    end type history_type
+
+contains
+
+   subroutine append(self, more, before)
+      class(history_type), intent(inout) :: self
+      type(history_type), intent(in) :: more
+      !> Applications before it began.
+      integer, intent(in) :: before
+
+      self%converged = [self%converged, more%converged]
+      self%operator_applications = [self%operator_applications, before + more%operator_applications]
+      self%residual = [self%residual, more%residual]
+   end subroutine append
 end module kschur_outcome

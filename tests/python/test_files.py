@@ -224,6 +224,7 @@ def test_refusals(folder):
         (replace("mass/indptr", np.zeros(41)), "mass matrix M", "/mass/indptr does not hold integers"),
         (replace("mass/data", np.zeros(40, dtype=complex)), "mass matrix M", "does not hold real numbers"),
         (replace("mass/data", np.zeros((40, 1))), "mass matrix M", "/mass/data has 2 dimensions"),
+        (replace("mass/data", np.zeros(40, dtype=np.float16)), "mass matrix M", "single or double precision"),
         (replace("mass/data", np.array(["x"]*40, dtype="S1")), "mass matrix M", "does not hold real numbers"),
         (replace("mass", np.zeros((40, 40))), "mass matrix M", "/mass"),
         (lambda file: file["mass/data"].parent.attrs.__setitem__("encoding-type", "csc_matrix"), "csc_matrix"),

@@ -1,13 +1,18 @@
 !> Who calls MUMPS: this process alone, or all that work on a solve, the others in `kschur_mumps_help`.
 module kschur_mumps_caller
+   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_ptr
+   use kschur_kinds, only: wp
    use kschur_processes, only: are_several, processes_type, word_mumps
-   use mpi_f08, only: MPI_COMM_SELF
+   use mpi_f08, only: MPI_COMM_SELF, MPI_COMPLEX, MPI_Datatype, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, MPI_INTEGER, &
+      MPI_LOGICAL, MPI_REAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
    implicit none
    private
-   public :: mumps_caller_type
+   public :: mumps_caller_type, scalar_of
 
    !> Which of the four libraries of MUMPS it is: by the kind of scalar.
    integer, parameter, public :: mumps_real = 1, mumps_complex = 2, mumps_single_real = 3, mumps_single_complex = 4
+   !> A job beside those of MUMPS: the others get rows of the matrix.
+   integer, parameter, public :: job_take_rows = 0
 
    !> One factorisation.
    type :: mumps_caller_type
@@ -22,6 +27,8 @@ module kschur_mumps_caller
       procedure :: begin
       !> To be called before MUMPS does a job.
       procedure :: announce
+      !> Gives another process its rows of the matrix.
+      procedure :: send_rows
    end type mumps_caller_type
 
 contains
@@ -52,4 +59,41 @@ contains
 
       if (associated(self%others)) call self%others%tell([word_mumps, self%number, job, self%library, self%symmetry])
    end subroutine announce
+
+   !> The other one takes them where it has memory for them; where not, MUMPS misses them there and says so.
+   subroutine send_rows(self, to, row, column, value)
+      class(mumps_caller_type), intent(in) :: self
+      integer, intent(in) :: to, row(:), column(:)
+      !> As many scalars of the library.
+      type(c_ptr), intent(in) :: value
+      real(wp), pointer :: scalars(:)
+      logical :: has_room
+
+      associate (communicator => self%others%communicator)
+         call MPI_Send(size(row), 1, MPI_INTEGER, to, 0, communicator)
+         call MPI_Recv(has_room, 1, MPI_LOGICAL, to, 0, communicator, MPI_STATUS_IGNORE)
+         if (.not. has_room) return
+         call c_f_pointer(value, scalars, [1])
+         call MPI_Send(row, size(row), MPI_INTEGER, to, 0, communicator)
+         call MPI_Send(column, size(row), MPI_INTEGER, to, 0, communicator)
+         call MPI_Send(scalars, size(row), scalar_of(self%library), to, 0, communicator)
+      end associate
+   end subroutine send_rows
+
+   !> What a library of MUMPS computes with.
+   function scalar_of(library)
+      integer, intent(in) :: library
+      type(MPI_Datatype) :: scalar_of
+
+      select case (library)
+      case (mumps_complex)
+         scalar_of = MPI_DOUBLE_COMPLEX
+      case (mumps_single_real)
+         scalar_of = MPI_REAL
+      case (mumps_single_complex)
+         scalar_of = MPI_COMPLEX
+      case default
+         scalar_of = MPI_DOUBLE_PRECISION
+      end select
+   end function scalar_of
 end module kschur_mumps_caller

@@ -1,9 +1,10 @@
 !> What the other processes do of the factorisations that the first one begins: the same jobs of MUMPS, which has its
-!> part of the factors there. Matrices and right-hand sides are those of the first process.
+!> part of the factors there. Of the matrix each has some rows, right-hand sides are those of the first process.
 module kschur_mumps_help
-   use kschur_mumps_caller, only: mumps_complex, mumps_real, mumps_single_complex, mumps_single_real
+   use kschur_mumps_caller, only: job_take_rows, mumps_complex, mumps_real, mumps_single_complex, mumps_single_real, scalar_of
    use kschur_processes, only: number_of_words, processes_type
    use kschur_threads, only: set_blas_threads, team_size
+   use mpi_f08, only: MPI_Comm, MPI_INTEGER, MPI_LOGICAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
    implicit none
    private
    public :: help_mumps, mumps_instance_type
@@ -45,7 +46,7 @@ contains
       type(mumps_instance_type) :: new
       integer :: i
 
-      associate (number => words(2), job => words(3), communicator => processes%communicator%mpi_val, symmetry => words(5))
+      associate (number => words(2), job => words(3), symmetry => words(5))
          if (job == job_begin) then
             new%number = number
             instances = [instances, new]
@@ -54,13 +55,13 @@ contains
          if (job == job_factorize) call set_blas_threads(team_size())
          select case (words(4))
          case (mumps_real)
-            call help_real(instances(i)%real, job, communicator, symmetry)
+            call help_real(instances(i)%real, job, processes, symmetry)
          case (mumps_complex)
-            call help_complex(instances(i)%complex, job, communicator, symmetry)
+            call help_complex(instances(i)%complex, job, processes, symmetry)
          case (mumps_single_real)
-            call help_single_real(instances(i)%single_real, job, communicator, symmetry)
+            call help_single_real(instances(i)%single_real, job, processes, symmetry)
          case (mumps_single_complex)
-            call help_single_complex(instances(i)%single_complex, job, communicator, symmetry)
+            call help_single_complex(instances(i)%single_complex, job, processes, symmetry)
          end select
          if (job == job_factorize) call set_blas_threads(1)
          if (job == job_end) instances = pack(instances, instances%number /= number)
@@ -68,21 +69,33 @@ contains
    end subroutine help_mumps
 
 #define HELP help_real
+#define TAKE take_real
+#define FORGET forget_real
+#define LIBRARY mumps_real
 #define MUMPS_STRUC dmumps_struc
 #define MUMPS_NAME dmumps
 #include "kschur_mumps_help.inc"
 
 #define HELP help_complex
+#define TAKE take_complex
+#define FORGET forget_complex
+#define LIBRARY mumps_complex
 #define MUMPS_STRUC zmumps_struc
 #define MUMPS_NAME zmumps
 #include "kschur_mumps_help.inc"
 
 #define HELP help_single_real
+#define TAKE take_single_real
+#define FORGET forget_single_real
+#define LIBRARY mumps_single_real
 #define MUMPS_STRUC smumps_struc
 #define MUMPS_NAME smumps
 #include "kschur_mumps_help.inc"
 
 #define HELP help_single_complex
+#define TAKE take_single_complex
+#define FORGET forget_single_complex
+#define LIBRARY mumps_single_complex
 #define MUMPS_STRUC cmumps_struc
 #define MUMPS_NAME cmumps
 #include "kschur_mumps_help.inc"

@@ -1,0 +1,221 @@
+!> The modes of a band that can be counted, found part by part.
+module kschur_band_counted
+   use kschur_band_groups, only: band_groups_type
+   use kschur_band_part, only: part_modes_type, solve_part
+   use kschur_band_parts, only: count_parts, part_type
+   use kschur_context, only: solve_context_type
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
+   use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_mode_selection, only: accept_pairs, wanted_type
+   use kschur_modes, only: modes_type, no_modes
+   use kschur_options, only: modal_options_type, formulation_proportional, formulation_symmetric
+   use kschur_outcome, only: certified_no, certified_unknown, certified_yes, reason_cancelled, reason_converged
+   use kschur_problem, only: modal_problem_type
+   use kschur_sparse, only: empty_csr_matrix
+   use kschur_spectral_map, only: spectral_map_type
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: can_be_counted, solve_counted
+
+   !> Undamped modes, with room for more.
+   type, extends(eigenpairs_type) :: oscillators_type
+      integer :: found = 0
+      !> False where it turned out that they cannot be counted.
+      logical :: counted = .true.
+   end type oscillators_type
+
+contains
+
+   !> Whether its modes are counted, unless it turns out that they cannot be.
+   pure logical function can_be_counted(s)
+      type(solve_context_type), intent(in) :: s
+
+      can_be_counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
+         min(s%problem%alpha, s%problem%beta) >= 0 .and. allocated(s%inner%counting)
+   end function can_be_counted
+
+   !> All modes with band(1) <= omega <= band(2) (rad/s): the undamped modes of each part, from which the damped ones follow.
+   subroutine solve_counted(s, band, modes, counted, error, groups)
+      type(solve_context_type), target, intent(inout) :: s
+      real(wp), intent(in) :: band(2)
+      !> `found` is how many the band holds, listed or not.
+      type(modes_type), intent(out) :: modes
+      !> False where it turned out that the modes cannot be counted.
+      logical, intent(out) :: counted
+      type(error_type), allocatable, intent(out) :: error
+      type(band_groups_type), intent(inout), optional :: groups
+      ! So many that it takes a while.
+      integer, parameter :: many = 1000
+      type(modal_problem_type), target :: undamped
+      type(modal_problem_type) :: damped
+      type(modal_problem_type), pointer :: given
+      type(part_type), allocatable :: parts(:)
+      type(eigenpairs_type) :: rigid, pairs
+      type(oscillators_type) :: oscillators
+      integer :: formulation, total
+
+      counted = .true.
+      rigid = s%known%rigid
+      allocate (parts(0))
+      if (s%plan%unknowns_after > 0) &
+         call count_parts(s, band, count(.not. abs(rigid%lambda) > 0), parts, counted, error)
+      if (allocated(error) .or. .not. counted) return
+      total = sum(parts%below_to - parts%below_from)
+      if (associated(s%monitor) .and. total >= many) &
+         call s%monitor%announce("the band holds "//text(total)//" oscillating modes")
+      modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
+      modes%certified = certified_yes
+      allocate (oscillators%lambda(total), oscillators%real_phi(s%problem%unknowns(), total), &
+         oscillators%xi(s%problem%multipliers(), total))
+
+      given => s%problem
+      undamped = given
+      call exchange_damping(undamped, damped)
+      formulation = s%formulation
+      if (size(parts) > 0) call solve_parts(s, undamped, parts, oscillators, modes, error, groups)
+      s%problem => given
+      s%formulation = formulation
+      s%known%rigid = rigid
+      counted = oscillators%counted
+      if (allocated(error) .or. .not. counted) return
+      call damp(oscillators, spectral_map_type(.true., 1.0_wp, given%alpha, given%beta), pairs)
+      rigid = chosen_pairs(rigid, abs(rigid%lambda) >= band(1) .and. abs(rigid%lambda) <= band(2))
+      total = total - oscillators%found + size(pairs%lambda) + size(rigid%lambda)
+      call append_pairs(pairs, rigid)
+      call accept_pairs(given, wanted_type(target=s%options%target, most=2*given%unknowns(), &
+         rigid=size(rigid%lambda)), pairs, modes)
+      if (size(modes%lambda) /= total .and. modes%certified == certified_yes) modes%certified = certified_no
+      modes%found = total
+   end subroutine solve_counted
+
+   ! Without its damping the problem is iterated part by part.
+   subroutine solve_parts(s, undamped, parts, oscillators, modes, error, groups)
+      type(solve_context_type), target, intent(inout) :: s
+      !> The problem as given, without its damping.
+      type(modal_problem_type), target, intent(in) :: undamped
+      type(part_type), intent(in) :: parts(:)
+      type(oscillators_type), intent(inout) :: oscillators
+      type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      type(band_groups_type), intent(inout), optional :: groups
+      type(modal_problem_type) :: damped
+      type(modal_options_type) :: asked
+      type(eigenvalue_count_type) :: total
+      type(part_modes_type) :: found
+      real(wp), allocatable :: decay(:)
+      integer :: before, i
+
+      asked = s%options
+      call exchange_damping(s%work, damped)
+      allocate (decay, source=s%known%deflation%decay)
+      total = s%known%total
+      s%problem => undamped
+      s%formulation = formulation_symmetric
+      s%known%rigid = chosen_pairs(s%known%rigid, .not. abs(s%known%rigid%lambda) > 0)
+      s%known%deflation%decay = 0
+      s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
+         size(s%known%rigid%lambda))
+      before = s%effort%operator_applications
+      if (present(groups)) call groups%announce(parts)
+      do i = 1, size(parts)
+         if (present(groups)) then
+            call groups%obtain(i, s, parts, found, error)
+         else
+            call solve_part(s, parts(i), found, error)
+         end if
+         if (allocated(error)) exit
+         call modes%history%append(found%history, before)
+         before = before + found%effort%operator_applications
+         call add_part(found, oscillators, modes)
+         if (.not. oscillators%counted .or. modes%reason == reason_cancelled) exit
+      end do
+      s%options = asked
+      call exchange_damping(s%work, damped)
+      s%known%deflation%decay = decay
+      s%known%total = total
+   end subroutine solve_parts
+
+   ! Two problems give each other their damping: at first the second one has none, in no matrix at all.
+   subroutine exchange_damping(first, second)
+      type(modal_problem_type), intent(inout) :: first, second
+      type(modal_problem_type) :: third
+
+      if (.not. allocated(second%damping%value)) second%damping = empty_csr_matrix(first%unknowns(), first%unknowns())
+      call give_damping(first, third)
+      call give_damping(second, first)
+      call give_damping(third, second)
+   end subroutine exchange_damping
+
+   subroutine give_damping(from, to)
+      type(modal_problem_type), intent(in) :: from
+      type(modal_problem_type), intent(inout) :: to
+
+      to%damping = from%damping
+      to%damping_kind = from%damping_kind
+      to%alpha = from%alpha
+      to%beta = from%beta
+   end subroutine give_damping
+
+   ! Adds the modes of a part to the oscillators.
+   subroutine add_part(found, oscillators, modes)
+      type(part_modes_type), intent(in) :: found
+      type(oscillators_type), intent(inout) :: oscillators
+      !> Gathers how it went.
+      type(modes_type), intent(inout) :: modes
+      integer :: first, last, i
+
+      modes%locking_error = max(modes%locking_error, found%locking_error)
+      oscillators%counted = found%counted
+      if (.not. oscillators%counted) return
+      first = oscillators%found + 1
+      last = oscillators%found + size(found%lambda)
+      oscillators%lambda(first:last) = found%lambda
+      if (.not. found%is_real()) call oscillators%make_complex()
+      do i = first, last
+         if (oscillators%is_real()) then
+            oscillators%real_phi(:, i) = found%real_phi(:, i - first + 1)
+         else
+            oscillators%phi(:, i) = found%column(i - first + 1)
+         end if
+      end do
+      oscillators%xi(:, first:last) = found%xi
+      oscillators%found = last
+      if (found%reason /= reason_converged) then
+         modes%reason = found%reason
+         modes%certified = certified_unknown
+      else if (found%certified == certified_no .and. modes%certified == certified_yes) then
+         modes%certified = certified_no
+      end if
+   end subroutine add_part
+
+   ! Both roots of each oscillator, of a conjugate pair one.
+   subroutine damp(oscillators, map, pairs)
+      type(oscillators_type), intent(in) :: oscillators
+      type(spectral_map_type), intent(in) :: map
+      type(eigenpairs_type), intent(out) :: pairs
+      complex(wp) :: lambda(2*oscillators%found), roots(2)
+      integer :: of(2*oscillators%found), i, k, l
+
+      k = 0
+      do i = 1, oscillators%found
+         roots = map%lambdas(cmplx(aimag(oscillators%lambda(i))**2, 0, wp))
+         l = merge(1, 2, abs(aimag(roots(1))) > 0)
+         lambda(k + 1:k + l) = cmplx(real(roots(:l), wp), abs(aimag(roots(:l))), wp)
+         of(k + 1:k + l) = i
+         k = k + l
+      end do
+      allocate (pairs%lambda(k), source=lambda(:k))
+      if (oscillators%is_real()) then
+         allocate (pairs%real_phi(oscillators%rows(), k), source=oscillators%real_phi(:, of(:k)))
+      else
+         allocate (pairs%phi(oscillators%rows(), k), source=oscillators%phi(:, of(:k)))
+      end if
+      allocate (pairs%xi(size(oscillators%xi, 1), k), source=oscillators%xi(:, of(:k)))
+      do i = 1, k
+         pairs%xi(:, i) = map%reaction(lambda(i))*pairs%xi(:, i)
+      end do
+   end subroutine damp
+end module kschur_band_counted
