@@ -113,25 +113,33 @@ contains
       real(wp), contiguous, intent(inout) :: y(:, :)
       real(wp), contiguous, intent(out) :: xi(:, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: rhs(:, :)
-      integer :: n, j
 
-      n = size(y, 1)
       ! What rounding left of deflated motions would be magnified, and C no longer self-adjoint.
       call self%deflation%project_forces(y)
       if (size(self%factors) == 0) then
          call self%solver%solve(y, error)
-         if (.not. allocated(error)) call self%deflation%project(y)
-         return
+      else
+         call solve_constrained(self, y, xi, error)
       end if
-      allocate (rhs(n + size(self%factors), size(y, 2)), source=0.0_wp)
+      if (.not. allocated(error)) call self%deflation%project(y)
+   end subroutine respond
+
+   subroutine solve_constrained(self, y, xi, error)
+      class(symmetric_shift_invert_type), intent(inout) :: self
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      real(wp), contiguous, intent(out) :: xi(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: rhs(size(y, 1) + size(self%factors), size(y, 2))
+      integer :: n, j
+
+      n = size(y, 1)
       rhs(:n, :) = y
+      rhs(n + 1:, :) = 0
       call self%solver%solve(rhs, error)
       if (allocated(error)) return
       y = rhs(:n, :)
-      call self%deflation%project(y)
       do j = 1, size(y, 2)
          xi(:, j) = self%factors*rhs(n + 1:, j)
       end do
-   end subroutine respond
+   end subroutine solve_constrained
 end module kschur_symmetric_operator
