@@ -29,7 +29,9 @@ class Reference:
 
     @property
     def worst_uncertainty(self):
-        return float(max(self.frequency_uncertainty.max(initial=0.0), self.damping_uncertainty.max(initial=0.0)))
+        """What the steps still moved, or what rounding of the residuals may hide from them, whichever is more."""
+        rounding = np.finfo(np.longdouble).eps * self.condition / np.fmin(1, abs(damping_measure(self.eigenvalues)))
+        return float(np.nanmax(np.concatenate([self.frequency_uncertainty, self.damping_uncertainty, rounding]), initial=0.0))
 
 
 def refine_modes(problem, result):

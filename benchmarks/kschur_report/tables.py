@@ -152,7 +152,7 @@ def about_errors(runs):
     condition = worst(runs[0].condition)
     return (
         "Errors are the worst of all modes, of frequency and damping the worst relative ones of the "
-        f"{compared} modes that have a reference, which is good to {runs[0].reference_uncertainty:.0e}: zeros and multiple "
+        f"{compared} modes that have a reference, which is good to {runs[0].reference_uncertainty:.0e} or better: zeros and multiple "
         "eigenvalues have none. Damping is the ratio of an oscillation, the rate of a real eigenvalue."
         + (
             f" The largest condition number of these eigenvalues is {condition:.0e}: rounding of the matrices alone, of "

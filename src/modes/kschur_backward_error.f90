@@ -94,6 +94,9 @@ contains
             else
                call judge(problem%symmetric, norms, products, l, pairs%lambda(j), errors(j), bounds(j), uncertainty(j))
             end if
+            ! A rigid motion is taken as one: how fast it decays is known as well as M and R are, K has no part in it.
+            if (j > k - known .and. bounds(j) > 0) bounds(j) = &
+               bound_of(products, l, pairs%lambda(j), epsilon(1.0_wp), [norms(:2), 0.0_wp, norms(4)])
          end do
       end do
       if (size(doubled) > 0) call append_copies(problem, doubled, copies, pairs, errors, bounds)

@@ -70,7 +70,8 @@ contains
       constraints%column = plan%master(constraints%column)
       constraints%columns = plan%unknowns_after
       if (plan%unknowns_after == 0) then
-         call new_error(error, error_input, "the constraints leave no motion")
+         call new_error(error, error_input, &
+            "the constraints leave no motion: as many of them are independent as there are unknowns")
       else if (plan%eliminated == 0) then
          reduced = problem
       end if

@@ -86,7 +86,8 @@ contains
       call least_forces(forces, force, rotation, error)
       if (allocated(error)) return
       if (vanishes(problem%mass) .and. vanishes(problem%damping)) call new_error(error, error_singular, &
-         "the problem is singular for every lambda: some motion has neither mass, damping nor stiffness")
+         "the problem is singular for every lambda: some motion has neither mass, damping nor stiffness; give it one of them, "// &
+         "or a constraint that holds it")
 
    contains
 

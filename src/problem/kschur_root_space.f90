@@ -201,7 +201,8 @@ contains
       a(:rows, :columns) = matrix
       allocate (work(10*(rows + columns) + 10))
       ! LAPACK may never end on what is no number.
-      if (.not. all(abs(matrix) <= huge(1.0_wp))) call new_error(error, error_convergence, "a chain of root vectors is not finite")
+      if (.not. all(abs(matrix) <= huge(1.0_wp))) call new_error(error, error_convergence, &
+         "the chains of the eigenvalue zero are not finite: the entries of the matrices lie too far apart; choose other units")
       if (allocated(error)) return
       call dgesvd("N", "A", rows, columns, a, max(rows, 1), singular, none, 1, vt, columns, work, size(work), info)
       if (info /= 0) call new_error(error, error_library, "LAPACK's dgesvd did not converge")

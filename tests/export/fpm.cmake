@@ -1,10 +1,10 @@
-# A fresh fpm package with the lines of README, beside the sources of kschur: builds and runs the consumer in Fortran.
+# A fresh fpm package with the lines of docs/install.md, beside the sources of kschur: builds and runs the consumer in Fortran.
 file(REMOVE_RECURSE "${WORK_DIR}")
 file(MAKE_DIRECTORY "${WORK_DIR}/package/app")
-file(STRINGS "${SOURCE_DIR}/README.md" dependencies REGEX "^ +(hdf5|kschur) = ")
+file(STRINGS "${SOURCE_DIR}/docs/install.md" dependencies REGEX "^ +(hdf5|kschur) = ")
 list(LENGTH dependencies count)
 if(NOT count EQUAL 2)
-  message(FATAL_ERROR "README has ${count} lines of dependencies")
+  message(FATAL_ERROR "docs/install.md has ${count} lines of dependencies")
 endif()
 list(JOIN dependencies "\n" dependencies)
 file(CREATE_LINK "${SOURCE_DIR}" "${WORK_DIR}/kschur" SYMBOLIC)

@@ -1,14 +1,16 @@
 #!/usr/bin/python3
 """README and docs do what they say.
 
-    test_docs.py FOLDER_OF_PROGRAMS SOURCE [PAGE ...]
+    test_docs.py FOLDER_OF_PROGRAMS SOURCE [--without-library] [PAGE ...]
 
 - Blocks marked `console` are run, a page in a folder of its own, beside which are benchmarks, examples and python: `$ `
   begins a command, `> ` goes on with it, the rest is what it prints. A line `...` stands for any lines. Numbers may differ
   by 1e-4 of themselves; errors, which have two digits, by a factor of 100 or as anything below 1e-6; what is below 1e-9 as
   anything below that; lines of effort and seconds in all. A command must succeed unless the next one is `echo $?`.
-  `console minutes` is not run: the mark says that it takes minutes.
+  `console minutes` is not run: the mark says that it takes minutes. `console library` is what needs the C library in Python, which
+  does not load one with sanitizers: with --without-library it is not run.
 - A `python` or `fortran` block whose first line is a comment with a name, `# write.py`, is that file.
+- A `fortran` or `c` block below a line that links to a program of examples is a part of it, `...` apart.
 - Options of `kschur` in other blocks and in the text must be in its help.
 - Links lead to files; names `kschur_...` are names in the sources.
 
@@ -22,7 +24,8 @@ import tempfile
 from pathlib import Path
 
 PROGRAMS, SOURCE = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
-PAGES = [Path(page).resolve() for page in sys.argv[3:]] or sorted([*SOURCE.glob("*.md"), *SOURCE.glob("docs/**/*.md")])
+WITHOUT_LIBRARY = "--without-library" in sys.argv
+PAGES = [Path(page).resolve() for page in sys.argv[3:] if page != "--without-library"] or sorted([*SOURCE.glob("*.md"), *SOURCE.glob("docs/**/*.md")])
 FENCE = re.compile(r"^```(.*)$")
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?(?![\w.]*\d)")
 SMALL = re.compile(r"^\d\.\d[eE][-+]\d\d$|^0$")
@@ -70,7 +73,8 @@ def run(commands, folder):
     """The output of each command and its status."""
     script = "".join(f"{command}\nkschur_status=$?\nprintf '\\n{END}%s\\n' $kschur_status\n(exit $kschur_status)\n"
                      for command, _ in commands)
-    environment = dict(os.environ, PATH=f"{PROGRAMS}:{os.environ['PATH']}", PYTHONDONTWRITEBYTECODE="1")
+    environment = dict(os.environ, PATH=f"{PROGRAMS}:{os.environ['PATH']}", PYTHONDONTWRITEBYTECODE="1",
+                       PYTHONPATH=str(SOURCE / "python"), KSCHUR_LIBRARY=str(PROGRAMS.parent / "capi" / "libkschur_capi.so"))
     python = f'python3() {{ "{sys.executable}" "$@"; }}\n'
     done = subprocess.run(["sh", "-c", python + script], cwd=folder, env=environment, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True)
@@ -125,7 +129,7 @@ def run_page(page, name, blocks):
             named = re.match(r"^[#!] ([\w.-]+\.(?:py|f90))$", lines[0]) if lines else None
             if named and language in ("python", "fortran"):
                 (Path(folder) / named.group(1)).write_text("\n".join(lines) + "\n")
-            if language != "console":
+            if language != "console" and (language != "console library" or WITHOUT_LIBRARY):
                 continue
             commands = commands_of(lines)
             results = run(commands, folder)
@@ -157,6 +161,15 @@ def check_links(page, name, text):
             check(f"{name}: there is {target}", (page.parent / target).exists())
 
 
+def check_parts(name, text):
+    """Parts of programs are in the programs."""
+    link = r"^.*\]\(([^)\s]*examples/[^)\s]+\.(?:f90|c))\)[^\n]*\n\n```(?:fortran|c)\n(.*?)^```"
+    for path, part in re.findall(link, text, re.M | re.S):
+        program = ((SOURCE / name).parent / path).read_text()
+        for line in part.splitlines():
+            check(f"{name}: {path} has `{line.strip()}`", line.strip() in program or line == "...")
+
+
 def names_in_sources():
     names = set()
     for folder in ("src", "capi", "app", "python", "without", "cmake", "benchmarks", "examples", "tests"):
@@ -175,6 +188,7 @@ def main():
         blocks = blocks_of(text)
         check_options(name, blocks, known)
         check_links(page, name, text)
+        check_parts(name, text)
         for word in set(re.findall(r"`(kschur_\w+)`", text)):
             check(f"{name}: the sources have {word}", word in names)
         count = run_page(page, name, blocks)

@@ -302,6 +302,14 @@ def test_rigid_modes(folder):
     check("table: rows of one width", len({len(line) for line in table.splitlines() if re.match(" +[1-8] ", line)}) == 1, table)
 
 
+def test_rigid_decay(folder):
+    """The stiffness, whose rounding is 1e9 times alpha here, has no part in how fast a rigid motion decays: alpha is 1e-3."""
+    kschur("scene", "crank", "--density", 1, "--output", folder / "decay.h5")
+    result, _ = solve(folder / "decay.h5", "--modes", 2)
+    decay = result["modes"][1]
+    check("rigid decay: within its bound", abs(decay["eigenvalue"][0] + 1e-3) <= decay["error"] < 1e-6, decay)
+
+
 def notes_of(run):
     return [line[9:] for line in run.stdout.splitlines() if line.startswith("note     ")]
 
@@ -879,7 +887,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for test in (test_help, test_scenes, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate, test_band,
-                     test_rigid_modes, test_notes, test_inaccurate, test_csv, test_result_file,
+                     test_rigid_modes, test_rigid_decay, test_notes, test_inaccurate, test_csv, test_result_file,
                      test_output_that_cannot_be_written, test_certify, test_left, test_info, test_presolve_option,
                      test_restarts_run_out, test_more_modes_than_exist, test_arpack, test_compare, test_wrong_usage,
                      test_output_never_replaces_the_problem, test_lost_output, test_waiting_threads, test_matrices_that_cannot_be_read,

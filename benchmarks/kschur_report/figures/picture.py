@@ -102,7 +102,7 @@ def tidy_logarithms(axis):
             target.set_major_locator(LogLocator(subs=(1, 2, 5)))
             target.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         else:
-            target.set_major_locator(LogLocator(numticks=9))
+            target.set_major_locator(LogLocator(numticks=7))
         target.set_minor_formatter(NullFormatter())
 
 

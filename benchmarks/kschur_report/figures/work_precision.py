@@ -22,7 +22,7 @@ CAPTIONS = {
     "what the reference is good for is drawn as that.",
 }
 NAME, TITLE = "work_precision_backward", "Time against worst backward error"
-SPREAD = " Bars: shortest and longest repetition."
+MARKS = " Bars: shortest and longest repetition. White inside: not all of the modes."
 
 
 def draw(campaign):
@@ -35,7 +35,7 @@ def draw_measure(runs, attribute, name, label, title):
     problems = list(dict.fromkeys(run.problem for run in runs))
     if not problems:
         return []
-    figure, axes = panels(len(problems), height=5.0)
+    figure, axes = panels(len(problems), height=4.4, columns=3 if len(problems) > 2 else 2)
     rows = []
     for axis, problem in zip(axes, problems):
         for method in in_order(run.method for run in runs):
@@ -49,6 +49,15 @@ def draw_measure(runs, attribute, name, label, title):
                 elinewidth=0.9,
                 capsize=2,
                 **style_of(method),
+            )
+            incomplete = [run for run in points if run.found < run.expected]
+            axis.plot(
+                [drawn(getattr(run, attribute)) for run in incomplete],
+                [run.median_seconds for run in incomplete],
+                style_of(method)["marker"],
+                markerfacecolor="white",
+                markeredgecolor=style_of(method)["color"],
+                zorder=3,
             )
             rows += [
                 [problem, method, run.tolerance, run.median_seconds, run.seconds.min(), run.seconds.max(), len(run.seconds)]
@@ -66,7 +75,7 @@ def draw_measure(runs, attribute, name, label, title):
         Picture(
             f"work_precision_{name}",
             title,
-            CAPTIONS[name] + SPREAD,
+            CAPTIONS[name] + MARKS,
             figure,
             ["problem", "method", "tolerance", "seconds", "shortest", "longest", "repetitions", attribute],
             rows,
