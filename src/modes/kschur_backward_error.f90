@@ -89,16 +89,17 @@ contains
             end if
             if (abs(factor) > 0) then
                call make_real(pairs, j, factor)
-               call judge(problem%symmetric, norms, products%real_part(l, factor), 1, pairs%lambda(j), errors(j), bounds(j), &
-                  uncertainty(j))
+               call judge(problem%symmetric, norms, products%real_part(l, factor), 1, pairs%lambda(j), errors(j), bounds(j))
             else
-               call judge(problem%symmetric, norms, products, l, pairs%lambda(j), errors(j), bounds(j), uncertainty(j))
+               call judge(problem%symmetric, norms, products, l, pairs%lambda(j), errors(j), bounds(j))
             end if
+            uncertainty(j) = least_bound(products, l, pairs%lambda(j), errors(j), norms)
             ! A rigid motion is taken as one: how fast it decays is known as well as M and R are, K has no part in it.
             if (j > k - known .and. bounds(j) > 0) bounds(j) = &
                bound_of(products, l, pairs%lambda(j), epsilon(1.0_wp), [norms(:2), 0.0_wp, norms(4)])
          end do
       end do
+      where (bounds >= 0) uncertainty = bounds
       if (size(doubled) > 0) call append_copies(problem, doubled, copies, pairs, errors, bounds)
       uncertainty = [uncertainty, uncertainty(doubled)]
    end subroutine settle_pairs
@@ -125,14 +126,13 @@ contains
       pairs%xi(:, j) = real(factor*pairs%xi(:, j), wp)
    end subroutine make_real
 
-   ! A change of lambda by x changes the residual by no more than x ||P'(lambda) phi||.
-   subroutine judge(symmetric, norms, products, l, lambda, error, bound, uncertainty)
+   subroutine judge(symmetric, norms, products, l, lambda, error, bound)
       logical, intent(in) :: symmetric
       real(wp), intent(in) :: norms(4)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
-      real(wp), intent(out) :: error, bound, uncertainty
+      real(wp), intent(out) :: error, bound
 
       error = max(residual_of(products, l, lambda, norms), violation_of(products, l, norms))
       bound = ieee_value(1.0_wp, ieee_quiet_nan)
@@ -141,10 +141,18 @@ contains
       else if (symmetric) then
          bound = bound_of(products, l, lambda, error, norms)
       end if
-      uncertainty = bound
-      if (.not. bound >= 0) uncertainty = max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l)/ &
-         max(products%slope(l, lambda), tiny(1.0_wp))
    end subroutine judge
+
+   ! A change of lambda by x changes the residual by no more than x ||P'(lambda) phi||.
+   pure real(wp) function least_bound(products, l, lambda, error, norms) result(bound)
+      type(products_type), intent(in) :: products
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: lambda
+      real(wp), intent(in) :: error, norms(4)
+
+      bound = max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l)/ &
+         max(products%slope(l, lambda), tiny(1.0_wp))
+   end function least_bound
 
    ! What the shapes of double real eigenvalues have beyond the first ones; of a defective eigenvalue nothing.
    subroutine append_copies(problem, doubled, copies, pairs, errors, bounds)
