@@ -116,6 +116,8 @@ contains
          "  --left                 left eigenvectors and condition numbers as well", &
          "  --certify              count the eigenvalues, for a proof that no mode is missing", &
          "  --output RESULT.h5     write values, vectors and multipliers", &
+         "  --checkpoint FILE      write the state of the iteration now and then", &
+         "  --resume FILE          go on from there: the same problem, options and digits", &
          "  --format NAME          table, json, csv (table)", &
          "  --verbose              more at the end of the table", &
          "  --quiet                no progress on the terminal", &

@@ -50,6 +50,8 @@ contains
       complete = .false.
       call take_request(arguments, request, error)
       if (.not. allocated(error) .and. allocated(request%output)) call check_new_file(request%output, error)
+      if (.not. allocated(error) .and. allocated(request%options%checkpoint)) &
+         call check_new_file(request%options%checkpoint, error)
       if (allocated(error)) return
       if (request%options%threads /= 1) then
          if (is_large(request%input)) call start_again_to_wait_asleep()
@@ -111,6 +113,8 @@ contains
 
       call take_properties(arguments, request%properties, request%directions, error)
       call arguments%take_text("--output", request%output, error)
+      call arguments%take_text("--checkpoint", request%options%checkpoint, error)
+      call arguments%take_text("--resume", request%options%resume, error)
       call take_format(arguments, request%format, error)
       call arguments%take_integer("--threads", 1, request%options%threads, error)
       call arguments%take_flag("--quiet", request%quiet, error)
@@ -119,9 +123,19 @@ contains
       if (allocated(error)) return
       if (request%quiet .and. request%verbose) &
          call new_error(error, error_usage, "--quiet and --verbose exclude each other")
-      if (.not. allocated(request%output)) return
-      if (is_part_of(request%input, request%output)) &
-         call new_error(error, error_usage, "--output "//request%output//" would replace the problem")
+      call check_place("--output", request%output)
+      call check_place("--checkpoint", request%options%checkpoint)
+
+   contains
+
+      subroutine check_place(option, path)
+         character(len=*), intent(in) :: option
+         character(len=:), allocatable, intent(in) :: path
+
+         if (allocated(error) .or. .not. allocated(path)) return
+         if (is_part_of(request%input, path)) &
+            call new_error(error, error_usage, option//" "//path//" would replace the problem")
+      end subroutine check_place
    end subroutine take_request
 
    subroutine take_method(arguments, options, error)

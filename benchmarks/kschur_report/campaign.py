@@ -117,13 +117,13 @@ class Runner:
                 scene.label,
                 name,
                 tolerance,
-                scaling,
+                value,
                 unknowns=problem.unknowns,
                 constraints=problem.constraints.shape[0],
                 dampers=scene.dampers,
             )
             for tolerance in study.tolerances
-            for scaling in study.scalings
+            for value in study.values
             for name in self.available(study, scene)
         ]
         if not runs:
@@ -188,7 +188,7 @@ class Runner:
     def repeat(self, run, study, question, path, output, judge):
         """One repetition; the first also keeps the modes and judges them."""
         method = METHODS[run.method]
-        extra = ("--constraint-scaling", run.scaling) if run.scaling else ()
+        extra = (study.option, run.value) if study.option else ()
         words, environment = command(method, self.kschur, path, question, run.tolerance, output, extra)
         try:
             result = execute(words, environment, output, study.patience)
@@ -207,7 +207,7 @@ class Runner:
             keep_facts(run, facts, question)
             judge.examine(run, result)
         progress(
-            f"   {method.label:28s} {run.tolerance:g} {run.scaling:7s} {run.seconds[-1]:9.3f} s  "
+            f"   {method.label:28s} {run.tolerance:g} {run.value:7s} {run.seconds[-1]:9.3f} s  "
             f"{run.worst_backward_error:.1e}"
         )
 

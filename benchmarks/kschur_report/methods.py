@@ -9,7 +9,7 @@ from . import slepc
 
 PEERS = pathlib.Path(__file__).resolve().parent.parent / "peers"
 REFERENCE_TOLERANCE = 1e-12  # of the run of kschur that says which eigenvalues there are
-ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}
 
 
 @dataclass(frozen=True)
@@ -204,8 +204,7 @@ def command(method, kschur, problem, question, tolerance, output, extra=()):
             str(question.modes),
             "--tolerance",
             repr(tolerance),
-            "--threads",
-            "1",
+            *(() if "--threads" in extra else ("--threads", "1")),
             "--quiet",
             "--output",
             str(output),

@@ -6,7 +6,7 @@ import io
 import re
 
 from . import advice
-from .figures import conditions, constraint_scaling, dampers, phases, residuals, scaling, stability, work_precision
+from .figures import blocks_and_threads, conditions, constraint_scaling, dampers, phases, residuals, scaling, stability, work_precision
 from .figures.picture import plt
 from .plan import ACCURACY
 from .tables import headline_table, tables
@@ -15,6 +15,7 @@ DRAWERS = (
     work_precision.draw,
     scaling.draw,
     dampers.draw,
+    blocks_and_threads.draw,
     phases.draw,
     conditions.draw,
     residuals.draw,
@@ -124,7 +125,7 @@ def how_measured(campaign):
     counts = [len(run.seconds) for run in campaign.runs if run.is_good and run.study != "constraint-scaling"]
     fewer = sum(count < 5 for count in counts)
     words = (
-        "Every run is a process of its own with one thread; the methods take turns, so that a busy moment hits all of them; "
+        "Every run is a process of its own, with one thread but where threads are compared; the methods take turns, so that a busy moment hits all of them; "
         "a time is the median of its repetitions. "
     )
     if fewer:

@@ -1,10 +1,12 @@
-"""What is run: studies of scenes, methods, tolerances and constraint scalings."""
+"""What is run: studies of scenes, methods, tolerances and values of an option."""
 
+import os
 from dataclasses import dataclass, replace
 
 from .methods import METHODS, OURS, PEER_NAMES
 
 ACCURACY, SCALING, CONSTRAINT_SCALING, DAMPERS = "accuracy", "scaling", "constraint-scaling", "dampers"
+BLOCKS, THREADS = "blocks", "threads"
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class Study:
-    """Every method on every problem, at every tolerance and constraint scaling.
+    """Every method on every problem, at every tolerance and every value of one option of kschur.
 
     `repeats` are the most that are made of one run; it is not repeated beyond `seconds` in all. A run longer than
     `patience` (seconds) is stopped, and in a study of growing problems the method is not asked further once it
@@ -31,7 +33,8 @@ class Study:
     methods: tuple
     modes: int
     tolerances: tuple = (1e-10,)
-    scalings: tuple = ("",)
+    option: str = ""
+    values: tuple = ("",)
     repeats: int = 5
     seconds: float = 10.0
     patience: float = 60.0
@@ -68,6 +71,8 @@ ALL = tuple(name for name in OURS if name != "low-rank") + PEER_NAMES
 STRUCTURED = ("auto", "quadratic")
 GROWING = ("auto", "quadratic", "pencil", "arpack-fair", "slepc-toar-unscaled", "slepc-symmetric")
 BY_DAMPERS = ("auto", "low-rank", "quadratic", "slepc-toar-unscaled")
+# One thread, two, and so on to all cores.
+TEAMS = tuple(str(2**k) for k in range(max(2, os.cpu_count() or 1).bit_length()))
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
 
 
@@ -83,7 +88,7 @@ def quick():
             ("pencil",),
             20,
             repeats=1,
-            scalings=("row", "scalar", "none"),
+            option="--constraint-scaling", values=("row", "scalar", "none"),
         ),
         Study(
             SCALING,
@@ -96,12 +101,21 @@ def quick():
             grows=True,
         ),
         dampers("20x14", (1, 2, 4, 8, 16, 24, 32), 2),
+        *blocks_and_threads((grid("20x14"), grid("60x42")), 56, 4),
     )
 
 
 def dampers(cells, counts, seconds, methods=BY_DAMPERS):
     """A proportional model with more and more dampers."""
     return Study(DAMPERS, tuple(damped_grid(cells, count) for count in counts), methods, 56, seconds=seconds, patience=300)
+
+
+def blocks_and_threads(scenes, modes, seconds, methods=("auto",)):
+    """The same problems with more vectors at a time, and with more threads."""
+    return (
+        Study(BLOCKS, scenes, methods, modes, seconds=seconds, patience=300, option="--block", values=("1", "2", "4", "8")),
+        Study(THREADS, scenes, methods, modes, seconds=seconds, patience=300, option="--threads", values=TEAMS),
+    )
 
 
 def full():
@@ -117,10 +131,12 @@ def full():
             ("pencil", "pencil-zero"),
             20,
             repeats=1,
-            scalings=("row", "scalar", "none"),
+            option="--constraint-scaling", values=("row", "scalar", "none"),
         ),
         Study(ACCURACY, (grid("60x42"),), ALL, 56, seconds=5, patience=300),
         dampers("60x42", (1, 2, 4, 8, 16, 32, 64), 20),
+        *blocks_and_threads((grid("60x42"), grid("220x150")), 56, 120),
+        *blocks_and_threads((FINE_CRANK,), 20, 60),
         Study(ACCURACY, (FINE_CRANK,), ("auto", "quadratic", "arpack-fair", "slepc-toar"), 20, seconds=30, patience=300),
     )
 
@@ -130,9 +146,10 @@ def tiny():
     methods = ("auto", "quadratic", "pencil", "arpack-fair")
     return (
         Study(ACCURACY, (grid("6x4"),), methods, 20, (1e-8, 1e-12), repeats=2, reference_order=20000),
-        Study(CONSTRAINT_SCALING, (cantilever(10, 4000),), ("pencil",), 8, repeats=1, scalings=("row", "scalar", "none")),
+        Study(CONSTRAINT_SCALING, (cantilever(10, 4000),), ("pencil",), 8, repeats=1, option="--constraint-scaling", values=("row", "scalar", "none")),
         Study(SCALING, tuple(grid(cells) for cells in ("3x2", "6x4", "9x6")), STRUCTURED, 20, repeats=2, grows=True),
         dampers("6x4", (1, 4, 16), 0, ("auto", "low-rank", "quadratic")),
+        *blocks_and_threads((grid("3x2"), grid("6x4")), 20, 0),
     )
 
 
@@ -153,7 +170,7 @@ def of_problem(file, label, modes, constrained, preset):
                 modes,
                 repeats=1,
                 patience=patience,
-                scalings=("row", "scalar", "none"),
+                option="--constraint-scaling", values=("row", "scalar", "none"),
             ),
         )
     return studies

@@ -14,7 +14,7 @@ def nothing():
 
 @dataclass
 class Run:
-    """One combination of problem, method, tolerance and constraint scaling.
+    """One combination of problem, method, tolerance and value of the option of its study.
 
     Seconds and memory are of each repetition, the rest is of the first. NaN and empty arrays where not known. `expected` and
     `found` count eigenvalues, two for a conjugate pair: those of kschur at a tight tolerance, and which of them a method has.
@@ -25,7 +25,7 @@ class Run:
     problem: str
     method: str
     tolerance: float
-    scaling: str = ""
+    value: str = ""
     failure: str = ""
     unknowns: int = 0
     constraints: int = 0

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from .advice import first_of_others, is_as_fast, problems_of, runs_by_problem, where_not_first
 from .methods import METHODS, REFERENCE_TOLERANCE
-from .plan import ACCURACY, CONSTRAINT_SCALING, DAMPERS, SCALING
+from .plan import ACCURACY, BLOCKS, CONSTRAINT_SCALING, DAMPERS, SCALING, THREADS
 from .runs import median, worst
 
 PLAIN = "arpack-plain"  # gets most of the hard cases wrong
@@ -58,6 +58,8 @@ def tables(campaign):
             "A grid of beams with proportional damping and more and more dashpots to the ground.",
         ),
         constraint_table(campaign),
+        option_table(campaign.study(BLOCKS), "block", "Vectors at a time", "The same modes from blocks of more vectors."),
+        option_table(campaign.study(THREADS), "threads", "Threads", "The same modes, on more threads."),
         *hard_tables(campaign),
         method_table(campaign),
         note_table(campaign),
@@ -195,13 +197,37 @@ def growth_table(runs, what, title, note):
 
 def constraint_table(campaign):
     rows = [
-        [run.problem, METHODS[run.method].label, run.scaling, error(run.worst_backward_error), found(run)]
+        [run.problem, METHODS[run.method].label, run.value, error(run.worst_backward_error), found(run)]
         for run in campaign.study(CONSTRAINT_SCALING)
     ]
     return Table(
         "Constraint scaling",
         "Worst backward error with each scaling of the constraints.",
         ["problem", "method", "scaling", "backward error", "eigenvalues"],
+        rows,
+    )
+
+
+def option_table(runs, what, title, note):
+    """A row a value of the option that is called `what`."""
+    rows = [
+        [
+            run.problem,
+            run.value,
+            str(run.operator_applications),
+            time,
+            str(len(run.seconds)),
+            per_cent(run.spread),
+            megabytes(run.median_memory),
+            error(run.worst_backward_error),
+            found(run),
+        ]
+        for run, time in zip(runs, seconds([run.median_seconds for run in runs]))
+    ]
+    return Table(
+        title,
+        note,
+        ["problem", what, "vectors", "time (s)", "runs", "spread", "memory (MB)", "backward error", "eigenvalues"],
         rows,
     )
 

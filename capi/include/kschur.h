@@ -252,6 +252,14 @@ int kschur_options_set_certify(kschur_options *options, int flag);
 /* Seed of the random start vector. Default 1; the same seed gives the same digits. */
 int kschur_options_set_seed(kschur_options *options, int64_t seed);
 
+/* A file that the state of the iteration is written to now and then, whole or not at all; "" (default): none. A solve that could
+ * not write it goes on, and a note says so. */
+int kschur_options_set_checkpoint(kschur_options *options, const char *path);
+
+/* The file that such a solve of the same problem with the same options left, to go on from with the same digits; "" (default):
+ * none. KSCHUR_ERROR_INPUT when it is solved, where it is not of this problem and these options, or damaged. */
+int kschur_options_set_resume(kschur_options *options, const char *path);
+
 /* Told each time that convergence was looked at: the number of restarts so far, how many of the wanted values have
  * converged, the largest relative residual among the wanted ones. Returns 0 to go on; anything else ends the
  * computation with what has converged, which is a success with the reason KSCHUR_REASON_CANCELLED. */
@@ -593,6 +601,31 @@ int kschur_result_get_rates(kschur_result *result, kschur_problem *problem, ksch
  * then forces. KSCHUR_ERROR_SINGULAR where an undamped mode has one of the frequencies. */
 int kschur_problem_get_response(kschur_problem *problem, const double *frequencies, int64_t points, const double *forces,
                                 int64_t count, double *response, double *multipliers);
+
+/* Modes over a parameter, followed from point to point. One thread at a time may use it. */
+typedef struct kschur_sweep kschur_sweep;
+
+/* Makes a sweep without points. */
+int kschur_sweep_create(kschur_sweep **sweep);
+
+/* Ends a sweep and sets the pointer to NULL. */
+int kschur_sweep_destroy(kschur_sweep **sweep);
+
+/* The message of the last failure. */
+int kschur_sweep_get_message(const kschur_sweep *sweep, char *text, int64_t length);
+
+/* Solves at the next value of the parameter, which grows from point to point or falls, and finds out which mode is which. The
+ * options are those of the first point. Fails as kschur_solve. */
+int kschur_sweep_add(kschur_sweep *sweep, double value, kschur_problem *problem, const kschur_options *options);
+
+/* How many branches, points and events there are; pointers may be NULL. */
+int kschur_sweep_get_size(kschur_sweep *sweep, int64_t *branches, int64_t *points, int64_t *events);
+
+/* Numbers by name: "values", one a point; "eigenvalues" (pairs), "frequency_hz", "damping_ratio" and "share", what is left of the
+ * mode before, of the branches of each point, branches fastest, NaN where a branch is not; of the events "event_kind", 0 a
+ * crossing, 1 a veering, 2 where it is not clear which mode is which, "event_first" and "event_second", the branches counted
+ * from 0, -1 for none, and "event_value". */
+int kschur_sweep_get_numbers(kschur_sweep *sweep, const char *name, double *values, int64_t length);
 
 /* Writes a result into an HDF5 file, which appears under its name when it is whole. KSCHUR_ERROR_FILE. */
 int kschur_result_write_hdf5(kschur_result *result, const char *path);

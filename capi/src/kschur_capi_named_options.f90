@@ -3,10 +3,12 @@ module kschur_capi_named_options
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr
    use kschur, only: error_type, new_error
    use kschur_capi_options, only: options_handle_type, options_of, kschur_options_set_arpack, kschur_options_set_block, &
-      kschur_options_set_certify, kschur_options_set_constraint_scaling, kschur_options_set_distribute, &
+      kschur_options_set_certify, kschur_options_set_checkpoint, kschur_options_set_constraint_scaling, &
+      kschur_options_set_distribute, &
       kschur_options_set_formulation, kschur_options_set_groups, &
       kschur_options_set_inner, kschur_options_set_left, kschur_options_set_max_restarts, kschur_options_set_method, &
-      kschur_options_set_modes, kschur_options_set_normalisation, kschur_options_set_presolve, kschur_options_set_seed, &
+      kschur_options_set_modes, kschur_options_set_normalisation, kschur_options_set_presolve, kschur_options_set_resume, &
+      kschur_options_set_seed, &
       kschur_options_set_shift, kschur_options_set_subspace, kschur_options_set_target, kschur_options_set_target_hz, &
       kschur_options_set_threads, kschur_options_set_tolerance
    use kschur_capi_status, only: outcome, require, status_null, status_usage
@@ -100,6 +102,10 @@ contains
          status = with_flag(handle, address, option, given, kschur_options_set_left)
       case ("certify")
          status = with_flag(handle, address, option, given, kschur_options_set_certify)
+      case ("checkpoint")
+         status = kschur_options_set_checkpoint(address, value)
+      case ("resume")
+         status = kschur_options_set_resume(address, value)
       case default
          call new_error(error, status_usage, "there is no option '"//option//"'")
          status = outcome(handle, error)

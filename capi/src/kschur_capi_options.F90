@@ -16,6 +16,7 @@ module kschur_capi_options
    public :: options_handle_type, options_of
    ! What options are set with by name.
    public :: kschur_options_set_arpack, kschur_options_set_block, kschur_options_set_certify, &
+      kschur_options_set_checkpoint, kschur_options_set_resume, &
       kschur_options_set_constraint_scaling, kschur_options_set_distribute, kschur_options_set_formulation, &
       kschur_options_set_groups, kschur_options_set_inner, &
       kschur_options_set_left, kschur_options_set_max_restarts, kschur_options_set_method, kschur_options_set_modes, &
@@ -189,6 +190,16 @@ contains
 #define CHANGE call take_integer(given, "seed", change%options%seed, change%error)
 #include "kschur_capi_options.inc"
 
+#define SETTER kschur_options_set_checkpoint
+#define GIVEN_TYPE type(c_ptr)
+#define CHANGE call take_file(given, change%options%checkpoint, change%error)
+#include "kschur_capi_options.inc"
+
+#define SETTER kschur_options_set_resume
+#define GIVEN_TYPE type(c_ptr)
+#define CHANGE call take_file(given, change%options%resume, change%error)
+#include "kschur_capi_options.inc"
+
    integer(c_int) function kschur_options_set_progress(address, callback, context) bind(c) result(status)
       type(c_ptr), value :: address, context
       type(c_funptr), value :: callback
@@ -276,6 +287,18 @@ contains
          number = int(given)
       end if
    end subroutine take_integer
+
+   ! The name of a file; an empty one is none.
+   subroutine take_file(address, path, error)
+      type(c_ptr), intent(in) :: address
+      character(len=:), allocatable, intent(inout) :: path
+      type(error_type), allocatable, intent(out) :: error
+
+      call require(address, "path", error)
+      if (allocated(error)) return
+      call take_text(address, path)
+      if (path == "") deallocate (path)
+   end subroutine take_file
 
    ! The position of a name in a list counted from 0.
    subroutine take_name(address, what, names, number, error)

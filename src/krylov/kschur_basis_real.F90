@@ -1,5 +1,6 @@
 !> Krylov bases of real vectors.
 module kschur_basis_real
+   use kschur_archive, only: archive_type
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_gram_schmidt_real, only: orthonormalize, place_last

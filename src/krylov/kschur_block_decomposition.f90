@@ -5,6 +5,7 @@
 !> Tomas, Parallel Computing 33 (2007), lengths from Pythagoras; columns that depend on others are left out, as in
 !> Freund and Malhotra, Linear Algebra Appl. 254 (1997).
 module kschur_block_decomposition
+   use kschur_archive, only: archive_type
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory
    use kschur_kinds, only: wp, long
@@ -48,9 +49,26 @@ module kschur_block_decomposition
       procedure :: full
       !> N, as many rows as W has columns.
       procedure :: outward
+      !> To or from a checkpoint: what changes while it grows.
+      procedure :: carry
    end type block_decomposition_type
 
 contains
+
+   subroutine carry(self, archive)
+      class(block_decomposition_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: archive
+
+      call archive%carry(self%vectors)
+      call archive%carry(self%expanded)
+      call archive%carry(self%basis, self%vectors)
+      call archive%carry(self%couplings)
+      call archive%carry(self%images)
+      call archive%carry(self%scale)
+      call archive%carry(self%metric_scale)
+      call archive%carry(self%longest)
+      call archive%carry(self%random_state)
+   end subroutine carry
 
    pure logical function closed(self)
       class(block_decomposition_type), intent(in) :: self

@@ -1,5 +1,6 @@
 !> How an iteration learns that it has found all there is.
 module kschur_census
+   use kschur_archive, only: archive_type
    use kschur_kinds, only: wp
    implicit none
    private
@@ -10,6 +11,8 @@ module kschur_census
    contains
       !> Called when all that is wanted seems to be found.
       procedure(examine_interface), deferred :: examine
+      !> What it knows, to or from a checkpoint.
+      procedure(carry_interface), deferred :: carry
    end type census_type
 
    abstract interface
@@ -25,5 +28,11 @@ module kschur_census
          !> Whether it is certain that no wanted one is missing.
          logical, intent(out) :: complete
       end subroutine examine_interface
+
+      subroutine carry_interface(self, archive)
+         import :: archive_type, census_type
+         class(census_type), intent(inout) :: self
+         type(archive_type), intent(inout) :: archive
+      end subroutine carry_interface
    end interface
 end module kschur_census

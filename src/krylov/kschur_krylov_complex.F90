@@ -1,6 +1,8 @@
 !> Krylov-Schur for complex operators.
 module kschur_krylov_complex
+   use kschur_archive, only: archive_type
    use kschur_basis_complex, only: basis_type, plain_basis_type
+   use kschur_checkpoint, only: checkpoint_type
    use kschur_error, only: error_type
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp

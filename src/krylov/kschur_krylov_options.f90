@@ -1,6 +1,8 @@
 !> What the Krylov-Schur iteration is told and what it tells of itself, for
 !> real and complex operators alike.
 module kschur_krylov_options
+   use kschur_archive, only: archive_type
+   use kschur_checkpoint, only: checkpoint_type
    use kschur_kinds, only: wp
    use kschur_outcome, only: history_type, reason_converged
    implicit none
@@ -32,6 +34,8 @@ module kschur_krylov_options
       !> Whether a later call with the same operator is to go on from where this one ends: structured
       !> quadratic forms keep their Krylov space then. Lanczos always does.
       logical :: keep = .false.
+      !> Where its state is kept, and from where it goes on; not associated: nowhere. ARPACK does not look at it.
+      type(checkpoint_type), pointer :: checkpoint => null()
    end type krylov_options_type
 
    !> What it tells of itself.
@@ -45,6 +49,9 @@ module kschur_krylov_options
       real(wp) :: locking_error = 0
       real(wp) :: orthogonalize_seconds = 0
       type(history_type) :: history
+   contains
+      !> To or from a checkpoint.
+      procedure :: carry
    end type krylov_statistics_type
 
    !> What an iteration gives: Ritz values and unit vectors, most wanted first.
@@ -64,6 +71,20 @@ module kschur_krylov_options
    end type real_ritz_pairs_type
 
 contains
+
+   subroutine carry(self, archive)
+      class(krylov_statistics_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: archive
+
+      call archive%carry(self%reason)
+      call archive%carry(self%operator_applications)
+      call archive%carry(self%restarts)
+      call archive%carry(self%locking_error)
+      call archive%carry(self%orthogonalize_seconds)
+      call archive%carry(self%history%converged)
+      call archive%carry(self%history%operator_applications)
+      call archive%carry(self%history%residual)
+   end subroutine carry
 
    !> Dimension of a Krylov space in which a number of eigenvalues can be found.
    pure integer function subspace_dimension(asked, values, block)

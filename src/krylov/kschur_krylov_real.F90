@@ -1,6 +1,8 @@
 !> Krylov-Schur for real operators.
 module kschur_krylov_real
+   use kschur_archive, only: archive_type
    use kschur_basis_real, only: basis_type, plain_basis_type
+   use kschur_checkpoint, only: checkpoint_type
    use kschur_error, only: error_type
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp

@@ -5,10 +5,12 @@
 !> Sources: Wu and Simon, SIAM J. Matrix Anal. Appl. 22 (2000), the restart;
 !> Nour-Omid, Parlett, Ericsson, Jensen, Math. Comp. 48 (1987), semidefinite B.
 module kschur_lanczos
+   use kschur_archive, only: archive_type
    use kschur_basis_real, only: move_columns, rotate_columns
    use kschur_block_decomposition, only: block_decomposition_type, breakdown, make_room
    use kschur_block_lanczos, only: add_random_directions, expand_block
    use kschur_census, only: census_type
+   use kschur_checkpoint, only: checkpoint_type
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
@@ -89,6 +91,8 @@ contains
          proceed = .true.
          do
             do
+               if (associated(options%checkpoint)) call keep(options%checkpoint, state, statistics, error)
+               if (allocated(error)) return
                call expand(operator, selection%wanted, options, d, statistics, error, monitor)
                if (.not. allocated(error)) call project(d, selection, options, ritz, error)
                if (allocated(error)) return
@@ -110,6 +114,27 @@ contains
          statistics%locking_error = d%dropped/max(d%scale, tiny(1.0_wp))
       end associate
    end subroutine lanczos
+
+   ! Where it is time to, the state goes to the checkpoint, or comes from it.
+   subroutine keep(checkpoint, state, statistics, error)
+      type(checkpoint_type), intent(inout) :: checkpoint
+      type(lanczos_state_type), intent(inout) :: state
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      type(archive_type) :: archive
+
+      if (.not. checkpoint%opens(archive, error)) return
+      associate (d => state%decomposition)
+         call d%carry(archive)
+         call archive%carry(d%locked)
+         call archive%carry(d%dimension)
+         call archive%carry(d%exhausted)
+         call archive%carry(d%dropped)
+      end associate
+      call statistics%carry(archive)
+      if (associated(state%census)) call state%census%carry(archive)
+      call checkpoint%close(archive, error)
+   end subroutine keep
 
    ! Makes room, and begins; enlarges what is kept.
    subroutine start(operator, wanted, options, d, statistics, error)

@@ -1,5 +1,6 @@
 !> Ritz pairs of complex Krylov-Schur decompositions.
 module kschur_ritz_complex
+   use kschur_archive, only: archive_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type

@@ -297,7 +297,7 @@ contains
       end associate
    end function highest
 
-   !> Of the nearer one of lambda and its conjugate from a target.
+   !> From a target to the nearer one of lambda and its conjugate.
    elemental real(wp) function distances(lambda, target)
       complex(wp), intent(in) :: lambda, target
 

@@ -2,14 +2,16 @@
 !> of the symmetric form, with the responses to those forces among its start vectors, holds all their modes. Every mode
 !> is a combination of undamped modes and of such responses.
 module kschur_low_rank_transform
+   use kschur_archive, only: archive_type
    use kschur_block_lanczos, only: add_random_directions, expand_block
    use kschur_certificate, only: inertia_census_type, new_inertia_census
+   use kschur_checkpoint, only: checkpoint_type
    use kschur_deflation, only: deflation_type
    use kschur_dense_eigenpairs, only: dense_eigenpairs_type
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
    use kschur_local_forces, only: local_forces_type, new_local_forces, symmetric_stiffness
    use kschur_low_rank_projection, only: new_projection, projection_type
@@ -45,6 +47,7 @@ module kschur_low_rank_transform
       procedure :: linear_solver
       procedure :: order
       procedure :: transposed
+      procedure, private :: keep
       procedure, private :: look
       procedure, private :: undamped_selection
       procedure, private :: copies_are_there
@@ -114,6 +117,8 @@ contains
       next = min(selection%wanted, self%space%limit)
       proceed = .true.
       do
+         if (associated(options%checkpoint)) call self%keep(options%checkpoint, ritz%statistics, next, error)
+         if (allocated(error)) return
          do while (self%space%expanded < next .and. .not. (self%space%closed() .or. self%space%full()))
             call expand_block(self%undamped%operator, self%space, ritz%statistics, error)
             if (allocated(error)) return
@@ -150,6 +155,24 @@ contains
          statistics%history = history_type([seen%converged], [statistics%operator_applications], [seen%residual])
       end associate
    end subroutine iterate
+
+   ! Where it is time to, the state goes to the checkpoint, or comes from it.
+   subroutine keep(self, checkpoint, statistics, next, error)
+      class(low_rank_transform_type), intent(inout) :: self
+      type(checkpoint_type), intent(inout) :: checkpoint
+      type(krylov_statistics_type), intent(inout) :: statistics
+      integer, intent(inout) :: next
+      type(error_type), allocatable, intent(out) :: error
+      type(archive_type) :: archive
+
+      if (.not. checkpoint%opens(archive, error)) return
+      call self%space%carry(archive)
+      call archive%carry(statistics%operator_applications)
+      call archive%carry(statistics%orthogonalize_seconds)
+      call archive%carry(next)
+      if (allocated(self%census)) call self%census%carry(archive)
+      call checkpoint%close(archive, error)
+   end subroutine keep
 
    pure logical function settled(self)
       class(look_type), intent(in) :: self

@@ -41,6 +41,9 @@ contains
       !> As far as the solver fails.
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: roughly = 0.1_wp
+      ! A block takes a third of what its vectors take one by one where MUMPS solves. Infinite eigenvalues come in Jordan
+      ! blocks of size 2 at most.
+      integer, parameter :: block = 4, filter = 2
       type(flexibility_type) :: flexibility
       type(krylov_statistics_type) :: statistics
       complex(wp), allocatable :: mu(:), vectors(:, :)
@@ -50,7 +53,7 @@ contains
       flexibility%stiffness => known%stiffness
       call krylov_schur(flexibility, modal_selection_type(modes, spectral_map_type(oscillator=.true.), &
          known=known%deflation%eigenvalues()), krylov_options_type(tolerance=roughly, max_restarts=1, seed=seed, &
-         verify=.false.), mu, vectors, statistics, error)
+         filter=filter, block=block, verify=.false.), mu, vectors, statistics, error)
       effort%operator_applications = effort%operator_applications + statistics%operator_applications
       if (allocated(error)) return
       effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds

@@ -1,5 +1,6 @@
 !> Two-level Krylov bases of complex quadratic operators.
 module kschur_two_level_complex
+   use kschur_archive, only: archive_type
    use kschur_basis_complex, only: basis_type, combine_columns, move_columns, rotate_columns
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_memory

@@ -8,6 +8,7 @@
 !> not depend on s. (Parlett, The Symmetric Eigenvalue Problem, 3.3; for saddle
 !> matrices Gould, Math. Prog. 32, 1985.)
 module kschur_certificate
+   use kschur_archive, only: archive_type
    use kschur_census, only: census_type
    use kschur_effort, only: effort_type
    use kschur_inertia, only: count_below
@@ -62,6 +63,7 @@ module kschur_certificate
       real(wp), private :: wanted_reach = 0
    contains
       procedure :: examine
+      procedure :: carry
       procedure, private :: count_about
       procedure, private :: found
       procedure, private :: reach_of
@@ -105,6 +107,23 @@ contains
       if (factored%null_pivots == 0) census%negative_at_shift = factored%negative_pivots - problem%multipliers()
       call move_alloc(solver, census%solver)
    end subroutine new_inertia_census
+
+   !> What was counted; what that took is what it took before as well.
+   subroutine carry(self, archive)
+      class(inertia_census_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: archive
+
+      call archive%carry(self%negative_at_shift)
+      call archive%carry(self%counted)
+      call archive%carry(self%given_up)
+      call archive%carry(self%from)
+      call archive%carry(self%to)
+      call archive%carry(self%expected)
+      call archive%carry(self%wanted_reach)
+      call archive%carry(self%certificate%verdict)
+      call archive%carry(self%certificate%reach)
+      call archive%carry(self%certificate%factorizations)
+   end subroutine carry
 
    !> Counts once for each set of wanted values; `certificate` tells the outcome.
    !> A set that is incomplete may still have all nearest ones: those missing lie

@@ -4,6 +4,8 @@ module kschur_band
    use kschur_band_counted, only: can_be_counted, solve_counted
    use kschur_band_disc, only: solve_disc
    use kschur_band_groups, only: band_groups_type
+   use kschur_checkpoint, only: checkpoint_type
+   use kschur_checkpointing, only: begin_checkpoint
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, solve_context_type
    use kschur_error, only: error_type, new_error, error_usage
@@ -63,6 +65,7 @@ contains
       type(processes_type), target :: processes
       type(band_groups_type) :: groups
       type(solve_context_type), allocatable, target :: s
+      type(checkpoint_type), target :: checkpoint
       type(modal_options_type) :: own
       integer(long) :: started
       integer :: threads_before
@@ -77,6 +80,7 @@ contains
          allocate (s)
          if (.not. allocated(error)) call band_options(first, last, options, own, error)
          if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers, processes)
+         if (.not. allocated(error)) call begin_checkpoint(s, [first, last], checkpoint, error)
          if (.not. allocated(error)) then
             ! A caller's own solvers are in this process only.
             if (can_be_counted(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes)

@@ -1,7 +1,7 @@
 !> The modes of a band that can be counted, found part by part.
 module kschur_band_counted
    use kschur_band_groups, only: band_groups_type
-   use kschur_band_part, only: part_modes_type, solve_part
+   use kschur_band_part, only: finished_parts_type, part_modes_type, solve_part
    use kschur_band_parts, only: count_parts, part_type
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
@@ -105,6 +105,7 @@ contains
       type(modal_options_type) :: asked
       type(eigenvalue_count_type) :: total
       type(part_modes_type) :: found
+      type(finished_parts_type), target :: finished
       real(wp), allocatable :: decay(:)
       integer :: before, i
 
@@ -119,9 +120,14 @@ contains
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
          size(s%known%rigid%lambda))
       before = s%effort%operator_applications
+      call begin_parts(s, size(parts), finished, error)
       if (present(groups)) call groups%announce(parts)
       do i = 1, size(parts)
-         if (present(groups)) then
+         if (allocated(error)) exit
+         if (i <= finished%parts) then
+            found = finished%found(i)
+            call s%effort%add_effort(found%effort)
+         else if (present(groups)) then
             call groups%obtain(i, s, parts, found, error)
          else
             call solve_part(s, parts(i), found, error)
@@ -131,12 +137,39 @@ contains
          before = before + found%effort%operator_applications
          call add_part(found, oscillators, modes)
          if (.not. oscillators%counted .or. modes%reason == reason_cancelled) exit
+         call keep_part(s, i, found, finished)
       end do
+      ! What comes after them is computed again.
+      nullify (s%checkpoint)
       s%options = asked
       call exchange_damping(s%work, damped)
       s%known%deflation%decay = decay
       s%known%total = total
    end subroutine solve_parts
+
+   ! Of a solve that goes on the parts that were finished are known.
+   subroutine begin_parts(s, parts, finished, error)
+      type(solve_context_type), intent(inout) :: s
+      integer, intent(in) :: parts
+      type(finished_parts_type), target, intent(inout) :: finished
+      type(error_type), allocatable, intent(out) :: error
+
+      if (.not. associated(s%checkpoint)) return
+      allocate (finished%found(parts))
+      call s%checkpoint%begin_parts(finished, error)
+   end subroutine begin_parts
+
+   subroutine keep_part(s, part, found, finished)
+      type(solve_context_type), intent(inout) :: s
+      integer, intent(in) :: part
+      type(part_modes_type), intent(in) :: found
+      type(finished_parts_type), intent(inout) :: finished
+
+      if (.not. associated(s%checkpoint) .or. part <= finished%parts) return
+      finished%found(part) = found
+      finished%parts = part
+      call s%checkpoint%next_part()
+   end subroutine keep_part
 
    ! Two problems give each other their damping: at first the second one has none, in no matrix at all.
    subroutine exchange_damping(first, second)

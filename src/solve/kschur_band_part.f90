@@ -1,6 +1,8 @@
 !> One part of a band: the modes that were counted in it.
 module kschur_band_part
+   use kschur_archive, only: archive_type
    use kschur_band_parts, only: half_gap, part_type
+   use kschur_checkpoint, only: finished_type
    use kschur_context, only: solve_context_type
    use kschur_description, only: undamped_tolerance
    use kschur_effort, only: effort_type
@@ -13,7 +15,7 @@ module kschur_band_part
    use kschur_shift, only: place_shift
    implicit none
    private
-   public :: part_modes_type, solve_part
+   public :: finished_parts_type, part_modes_type, solve_part
 
    !> The modes of a part, certified if they are as many as were counted.
    type, extends(modes_type) :: part_modes_type
@@ -23,7 +25,52 @@ module kschur_band_part
       type(effort_type) :: effort
    end type part_modes_type
 
+   !> The modes of the first parts, for a checkpoint.
+   type, extends(finished_type) :: finished_parts_type
+      integer :: parts = 0
+      type(part_modes_type), allocatable :: found(:)
+   contains
+      procedure :: carry
+   end type finished_parts_type
+
 contains
+
+   subroutine carry(self, archive)
+      class(finished_parts_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: archive
+      integer :: i
+
+      call archive%carry(self%parts)
+      do i = 1, min(self%parts, size(self%found))
+         call carry_part(self%found(i), archive)
+      end do
+   end subroutine carry
+
+   ! What a band takes of a part.
+   subroutine carry_part(found, archive)
+      type(part_modes_type), intent(inout) :: found
+      type(archive_type), intent(inout) :: archive
+      logical :: is_real
+
+      is_real = found%is_real()
+      call archive%carry(is_real)
+      if (is_real) then
+         call archive%carry(found%real_phi)
+      else
+         call archive%carry(found%phi)
+      end if
+      call archive%carry(found%lambda)
+      call archive%carry(found%xi)
+      call archive%carry(found%reason)
+      call archive%carry(found%certified)
+      call archive%carry(found%locking_error)
+      call archive%carry(found%history%converged)
+      call archive%carry(found%history%operator_applications)
+      call archive%carry(found%history%residual)
+      call archive%carry(found%effort%operator_applications)
+      call archive%carry(found%effort%restarts)
+      call archive%carry(found%effort%factorizations)
+   end subroutine carry_part
 
    !> Finds the modes of a part.
    subroutine solve_part(s, part, found, error)

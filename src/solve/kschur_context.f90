@@ -1,5 +1,6 @@
 !> What belongs to one solve: the steps share it, and each changes its own part.
 module kschur_context
+   use kschur_checkpoint, only: checkpoint_type
    use kschur_effort, only: effort_type
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type, error_usage, new_error
@@ -27,6 +28,8 @@ module kschur_context
       type(modal_options_type) :: options
       type(inner_solvers_type) :: inner
       class(monitor_type), pointer :: monitor => null()
+      !> Where the state of iterations is kept; not associated: nowhere.
+      type(checkpoint_type), pointer :: checkpoint => null()
       !> Who works on it.
       type(processes_type), pointer :: processes => null()
       !> One of `formulation_*`, and why it was chosen.

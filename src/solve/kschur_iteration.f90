@@ -50,8 +50,11 @@ contains
          ! Whoever remembers them sees whether one is lost.
          options%verify = .false.
       end if
+      if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
+      options%checkpoint => s%checkpoint
       call s%transform%iterate(selection, options, ritz, error, s%monitor)
       if (allocated(error)) return
+      if (associated(s%checkpoint)) call tell_complaint(s)
       call require_memory(s%bytes_of_shapes(3*size(ritz%mu)), "mode shapes", error)
       if (allocated(error)) return
       statistics = ritz%statistics
@@ -74,6 +77,14 @@ contains
       if (statistics%reason == reason_converged) reach = maxval([0.0_wp, (selection%key(ritz%mu(j)), j=1, size(ritz%mu))])
       call set_eigenvalues(s%transform, ritz%mu, paired, pairs)
    end subroutine iterate
+
+   subroutine tell_complaint(s)
+      type(solve_context_type), intent(inout) :: s
+
+      if (.not. allocated(s%checkpoint%complaint)) return
+      call s%add_note("a checkpoint could not be written: "//s%checkpoint%complaint)
+      deallocate (s%checkpoint%complaint)
+   end subroutine tell_complaint
 
    ! An oscillator has two eigenvalues with one shape; of a conjugate pair one is enough.
    subroutine set_eigenvalues(transform, mu, paired, pairs)

@@ -67,6 +67,7 @@ contains
       adjoint%options = s%options
       adjoint%inner = s%inner
       adjoint%monitor => s%monitor
+      adjoint%checkpoint => s%checkpoint
       adjoint%formulation = s%formulation
       adjoint%dense = s%dense
       adjoint%plan = s%plan

@@ -225,8 +225,10 @@ contains
       kept = .false.
       if (allocated(options%communicator)) then
          call new_error(error, error_usage, "a solver that remembers works in one process: leave out the communicator")
-         return
+      else if (allocated(options%checkpoint) .or. allocated(options%resume)) then
+         call new_error(error, error_usage, "a solver that remembers keeps no checkpoint: a solve of its own does")
       end if
+      if (allocated(error)) return
       if (allocated(self%context)) then
          if (.not. serves(self, options, for_band)) deallocate (self%context)
       end if

@@ -1,11 +1,13 @@
 !> The modes of a problem.
 module kschur_solver
    use kschur_certify, only: certify_modes
+   use kschur_checkpoint, only: checkpoint_type
    use kschur_clock, only: clock, seconds_since
+   use kschur_checkpointing, only: begin_checkpoint
    use kschur_context, only: begin, solve_context_type
    use kschur_error, only: error_type, error_singular
    use kschur_help, only: help
-   use kschur_kinds, only: long
+   use kschur_kinds, only: wp, long
    use kschur_left_run, only: find_left_modes
    use kschur_low_rank_choice, only: leave_low_rank, settle_low_rank
    use kschur_modes, only: modes_type, no_modes
@@ -64,10 +66,13 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       type(inner_solvers_type), intent(in), optional :: solvers
       type(solve_context_type), target :: s
+      type(checkpoint_type), target :: checkpoint
+      real(wp) :: none(0)
       integer(long) :: started
 
       started = clock()
       call begin(s, problem, options, error, monitor, solvers, processes)
+      if (.not. allocated(error)) call begin_checkpoint(s, none, checkpoint, error)
       if (.not. allocated(error)) call prepare(s, error)
       if (.not. allocated(error)) call solve_prepared(s, options, result, error)
       call result%set_total(seconds_since(started))

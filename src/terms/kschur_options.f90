@@ -134,6 +134,10 @@ module kschur_options
       !> How many groups of processes share the parts of a band, each with factors of its own; 0: as many as there are
       !> processes where a matrix is too small to be distributed, else one.
       integer :: groups = 0
+      !> The file that the state of the iteration is written to now and then; not allocated: none.
+      character(len=:), allocatable :: checkpoint
+      !> The file that such a solve of the same problem with the same options left, to go on from; not allocated: none.
+      character(len=:), allocatable :: resume
    contains
       !> Whether ARPACK's raw answer is wanted.
       procedure :: is_plain

@@ -107,6 +107,8 @@ static void null_handles(void)
    CHECK_STATUS(kschur_options_set_left(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_certify(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_seed(NULL, 1), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_checkpoint(NULL, "file"), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_resume(NULL, "file"), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_normalisation(NULL, "mass"), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_progress(NULL, NULL, NULL), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_real_solver(NULL, factorize, substitute, NULL, NULL), KSCHUR_ERROR_NULL);

@@ -228,6 +228,38 @@ static void iteration(void)
    kschur_result_destroy(&result);
 }
 
+static void checkpoints(void)
+{
+   kschur_problem *problem = new_chain_with_dashpot(60, 5);
+   kschur_options *options = new_options(5);
+   kschur_result *result = new_result();
+   double first[10], second[10];
+   FILE *file;
+
+   CHECK_STATUS(kschur_options_set_checkpoint(options, NULL), KSCHUR_ERROR_NULL);
+   CHECK_OK(kschur_options_set(options, "subspace", "16"));
+   CHECK_OK(kschur_options_set(options, "checkpoint", "kschur_options.checkpoint"));
+   CHECK_OK(kschur_solve(problem, options, result));
+   CHECK_OK(kschur_result_get_eigenvalues(result, first, 10));
+   CHECK_OK(kschur_options_set(options, "checkpoint", ""));
+   CHECK_OK(kschur_options_set(options, "resume", "kschur_options.checkpoint"));
+   CHECK_OK(kschur_solve(problem, options, result));
+   CHECK_OK(kschur_result_get_eigenvalues(result, second, 10));
+   CHECK(memcmp(first, second, sizeof first) == 0);
+   CHECK_OK(kschur_options_set_modes(options, 4));
+   CHECK_STATUS(kschur_solve(problem, options, result), KSCHUR_ERROR_INPUT);
+   CHECK_MESSAGE(result, result, "kschur_options.checkpoint: the checkpoint of a solve with other options");
+   file = fopen("kschur_options.checkpoint", "w");
+   CHECK(file != NULL && fclose(file) == 0);
+   CHECK_STATUS(kschur_solve(problem, options, result), KSCHUR_ERROR_INPUT);
+   CHECK_MESSAGE(result, result, "kschur_options.checkpoint: not a checkpoint, or a damaged one");
+   CHECK(remove("kschur_options.checkpoint") == 0);
+
+   kschur_problem_destroy(&problem);
+   kschur_options_destroy(&options);
+   kschur_result_destroy(&result);
+}
+
 static void options_that_do_not_fit_the_problem(void)
 {
    kschur_problem *problem = new_chain(5, 0.1, 0);
@@ -250,6 +282,7 @@ int main(void)
    names();
    constraints_and_presolve();
    iteration();
+   checkpoints();
    options_that_do_not_fit_the_problem();
    return report_checks();
 }

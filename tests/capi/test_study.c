@@ -147,8 +147,52 @@ static void response(void)
    kschur_problem_destroy(&rigid);
 }
 
+/* Two oscillators of 1 + p and 2 - p, coupled: they veer at 1/2. */
+static void sweep(void)
+{
+   kschur_options *options = new_options(2);
+   kschur_sweep *swept = NULL;
+   const int32_t row[4] = {0, 0, 1, 1}, column[4] = {0, 1, 0, 1};
+   const double mass[4] = {1, 0, 0, 1};
+   double complex lambda[6][2];
+   double kind[3], first[3], at[3];
+   int64_t branches, points, events;
+
+   CHECK_OK(kschur_sweep_create(&swept));
+   CHECK_STATUS(kschur_sweep_get_size(swept, &branches, &points, &events), KSCHUR_ERROR_ORDER);
+   CHECK_MESSAGE(sweep, swept, "kschur_sweep_add");
+   for (int i = 0; i < 6; i++) {
+      double p = 0.2 * i, stiffness[4] = {1 + p, 0.02, 0.02, 2 - p};
+      kschur_problem *problem = NULL;
+      CHECK_OK(kschur_problem_create(&problem));
+      CHECK_OK(kschur_problem_set_triplets(problem, KSCHUR_MASS, 2, 2, 4, 0, row, column, mass));
+      CHECK_OK(kschur_problem_set_triplets(problem, KSCHUR_STIFFNESS, 2, 2, 4, 0, row, column, stiffness));
+      CHECK_OK(kschur_sweep_add(swept, p, problem, options));
+      CHECK_STATUS(kschur_sweep_add(swept, p, problem, NULL), KSCHUR_ERROR_NULL);
+      CHECK_STATUS(kschur_sweep_add(NULL, p, problem, options), KSCHUR_ERROR_NULL);
+      kschur_problem_destroy(&problem);
+   }
+   CHECK_OK(kschur_sweep_get_size(swept, &branches, &points, &events));
+   CHECK(branches == 2 && points == 6 && events == 1);
+   CHECK_OK(kschur_sweep_get_numbers(swept, "eigenvalues", (double *)lambda, 24));
+   for (int i = 0; i < 6; i++) {
+      double root = hypot(0.2 * i - 0.5, 0.02);
+      CHECK_NEAR(cimag(lambda[i][0]), sqrt(1.5 - root), 1e-12);
+      CHECK_NEAR(cimag(lambda[i][1]), sqrt(1.5 + root), 1e-12);
+   }
+   CHECK_OK(kschur_sweep_get_numbers(swept, "event_kind", kind, 1));
+   CHECK_OK(kschur_sweep_get_numbers(swept, "event_first", first, 1));
+   CHECK_OK(kschur_sweep_get_numbers(swept, "event_value", at, 1));
+   CHECK(kind[0] == 1 && first[0] == 0 && fabs(at[0] - 0.5) < 0.11);
+   CHECK_STATUS(kschur_sweep_get_numbers(swept, "colour", kind, 1), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_sweep_get_numbers(swept, "eigenvalues", kind, 1), KSCHUR_ERROR_LENGTH);
+   CHECK_OK(kschur_sweep_destroy(&swept));
+   kschur_options_destroy(&options);
+}
+
 int main(void)
 {
+   sweep();
    response();
    properties();
    mac();

@@ -39,6 +39,8 @@ FIGURES = {
     "time_against_unknowns",
     "memory_against_unknowns",
     "time_against_dampers",
+    "time_against_block",
+    "time_against_threads",
     "where_the_time_goes",
     "error_by_mode",
     "residual_by_mode",
@@ -324,6 +326,23 @@ def test_numbers(folder):
         and len([run for run in dampers if run.method == "auto"]) == 3,
         [(run.dampers, run.method, run.formulation) for run in dampers],
     )
+    blocks, threads = campaign.study("blocks"), campaign.study("threads")
+    check(
+        "blocks: all modes with each",
+        [run.value for run in blocks] == 2 * ["1", "2", "4", "8"] and all(run.found == run.expected for run in blocks),
+        [(run.value, run.found) for run in blocks],
+    )
+    check(
+        "threads: the same digits with any number",
+        {"1", "2"} <= {run.value for run in threads}
+        and all(
+            np.array_equal(run.eigenvalues, other.eigenvalues)
+            for run in threads
+            for other in threads
+            if run.problem == other.problem
+        ),
+        [(run.problem, run.value) for run in threads],
+    )
     check(
         "hard cases: ours are right, read from the program",
         campaign.hard_cases and all(case.good for case in campaign.hard_cases if case.method == "auto"),
@@ -357,6 +376,8 @@ def test_own_problem(folder):
             "time_against_unknowns",
             "memory_against_unknowns",
             "time_against_dampers",
+            "time_against_block",
+            "time_against_threads",
             "constraint_scaling",
             "stability_map",
             "work_precision_damping",

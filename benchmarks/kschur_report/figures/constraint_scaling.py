@@ -23,7 +23,7 @@ def draw(campaign):
     rows = []
     for axis, (problem, method) in zip(axes, places):
         for run in (r for r in runs if (r.problem, r.method) == (problem, method)):
-            colour, marker, label = LOOKS[run.scaling]
+            colour, marker, label = LOOKS[run.value]
             errors = run.backward_error[np.argsort(abs(run.eigenvalues), kind="stable")]
             axis.semilogy(
                 np.arange(1, len(errors) + 1),
@@ -34,7 +34,7 @@ def draw(campaign):
                 linewidth=0.8,
                 markersize=5,
             )
-            rows += [[problem, method, run.scaling, k + 1, error] for k, error in enumerate(errors)]
+            rows += [[problem, method, run.value, k + 1, error] for k, error in enumerate(errors)]
         axis.set_xlabel("mode, lowest first (-)")
         axis.xaxis.get_major_locator().set_params(integer=True)
         axis.set_ylabel("backward error (-)")
@@ -58,5 +58,5 @@ def draw(campaign):
 def worst_errors(runs, problem, method):
     """In words, for the caption."""
     return f"{problem}: " + ", ".join(
-        f"{run.scaling} {run.worst_backward_error:.0e}" for run in runs if (run.problem, run.method) == (problem, method)
+        f"{run.value} {run.worst_backward_error:.0e}" for run in runs if (run.problem, run.method) == (problem, method)
     )

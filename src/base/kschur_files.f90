@@ -6,7 +6,7 @@ module kschur_files
    use kschur_kinds, only: long
    implicit none
    private
-   public :: staging_type, check_length, is_link, kind_of_file, last_reason, make_folder, remove_file
+   public :: staging_type, check_length, is_link, kind_of_file, last_reason, make_folder, remove_file, system_reason
 
    !> What `kind_of_file` answers.
    integer(c_int), parameter, public :: no_file = 0, regular_file = 1, folder = 2, pipe_or_device = 3
@@ -158,7 +158,7 @@ contains
       reason = system_reason(c_errno())
    end function last_reason
 
-   ! The system's words for a number of errno.
+   !> The system's words for a number of errno.
    function system_reason(failure) result(reason)
       integer(c_int), intent(in) :: failure
       character(len=128) :: reason

@@ -1,0 +1,128 @@
+!> Modes over a parameter, for C.
+module kschur_capi_sweep
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
+   use kschur, only: error_type, new_error, new_sweep, sweep_type, wp
+   use kschur_capi_arrays, only: give_array, put
+   use kschur_capi_options, only: options_handle_type, options_of
+   use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
+   use kschur_capi_status, only: handle_type, get_message, fail, outcome, require, status_memory, status_null, status_ok, &
+      status_order, status_usage
+   use kschur_capi_text, only: take_text
+   implicit none
+   private
+
+   !> What a `kschur_sweep` is.
+   type, extends(handle_type) :: sweep_handle_type
+      !> Not allocated before the first point.
+      type(sweep_type), allocatable :: sweep
+   end type sweep_handle_type
+
+contains
+
+#define HANDLE_TYPE sweep_handle_type
+#define HANDLE_OF sweep_of
+#define CREATE kschur_sweep_create
+#define DESTROY kschur_sweep_destroy
+#define MESSAGE kschur_sweep_get_message
+#include "kschur_capi_handle.inc"
+
+   integer(c_int) function kschur_sweep_add(address, value, problem, options) bind(c) result(status)
+      type(c_ptr), value :: address, problem, options
+      real(c_double), value :: value
+      type(sweep_handle_type), pointer :: handle
+      type(problem_handle_type), pointer :: given
+      type(options_handle_type), pointer :: wanted
+      type(error_type), allocatable :: error
+
+      status = status_null
+      handle => sweep_of(address)
+      if (.not. associated(handle)) return
+      call require(problem, "problem", error)
+      call require(options, "options", error)
+      given => problem_of(problem)
+      wanted => options_of(options)
+      if (.not. allocated(error)) call check_problem(given, error)
+      if (.not. allocated(error)) then
+         if (allocated(wanted%solvers%real) .or. allocated(wanted%solvers%complex)) &
+            call new_error(error, status_usage, "a sweep takes the linear solvers of the library")
+      end if
+      if (.not. allocated(error)) then
+         if (.not. allocated(handle%sweep)) then
+            allocate (handle%sweep)
+            call new_sweep(handle%sweep, wanted%options)
+         end if
+         call handle%sweep%add(value, given%problem, error)
+      end if
+      if (.not. allocated(error)) call handle%sweep%finish()
+      status = outcome(handle, error)
+   end function kschur_sweep_add
+
+   integer(c_int) function kschur_sweep_get_size(address, branches, points, events) bind(c) result(status)
+      type(c_ptr), value :: address, branches, points, events
+      type(sweep_handle_type), pointer :: handle
+
+      if (.not. has_points(address, handle, status)) return
+      call put(branches, size(handle%sweep%eigenvalues, 1, kind=c_int64_t))
+      call put(points, size(handle%sweep%values, kind=c_int64_t))
+      call put(events, size(handle%sweep%events, kind=c_int64_t))
+   end function kschur_sweep_get_size
+
+   integer(c_int) function kschur_sweep_get_numbers(address, name, values, length) bind(c) result(status)
+      type(c_ptr), value :: address, name, values
+      integer(c_int64_t), value :: length
+      type(sweep_handle_type), pointer :: handle
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: word
+      real(wp), allocatable :: numbers(:)
+
+      if (.not. has_points(address, handle, status)) return
+      call require(name, "name", error)
+      status = outcome(handle, error)
+      if (allocated(error)) return
+      call take_text(name, word)
+      associate (s => handle%sweep)
+         select case (word)
+         case ("values")
+            status = give_array(handle, s%values, values, length)
+         case ("eigenvalues")
+            status = give_array(handle, s%eigenvalues, values, length)
+         case ("frequency_hz")
+            status = give_array(handle, s%frequency_hz, values, length)
+         case ("damping_ratio")
+            status = give_array(handle, s%damping_ratio, values, length)
+         case ("share")
+            status = give_array(handle, s%share, values, length)
+         case ("event_kind")
+            allocate (numbers(size(s%events)), source=real(s%events%kind, wp))
+            status = give_array(handle, numbers, values, length)
+         case ("event_first")
+            allocate (numbers(size(s%events)), source=real(s%events%first - 1, wp))
+            status = give_array(handle, numbers, values, length)
+         case ("event_second")
+            allocate (numbers(size(s%events)), source=real(s%events%second - 1, wp))
+            status = give_array(handle, numbers, values, length)
+         case ("event_value")
+            allocate (numbers(size(s%events)), source=s%events%value)
+            status = give_array(handle, numbers, values, length)
+         case default
+            status = fail(handle, status_usage, "a sweep has no numbers '"//word//"'")
+         end select
+      end associate
+   end function kschur_sweep_get_numbers
+
+   ! Whether there is a point; else the status of the failure.
+   logical function has_points(address, handle, status)
+      type(c_ptr), intent(in) :: address
+      type(sweep_handle_type), pointer, intent(out) :: handle
+      integer(c_int), intent(out) :: status
+
+      status = status_null
+      handle => sweep_of(address)
+      has_points = associated(handle)
+      if (.not. has_points) return
+      status = status_ok
+      has_points = allocated(handle%sweep)
+      if (has_points) has_points = allocated(handle%sweep%eigenvalues)
+      if (.not. has_points) status = fail(handle, status_order, "the sweep has no points: call kschur_sweep_add first")
+   end function has_points
+end module kschur_capi_sweep

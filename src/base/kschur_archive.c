@@ -1,0 +1,102 @@
+/* A file of 8-byte words with their checksum as the last one: written and read front to back. */
+#define _XOPEN_SOURCE 700
+#include <errno.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { damaged = -1 };
+
+/* What a checksum begins with: words that are 0 count as well. */
+static const uint64_t beginning = UINT64_C(14695981039346656037);
+
+struct archive {
+   FILE *file;
+   uint64_t sum;
+   int saving;
+};
+
+/* Changes with every word: both steps can be undone. */
+uint64_t kschur_checksum(uint64_t sum, const void *words, size_t bytes)
+{
+   const unsigned char *next = words;
+   uint64_t word;
+   size_t i;
+
+   for (i = 0; i + sizeof word <= bytes; i += sizeof word) {
+      memcpy(&word, next + i, sizeof word);
+      sum = (sum ^ word)*UINT64_C(1099511628211);
+      sum ^= sum >> 32;
+   }
+   if (i == bytes) return sum;
+   word = 0;
+   memcpy(&word, next + i, bytes - i);
+   return kschur_checksum(sum, &word, sizeof word);
+}
+
+/* Whether the last word is the checksum of all before it: 0, or `damaged`. */
+static int verify(FILE *file)
+{
+   uint64_t buffer[8192], sum = beginning, last = 0;
+   size_t count;
+   int words = 0;
+
+   while ((count = fread(buffer, 1, sizeof buffer, file)) > 0) {
+      if (count%sizeof last != 0) return damaged;
+      if (words) sum = kschur_checksum(sum, &last, sizeof last);
+      words = 1;
+      sum = kschur_checksum(sum, buffer, count - sizeof last);
+      last = buffer[count/sizeof last - 1];
+   }
+   if (ferror(file)) return errno;
+   return words && sum == last ? 0 : damaged;
+}
+
+/* NULL: `failure` says why, by a number of errno or as `damaged`. */
+void *kschur_archive_open(const char *path, int saving, int *failure)
+{
+   struct archive *a = malloc(sizeof *a);
+
+   *failure = ENOMEM;
+   if (a == NULL) return NULL;
+   a->sum = beginning;
+   a->saving = saving;
+   a->file = fopen(path, saving ? "wb" : "rb");
+   *failure = a->file == NULL ? errno : 0;
+   if (a->file != NULL && !saving) {
+      *failure = verify(a->file);
+      rewind(a->file);
+   }
+   if (*failure == 0) return a;
+   if (a->file != NULL) fclose(a->file);
+   free(a);
+   return NULL;
+}
+
+/* Writes words, or reads them: a number of errno, `damaged` or 0. */
+int kschur_archive_carry(void *address, void *words, size_t bytes)
+{
+   struct archive *a = address;
+
+   errno = 0;
+   if (a->saving) {
+      a->sum = kschur_checksum(a->sum, words, bytes);
+      if (fwrite(words, 1, bytes, a->file) != bytes) return errno ? errno : EIO;
+   } else if (fread(words, 1, bytes, a->file) != bytes) {
+      return errno ? errno : damaged;
+   }
+   return 0;
+}
+
+int kschur_archive_close(void *address)
+{
+   struct archive *a = address;
+   int failure = 0;
+
+   errno = 0;
+   if (a->saving && fwrite(&a->sum, 1, sizeof a->sum, a->file) != sizeof a->sum) failure = errno ? errno : EIO;
+   if (fclose(a->file) != 0 && failure == 0) failure = errno;
+   free(a);
+   return failure;
+}

@@ -1,0 +1,74 @@
+!> Which solves keep checkpoints, and what tells one solve from another.
+module kschur_checkpointing
+   use kschur_archive, only: checksum
+   use kschur_checkpoint, only: checkpoint_type
+   use kschur_context, only: solve_context_type
+   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_kinds, only: wp, long
+   use kschur_options, only: modal_options_type, method_krylov_schur
+   use kschur_problem, only: modal_problem_type
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: begin_checkpoint
+
+contains
+
+   !> Fails where a file was named for a solve that has no use for it, or where `options%resume` is not of this solve.
+   subroutine begin_checkpoint(s, edges, checkpoint, error)
+      type(solve_context_type), intent(inout) :: s
+      !> Of a band (Hz); none: modes nearest to a target.
+      real(wp), intent(in) :: edges(:)
+      !> It must live as long as the context.
+      type(checkpoint_type), target, intent(inout) :: checkpoint
+      type(error_type), allocatable, intent(out) :: error
+
+      associate (options => s%options)
+         if (.not. (allocated(options%checkpoint) .or. allocated(options%resume))) return
+         if (options%method /= method_krylov_schur) then
+            call new_error(error, error_usage, "the iteration of ARPACK has no checkpoint: leave out the method")
+         else if (s%processes%number > 1 .and. size(edges) > 0) then
+            call new_error(error, error_usage, "several processes keep no checkpoint of a band: each has parts of it")
+         else if (s%dense) then
+            call new_error(error, error_usage, "the formulation dense iterates nothing and has no checkpoint")
+         else
+            call checkpoint%begin(digest_of_problem(s%problem), digest_of_options(options, edges), error, &
+               options%checkpoint, options%resume)
+         end if
+      end associate
+      if (.not. allocated(error)) s%checkpoint => checkpoint
+   end subroutine begin_checkpoint
+
+   integer(long) function digest_of_problem(problem) result(digest)
+      type(modal_problem_type), intent(in) :: problem
+
+      digest = 1
+      call add(problem%mass)
+      call add(problem%stiffness)
+      call add(problem%damping)
+      call add(problem%constraints)
+
+   contains
+
+      subroutine add(matrix)
+         type(csr_matrix_type), intent(in) :: matrix
+
+         digest = checksum(digest, [matrix%rows, matrix%columns])
+         digest = checksum(digest, matrix%row_start)
+         digest = checksum(digest, matrix%column)
+         digest = checksum(digest, matrix%value)
+      end subroutine add
+   end function digest_of_problem
+
+   ! Of those that change what is computed; threads change it only where MUMPS factors.
+   integer(long) function digest_of_options(options, edges) result(digest)
+      type(modal_options_type), intent(in) :: options
+      real(wp), intent(in) :: edges(:)
+
+      digest = checksum(1_long, [options%modes, options%formulation, options%constraint_scaling, options%inner, &
+         options%subspace, options%block, options%max_restarts, merge(1, 0, options%presolve), options%normalisation, &
+         merge(1, 0, options%left), merge(1, 0, options%certify), options%seed])
+      digest = checksum(digest, [real(options%target, wp), aimag(options%target), options%tolerance, edges])
+      if (allocated(options%shift)) digest = checksum(digest, [real(options%shift, wp), aimag(options%shift)])
+   end function digest_of_options
+end module kschur_checkpointing
