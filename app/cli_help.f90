@@ -74,9 +74,10 @@ contains
          "and, where there is any, R.mtx and Cq.mtx.", &
          "", &
          "Exit status: 0 all is well, 1 wrong usage, 2 bad input, 3 fewer modes than asked or some", &
-         "missing (what was found is printed and written), 4 a singular problem, no memory, a library", &
-         "that failed, or an output that cannot be written. Whether --output can be written is looked at before the", &
-         "work. An interrupt (Ctrl-C) ends a solve with the modes that have converged, status 3."])
+         "missing (what was found is printed and written), 4 a singular problem, no memory, a", &
+         "library that failed, or an output that cannot be written. Whether --output can be written", &
+         "is looked at before the work. An interrupt (Ctrl-C) ends a solve with the modes that have", &
+         "converged, status 3."])
    end subroutine print_overview
 
    subroutine print_solve_help()

@@ -18,7 +18,7 @@ from matplotlib import pyplot as plt
 
 PROGRAMS = pathlib.Path(sys.argv[1]).resolve()
 HERE = pathlib.Path(__file__).resolve().parent
-plt.rcParams.update({"figure.dpi": 80, "font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "svg.hashsalt": "kschur"})
+plt.rcParams.update({"figure.dpi": 130, "font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "svg.hashsalt": "kschur"})
 
 
 def example(name, *words):
@@ -84,8 +84,9 @@ def draw_crank(folder):
         ax.tripcolor(moved[:, 0], moved[:, 1], surface, np.linalg.norm(shapes[k], axis=1), shading="gouraud", cmap="viridis")
         ax.set(aspect="equal", title="the motion of the mechanism" if k == 0 else f"first flexible mode, {meshes[-1, 3]:.0f} Hz")
         ax.set_axis_off()
-    axes[2].loglog(meshes[:, 1], meshes[:, 3:], "o-")
-    axes[2].set(xlabel="unknowns", ylabel="frequency (Hz)")
+    lines = axes[2].loglog(meshes[:, 1], meshes[:, 3:], "o-")
+    axes[2].legend(lines, [f"flexible mode {k + 1}" for k in range(len(lines))], fontsize=7, loc="lower left")
+    axes[2].set(ylim=(150, None), xlabel="unknowns (-)", ylabel="frequency (Hz)")
     save(figure, "crank")
 
 
@@ -96,7 +97,9 @@ def draw_turbine(folder):
     axes[0].plot(table[:, 0], table[:, 1:1 + count], ".", color="tab:blue", markersize=4)
     for harmonic in (1, 3, 6):
         axes[0].plot(table[:, 0], harmonic * table[:, 0] / 60, color="gray", linewidth=0.6)
-    axes[0].set(xlabel="speed (rpm)", ylabel="damped frequency (Hz)", ylim=(0, 2.2), title="Campbell diagram")
+        axes[0].annotate(f"{harmonic}P", (table[-1, 0], harmonic * table[-1, 0] / 60), xytext=(3, 0), textcoords="offset points",
+                         color="gray")
+    axes[0].set(xlabel="speed (rpm)", ylabel="damped frequency (Hz)", ylim=(0, 2.2), xlim=(-0.5, 13.5), title="Campbell diagram")
     axes[1].semilogy(table[:, 0], 100 * table[:, 1 + count:-1], ".", color="tab:blue", markersize=4)
     axes[1].set(xlabel="speed (rpm)", ylabel="damping ratio (%)", title="stability diagram")
     save(figure, "turbine")
@@ -121,16 +124,17 @@ def draw_cantilever(_):
     axes[0].set(xlabel="mass of the body (kg)", ylabel="first frequency (Hz)")
     axes[0].legend()
     axes[1].loglog(table[:, 0], table[:, 3], "o-")
-    axes[1].set(xlabel="mass of the body (kg)", ylabel="worst backward error", ylim=(1e-17, 1e-8))
+    axes[1].set(xlabel="mass of the body (kg)", ylabel="worst backward error (-)", ylim=(1e-17, 1e-8))
     save(figure, "cantilever")
 
 
 def draw_rotor(_):
     table = example("rotor")
     figure, axes = plt.subplots(1, 2, figsize=(8, 3))
-    axes[0].plot(table[:, 0], table[:, 1:6], "o-", markersize=3)
-    axes[0].plot(table[:, 0], table[:, 0] / 60, color="gray", linewidth=0.6)
-    axes[0].set(xlabel="speed (rpm)", ylabel="damped frequency (Hz)")
+    lines = axes[0].plot(table[:, 0], table[:, 1:6], "o-", markersize=3)
+    lines += axes[0].plot(table[:, 0], table[:, 0] / 60, color="gray", linewidth=0.6)
+    axes[0].legend(lines, [*(f"mode {k}" for k in range(1, 6)), "speed of the shaft"], fontsize=7, ncols=2, loc="upper left")
+    axes[0].set(xlabel="speed (rpm)", ylabel="damped frequency (Hz)", ylim=(-5, 230))
     axes[1].plot(table[:, 0], 100 * table[:, 6:11], "o-", markersize=3)
     axes[1].axhline(0, color="black", linewidth=0.8)
     axes[1].set(xlabel="speed (rpm)", ylabel="damping ratio (%)")
@@ -153,7 +157,7 @@ def draw_spring_chain(folder):
     figure, axes = plt.subplots(figsize=(5, 3))
     axes.plot(found, "o", markersize=3, label="computed")
     axes.plot(2 * np.sin(np.arange(60) * np.pi / 120), label="2 sin(j pi/120)")
-    axes.set(xlabel="j", ylabel="frequency (rad/s)")
+    axes.set(xlabel="j (-)", ylabel="frequency (rad/s)")
     axes.legend()
     save(figure, "spring-chain")
 
@@ -164,7 +168,7 @@ def draw_free_free(folder):
     for kind, marker in (("rigid", "o"), ("real", "^"), ("underdamped", "s")):
         places = [k + 1 for k, mode in enumerate(found) if mode["kind"] == kind]
         axes.semilogy(places, [found[k - 1]["backward_error"] for k in places], marker, markersize=4, label=kind)
-    axes.set(xlabel="mode", ylabel="backward error", ylim=(1e-18, 1e-12))
+    axes.set(xlabel="mode (-)", ylabel="backward error (-)", ylim=(1e-18, 1e-12))
     axes.legend()
     save(figure, "free-free")
 
@@ -178,7 +182,7 @@ def draw_beam_body(folder):
     found = [mode["eigenvalue"][1]**2 for mode in modes(folder, "beam-body", "--modes", 24)]
     figure, axes = plt.subplots(figsize=(5, 3))
     axes.semilogy(range(1, 25), np.abs(np.array(found) / reference - 1), "o", markersize=4)
-    axes.set(xlabel="mode", ylabel="relative difference of omega^2", ylim=(1e-16, 1e-8))
+    axes.set(xlabel="mode (-)", ylabel="relative difference of omega^2 (-)", ylim=(1e-16, 1e-8))
     save(figure, "beam-body")
 
 
@@ -194,6 +198,8 @@ def draw_pendulum(folder):
     for ax, shape, f in zip(axes, shapes, hertz):
         ax.plot(np.append(0, 3 * shape / np.abs(shape).max()), -4 * np.arange(bars + 1), "o-")
         ax.set(xlim=(-4, 4), title=f"{f:.3f} Hz", xticks=[])
+    axes[0].set(ylabel="height (m)")
+    figure.supxlabel("deflection, to scale", fontsize=9)
     save(figure, "pendulum")
 
 

@@ -126,7 +126,8 @@ contains
          if (.not. opens) return
          call archive%open(self%source, .false., error)
       else
-         opens = allocated(self%target) .and. self%looks > 1 .and. part*seconds_since(self%written) >= self%seconds
+         opens = allocated(self%target) .and. self%looks > 1
+         if (opens) opens = part*seconds_since(self%written) >= self%seconds
          if (.not. opens) return
          self%written = clock()
          call self%staging%open(self%target, error)

@@ -178,6 +178,10 @@ contains
          scale = real(s%shift, wp)
          observed = 0
          placed = placed .or. .not. allocated(error)
+         ! Nobody waits for a better one.
+         if (.not. allocated(error)) then
+            if (s%is_stopped()) return
+         end if
          if (.not. allocated(error) .and. attempt < shift_attempts) call observe_here(s, observed, error)
          if (allocated(error)) then
             if (error%code == error_singular .and. .not. placed .and. attempt < shift_attempts) then
