@@ -143,11 +143,14 @@ void kschur_unstage(int folder, const char *staging)
 /* Brings a file, or a folder with the files in it, to the disk. 0, or what errno says. */
 static int bring_to_disk(int parent, const char *name)
 {
-   int file = openat(parent, name, O_RDONLY | O_CLOEXEC), failure = 0;
-   DIR *entries = file < 0 ? NULL : fdopendir(dup(file));
+   int file = openat(parent, name, O_RDONLY | O_CLOEXEC), copy, failure = 0;
+   DIR *entries;
    struct dirent *entry;
 
    if (file < 0) return errno;
+   copy = dup(file);
+   entries = copy < 0 ? NULL : fdopendir(copy);
+   if (entries == NULL && copy >= 0) close(copy);
    while (entries != NULL && failure == 0 && (entry = readdir(entries)) != NULL)
       if (entry->d_name[0] != '.') failure = bring_to_disk(file, entry->d_name);
    if (entries != NULL) closedir(entries);

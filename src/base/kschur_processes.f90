@@ -12,6 +12,8 @@ module kschur_processes
    contains
       !> The threads of each where so many were asked for (0: its share of the cores).
       procedure :: threads
+      !> Each gets the error of the first one that has one, before they begin.
+      procedure :: agree
       !> Ends what they do together: each gets the error of the first one.
       procedure :: leave
    end type processes_type
@@ -47,6 +49,14 @@ contains
 
       threads = asked/self%number
    end function threads
+
+   subroutine agree(self, error)
+      class(processes_type), intent(inout) :: self
+      type(error_type), allocatable, intent(inout) :: error
+
+      associate (unused => self, unchanged => error)
+      end associate
+   end subroutine agree
 
    subroutine leave(self, error)
       class(processes_type), intent(inout) :: self

@@ -74,11 +74,12 @@ contains
       call join_processes(options%communicator, options%distribute, processes, error)
       if (allocated(error)) return
       call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before, error)
-      if (processes%rank > 0) then
+      call processes%agree(error)
+      if (processes%rank > 0 .and. .not. allocated(error)) then
          call help(processes)
-      else
+      else if (.not. allocated(error)) then
          allocate (s)
-         if (.not. allocated(error)) call band_options(first, last, options, own, error)
+         call band_options(first, last, options, own, error)
          if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers, processes)
          if (.not. allocated(error)) call begin_checkpoint(s, [first, last], checkpoint, error)
          if (.not. allocated(error)) then

@@ -17,6 +17,8 @@ module kschur_band_groups
    contains
       !> Cuts the processes into groups, each of which prepares for the problem.
       procedure, nopass :: begin
+      !> Whether there is more than one group.
+      procedure, nopass :: are_several
       !> Says which parts there are.
       procedure, nopass :: announce
       !> The modes of a part; the parts are asked for one after the other.
@@ -38,6 +40,10 @@ contains
       associate (unused => problem, also => options, too => processes)
       end associate
    end subroutine begin
+
+   pure logical function are_several()
+      are_several = .false.
+   end function are_several
 
    subroutine announce(parts)
       type(part_type), intent(in) :: parts(:)

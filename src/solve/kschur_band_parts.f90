@@ -9,7 +9,7 @@ module kschur_band_parts
    use kschur_text, only: text
    implicit none
    private
-   public :: part_type, count_parts
+   public :: count_at, part_type, count_parts
 
    !> Half of the width of the gaps where a band is cut, relative to their place.
    real(wp), parameter, public :: half_gap = 1.0e-5_wp
@@ -113,6 +113,7 @@ contains
       is_lowest = self%from <= near_zero*self%to .and. self%below_from <= enough
    end function is_lowest
 
+   !> How many omega^2 are below theta ((rad/s)^2), zeros included.
    subroutine count_at(s, theta, below)
       type(solve_context_type), intent(inout) :: s
       real(wp), intent(in) :: theta

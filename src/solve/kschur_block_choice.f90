@@ -41,7 +41,8 @@ contains
       integer(long), intent(in) :: factor_entries
       !> Of the basis on the average.
       integer(long), intent(in) :: basis_entries
-      !> Whether a few vectors are orthogonalised against all, once; otherwise twice, and both parts of a state are formed.
+      !> Whether a few vectors are orthogonalised against all, once; otherwise twice, and both parts of a state are formed: of a
+      !> single vector in three readings.
       logical, intent(in) :: lanczos
       ! A sparse substitution needs the time of so many reads of a dense block.
       integer, parameter :: sparse = 2
@@ -49,7 +50,7 @@ contains
       ! promised less, and single vectors are the safest.
       real(wp), parameter :: worth = 0.5_wp
       real(wp) :: least, cost, b, vectors, solve, orthogonalise
-      integer :: i
+      integer :: i, readings
 
       block = 1
       least = huge(1.0_wp)
@@ -59,7 +60,8 @@ contains
          vectors = 1 + merge(0.12_wp, 0.25_wp, lanczos)*(b - 1)
          ! Of what one right-hand side and one vector cost, these parts are left where they are one of a block.
          solve = 2*sparse*real(factor_entries, wp)*(0.15_wp + 0.85_wp/b)
-         orthogonalise = merge(2, 6, lanczos)*real(basis_entries, wp)*(0.45_wp + 0.55_wp/b)
+         readings = merge(2, merge(3, 5, blocks(i) == 1), lanczos)
+         orthogonalise = readings*real(basis_entries, wp)*(0.45_wp + 0.55_wp/b)
          ! The basis grows with the vectors.
          cost = vectors*solve + vectors**2*orthogonalise
          if (.not. cost < worth*least) cycle

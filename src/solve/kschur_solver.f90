@@ -1,5 +1,6 @@
 !> The modes of a problem.
 module kschur_solver
+   use kschur_band_groups, only: band_groups_type
    use kschur_certify, only: certify_modes
    use kschur_checkpoint, only: checkpoint_type
    use kschur_clock, only: clock, seconds_since
@@ -9,6 +10,7 @@ module kschur_solver
    use kschur_help, only: help
    use kschur_kinds, only: wp, long
    use kschur_left_run, only: find_left_modes
+   use kschur_long_list, only: find_long_list, is_long_list
    use kschur_low_rank_choice, only: leave_low_rank, settle_low_rank
    use kschur_modes, only: modes_type, no_modes
    use kschur_monitor, only: monitor_type
@@ -48,10 +50,13 @@ contains
       call join_processes(options%communicator, options%distribute, processes, error)
       if (allocated(error)) return
       call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before, error)
-      if (processes%rank > 0) then
-         call help(processes)
-      else if (.not. allocated(error)) then
-         call solve(problem, options, processes, result, error, monitor, solvers)
+      call processes%agree(error)
+      if (.not. allocated(error)) then
+         if (processes%rank > 0) then
+            call help(processes)
+         else
+            call solve(problem, options, processes, result, error, monitor, solvers)
+         end if
       end if
       call processes%leave(error)
       call leave_solve(threads_before)
@@ -65,16 +70,26 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
       type(inner_solvers_type), intent(in), optional :: solvers
-      type(solve_context_type), target :: s
+      type(solve_context_type), allocatable, target :: s
+      type(band_groups_type) :: groups
       type(checkpoint_type), target :: checkpoint
       real(wp) :: none(0)
       integer(long) :: started
 
       started = clock()
+      allocate (s)
       call begin(s, problem, options, error, monitor, solvers, processes)
       if (.not. allocated(error)) call begin_checkpoint(s, none, checkpoint, error)
-      if (.not. allocated(error)) call prepare(s, error)
-      if (.not. allocated(error)) call solve_prepared(s, options, result, error)
+      if (.not. allocated(error)) then
+         ! A caller's own solvers are in this process only.
+         if (is_long_list(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes)
+         if (groups%are_several()) s%may_be_dense = .false.
+         call prepare(s, error)
+         if (.not. allocated(error)) call solve_prepared(s, options, result, error, groups)
+         call groups%finish()
+      end if
+      deallocate (s)
+      call groups%disband(processes)
       call result%set_total(seconds_since(started))
    end subroutine solve
 
@@ -89,12 +104,14 @@ contains
    end subroutine prepare
 
    !> The modes of a problem that is prepared. The context stays so, without factors.
-   subroutine solve_prepared(s, options, result, error)
+   subroutine solve_prepared(s, options, result, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       !> As the caller gave them.
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
+      !> Who finds a long list in parts; absent: nobody.
+      type(band_groups_type), intent(inout), optional :: groups
       type(modes_type) :: modes
 
       if (s%only_rigid()) then
@@ -102,7 +119,7 @@ contains
       else if (s%is_stopped()) then
          call find_none(s, modes)
       else
-         call search(s, modes, error)
+         call search(s, modes, error, groups)
          if (.not. allocated(error) .and. options%certify) call certify_modes(s, modes)
       end if
       if (.not. allocated(error) .and. options%left) call find_left_modes(s, modes, error)
@@ -112,12 +129,18 @@ contains
    end subroutine solve_prepared
 
    ! What nobody asked for gives way to the next form where it does not come to an end that is trusted.
-   subroutine search(s, modes, error)
+   subroutine search(s, modes, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(out) :: modes
       type(error_type), allocatable, intent(out) :: error
+      type(band_groups_type), intent(inout), optional :: groups
       character(len=note_length), allocatable :: notes(:)
+      logical :: done
 
+      if (present(groups)) then
+         call find_long_list(s, groups, modes, done, error)
+         if (allocated(error) .or. done) return
+      end if
       do
          allocate (notes, source=s%notes)
          call place_shift(s, error)

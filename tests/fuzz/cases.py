@@ -3,7 +3,7 @@ import os
 import struct
 import subprocess
 
-SECONDS = 60
+SECONDS = 300
 ENVIRONMENT = dict(os.environ, OPENBLAS_NUM_THREADS="1",
                    ASAN_OPTIONS="allocator_may_return_null=1:max_allocation_size_mb=4000:detect_leaks=1",
                    UBSAN_OPTIONS="halt_on_error=1:print_stacktrace=1")

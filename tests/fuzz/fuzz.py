@@ -28,6 +28,7 @@ def main():
     parser.add_argument("--kschur", type=os.path.abspath)
     parser.add_argument("--number", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--guarded", action="store_true", help="read each HDF5 file first in a child process, not every second one")
     parser.add_argument("--keep", type=Path)
     arguments = parser.parse_args()
     failures, start = 0, time.monotonic()

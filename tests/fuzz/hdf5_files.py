@@ -193,7 +193,7 @@ def run(arguments, folder):
     judged = Judge(folder)
     for first in range(0, arguments.number, BATCH):
         batch = [make(arguments.seed, number, images) for number in range(first, min(first + BATCH, arguments.number))]
-        given = [(kind + number % 2*"!", image) for number, (kind, image) in enumerate(batch)]
+        given = [(kind + (number % 2 and not arguments.guarded)*"!", image) for number, (kind, image) in enumerate(batch)]
         for number, ((kind, image), answer) in enumerate(zip(batch, answers(arguments.reader, given, folder))):
             wrong = judge(kind, image, answer, sound, judged)
             if wrong:

@@ -144,6 +144,12 @@ def check_bands(folder):
               np.all(abs(values(answer) - values(alone)) <= bounds(alone)), len(answer["modes"]))
         check(name + ": counts and certificate", answer["counts"] == alone["counts"] and answer["certified"] is True,
               f"{answer['counts']} {alone['counts']}")
+    # A long list is cut like a band, but where modes above it may be nearer to zero.
+    _, alone = solve(0, problem, "--modes", 510)
+    status, answer = solve(3, problem, "--modes", 510, "--distribute", 5000)
+    check("a long list on 3", status == 0 and len(answer["modes"]) == 510 and answer["certified"] is True and
+          np.all(abs(values(answer) - values(alone)) <= bounds(alone)), f"{status} {answer}"[:300])
+    check("a long list is cut", answer["counts"]["factorizations"] > 10 + alone["counts"]["factorizations"], answer["counts"])
     # One that is not counted, and one that cannot be had.
     status, answer = solve(3, folder / "brake.h5", "--band", "0,400")
     check("a band that is not counted", status == 0 and answer["certified"] is None, f"{status} {answer}")
@@ -175,6 +181,23 @@ def check_errors(folder):
     check("an error in the first process", done.returncode == 1 and "does not fit" in done.stderr, f"{done.returncode} {done.stderr}")
 
 
+def check_memory(folder):
+    """Too little memory to begin in one of three processes: all of them end with status 4 and one line, or mpirun ends them."""
+    problem = folder / "crank-memory.h5"
+    run(0, "scene", "crank", "--density", "2", "--output", problem)
+    said = 0
+    for kilobytes in (380000, 5000000):
+        limited = f'test "$OMPI_COMM_WORLD_RANK" = 1 && ulimit -v {kilobytes}; exec "$@"'
+        done = subprocess.run([MPIRUN, "--oversubscribe", "-np", "3", "sh", "-c", limited, "sh", KSCHUR, "solve", str(problem),
+                               "--modes", "4", "--distribute", "1", "--threads", "1"], capture_output=True, text=True, timeout=300)
+        lines = [line for line in done.stderr.splitlines() if line.startswith("kschur: ")]
+        said += done.returncode == 4 and len(lines) == 1 and "memory" in lines[0]
+        check(f"{kilobytes} kB in one process", done.returncode == 0 or (done.returncode == 4 and len(lines) == 1)
+              or "mpirun" in done.stderr, f"{done.returncode} {done.stderr}")
+    check("enough memory in one process", done.returncode == 0, done.stderr)
+    check("too little memory in one process is said", said > 0)
+
+
 def check_killed(folder):
     """A process that is killed ends the others, and leaves no file."""
     place = folder / "killed"
@@ -204,6 +227,7 @@ def main():
         check_methods(folder)
         check_bands(folder)
         check_lapack_band(folder)
+        check_memory(folder)
         check_killed(folder)
         check_errors(folder)
     print(f"{passed} passed, {failed} failed")

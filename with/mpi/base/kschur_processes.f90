@@ -29,6 +29,8 @@ module kschur_processes
       !> How many factorisations they have begun.
       integer :: factorizations = 0
       integer, private :: rows = 1, on_this_machine = 1
+      ! Whether one of them could not even begin.
+      logical, private :: failed = .false.
    contains
       !> The threads of each where so many were asked for (0: its share of the cores).
       procedure :: threads
@@ -39,6 +41,8 @@ module kschur_processes
       procedure :: split
       !> How many unknowns from which on a matrix is distributed.
       procedure :: distribute
+      !> All get the error of the first one that has one, before they begin.
+      procedure :: agree
       !> Ends what they do together: all get the error of the first one that has one.
       procedure :: leave
    end type processes_type
@@ -178,25 +182,43 @@ contains
       distribute = self%rows
    end function distribute
 
+   subroutine agree(self, error)
+      class(processes_type), intent(inout) :: self
+      type(error_type), allocatable, intent(inout) :: error
+
+      call spread_error(self, error)
+      self%failed = allocated(error)
+   end subroutine agree
+
    subroutine leave(self, error)
       class(processes_type), intent(inout) :: self
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (self%communicator == MPI_COMM_NULL) return
+      if (.not. self%failed) then
+         if (self%rank == 0) call self%tell([word_end])
+         call spread_error(self, error)
+      end if
+      call MPI_Comm_free(self%communicator)
+   end subroutine leave
+
+   subroutine spread_error(processes, error)
+      type(processes_type), intent(in) :: processes
       type(error_type), allocatable, intent(inout) :: error
       character(len=:), allocatable :: message
       integer :: raised(2), from, first
 
-      if (self%communicator == MPI_COMM_NULL) return
-      if (self%rank == 0) call self%tell([word_end])
-      from = merge(self%rank, self%number, allocated(error))
-      call MPI_Allreduce(from, first, 1, MPI_INTEGER, MPI_MIN, self%communicator)
-      if (first < self%number) then
+      associate (rank => processes%rank, communicator => processes%communicator)
+         from = merge(rank, processes%number, allocated(error))
+         call MPI_Allreduce(from, first, 1, MPI_INTEGER, MPI_MIN, communicator)
+         if (first == processes%number) return
          raised = 0
-         if (self%rank == first) raised = [error%code, len(error%message)]
-         call MPI_Bcast(raised, 2, MPI_INTEGER, first, self%communicator)
+         if (rank == first) raised = [error%code, len(error%message)]
+         call MPI_Bcast(raised, 2, MPI_INTEGER, first, communicator)
          allocate (character(len=raised(2)) :: message)
-         if (self%rank == first) message = error%message
-         call MPI_Bcast(message, raised(2), MPI_CHARACTER, first, self%communicator)
-         if (self%rank /= first) call new_error(error, raised(1), message)
-      end if
-      call MPI_Comm_free(self%communicator)
-   end subroutine leave
+         if (rank == first) message = error%message
+         call MPI_Bcast(message, raised(2), MPI_CHARACTER, first, communicator)
+         if (rank /= first) call new_error(error, raised(1), message)
+      end associate
+   end subroutine spread_error
 end module kschur_processes

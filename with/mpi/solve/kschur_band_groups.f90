@@ -31,6 +31,8 @@ module kschur_band_groups
    contains
       !> Cuts the processes into groups, each of which prepares for the problem.
       procedure :: begin
+      !> Whether there is more than one group.
+      procedure :: are_several
       !> Says which parts there are.
       procedure :: announce
       !> The modes of a part; the parts are asked for one after the other.
@@ -66,6 +68,12 @@ contains
       settings = options
       call share_problem(shared, settings, self%leaders)
    end subroutine begin
+
+   pure logical function are_several(self)
+      class(band_groups_type), intent(in) :: self
+
+      are_several = self%number > 1
+   end function are_several
 
    subroutine announce(self, parts)
       class(band_groups_type), intent(inout) :: self
