@@ -11,6 +11,7 @@ from .geometry import Geometry
 from .response import Response, frequency_response
 from .result import Result
 from .solving import load, solve
+from .sweeping import Event, Sweep, sweep
 
 __version__ = _version()
-__all__ = ["Error", "Geometry", "Response", "Result", "errors", "frequency_response", "load", "solve"]
+__all__ = ["Error", "Event", "Geometry", "Response", "Result", "Sweep", "errors", "frequency_response", "load", "solve", "sweep"]

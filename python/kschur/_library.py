@@ -30,6 +30,8 @@ _ARGUMENTS = {
     "kschur_problem_set_nodes": [c_void_p, c_int64, c_void_p, c_int64, c_int, c_void_p, c_void_p],
     "kschur_problem_set_cells": [c_void_p, c_int64, c_int, c_void_p, c_void_p, c_void_p],
     "kschur_problem_get_response": [c_void_p, c_void_p, c_int64, c_void_p, c_int64, c_void_p, c_void_p],
+    "kschur_sweep_add": [c_void_p, c_double, c_void_p, c_void_p],
+    "kschur_sweep_get_numbers": [c_void_p, c_char_p, c_void_p, c_int64],
     "kschur_options_set_progress": [c_void_p, PROGRESS, c_void_p],
     "kschur_options_set_real_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],
     "kschur_options_set_complex_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],
@@ -74,7 +76,7 @@ def name_of(what: str, number: int) -> str:
 
 
 class Handle:
-    """A kschur_problem, kschur_options or kschur_result, by its kind; ended with this object."""
+    """A kschur_problem, kschur_options, kschur_result or kschur_sweep, by its kind; ended with this object."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind

@@ -1,14 +1,36 @@
 """What is made of modes and problems, against NumPy and closed forms."""
+import matplotlib
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+from test_solve import chain
 
 import kschur
-from kschur.errors import SingularError, UsageError
+from kschur.errors import InputError, SingularError, UsageError
+
+matplotlib.use("Agg")
 
 
-def chain(n):
-    return sparse.identity(n, format="csr"), sparse.diags([200.0, -100, -100], [0, 1, -1], (n, n), format="csr")
+@pytest.mark.parametrize("coupling, kind", [(0.02, "veering"), (0, "crossing")])
+def test_sweep(coupling, kind, tmp_path):
+    values = np.linspace(0, 1, 6)
+    swept = kschur.sweep(lambda p: (np.eye(2), [[1 + p, coupling], [coupling, 2 - p]]), values, modes=2)
+    root = np.hypot(values - 0.5, coupling) if coupling else 0.5 - values
+    assert np.allclose(swept.eigenvalues.imag, np.sqrt(np.stack([1.5 - root, 1.5 + root], axis=1)), rtol=1e-12)
+    assert np.allclose(swept.frequency_hz, swept.eigenvalues.imag / 2 / np.pi) and not swept.damping_ratio.any()
+    assert [event.kind for event in swept.events] == [kind] and swept.events[0][1:3] == (0, 1)
+    assert abs(swept.events[0].value - 0.5) < 0.11 and swept.values.tolist() == values.tolist()
+    axes = swept.campbell(parameter="p")
+    assert axes.get_xlabel() == "p" and len([line for line in axes.lines if line.get_marker() in "sD"]) == 1
+    assert np.allclose(axes.lines[0].get_ydata(), swept.frequency_hz[:, 0])
+    axes.figure.savefig(tmp_path / "campbell.png")
+
+
+def test_sweep_refuses():
+    with pytest.raises(UsageError, match="rise or fall"):
+        kschur.sweep(lambda p: (np.eye(2), np.eye(2)), [1, 3, 2])
+    with pytest.raises(InputError, match="other numbers of unknowns"):
+        kschur.sweep(lambda p: (np.eye(int(p)), np.eye(int(p))), [2, 3], modes=1)
 
 
 def test_frequency_response():

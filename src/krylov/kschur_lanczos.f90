@@ -7,7 +7,8 @@
 module kschur_lanczos
    use kschur_archive, only: archive_type
    use kschur_basis_real, only: move_columns, rotate_columns
-   use kschur_block_lanczos, only: add_random_directions, block_decomposition_type, breakdown, expand_block, make_room
+   use kschur_block_decomposition, only: block_decomposition_type, breakdown, make_room
+   use kschur_block_lanczos, only: add_random_directions, expand_block
    use kschur_census, only: census_type
    use kschur_checkpoint, only: checkpoint_type
    use kschur_clock, only: clock, seconds_since

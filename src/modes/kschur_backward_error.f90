@@ -51,7 +51,7 @@ contains
    !> square of the error of a shape and without the rounding of the factored matrix; on an axis where a shape that
    !> belongs there has no larger a backward error than rounding makes it. A pair on the real axis whose conjugate is
    !> another one is a double real eigenvalue: the second copy is put behind all others.
-   subroutine settle_pairs(problem, pairs, known, errors, bounds)
+   subroutine settle_pairs(problem, pairs, known, errors, bounds, uncertainty)
       type(modal_problem_type), intent(in) :: problem
       !> Of unit norm.
       type(eigenpairs_type), intent(inout) :: pairs
@@ -61,6 +61,8 @@ contains
       real(wp), allocatable, intent(out) :: errors(:)
       !> The backward error times the condition number, as an absolute bound of the error (1/s); NaN where not known.
       real(wp), allocatable, intent(out) :: bounds(:)
+      !> How far eigenvalues may be off (1/s): these bounds, or where they are not known what no bound falls below.
+      real(wp), allocatable, intent(out) :: uncertainty(:)
       type(csr_matrix_type) :: transposed
       type(products_type) :: products
       type(eigenpairs_type) :: copies
@@ -72,7 +74,7 @@ contains
       k = size(pairs%lambda)
       transposed = transpose_csr(problem%constraints)
       norms = norms_of(problem)
-      allocate (errors(k), bounds(k), doubled(0))
+      allocate (errors(k), bounds(k), uncertainty(k), doubled(0))
       copies = chosen_pairs(pairs, spread(.false., 1, k))
       do first = 1, k, pairs_at_once(pairs)
          last = min(first + pairs_at_once(pairs) - 1, k)
@@ -91,12 +93,15 @@ contains
             else
                call judge(problem%symmetric, norms, products, l, pairs%lambda(j), errors(j), bounds(j))
             end if
+            uncertainty(j) = least_bound(products, l, pairs%lambda(j), errors(j), norms)
             ! A rigid motion is taken as one: how fast it decays is known as well as M and R are, K has no part in it.
             if (j > k - known .and. bounds(j) > 0) bounds(j) = &
                bound_of(products, l, pairs%lambda(j), epsilon(1.0_wp), [norms(:2), 0.0_wp, norms(4)])
          end do
       end do
+      where (bounds >= 0) uncertainty = bounds
       if (size(doubled) > 0) call append_copies(problem, doubled, copies, pairs, errors, bounds)
+      uncertainty = [uncertainty, uncertainty(doubled)]
    end subroutine settle_pairs
 
    pure logical function is_paired(pairs, j)
@@ -137,6 +142,17 @@ contains
          bound = bound_of(products, l, lambda, error, norms)
       end if
    end subroutine judge
+
+   ! A change of lambda by x changes the residual by no more than x ||P'(lambda) phi||.
+   pure real(wp) function least_bound(products, l, lambda, error, norms) result(bound)
+      type(products_type), intent(in) :: products
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: lambda
+      real(wp), intent(in) :: error, norms(4)
+
+      bound = max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l)/ &
+         max(products%slope(l, lambda), tiny(1.0_wp))
+   end function least_bound
 
    ! What the shapes of double real eigenvalues have beyond the first ones; of a defective eigenvalue nothing.
    subroutine append_copies(problem, doubled, copies, pairs, errors, bounds)

@@ -54,7 +54,7 @@ contains
 
       k = size(pairs%lambda) - wanted%rigid
       call make_canonical(pairs, k, again)
-      call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound)
+      call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound, modes%uncertainty)
       ! Real shapes stayed as they were.
       if (.not. pairs%is_real()) call normalize_first(pairs, k)
       ! On the real axis there are no conjugates: each eigenvalue is one of its own.
@@ -143,7 +143,7 @@ contains
          modes%beyond = any(errors > spurious .and. .not. abs(lambda) <= limit)
          accepted = accepted .and. errors <= spurious
          if (eigenvalues_of(lambda, accepted) > wanted%most) call drop_repeated(pairs, k, wanted%most, accepted)
-         call drop_beyond(lambda, modes%error_bound, wanted%most, accepted, dropped)
+         call drop_beyond(lambda, modes%uncertainty, wanted%most, accepted, dropped)
       end associate
       if (dropped) doubtful = .false.
       if (dropped) modes%beyond = .true.
@@ -220,9 +220,9 @@ contains
 
    ! Takes out of a list of more eigenvalues than there are those that may be anything, and then the largest: they
    ! are infinite ones that rounding blurred.
-   pure subroutine drop_beyond(lambda, bounds, most, accepted, dropped)
+   pure subroutine drop_beyond(lambda, uncertainty, most, accepted, dropped)
       complex(wp), intent(in) :: lambda(:)
-      real(wp), intent(in) :: bounds(:)
+      real(wp), intent(in) :: uncertainty(:)
       integer, intent(in) :: most
       logical, intent(inout) :: accepted(:)
       logical, intent(out) :: dropped
@@ -231,9 +231,9 @@ contains
 
       dropped = .false.
       do while (eigenvalues_of(lambda, accepted) > most)
-         doubtful = accepted .and. bounds > anything*abs(lambda)
+         doubtful = accepted .and. uncertainty > anything*abs(lambda)
          if (any(doubtful)) then
-            accepted(maxloc(bounds/max(abs(lambda), tiny(1.0_wp)), 1, doubtful)) = .false.
+            accepted(maxloc(uncertainty/max(abs(lambda), tiny(1.0_wp)), 1, doubtful)) = .false.
          else
             accepted(maxloc(abs(lambda), 1, accepted)) = .false.
          end if
@@ -262,7 +262,7 @@ contains
       if (allocated(pairs%weights)) allocate (before%weights, source=pairs%weights)
       ! A pair that comes to the real axis is two eigenvalues there.
       allocate (pairs%paired(k), source=abs(aimag(before%lambda)) > 0)
-      call settle_pairs(problem, pairs, 0, modes%backward_error, modes%error_bound)
+      call settle_pairs(problem, pairs, 0, modes%backward_error, modes%error_bound, modes%uncertainty)
       call normalize_first(pairs, size(pairs%lambda))
       repeated = .false.
       do j = 1, k

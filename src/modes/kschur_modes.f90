@@ -17,6 +17,8 @@ module kschur_modes
       real(wp), allocatable :: backward_error(:)
       !> Absolute bounds of the errors (1/s); NaN where not known.
       real(wp), allocatable :: error_bound(:)
+      !> How far eigenvalues may be off (1/s): these bounds, or where they are not known what no bound falls below.
+      real(wp), allocatable :: uncertainty(:)
       !> Left vectors, their multipliers and the condition numbers; not allocated unless asked for.
       complex(wp), allocatable :: left_phi(:, :), left_xi(:, :)
       real(wp), allocatable :: condition(:)
@@ -54,6 +56,7 @@ contains
       call take_columns(self%xi, order)
       self%backward_error = self%backward_error(order)
       self%error_bound = self%error_bound(order)
+      self%uncertainty = self%uncertainty(order)
       if (.not. allocated(self%condition)) return
       call take_columns(self%left_phi, order)
       call take_columns(self%left_xi, order)
@@ -76,7 +79,7 @@ contains
       type(modes_type) :: modes
 
       allocate (modes%lambda(0), modes%phi(unknowns, 0), modes%xi(constraints, 0), modes%backward_error(0), &
-         modes%error_bound(0))
+         modes%error_bound(0), modes%uncertainty(0))
       allocate (modes%history%converged(0), modes%history%operator_applications(0), modes%history%residual(0))
    end function no_modes
 

@@ -30,6 +30,8 @@ module kschur_products
       procedure :: square
       !> ||P(lambda) phi + Cq^T xi|| of pair l.
       procedure :: residual
+      !> ||P'(lambda) phi||, P' = 2 lambda M + R, of pair l.
+      procedure :: slope
       !> The products of the real part of a multiple of pair l.
       procedure :: real_part
    end type products_type
@@ -246,6 +248,22 @@ contains
       end if
       residual = norm_of(rest)
    end function residual
+
+   pure real(wp) function slope(self, l, lambda)
+      class(products_type), intent(in) :: self
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: lambda
+      type(products_type) :: derivative
+
+      associate (first => self%parts*(l - 1) + 1, last => self%parts*l)
+         derivative%parts = self%parts
+         allocate (derivative%mass(size(self%mass, 1), self%parts), source=0.0_wp)
+         allocate (derivative%damping, source=2*self%mass(:, first:last))
+         allocate (derivative%rest(size(self%mass, 1), 2), source=0.0_wp)
+         derivative%rest(:, :self%parts) = self%damping(:, first:last)
+      end associate
+      slope = derivative%residual(1, lambda)
+   end function slope
 
    ! In a precision with room for the squares.
    pure real(wp) function norm_of(x) result(norm)

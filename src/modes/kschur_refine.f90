@@ -135,7 +135,7 @@ contains
       complex(wp), intent(in) :: s, y(:, :)
       real(wp), intent(in) :: factors(:)
       type(eigenpairs_type) :: pair
-      real(wp), allocatable :: errors(:), bounds(:)
+      real(wp), allocatable :: errors(:), bounds(:), uncertainty(:)
       integer :: n
 
       n = problem%unknowns()
@@ -143,7 +143,7 @@ contains
       allocate (pair%phi, source=y(:n, :)/norm2(abs(y(:n, :))))
       allocate (pair%xi(size(factors), 1))
       pair%xi(:, 1) = factors*y(n + 1:, 1)/norm2(abs(y(:n, :)))
-      call settle_pairs(problem, pair, 0, errors, bounds)
+      call settle_pairs(problem, pair, 0, errors, bounds, uncertainty)
       settled = pair%lambda(1)
    end function settled
 

@@ -7,7 +7,7 @@
 !> with the responses F = A^{-1} B. In a space with M-orthonormal basis V that holds F, only C leads out of it, and by
 !> how much is known from the decomposition of C alone.
 module kschur_low_rank_projection
-   use kschur_block_lanczos, only: block_decomposition_type
+   use kschur_block_decomposition, only: block_decomposition_type
    use kschur_dense_eigenpairs, only: dense_eigenpairs_type, general_eigenpairs
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_invariant, only: invariant_type
@@ -57,7 +57,7 @@ contains
    !> The undamped Ritz pairs of a decomposition.
    subroutine new_projection(projection, d, responses, forces, map, shift, error)
       type(projection_type), intent(out) :: projection
-      type(block_decomposition_type), intent(in) :: d
+      class(block_decomposition_type), intent(in) :: d
       !> F as combinations of the basis.
       real(wp), intent(in) :: responses(:, :)
       type(local_forces_type), intent(in) :: forces

@@ -6,7 +6,7 @@ module kschur_low_rank_shapes
    use kschur_lapack, only: dgemm, zgesv
    use kschur_local_forces, only: local_forces_type
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_symmetric_transform, only: symmetric_shift_invert_type
+   use kschur_symmetric_operator, only: symmetric_shift_invert_type
    implicit none
    private
    public :: combine, recover_shapes, responses_type

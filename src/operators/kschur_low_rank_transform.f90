@@ -3,7 +3,7 @@
 !> is a combination of undamped modes and of such responses.
 module kschur_low_rank_transform
    use kschur_archive, only: archive_type
-   use kschur_block_lanczos, only: add_directions, add_random_directions, block_decomposition_type, expand_block, make_room
+   use kschur_block_lanczos, only: add_random_directions, expand_block
    use kschur_certificate, only: inertia_census_type, new_inertia_census
    use kschur_checkpoint, only: checkpoint_type
    use kschur_deflation, only: deflation_type
@@ -15,13 +15,13 @@ module kschur_low_rank_transform
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
    use kschur_local_forces, only: local_forces_type, new_local_forces, symmetric_stiffness
    use kschur_low_rank_projection, only: new_projection, projection_type
-   use kschur_low_rank_shapes, only: combine, recover_shapes, responses_type
+   use kschur_low_rank_shapes, only: combine, recover_shapes
+   use kschur_low_rank_space, only: begin_or_continue, filter, low_rank_space_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: is_stopped, monitor_type
    use kschur_outcome, only: history_type, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
-   use kschur_root_space, only: root_space_type
    use kschur_selection, only: order_by_preference
    use kschur_spectral_map, only: spectral_map_type
    use kschur_symmetric_transform, only: new_symmetric_transform, symmetric_transform_type
@@ -30,9 +30,6 @@ module kschur_low_rank_transform
    implicit none
    private
    public :: low_rank_transform_type, new_low_rank_transform
-
-   ! Applications that take infinite eigenvalues out of a random vector: they come in Jordan blocks of size 2 at most.
-   integer, parameter :: filter = 2
 
    !> The undamped part with its local forces, and the space that grows for both.
    type, extends(transform_type) :: low_rank_transform_type
@@ -43,19 +40,13 @@ module kschur_low_rank_transform
       type(modal_problem_type), allocatable, private :: symmetric_part
       type(inertia_census_type), allocatable, private :: census
       type(placement_type), private :: placement
-      ! The space may grow to so many vectors.
-      integer, private :: most = 0
-      ! Grows from call to call; of its first vectors the responses and the states of the eigenvalue zero are made.
-      type(block_decomposition_type), allocatable, private :: space
-      real(wp), allocatable, private :: responses(:, :), zeros(:, :)
-      type(responses_type), private :: unit_responses
+      type(low_rank_space_type), allocatable, private :: space
    contains
       procedure :: iterate
       procedure :: recover
       procedure :: linear_solver
       procedure :: order
       procedure :: transposed
-      procedure, private :: start
       procedure, private :: keep
       procedure, private :: look
       procedure, private :: undamped_selection
@@ -118,10 +109,12 @@ contains
       logical :: proceed, complete
       integer :: next
 
-      call self%start(options, ritz%statistics, error)
+      if (allocated(self%symmetric_part)) self%undamped%operator%problem => self%symmetric_part
+      call begin_or_continue(self%space, self%undamped%operator, self%forces, self%undamped%motions, options, &
+         ritz%statistics, error)
       if (allocated(error)) return
       ritz%statistics%reason = reason_max_restarts
-      next = min(selection%wanted, self%most)
+      next = min(selection%wanted, self%space%limit)
       proceed = .true.
       do
          if (associated(options%checkpoint)) call self%keep(options%checkpoint, ritz%statistics, next, error)
@@ -144,11 +137,11 @@ contains
          complete = .false.
          if (seen%settled()) call self%copies_are_there(selection, seen, complete)
          if (self%space%closed()) exit
-         if ((seen%settled() .and. complete) .or. .not. proceed .or. at_end(self)) exit
+         if ((seen%settled() .and. complete) .or. .not. proceed .or. self%space%at_end()) exit
          if (seen%settled()) call add_random_directions(self%undamped%operator, self%space, 1, filter, options%seed, &
             ritz%statistics, error)
          if (allocated(error)) return
-         next = min(self%space%expanded + max(8, self%space%expanded/10), self%most)
+         next = min(self%space%expanded + max(8, self%space%expanded/10), self%space%limit)
       end do
       if (.not. proceed) then
          ritz%statistics%reason = reason_cancelled
@@ -181,69 +174,11 @@ contains
       call checkpoint%close(archive, error)
    end subroutine keep
 
-   ! Whether the space may not grow.
-   pure logical function at_end(self)
-      class(low_rank_transform_type), intent(in) :: self
-
-      at_end = self%space%full() .or. self%space%expanded >= self%most
-   end function at_end
-
    pure logical function settled(self)
       class(look_type), intent(in) :: self
 
       settled = self%needed > 0 .and. self%converged >= self%needed
    end function settled
-
-   ! The states of the eigenvalue zero, the responses, and a random vector.
-   subroutine start(self, options, statistics, error)
-      class(low_rank_transform_type), target, intent(inout) :: self
-      class(krylov_options_type), intent(in) :: options
-      type(krylov_statistics_type), intent(inout) :: statistics
-      type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: levels = 8
-      ! States of the eigenvalue zero are no better known.
-      real(wp), parameter :: blurred = 1.0e-10_wp
-      real(wp), allocatable :: x(:, :), xi(:, :)
-      integer :: n, r, z, room
-
-      associate (operator => self%undamped%operator)
-         if (allocated(self%symmetric_part)) operator%problem => self%symmetric_part
-         n = operator%order()
-         r = self%forces%rank()
-         z = operator%deflation%zero%multiplicity()
-         ! Each block of responses is as many vectors, which are solved for together.
-         self%most = z + options%subspace + merge(levels*r, 0, options%verify)
-         room = 2*(r + z) + self%most + 2
-         if (.not. allocated(self%space)) then
-            allocate (self%space)
-            self%space%cautious = .true.
-            self%space%most = n - size(operator%deflation%decay)
-            if (size(operator%deflation%decay) > 0) allocate (self%space%excluded, source=operator%deflation%shapes)
-            call make_room(self%space, n, room, error)
-            if (allocated(error)) return
-            allocate (self%zeros(room, z), self%responses(room, r))
-            if (z > 0) then
-               x = operator%deflation%zero%x
-               call add_directions(operator, self%space, x, self%zeros, statistics, error)
-               if (.not. allocated(error)) call expand_block(operator, self%space, statistics, error, blurred)
-               if (allocated(error)) return
-               deallocate (x)
-            end if
-            call add_random_directions(operator, self%space, 1, filter, options%seed, statistics, error)
-            if (allocated(error)) return
-            allocate (x(n, r), source=self%forces%columns_of_b(n))
-            allocate (xi(size(operator%factors), r))
-            if (r > 0) call operator%respond(x, xi, error)
-            if (allocated(error)) return
-            allocate (self%unit_responses%shapes, source=x)
-            call move_alloc(xi, self%unit_responses%multipliers)
-            if (r > 0) call add_directions(operator, self%space, x, self%responses, statistics, error)
-            statistics%operator_applications = statistics%operator_applications + r
-         else
-            call make_room(self%space, n, room, error)
-         end if
-      end associate
-   end subroutine start
 
    ! The undamped Ritz pairs; and, where those have converged, or nothing more is to come, the damped ones.
    subroutine look(self, selection, options, seen, error)
@@ -261,7 +196,7 @@ contains
 
       k = self%space%expanded
       if (k == 0) return
-      call new_projection(seen%undamped, self%space, padded(self%responses, k), self%forces, self%undamped%map, &
+      call new_projection(seen%undamped, self%space, self%space%expanded_responses(), self%forces, self%undamped%map, &
          real(self%undamped%shift, wp), error)
       if (allocated(error)) return
       undamped = self%undamped_selection(selection)
@@ -270,14 +205,14 @@ contains
       seen%needed = needed
       seen%converged = count(seen%undamped%residuals(order(:min(needed, k))) <= nearly*options%tolerance)
       seen%residual = maxval(seen%undamped%residuals(order(:min(needed, k))))
-      if (seen%converged < needed .and. .not. (self%space%closed() .or. at_end(self))) then
+      if (seen%converged < needed .and. .not. (self%space%closed() .or. self%space%at_end())) then
          ! Nothing of the damped problem is known yet.
          seen%converged = 0
          allocate (seen%chosen(0))
          return
       end if
-      call seen%undamped%eigenpairs(real(self%shift, wp), self%placement%unit, states(self, seen%undamped%vectors), &
-         seen%pairs, error)
+      call seen%undamped%eigenpairs(real(self%shift, wp), self%placement%unit, &
+         self%space%states(self%undamped%operator%deflation%zero, seen%undamped%vectors), seen%pairs, error)
       if (allocated(error)) return
       associate (values => seen%pairs%values)
          order = order_by_preference(selection, values)
@@ -300,31 +235,6 @@ contains
       undamped_selection = modal_selection_type(selection%wanted, self%undamped%map, self%undamped%shift, selection%target, &
          selection%known)
    end function undamped_selection
-
-   ! The states of the eigenvalue zero in the Ritz vectors.
-   type(root_space_type) function states(self, vectors)
-      class(low_rank_transform_type), intent(in) :: self
-      real(wp), intent(in) :: vectors(:, :)
-
-      associate (zero => self%undamped%operator%deflation%zero)
-         if (zero%multiplicity() == 0) return
-         allocate (states%x, source=matmul(transpose(vectors), padded(self%zeros, size(vectors, 1))))
-         allocate (states%links, source=zero%links)
-         allocate (states%v, source=matmul(states%x, zero%links))
-      end associate
-   end function states
-
-   ! The first rows, or zeros below those that there are.
-   pure function padded(matrix, rows)
-      real(wp), intent(in) :: matrix(:, :)
-      integer, intent(in) :: rows
-      real(wp) :: padded(rows, size(matrix, 2))
-      integer :: k
-
-      k = min(rows, size(matrix, 1))
-      padded = 0
-      padded(:k, :) = matrix(:k, :)
-   end function padded
 
    ! Whether the space has all undamped modes as near to the target as the damped ones, each as often as it is one.
    subroutine copies_are_there(self, selection, seen, complete)
@@ -398,7 +308,7 @@ contains
 
       call move_alloc(ritz%vectors, pairs%phi)
       allocate (pairs%xi(size(self%undamped%operator%factors), size(ritz%mu)))
-      call recover_shapes(self%undamped%operator, self%forces, self%unit_responses, self%undamped%map, &
+      call recover_shapes(self%undamped%operator, self%forces, self%space%unit_responses, self%undamped%map, &
          real(self%undamped%shift, wp), [(self%theta(ritz%mu(j)), j=1, size(ritz%mu))], pairs, error)
    end subroutine recover
 

@@ -16,6 +16,8 @@ module kschur_placement
       real(wp) :: unit = 1
       !> Factor of each constraint.
       real(wp), allocatable :: factors(:)
+      !> There are no more independent motions that the constraints allow than this.
+      integer :: motions = huge(1)
       !> Whether the vectors of a pencil carry multipliers, and are taken as they come from the iteration.
       logical :: raw = .false.
    end type placement_type

@@ -17,37 +17,23 @@ module kschur_symmetric_transform
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
    use kschur_outcome, only: certified_unknown
-   use kschur_operator, only: symmetric_operator_type
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
    use kschur_saddle, only: symmetric_saddle
    use kschur_sparse, only: csr_matrix_type
+   use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
    implicit none
    private
-   public :: symmetric_shift_invert_type, symmetric_transform_type, new_symmetric_transform, purify
-
-   !> C = (K - s M)^{-1} M on the motions that the constraints allow.
-   type, extends(symmetric_operator_type) :: symmetric_shift_invert_type
-      type(modal_problem_type), pointer :: problem => null()
-      type(deflation_type), pointer :: deflation => null()
-      class(real_linear_solver_type), allocatable :: solver
-      !> Factor of each constraint.
-      real(wp), allocatable :: factors(:)
-   contains
-      procedure :: order => operator_order
-      procedure :: apply
-      procedure :: apply_metric
-      procedure :: apply_with_multipliers
-      !> The motions and multipliers that forces make, C without M.
-      procedure :: respond
-   end type symmetric_shift_invert_type
+   public :: symmetric_transform_type, new_symmetric_transform, purify
 
    !> C, what iterations leave to each other, and the count that completes them.
    type, extends(transform_type) :: symmetric_transform_type
       type(symmetric_shift_invert_type) :: operator
+      !> There are no more independent motions than this.
+      integer :: motions = huge(1)
       ! What the last iteration left, for the next one to go on from.
       type(lanczos_state_type), allocatable, private :: state
       type(inertia_census_type), allocatable, private :: census
@@ -82,8 +68,11 @@ contains
       transform%shift = real(transform%map%theta(placement%lambda), wp)
       transform%operator%problem => problem
       transform%operator%deflation => deflation
+      transform%motions = min(problem%unknowns(), placement%motions)
       transform%recover_applies = size(placement%factors) > 0
       allocate (transform%operator%factors, source=placement%factors)
+      if (size(placement%factors) > 0) transform%operator%weight_of_violations = sqrt(problem%mass%infinity_norm())/ &
+         max(problem%constraints%infinity_norm(), tiny(1.0_wp))
       call move_alloc(solver, transform%operator%solver)
       call symmetric_saddle(problem, placement%factors, real(transform%shift, wp), matrix, structure, error)
       if (allocated(error)) return
@@ -147,73 +136,6 @@ contains
          "the shifted problem is singular: the shift is an eigenvalue; move it a little")
    end subroutine check_regular
 
-   integer function operator_order(self)
-      class(symmetric_shift_invert_type), intent(in) :: self
-
-      operator_order = self%problem%unknowns()
-   end function operator_order
-
-   subroutine apply(self, x, y, error)
-      class(symmetric_shift_invert_type), intent(inout) :: self
-      real(wp), contiguous, intent(in) :: x(:, :)
-      real(wp), contiguous, intent(out) :: y(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: xi(:, :)
-
-      allocate (xi(size(self%factors), size(x, 2)))
-      call self%apply_with_multipliers(x, y, xi, error)
-   end subroutine apply
-
-   subroutine apply_metric(self, x, y, error)
-      class(symmetric_shift_invert_type), intent(inout) :: self
-      real(wp), contiguous, intent(in) :: x(:, :)
-      real(wp), contiguous, intent(out) :: y(:, :)
-      type(error_type), allocatable, intent(out) :: error
-
-      y = 0
-      call self%problem%mass%add_product(1.0_wp, x, y)
-   end subroutine apply_metric
-
-   subroutine apply_with_multipliers(self, x, y, xi, error)
-      class(symmetric_shift_invert_type), intent(inout) :: self
-      real(wp), contiguous, intent(in) :: x(:, :)
-      real(wp), contiguous, intent(out) :: y(:, :), xi(:, :)
-      type(error_type), allocatable, intent(out) :: error
-
-      y = 0
-      call self%problem%mass%add_product(1.0_wp, x, y)
-      call self%respond(y, xi, error)
-   end subroutine apply_with_multipliers
-
-   ! (K - s M)^{-1} f.
-   subroutine respond(self, y, xi, error)
-      class(symmetric_shift_invert_type), intent(inout) :: self
-      !> Forces, and the motions that they make.
-      real(wp), contiguous, intent(inout) :: y(:, :)
-      real(wp), contiguous, intent(out) :: xi(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: rhs(:, :)
-      integer :: n, j
-
-      n = size(y, 1)
-      ! What rounding left of deflated motions would be magnified, and C no longer self-adjoint.
-      call self%deflation%project_forces(y)
-      if (size(self%factors) == 0) then
-         call self%solver%solve(y, error)
-         if (.not. allocated(error)) call self%deflation%project(y)
-         return
-      end if
-      allocate (rhs(n + size(self%factors), size(y, 2)), source=0.0_wp)
-      rhs(:n, :) = y
-      call self%solver%solve(rhs, error)
-      if (allocated(error)) return
-      y = rhs(:n, :)
-      call self%deflation%project(y)
-      do j = 1, size(y, 2)
-         xi(:, j) = self%factors*rhs(n + 1:, j)
-      end do
-   end subroutine respond
-
    subroutine iterate(self, selection, options, ritz, error, monitor)
       class(symmetric_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -231,7 +153,7 @@ contains
       if (.not. allocated(self%state)) then
          allocate (self%state)
          associate (d => self%state%decomposition, known => self%operator%deflation)
-            d%most = self%operator%order() - size(known%decay)
+            d%most = self%motions - size(known%decay)
             if (size(known%decay) > 0) allocate (d%excluded, source=known%shapes)
          end associate
       end if
@@ -282,6 +204,7 @@ contains
       borrowed%original => self%operator%solver
       call move_alloc(borrowed, factors)
       placement%lambda = sqrt(self%shift)
+      placement%motions = self%motions
       allocate (placement%factors, source=self%operator%factors)
       call new_symmetric_transform(own, problem, deflation, placement, factors, error)
       own%borrows = .true.

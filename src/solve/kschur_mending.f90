@@ -1,8 +1,8 @@
 !> What may be wrong with pairs and modes that an iteration found is looked at again, one by one, and mended or dropped.
 module kschur_mending
-   use kschur_backward_error, only: backward_errors
+   use kschur_backward_error, only: backward_errors, settle_pairs
    use kschur_context, only: solve_context_type
-   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type
@@ -55,31 +55,33 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call polish(s, modes, error)
-      if (.not. allocated(error)) call drop_unfounded(s, modes, error, also=modes%backward_error > inaccurate_above)
+      if (.not. allocated(error)) call drop_unfounded(s, modes, error, inaccurate_above)
    end subroutine mend
 
    !> Drops modes whose error bounds let them be anything, if they are not eigenvalues after all; those of rigid motions
    !> are known.
-   subroutine drop_unfounded(s, modes, error, also, aside)
+   subroutine drop_unfounded(s, modes, error, above, aside)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
-      !> Others that are doubtful.
-      logical, optional, intent(in) :: also(:)
+      !> Backward errors above this are doubtful, too.
+      real(wp), optional, intent(in) :: above
       !> Those that were dropped; not allocated: none.
       type(eigenpairs_type), optional, intent(out) :: aside
       real(wp), parameter :: anything = 1.0e-2_wp
       class(complex_linear_solver_type), allocatable :: solver
       complex(wp), allocatable :: known(:)
-      logical :: doubtful(size(modes%lambda)), confirmed(size(modes%lambda))
+      real(wp), dimension(size(modes%lambda)) :: errors, uncertainty
+      logical, dimension(size(modes%lambda)) :: doubtful, confirmed
       integer :: i
 
       allocate (known, source=s%known%deflation%eigenvalues())
-      doubtful = modes%error_bound > anything*abs(modes%lambda)
+      call judge_evenly(s, modes, errors, uncertainty)
+      doubtful = uncertainty > anything*abs(modes%lambda) .or. modes%error_bound > anything*abs(modes%lambda)
       do i = 1, size(known)
          doubtful = doubtful .and. abs(modes%lambda - known(i)) > same_value*abs(known(i))
       end do
-      if (present(also)) doubtful = doubtful .or. also
+      if (present(above)) doubtful = doubtful .or. max(errors, modes%backward_error) > above
       if (.not. any(doubtful)) return
       allocate (solver, source=s%inner%complex)
       call confirm(s%work, s%options%constraint_scaling, solver, s%contract(modes), doubtful, confirmed, s%effort, error, &
@@ -89,6 +91,28 @@ contains
       if (present(aside) .and. .not. all(confirmed)) aside = chosen_pairs(modes, .not. confirmed)
       call modes%drop(.not. confirmed)
    end subroutine drop_unfounded
+
+   ! Backward errors, and how far eigenvalues may be off (1/s), in the units that balance has found: uneven ones make the
+   ! former smaller than they are, the latter larger.
+   subroutine judge_evenly(s, modes, errors, uncertainty)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+      real(wp), intent(out) :: errors(:), uncertainty(:)
+      type(eigenpairs_type) :: pairs
+      real(wp), allocatable :: of_pairs(:), bounds(:), off(:)
+      integer :: j
+
+      errors = modes%backward_error
+      uncertainty = modes%uncertainty
+      if (.not. s%plan%spread_of_units() > uneven) return
+      pairs = s%contract(modes)
+      do j = 1, size(pairs%lambda)
+         call normalize(pairs, j)
+      end do
+      call settle_pairs(s%work, pairs, 0, of_pairs, bounds, off)
+      errors = of_pairs
+      uncertainty = off
+   end subroutine judge_evenly
 
    ! Modes far from the shift are known less well than those near to it. Judged and refined in the units that
    ! balance has found: in those as given errors may hide behind a few large entries.

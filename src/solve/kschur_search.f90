@@ -9,7 +9,7 @@ module kschur_search
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_mending, only: drop_unfounded, mend, save_hidden
-   use kschur_mode_selection, only: accept_pairs, highest, wanted_type
+   use kschur_mode_selection, only: accept_pairs, distances, highest, wanted_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
@@ -46,6 +46,8 @@ contains
          if (fewer(s, modes) .and. allocated(aside%lambda) .and. complete) call take_back(s, aside, modes)
       end if
       if (s%is_stopped()) modes%reason = reason_cancelled
+      if (allocated(aside%lambda) .and. .not. all_known(s, modes)) modes%inaccurate = modes%inaccurate + &
+         count(distances(aside%lambda, s%options%target) < maxval([0.0_wp, distances(modes%lambda, s%options%target)]))
       call give_reason(s, complete, modes)
       call certify_by_count(s, modes)
    end subroutine find_modes
@@ -69,6 +71,14 @@ contains
 
       fewer = size(modes%lambda) < s%options%modes
    end function fewer
+
+   ! Whether there are no more eigenvalues than were found.
+   pure logical function all_known(s, modes)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+
+      all_known = s%known%total%exact .and. modes%found == s%known%total%number
+   end function all_known
 
    ! Ritz values near zero cannot be told apart while they iterate: where they make fewer modes
    ! than they seemed to, more are asked for, as long as that helps.
@@ -239,7 +249,7 @@ contains
          if (all(modes%reason /= [reason_converged, reason_max_restarts])) return
          modes%certified = certificate%verdict
          if (certificate%verdict /= certified_yes) return
-         furthest = maxval(min(abs(modes%lambda - s%options%target), abs(conjg(modes%lambda) - s%options%target)))
+         furthest = maxval(distances(modes%lambda, s%options%target))
          slack = 2*indistinct(furthest, maxval(abs(modes%lambda)))
          if (furthest > certificate%reach + slack) modes%certified = certified_unknown
          ! Nothing that was computed may have been lost on the way to the modes.
@@ -260,8 +270,7 @@ contains
          real(wp), intent(in) :: distance
          complex(wp), intent(in) :: lambda(:)
 
-         nearer_than = eigenvalues_of(lambda, &
-            min(abs(lambda - s%options%target), abs(conjg(lambda) - s%options%target)) < distance)
+         nearer_than = eigenvalues_of(lambda, distances(lambda, s%options%target) < distance)
       end function nearer_than
    end subroutine certify_by_count
 end module kschur_search

@@ -9,10 +9,10 @@ from kinds import KINDS, POSITIVE
 from recipe import Recipe, Unsuitable
 
 
-def generate(seed):
-    """The first recipe of this seed that makes a meaningful problem, and the problem."""
+def generate(seed, kinds=KINDS):
+    """The first recipe of this seed that makes a meaningful problem of one of these kinds, and the problem."""
     random = random_numbers.Random(seed)
-    kind = random.choice(KINDS)
+    kind = random.choice(kinds)
     while True:
         try:
             recipe = random_recipe(random, kind)

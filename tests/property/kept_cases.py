@@ -4,6 +4,7 @@ import os
 import sys
 from pathlib import Path
 
+from bands import judge_band
 from case_folder import read_case
 from judge import judge_folder
 
@@ -11,7 +12,9 @@ program, *folders = sys.argv[1:]
 folders = [Path(folder) for folder in folders] or sorted(f for f in Path(__file__).parent.glob("cases/*") if f.is_dir())
 failures = 0
 for folder in folders:
-    verdict = judge_folder(os.path.abspath(program), folder, read_case(folder))
+    problem = read_case(folder)
+    judge = judge_band if "--band" in problem.command else judge_folder
+    verdict = judge(os.path.abspath(program), folder, problem)
     failures += verdict.failed
     print(f"{folder.name}: {verdict}")
 print(f"{failures} failed of {len(folders)}")

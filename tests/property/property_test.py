@@ -6,54 +6,67 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from dataclasses import replace
 from multiprocessing import Pool
 from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 from assemble import assemble  # noqa: E402
+from bands import band_of, judge_band  # noqa: E402
 from case_folder import write_case  # noqa: E402
+from extremes import EXTREMES  # noqa: E402
 from generate import generate  # noqa: E402
 from judge import CLASSES, OK, Verdict, judge_folder  # noqa: E402
+from kinds import KINDS  # noqa: E402
 from recipe import Unsuitable  # noqa: E402
 from shrink import shrink  # noqa: E402
 
 
 def examine(job):
     """The recipe of a seed and the verdict on what the program says of it. A problem that fails is kept."""
-    program, seed, keep, smaller = job
-    recipe, problem = generate(seed)
-    verdict = judge_problem(program, problem)
+    command, seed, kinds, bands, keep, smaller = job
+    recipe, problem = generate(seed, kinds)
+    if bands:
+        problem = replace(problem, command=["--band", "{!r},{!r}".format(*band_of(seed, problem.spectrum))])
+    verdict = judge_problem(command, problem)
     if keep and verdict.failed:
-        if smaller:
-            problem = assemble(shrink(recipe, lambda candidate: judge_recipe(program, candidate).name == verdict.name))
-        write_case(Path(keep) / f"seed-{seed}", problem)
+        if smaller and not bands:
+            problem = assemble(shrink(recipe, lambda candidate: judge_recipe(command, candidate).name == verdict.name))
+        write_case(Path(keep) / f"seed-{seed}", replace(problem, command=problem.command + command[1:]))
     return seed, recipe, verdict
 
 
-def judge_recipe(program, recipe):
+def judge_recipe(command, recipe):
     try:
-        return judge_problem(program, assemble(recipe))
+        return judge_problem(command, assemble(recipe))
     except Unsuitable:
         return Verdict(OK)
 
 
-def judge_problem(program, problem):
+def judge_problem(command, problem):
+    program, *options = command
+    problem = replace(problem, command=problem.command + options)
     with tempfile.TemporaryDirectory(prefix="kschur-property-") as folder:
         write_case(folder, problem)
-        return judge_folder(program, folder, problem)
+        judge = judge_band if "--band" in problem.command else judge_folder
+        return judge(program, folder, problem)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("program", help="the program kschur")
     parser.add_argument("--seeds", default="0:500", metavar="A:B", help="from A to B, without B (%(default)s)")
+    parser.add_argument("--extremes", action="store_true", help="the kinds at the edges in place of the others")
+    parser.add_argument("--bands", action="store_true", help="ask for all modes of a band in place of the nearest ones")
     parser.add_argument("--keep", metavar="FOLDER", help="write problems that fail there, each a folder")
     parser.add_argument("--shrink", action="store_true", help="make them as small as they fail in the same way")
+    parser.add_argument("--options", default="", metavar="WORDS", help="of the program, for each solve: \"--block 2\"")
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="so many at the same time (%(default)s)")
     options = parser.parse_args()
     first, last = map(int, options.seeds.split(":"))
-    program, started = os.path.abspath(options.program), time.time()
-    jobs = ((program, seed, options.keep, options.shrink) for seed in range(first, last))
+    command, started = [os.path.abspath(options.program), *options.options.split()], time.time()
+    kinds = EXTREMES if options.extremes else KINDS
+    jobs = ((command, seed, kinds, options.bands, options.keep, options.shrink) for seed in range(first, last))
     known = read_known()
     by_class, by_kind, failures = Counter(), Counter(), 0
     with Pool(options.jobs) as pool:

@@ -1,0 +1,329 @@
+!> A block Lanczos decomposition, and its basis, which grows by what is left of vectors beside it in the inner product
+!> x^T B y of a metric B, symmetric and positive semidefinite.
+!>
+!> Sources: Daniel, Gragg, Kaufman, Stewart, Math. Comp. 30 (1976), orthogonalisation twice where needed; Hernandez, Roman,
+!> Tomas, Parallel Computing 33 (2007), lengths from Pythagoras; columns that depend on others are left out, as in
+!> Freund and Malhotra, Linear Algebra Appl. 254 (1997).
+module kschur_block_decomposition
+   use kschur_archive, only: archive_type
+   use kschur_clock, only: clock, seconds_since
+   use kschur_error, only: error_type, new_error, error_library, error_memory
+   use kschur_kinds, only: wp, long
+   use kschur_memory, only: real_bytes, require_memory
+   use kschur_krylov_options, only: krylov_statistics_type
+   use kschur_operator, only: symmetric_operator_type
+   use kschur_tall_products_real, only: inner_products, subtract_combinations
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: block_decomposition_type, breakdown, dot, drop_last, make_room, orthonormalize
+
+   !> What is left of a vector in the span of the basis.
+   real(wp), parameter :: breakdown = 100*epsilon(1.0_wp)
+
+   !> C V = V T + W N, [V, W]^T B [V, W] = 1: V are the columns of the basis that were expanded, W those behind them.
+   type :: block_decomposition_type
+      !> Vectors as columns; room for more.
+      real(wp), allocatable :: basis(:, :)
+      !> B-products of C V with the basis, T above N, in columns 1..expanded.
+      real(wp), allocatable :: couplings(:, :)
+      !> Number of vectors, and how many of them were expanded.
+      integer :: vectors = 0, expanded = 0
+      !> A lower bound of the norm of C.
+      real(wp) :: scale = 0
+      !> B-orthonormal vectors that C takes to nothing: kept out, as rounding would bring them back.
+      real(wp), allocatable :: excluded(:, :)
+      !> There are no more independent vectors than this.
+      integer :: most = huge(1)
+      !> Lower bounds of the norm of B, and of the length of the longest vector.
+      real(wp) :: metric_scale = 0, longest = 0
+      !> Whether what rounding may leave is told by their product: start vectors may be far longer than they seem in B.
+      logical :: cautious = .false.
+      integer(long) :: random_state = 0
+      !> B W, but for the last orthogonalisation of W.
+      real(wp), allocatable :: images(:, :)
+   contains
+      !> Whether all that C can reach from what was put in is there.
+      procedure :: closed
+      !> Whether there is no room for what the next expansion makes.
+      procedure :: full
+      !> N, as many rows as W has columns.
+      procedure :: outward
+      !> To or from a checkpoint: what changes while it grows.
+      procedure :: carry
+   end type block_decomposition_type
+
+contains
+
+   subroutine carry(self, archive)
+      class(block_decomposition_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: archive
+
+      call archive%carry(self%vectors)
+      call archive%carry(self%expanded)
+      call archive%carry(self%basis, self%vectors)
+      call archive%carry(self%couplings)
+      call archive%carry(self%images)
+      call archive%carry(self%scale)
+      call archive%carry(self%metric_scale)
+      call archive%carry(self%longest)
+      call archive%carry(self%random_state)
+   end subroutine carry
+
+   pure logical function closed(self)
+      class(block_decomposition_type), intent(in) :: self
+
+      closed = self%expanded == self%vectors
+   end function closed
+
+   pure logical function full(self)
+      class(block_decomposition_type), intent(in) :: self
+
+      full = self%vectors >= size(self%basis, 2)
+   end function full
+
+   pure function outward(self)
+      class(block_decomposition_type), intent(in) :: self
+      real(wp) :: outward(self%vectors - self%expanded, self%expanded)
+
+      outward = self%couplings(self%expanded + 1:self%vectors, :self%expanded)
+   end function outward
+
+   !> Room for so many vectors of a length.
+   subroutine make_room(d, length, vectors, error)
+      class(block_decomposition_type), intent(inout) :: d
+      integer, intent(in) :: length, vectors
+      type(error_type), allocatable, intent(out) :: error
+      ! Images, and what the operator takes.
+      integer, parameter :: beside = 16
+      real(wp), allocatable :: basis(:, :), couplings(:, :)
+      integer :: status
+
+      if (allocated(d%basis)) then
+         if (size(d%basis, 2) >= vectors) return
+      end if
+      allocate (basis(length, vectors), stat=status)
+      if (status /= 0) then
+         call new_error(error, error_memory, "there is no memory for a Lanczos basis of "//text(vectors)// &
+            " vectors of length "//text(length))
+         return
+      end if
+      call require_memory(beside*real_bytes*length, "vectors beside a Lanczos basis", error)
+      if (allocated(error)) return
+      allocate (couplings(vectors, vectors), source=0.0_wp)
+      if (allocated(d%basis)) then
+         basis(:, :d%vectors) = d%basis(:, :d%vectors)
+         couplings(:size(d%couplings, 1), :size(d%couplings, 2)) = d%couplings
+      end if
+      call move_alloc(basis, d%basis)
+      call move_alloc(couplings, d%couplings)
+      if (.not. allocated(d%images)) allocate (d%images(length, 0))
+   end subroutine make_room
+
+   !> Takes out all but the first so many vectors.
+   subroutine drop_last(d, vectors)
+      class(block_decomposition_type), intent(inout) :: d
+      integer, intent(in) :: vectors
+
+      d%vectors = vectors
+      d%images = d%images(:, :vectors - d%expanded)
+   end subroutine drop_last
+
+   !> Puts B-orthonormal combinations of columns behind the basis, and their images behind the others: to the coefficients
+   !> is added what columns are of the basis. Passes go on until one of them changes little: then the products of what is
+   !> left follow from Pythagoras.
+   subroutine orthonormalize(operator, d, x, scale, noise, coefficients, statistics, error)
+      class(symmetric_operator_type), intent(inout) :: operator
+      class(block_decomposition_type), intent(inout) :: d
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      !> A length that the columns were made of, if theirs are less.
+      real(wp), intent(in) :: scale
+      !> Below this part of that it is rounding.
+      real(wp), intent(in) :: noise
+      real(wp), intent(inout) :: coefficients(:, :)
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: passes = 4
+      real(wp), parameter :: enough_left = 0.7_wp
+      real(wp), allocatable :: images(:, :), c(:, :), gram(:, :), total(:, :), triangle(:, :)
+      real(wp) :: negligible, limit, least
+      integer :: k, b, q, pass, kept
+      integer(long) :: started
+      logical :: settled, changed
+
+      k = d%vectors
+      b = size(x, 2)
+      allocate (images(size(x, 1), b))
+      ! X as given is V coefficients + X total.
+      allocate (total, source=identity(b))
+      q = b
+      limit = noise
+      if (d%cautious) limit = max(limit, epsilon(1.0_wp)*sqrt(d%metric_scale)*d%longest)
+      negligible = limit*scale
+      settled = .false.
+      do pass = 1, passes
+         call operator%apply_metric(x(:, :q), images(:, :q), error)
+         if (allocated(error)) return
+         started = clock()
+         call exclude(d, images(:, :q), x(:, :q))
+         allocate (gram(q, q), c(k, q), triangle(q, q))
+         call inner_products(x, images(:, :q), gram)
+         if (.not. all(abs(gram) <= huge(1.0_wp))) call new_error(error, error_library, &
+            "the operator made a vector that is not finite")
+         if (allocated(error)) return
+         negligible = max(negligible, limit*sqrt(maxval([0.0_wp, diagonal(gram)])))
+         call inner_products(d%basis, images(:, :q), c)
+         call subtract_combinations(d%basis(:, :k), c, x(:, :q))
+         coefficients(:k, :) = coefficients(:k, :) + matmul(c, total(:q, :))
+         call factor_rest(gram, c, negligible, enough_left, triangle, settled)
+         if (settled) then
+            call divide(x(:, :q), triangle)
+            call divide(images(:, :q), triangle)
+            kept = q
+            call operator%restrict(x(:, :q), changed, error)
+            if (allocated(error)) return
+            settled = .not. changed
+         else
+            call operator%apply_metric(x(:, :q), images(:, :q), error)
+            if (allocated(error)) return
+            call orthonormalize_among(x(:, :q), images(:, :q), negligible, triangle, kept, least)
+         end if
+         total(:kept, :) = matmul(triangle(:kept, :), total(:q, :))
+         q = min(kept, d%most - k)
+         limit = breakdown
+         negligible = 0
+         deallocate (gram, c, triangle)
+         statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
+         if (q == 0 .or. settled) exit
+      end do
+      call append(d, x(:, :q), images(:, :q))
+      coefficients(k + 1:k + q, :) = coefficients(k + 1:k + q, :) + total(:q, :)
+   end subroutine orthonormalize
+
+   subroutine append(d, x, images)
+      class(block_decomposition_type), intent(inout) :: d
+      real(wp), intent(in) :: x(:, :), images(:, :)
+      real(wp), allocatable :: all(:, :)
+      integer :: before, q, j
+
+      q = size(x, 2)
+      before = size(d%images, 2)
+      d%basis(:, d%vectors + 1:d%vectors + q) = x
+      d%vectors = d%vectors + q
+      allocate (all(size(images, 1), before + q))
+      all(:, :before) = d%images
+      all(:, before + 1:) = images
+      call move_alloc(all, d%images)
+      d%longest = max(d%longest, maxval([0.0_wp, (norm2(x(:, j)), j=1, q)]))
+   end subroutine append
+
+   ! X := X - E E^T B X, E what is excluded.
+   subroutine exclude(d, images, x)
+      class(block_decomposition_type), intent(in) :: d
+      real(wp), contiguous, intent(in) :: images(:, :)
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      real(wp), allocatable :: components(:, :)
+
+      if (.not. allocated(d%excluded)) return
+      allocate (components(size(d%excluded, 2), size(x, 2)))
+      call inner_products(d%excluded, images, components)
+      call subtract_combinations(d%excluded, components, x)
+   end subroutine exclude
+
+   ! The Cholesky factor of the products of what is left of some columns, if that is most of each of them: their products
+   ! were G before their components c were taken from them.
+   pure subroutine factor_rest(gram, c, negligible, enough_left, triangle, settled)
+      real(wp), intent(in) :: gram(:, :), c(:, :), negligible, enough_left
+      !> Upper.
+      real(wp), intent(out) :: triangle(:, :)
+      logical, intent(out) :: settled
+      real(wp) :: rest(size(gram, 1), size(gram, 2))
+      integer :: i, j
+
+      rest = gram - matmul(transpose(c), c)
+      triangle = 0
+      do j = 1, size(gram, 1)
+         do i = 1, j - 1
+            triangle(i, j) = (rest(i, j) - dot_product(triangle(:i - 1, i), triangle(:i - 1, j)))/triangle(i, i)
+         end do
+         associate (square => rest(j, j) - sum(triangle(:j - 1, j)**2))
+            settled = square > max(negligible**2, enough_left**2*gram(j, j))
+            if (.not. settled) return
+            triangle(j, j) = sqrt(square)
+         end associate
+      end do
+      settled = .true.
+   end subroutine factor_rest
+
+   ! X := X T^{-1}, T upper triangular.
+   subroutine divide(x, triangle)
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      real(wp), intent(in) :: triangle(:, :)
+      integer :: j
+
+      do j = 1, size(x, 2)
+         call subtract_combinations(x(:, :j - 1), triangle(:j - 1, j:j), x(:, j:j))
+         x(:, j) = x(:, j)/triangle(j, j)
+      end do
+   end subroutine divide
+
+   ! Modified Gram-Schmidt on columns and their images alike; columns shorter than `negligible` are left out.
+   subroutine orthonormalize_among(x, images, negligible, triangle, kept, least)
+      real(wp), contiguous, intent(inout) :: x(:, :), images(:, :)
+      real(wp), intent(in) :: negligible
+      !> The columns as given are combinations of those that were kept.
+      real(wp), intent(out) :: triangle(:, :)
+      integer, intent(out) :: kept
+      !> The smallest part of a column that was left.
+      real(wp), intent(out) :: least
+      real(wp) :: before, length
+      integer :: i, j
+
+      triangle = 0
+      kept = 0
+      least = 1
+      do j = 1, size(x, 2)
+         before = sqrt(max(dot(x(:, j:j), images(:, j:j)), 0.0_wp))
+         do i = 1, kept
+            triangle(i, j) = dot(x(:, i:i), images(:, j:j))
+            x(:, j) = x(:, j) - triangle(i, j)*x(:, i)
+            images(:, j) = images(:, j) - triangle(i, j)*images(:, i)
+         end do
+         length = sqrt(max(dot(x(:, j:j), images(:, j:j)), 0.0_wp))
+         if (.not. length > negligible) cycle
+         kept = kept + 1
+         triangle(kept, j) = length
+         least = min(least, length/before)
+         x(:, kept) = x(:, j)/length
+         images(:, kept) = images(:, j)/length
+      end do
+   end subroutine orthonormalize_among
+
+   !> x^T y of single columns.
+   real(wp) function dot(x, y)
+      real(wp), contiguous, intent(in) :: x(:, :), y(:, :)
+      real(wp) :: c(1, 1)
+
+      call inner_products(x, y, c)
+      dot = c(1, 1)
+   end function dot
+
+   pure function identity(n)
+      integer, intent(in) :: n
+      real(wp) :: identity(n, n)
+      integer :: i
+
+      identity = 0
+      do i = 1, n
+         identity(i, i) = 1
+      end do
+   end function identity
+
+   pure function diagonal(a)
+      real(wp), intent(in) :: a(:, :)
+      real(wp) :: diagonal(size(a, 1))
+      integer :: i
+
+      diagonal = [(a(i, i), i=1, size(a, 1))]
+   end function diagonal
+end module kschur_block_decomposition

@@ -1,0 +1,145 @@
+!> The space of the low-rank form: undamped Krylov vectors that begin with the states of the eigenvalue zero, a random
+!> vector and the responses to the local forces.
+module kschur_low_rank_space
+   use kschur_block_decomposition, only: block_decomposition_type, make_room
+   use kschur_block_lanczos, only: add_directions, add_random_directions, expand_block
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
+   use kschur_local_forces, only: local_forces_type
+   use kschur_low_rank_shapes, only: responses_type
+   use kschur_root_space, only: root_space_type
+   use kschur_symmetric_operator, only: symmetric_shift_invert_type
+   implicit none
+   private
+   public :: begin_or_continue, filter, low_rank_space_type
+
+   !> Applications that take infinite eigenvalues out of a random vector: they come in Jordan blocks of size 2 at most.
+   integer, parameter :: filter = 2
+
+   !> Grows from call to call; of its first vectors the responses and the states of the eigenvalue zero are made.
+   type, extends(block_decomposition_type) :: low_rank_space_type
+      !> It may grow to so many vectors now.
+      integer :: limit = 0
+      !> Responses to unit local forces and states of the eigenvalue zero as combinations of the basis.
+      real(wp), allocatable :: responses(:, :), zeros(:, :)
+      type(responses_type) :: unit_responses
+   contains
+      !> Whether it may not grow.
+      procedure :: at_end
+      !> The responses, as many rows as vectors were expanded.
+      procedure :: expanded_responses
+      !> The states of the eigenvalue zero in the Ritz vectors.
+      procedure :: states
+   end type low_rank_space_type
+
+contains
+
+   !> Room for what an iteration asks; in a new space its first vectors.
+   subroutine begin_or_continue(space, operator, forces, motions, options, statistics, error)
+      type(low_rank_space_type), allocatable, intent(inout) :: space
+      class(symmetric_shift_invert_type), intent(inout) :: operator
+      type(local_forces_type), intent(in) :: forces
+      !> There are no more independent ones than this.
+      integer, intent(in) :: motions
+      class(krylov_options_type), intent(in) :: options
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: levels = 8
+      integer :: n, r, z, room
+      logical :: is_new
+
+      n = operator%order()
+      r = forces%rank()
+      z = operator%deflation%zero%multiplicity()
+      is_new = .not. allocated(space)
+      if (is_new) then
+         allocate (space)
+         space%cautious = .true.
+         space%most = motions - size(operator%deflation%decay)
+         if (size(operator%deflation%decay) > 0) allocate (space%excluded, source=operator%deflation%shapes)
+      end if
+      ! Each block of responses is as many vectors, which are solved for together.
+      space%limit = z + options%subspace + merge(levels*r, 0, options%verify)
+      room = 2*(r + z) + space%limit + 2
+      call make_room(space, n, room, error)
+      if (allocated(error) .or. .not. is_new) return
+      allocate (space%zeros(room, z), space%responses(room, r))
+      if (z > 0) call add_zeros(space, operator, statistics, error)
+      if (.not. allocated(error)) call add_random_directions(operator, space, 1, filter, options%seed, statistics, error)
+      if (.not. allocated(error)) call add_responses(space, operator, forces, statistics, error)
+   end subroutine begin_or_continue
+
+   subroutine add_zeros(space, operator, statistics, error)
+      type(low_rank_space_type), intent(inout) :: space
+      class(symmetric_shift_invert_type), intent(inout) :: operator
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      ! These states are no better known.
+      real(wp), parameter :: blurred = 1.0e-10_wp
+      real(wp), allocatable :: x(:, :)
+
+      allocate (x, source=operator%deflation%zero%x)
+      call add_directions(operator, space, x, space%zeros, statistics, error)
+      if (.not. allocated(error)) call expand_block(operator, space, statistics, error, blurred)
+   end subroutine add_zeros
+
+   subroutine add_responses(space, operator, forces, statistics, error)
+      type(low_rank_space_type), intent(inout) :: space
+      class(symmetric_shift_invert_type), intent(inout) :: operator
+      type(local_forces_type), intent(in) :: forces
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: x(:, :), xi(:, :)
+      integer :: n, r
+
+      n = operator%order()
+      r = forces%rank()
+      allocate (x(n, r), source=forces%columns_of_b(n))
+      allocate (xi(size(operator%factors), r))
+      if (r > 0) call operator%respond(x, xi, error)
+      if (allocated(error)) return
+      allocate (space%unit_responses%shapes, source=x)
+      call move_alloc(xi, space%unit_responses%multipliers)
+      if (r > 0) call add_directions(operator, space, x, space%responses, statistics, error)
+      statistics%operator_applications = statistics%operator_applications + r
+   end subroutine add_responses
+
+   pure logical function at_end(self)
+      class(low_rank_space_type), intent(in) :: self
+
+      at_end = self%full() .or. self%expanded >= self%limit
+   end function at_end
+
+   pure function expanded_responses(self) result(responses)
+      class(low_rank_space_type), intent(in) :: self
+      real(wp) :: responses(self%expanded, size(self%responses, 2))
+
+      responses = padded(self%responses, self%expanded)
+   end function expanded_responses
+
+   function states(self, zero, vectors)
+      class(low_rank_space_type), intent(in) :: self
+      type(root_space_type), intent(in) :: zero
+      !> The Ritz vectors as combinations of the basis.
+      real(wp), intent(in) :: vectors(:, :)
+      type(root_space_type) :: states
+
+      if (zero%multiplicity() == 0) return
+      allocate (states%x, source=matmul(transpose(vectors), padded(self%zeros, size(vectors, 1))))
+      allocate (states%links, source=zero%links)
+      allocate (states%v, source=matmul(states%x, zero%links))
+   end function states
+
+   ! The first rows, or zeros below those that there are.
+   pure function padded(matrix, rows)
+      real(wp), intent(in) :: matrix(:, :)
+      integer, intent(in) :: rows
+      real(wp) :: padded(rows, size(matrix, 2))
+      integer :: k
+
+      k = min(rows, size(matrix, 1))
+      padded = 0
+      padded(:k, :) = matrix(:k, :)
+   end function padded
+end module kschur_low_rank_space
