@@ -3,11 +3,12 @@ module cli_sweep
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns
    use cli_input, only: input_type, is_part_of, read_problem
+   use cli_interrupt, only: catch_interrupts, is_interrupted
    use cli_numbers, only: plain, read_list, read_range, rounded
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: format_csv, format_json, format_table, take_format
    use cli_progress, only: new_progress, progress_type
-   use cli_system, only: check_new_file, check_output, print_line
+   use cli_system, only: check_new_file, check_output, complain, print_line
    use kschur, only: error_type, error_usage, event_names, event_unsure, modal_options_type, modal_problem_type, &
       modal_result_type, new_error, new_sweep, reason_converged, sweep_type, text, wp, write_hdf5_sweep
    use kschur_scenes, only: build_scene
@@ -54,6 +55,7 @@ contains
       if (allocated(error)) return
       progress = new_progress(quiet)
       call new_sweep(sweep, options)
+      call catch_interrupts()
       call solve_points(source, sweep, progress, complete, error)
       call progress%show("")
       if (allocated(error)) return
@@ -61,6 +63,8 @@ contains
       if (allocated(output)) call write_hdf5_sweep(sweep, source%parameter, output, error)
       call print_sweep(sweep, source%parameter, format)
       call check_output(error)
+      if (is_interrupted()) call complain("the sweep was interrupted after "//text(size(sweep%values))//" of "// &
+         text(size(source%values))//" points")
    end subroutine sweep_command
 
    subroutine check_place(source, output, error)
@@ -162,6 +166,7 @@ contains
       more(:size(words)) = words
    end function with_room
 
+   ! An interrupt ends it with the points before.
    subroutine solve_points(source, sweep, progress, complete, error)
       type(source_type), intent(inout) :: source
       type(sweep_type), intent(inout) :: sweep
@@ -184,9 +189,11 @@ contains
          else
             call read_problem(source%inputs(i), problem, error)
          end if
-         if (.not. allocated(error)) call sweep%add(source%values(i), problem, error, result)
+         if (.not. allocated(error)) call sweep%add(source%values(i), problem, error, result, progress)
          if (allocated(error)) return
          complete = complete .and. result%reason == reason_converged
+         if (is_interrupted()) complete = .false.
+         if (is_interrupted()) return
       end do
    end subroutine solve_points
 

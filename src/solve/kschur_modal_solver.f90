@@ -13,6 +13,7 @@ module kschur_modal_solver
       formulation_quadratic, formulation_symmetric
    use kschur_preparation, only: reduce
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_general
+   use kschur_outcome, only: reason_cancelled, reason_converged
    use kschur_result, only: modal_result_type, note_length
    use kschur_shift, only: scale_of
    use kschur_solver, only: prepare, solve_prepared
@@ -85,8 +86,9 @@ contains
          if (.not. allocated(error)) call solve_prepared(self%context, options, result, error)
          if (allocated(error)) exit
          if (.not. kept) exit
-         if (seems_rigid(self%context, result)) then
-            ! What had no rigid motions may have some now.
+         if (result%reason == reason_cancelled) exit
+         if (result%reason /= reason_converged .or. seems_rigid(self%context, result)) then
+            ! What is kept may not hold any more: what had no rigid motions may have some now.
             deallocate (self%context)
          else if (.not. continues(self%context, result)) then
             ! A copy of a multiple eigenvalue may be lost, or a mode has left: whether all are there is to be verified.
@@ -156,6 +158,7 @@ contains
          call new_error(error, error_input, "the matrices have other numbers of unknowns or constraints than those before")
          return
       end if
+      if (allocated(self%problem%mesh)) allocate (problem%mesh, source=self%problem%mesh)
       if (allocated(self%context)) then
          if (may_stay(self%context, self%problem, problem)) then
             self%changed = .true.

@@ -60,6 +60,7 @@ contains
       result%formulation = s%formulation
       result%decision = s%decision
       if (s%dense) result%formulation = formulation_dense
+      if (allocated(result%mesh)) deallocate (result%mesh)
       if (.not. allocated(s%problem%mesh)) return
       allocate (result%mesh, source=s%problem%mesh)
       call join_nodes(result%mesh, s%problem%stiffness)

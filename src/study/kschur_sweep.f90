@@ -8,7 +8,7 @@ module kschur_sweep
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type
    use kschur_problem, only: modal_problem_type
-   use kschur_result, only: modal_result_type
+   use kschur_result, only: modal_result_type, reason_cancelled
    use kschur_sparse, only: linear_combination
    implicit none
    private
@@ -76,7 +76,8 @@ contains
    end subroutine new_sweep
 
    !> Solves at the next point and finds out which mode is which. Where that is not clear, and where two cross, the
-   !> matrices between the two points are looked at, as if they were linear in the parameter. Fails as `solve_modes`.
+   !> matrices between the two points are looked at, as if they were linear in the parameter. A point whose solve is cancelled
+   !> is not added. Fails as `solve_modes`.
    subroutine add(self, value, problem, error, result, monitor)
       class(sweep_type), target, intent(inout) :: self
       !> Of the parameter: above that of the point before, or below it all the way.
@@ -101,6 +102,8 @@ contains
       end if
       if (.not. allocated(error)) call self%solver%solve(self%options, found, error, monitor)
       if (allocated(error)) return
+      if (present(result)) result = found
+      if (found%reason == reason_cancelled) return
       point%lambda = found%eigenvalues
       point%frequency_hz = found%frequency_hz
       point%damping_ratio = found%damping_ratio
@@ -124,7 +127,6 @@ contains
       self%values = [self%values, value]
       self%points = [self%points, point]
       self%problem = problem
-      if (present(result)) result = found
       self%result = found
    end subroutine add
 

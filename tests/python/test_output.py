@@ -152,6 +152,23 @@ def test_interrupted(folder):
     check("interrupted: some runs, with some modes", interrupted > 0 and listed > 0, (interrupted, listed))
 
 
+def test_interrupted_sweep(folder):
+    """A signal ends a sweep with the points before."""
+    words = (KSCHUR, "sweep", "turbine", "--vary", "speed=0.5:12:41", "--modes", "4", "--format", "csv")
+    began = time.monotonic()
+    whole = subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()
+    seconds = time.monotonic() - began
+    for i in range(3):
+        child = subprocess.Popen((*words, "--output", str(folder/"sweep.h5")), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        time.sleep(seconds*(i + 1)/4)
+        child.send_signal((signal.SIGINT, signal.SIGTERM)[i % 2])
+        out, errors = child.communicate()
+        points = [line.split(",")[1] for line in out.splitlines()[1:]]
+        check(f"sweep interrupted after {i + 1} quarters: {len(points)} points", child.returncode == 3 and errors.count("\n") == 1
+              and "interrupted" in errors and 0 < len(points) < 41 and (folder/"sweep.h5").exists()
+              and points == [line.split(",")[1] for line in whole[1:len(points) + 1]], errors)
+
+
 def test_full_disk(folder):
     """A limit on the size of files stands for it. libgfortran leaks a unit that it cannot flush: that is not looked at."""
     def limit():
@@ -163,7 +180,8 @@ def test_full_disk(folder):
         check(f"a full disk: no {name}", not (folder/name).exists() and not strays(folder), os.listdir(folder))
 
 
-for test in (test_killed, test_two_writers, test_planted, test_folders, test_interrupted, test_full_disk):
+for test in (test_killed, test_two_writers, test_planted, test_folders, test_interrupted, test_interrupted_sweep,
+             test_full_disk):
     with tempfile.TemporaryDirectory() as name:
         test(Path(name))
 print(f"{len(failures)} failed")
