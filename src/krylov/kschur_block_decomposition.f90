@@ -149,7 +149,7 @@ contains
       real(wp) :: negligible, limit, least
       integer :: k, b, q, pass, kept
       integer(long) :: started
-      logical :: settled, changed
+      logical :: settled
 
       k = d%vectors
       b = size(x, 2)
@@ -180,18 +180,18 @@ contains
             call divide(x(:, :q), triangle)
             call divide(images(:, :q), triangle)
             kept = q
-            call operator%restrict(x(:, :q), changed, error)
+            call operator%restrict(x(:, :q), negligible, error)
             if (allocated(error)) return
-            settled = .not. changed
+            settled = .not. negligible > 0
          else
             call operator%apply_metric(x(:, :q), images(:, :q), error)
             if (allocated(error)) return
             call orthonormalize_among(x(:, :q), images(:, :q), negligible, triangle, kept, least)
+            negligible = 0
          end if
          total(:kept, :) = matmul(triangle(:kept, :), total(:q, :))
          q = min(kept, d%most - k)
          limit = breakdown
-         negligible = 0
          deallocate (gram, c, triangle)
          statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
          if (q == 0 .or. settled) exit

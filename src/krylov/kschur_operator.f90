@@ -23,7 +23,8 @@ module kschur_operator
    contains
       !> y := B x for a block of vectors.
       procedure(apply_metric), deferred :: apply_metric
-      !> Takes out of vectors of unit length what rounding brought in of those that C never gives.
+      !> Takes out of vectors of unit length what rounding brought in of those that C never gives. What is left is known
+      !> to `noise` then; that is 0 where nothing was taken.
       procedure :: restrict => leave_as_they_are
    end type symmetric_operator_type
 
@@ -74,14 +75,14 @@ module kschur_operator
 
 contains
 
-   subroutine leave_as_they_are(self, x, changed, error)
+   subroutine leave_as_they_are(self, x, noise, error)
       class(symmetric_operator_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
-      logical, intent(out) :: changed
+      real(wp), intent(out) :: noise
       type(error_type), allocatable, intent(out) :: error
 
       associate (unused => self, nor => x)
       end associate
-      changed = .false.
+      noise = 0
    end subroutine leave_as_they_are
 end module kschur_operator

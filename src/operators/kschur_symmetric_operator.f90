@@ -59,22 +59,24 @@ contains
    end subroutine apply_metric
 
    ! What violates constraints may be heavy where the motions that they allow are light: C loses it, but the basis would
-   ! have a vector that is no motion, and be said to be complete.
-   subroutine restrict(self, x, changed, error)
+   ! have a vector that is no motion, and be said to be complete. What is left of it is as uncertain as the violations that
+   ! the vectors of the basis, beside which it was found, may have.
+   subroutine restrict(self, x, noise, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
-      logical, intent(out) :: changed
+      real(wp), intent(out) :: noise
       type(error_type), allocatable, intent(out) :: error
       ! Of the unit length, at most: of a Ritz value that is the square.
       real(wp), parameter :: negligible = 1.0e-8_wp
       real(wp) :: violations(size(self%factors), size(x, 2))
 
-      changed = .false.
+      noise = 0
       if (size(violations) == 0) return
       violations = 0
       call self%problem%constraints%add_product(1.0_wp, x, violations)
-      changed = norm2(violations)*self%weight_of_violations > negligible
-      if (changed) call take_out(self, violations, x, error)
+      if (.not. norm2(violations)*self%weight_of_violations > negligible) return
+      noise = negligible
+      call take_out(self, violations, x, error)
    end subroutine restrict
 
    ! x := x - y, Cq y the violations.
