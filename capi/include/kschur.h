@@ -336,7 +336,7 @@ int kschur_solver_create(kschur_solver **solver);
 /* Ends a solver and sets *solver to NULL; nothing happens where it is NULL already. */
 int kschur_solver_destroy(kschur_solver **solver);
 
-/* The message of the last failure of kschur_solver_set_problem. */
+/* The message of the last failure of kschur_solver_set_problem or kschur_solver_solve_targets. */
 int kschur_solver_get_message(const kschur_solver *solver, char *text, int64_t length);
 
 /* Gives the solver a copy of a problem, or of the same one with other values: what is known stays where the patterns, mass
@@ -346,6 +346,12 @@ int kschur_solver_set_problem(kschur_solver *solver, kschur_problem *problem);
 /* As kschur_solve, whose failures it has; KSCHUR_ERROR_ORDER without a problem, KSCHUR_ERROR_USAGE for options with linear
  * solvers of a caller. */
 int kschur_solver_solve(kschur_solver *solver, const kschur_options *options, kschur_result *result);
+
+/* The modes nearest to each of `count` targets, pairs of doubles (1/s), the target of the options left aside: results[i] is
+ * what kschur_solver_solve gives for targets[i]. Targets that lie together share factors and a Krylov space. The results
+ * are different ones, made by the caller; after a failure they are empty. KSCHUR_ERROR_USAGE for a count below 1. */
+int kschur_solver_solve_targets(kschur_solver *solver, int64_t count, const double *targets, const kschur_options *options,
+                                kschur_result *const *results);
 
 /* As kschur_solve_band. */
 int kschur_solver_solve_band(kschur_solver *solver, double first_hz, double last_hz, const kschur_options *options,

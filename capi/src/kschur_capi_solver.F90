@@ -1,7 +1,8 @@
 !> Solvers that remember, for C.
 module kschur_capi_solver
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
-   use kschur, only: error_type, modal_solver_type, new_error, new_modal_solver, wp
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_double_complex, c_f_pointer, c_int, c_int64_t, c_loc, &
+      c_null_ptr, c_ptr
+   use kschur, only: error_type, modal_result_type, modal_solver_type, new_error, new_modal_solver, solve_targets, text, wp
    use kschur_capi_callbacks, only: progress_type
    use kschur_capi_options, only: options_handle_type, options_of
    use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
@@ -82,13 +83,7 @@ contains
       call require(options, "options", error)
       handle => solver_of(address)
       wanted => options_of(options)
-      if (.not. allocated(error)) then
-         if (.not. allocated(handle%solver)) then
-            call new_error(error, status_order, "the solver has no problem: call kschur_solver_set_problem first")
-         else if (allocated(wanted%solvers%real) .or. allocated(wanted%solvers%complex)) then
-            call new_error(error, status_usage, "a solver that remembers takes the linear solvers of the library")
-         end if
-      end if
+      if (.not. allocated(error)) call check_ready(handle, wanted, error)
       if (.not. allocated(error)) then
          progress = wanted%progress
          if (present(band)) then
@@ -104,4 +99,67 @@ contains
       end if
       status = outcome(found, error)
    end function solve
+
+   integer(c_int) function kschur_solver_solve_targets(address, count, targets, options, results) bind(c) result(status)
+      type(c_ptr), value :: address, targets, options, results
+      integer(c_int64_t), value :: count
+      type(solver_handle_type), pointer :: handle
+      type(error_type), allocatable :: error
+
+      status = status_null
+      handle => solver_of(address)
+      if (.not. associated(handle)) return
+      call require(targets, "targets", error)
+      call require(options, "options", error)
+      call require(results, "results", error)
+      if (.not. allocated(error)) call check_ready(handle, options_of(options), error)
+      if (.not. allocated(error) .and. (count < 1 .or. count > huge(1))) &
+         call new_error(error, status_usage, "the number of targets is to be 1 or more, not "//text(count))
+      if (.not. allocated(error)) call solve_each(handle, int(count), targets, options_of(options), results, error)
+      status = outcome(handle, error)
+   end function kschur_solver_solve_targets
+
+   ! The results of the caller are those for the targets, or all empty.
+   subroutine solve_each(handle, count, targets, wanted, results, error)
+      type(solver_handle_type), intent(inout) :: handle
+      integer, intent(in) :: count
+      type(c_ptr), intent(in) :: targets, results
+      type(options_handle_type), intent(in) :: wanted
+      type(error_type), allocatable, intent(out) :: error
+      complex(c_double_complex), pointer :: values(:)
+      type(c_ptr), pointer :: places(:)
+      type(modal_result_type), allocatable :: solved(:)
+      type(result_handle_type), pointer :: found
+      type(progress_type) :: progress
+      integer :: i
+
+      call c_f_pointer(targets, values, [count])
+      call c_f_pointer(results, places, [count])
+      do i = 1, count
+         call require(places(i), "results["//text(i - 1)//"]", error)
+         if (allocated(error)) return
+         found => result_of(places(i))
+         call clear(found)
+      end do
+      progress = wanted%progress
+      call solve_targets(handle%solver, values, wanted%options, solved, error, progress)
+      if (allocated(error)) return
+      do i = 1, count
+         found => result_of(places(i))
+         found%result = solved(i)
+         call keep(found, modes_of_problem)
+      end do
+   end subroutine solve_each
+
+   subroutine check_ready(handle, wanted, error)
+      type(solver_handle_type), intent(in) :: handle
+      type(options_handle_type), intent(in) :: wanted
+      type(error_type), allocatable, intent(out) :: error
+
+      if (.not. allocated(handle%solver)) then
+         call new_error(error, status_order, "the solver has no problem: call kschur_solver_set_problem first")
+      else if (allocated(wanted%solvers%real) .or. allocated(wanted%solvers%complex)) then
+         call new_error(error, status_usage, "a solver that remembers takes the linear solvers of the library")
+      end if
+   end subroutine check_ready
 end module kschur_capi_solver

@@ -55,8 +55,49 @@ static void other_values_and_targets(void)
    kschur_result_destroy(&result);
 }
 
+/* The eigenvalues nearest to each target, one of them asked for twice, against the closed form. */
+static void several_targets(void)
+{
+   enum { count = 4 };
+   kschur_problem *problem = new_chain(n, 0.01, 0);
+   kschur_options *options = new_options(modes);
+   kschur_solver *solver = NULL;
+   kschur_result *results[count], *none[1] = {NULL};
+   const double targets[2 * count] = {0, 1, 0, 1.4, 0, 9, 0, 1};
+
+   for (int i = 0; i < count; i++) results[i] = new_result();
+   CHECK_OK(kschur_solver_create(&solver));
+   CHECK_STATUS(kschur_solver_solve_targets(NULL, count, targets, options, results), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_solver_solve_targets(solver, count, targets, options, results), KSCHUR_ERROR_ORDER);
+   CHECK_OK(kschur_solver_set_problem(solver, problem));
+   CHECK_STATUS(kschur_solver_solve_targets(solver, count, NULL, options, results), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_solver_solve_targets(solver, count, targets, options, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_solver_solve_targets(solver, 1, targets, options, none), KSCHUR_ERROR_NULL);
+   CHECK_MESSAGE(solver, solver, "results[0]");
+   CHECK_STATUS(kschur_solver_solve_targets(solver, 0, targets, options, results), KSCHUR_ERROR_USAGE);
+   CHECK_OK(kschur_solver_solve_targets(solver, count, targets, options, results));
+   for (int i = 0; i < count; i++) {
+      double frequency[modes], wanted = targets[2 * i + 1], furthest = 0;
+      int closer = 0;
+      CHECK_OK(kschur_result_get_frequencies_hz(results[i], frequency, modes));
+      for (int j = 0; j < modes; j++) {
+         double nearest = HUGE_VAL;
+         for (int k = 1; k <= n; k++) nearest = fmin(nearest, fabs(2 * pi * frequency[j] - chain_omega(n, k)));
+         CHECK_NEAR(nearest, 0, 1e-9);
+         furthest = fmax(furthest, fabs(2 * pi * frequency[j] - wanted));
+      }
+      for (int k = 1; k <= n; k++) closer += fabs(chain_omega(n, k) - wanted) < furthest - 1e-6;
+      CHECK(closer == modes - 1);
+   }
+   for (int i = 0; i < count; i++) kschur_result_destroy(&results[i]);
+   CHECK_OK(kschur_solver_destroy(&solver));
+   kschur_problem_destroy(&problem);
+   kschur_options_destroy(&options);
+}
+
 int main(void)
 {
+   several_targets();
    other_values_and_targets();
    return report_checks();
 }
