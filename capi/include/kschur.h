@@ -231,8 +231,8 @@ int kschur_options_set_communicator(kschur_options *options, int communicator);
 /* With a communicator: matrices of so many rows and more are factored by all processes together: at least 1. Default 20000. */
 int kschur_options_set_distribute(kschur_options *options, int64_t rows);
 
-/* With a communicator: how many groups of processes share the parts of a band, each with factors of its own; 0 (default): each
- * process is one where a matrix is too small to be distributed, else all together. */
+/* With a communicator: how many groups of processes share the parts of a band, or of a list of 500 modes and more, each with
+ * factors of its own; 0 (default): each process is one where a matrix is too small to be distributed, else all together. */
 int kschur_options_set_groups(kschur_options *options, int64_t groups);
 
 /* Whether clamped and tied unknowns are eliminated first. Default yes. */

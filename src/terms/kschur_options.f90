@@ -131,8 +131,8 @@ module kschur_options
       integer, allocatable :: communicator
       !> Matrices of so many rows and more are factored by all processes together.
       integer :: distribute = 20000
-      !> How many groups of processes share the parts of a band, each with factors of its own; 0: as many as there are
-      !> processes where a matrix is too small to be distributed, else one.
+      !> How many groups of processes share the parts of a band, or of 500 modes and more near zero, each with factors of its
+      !> own; 0: as many as there are processes where a matrix is too small to be distributed, else one.
       integer :: groups = 0
       !> The file that the state of the iteration is written to now and then; not allocated: none.
       character(len=:), allocatable :: checkpoint
