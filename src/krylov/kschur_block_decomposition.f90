@@ -149,7 +149,7 @@ contains
       real(wp) :: negligible, limit, least
       integer :: k, b, q, pass, kept
       integer(long) :: started
-      logical :: settled
+      logical :: settled, taken
 
       k = d%vectors
       b = size(x, 2)
@@ -161,6 +161,7 @@ contains
       if (d%cautious) limit = max(limit, epsilon(1.0_wp)*sqrt(d%metric_scale)*d%longest)
       negligible = limit*scale
       settled = .false.
+      taken = .false.
       do pass = 1, passes
          call operator%apply_metric(x(:, :q), images(:, :q), error)
          if (allocated(error)) return
@@ -174,7 +175,8 @@ contains
          negligible = max(negligible, limit*sqrt(maxval([0.0_wp, diagonal(gram)])))
          call inner_products(d%basis, images(:, :q), c)
          call subtract_combinations(d%basis(:, :k), c, x(:, :q))
-         coefficients(:k, :) = coefficients(:k, :) + matmul(c, total(:q, :))
+         ! What was taken out was none of the operator's, nor are the directions of the basis that went with it.
+         if (.not. taken) coefficients(:k, :) = coefficients(:k, :) + matmul(c, total(:q, :))
          call factor_rest(gram, c, negligible, enough_left, triangle, settled)
          if (settled) then
             call divide(x(:, :q), triangle)
@@ -182,12 +184,14 @@ contains
             kept = q
             call operator%restrict(x(:, :q), negligible, error)
             if (allocated(error)) return
-            settled = .not. negligible > 0
+            taken = negligible > 0
+            settled = .not. taken
          else
             call operator%apply_metric(x(:, :q), images(:, :q), error)
             if (allocated(error)) return
             call orthonormalize_among(x(:, :q), images(:, :q), negligible, triangle, kept, least)
             negligible = 0
+            taken = .false.
          end if
          total(:kept, :) = matmul(triangle(:kept, :), total(:q, :))
          q = min(kept, d%most - k)
