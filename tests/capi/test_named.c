@@ -80,6 +80,7 @@ static void results_by_name(void)
    CHECK(by_name[0] == KSCHUR_KIND_UNDAMPED);
    CHECK(last_number(result, "n") == n && last_number(result, "m") == 0 && last_number(result, "reason") == KSCHUR_REASON_CONVERGED);
    CHECK(last_number(result, "certified") == KSCHUR_CERTIFIED_YES && last_number(result, "seconds_total") > 0);
+   CHECK(last_number(result, "seconds_judge") > 0 && last_number(result, "seconds_judge") < last_number(result, "seconds_total"));
    CHECK_OK(kschur_result_get_length(result, "eigenvectors", &length));
    CHECK(length == 2 * n * modes);
    CHECK_OK(kschur_result_get_numbers(result, "eigenvectors", shapes, length));

@@ -204,9 +204,12 @@ def test_json(folder):
     counts, seconds = result["counts"], result["seconds"]
     check("JSON: counts", list(counts) == ["operator_applications", "restarts", "factorizations"]
           and all(isinstance(count, int) for count in counts.values()) and counts["factorizations"] >= 1, counts)
-    check("JSON: seconds", list(seconds) == ["total", "analyze", "factorize", "solve", "orthogonalize", "other"]
+    check("JSON: seconds", list(seconds) == [
+        "total", "analyze", "factorize", "solve", "orthogonalize", "examine", "place", "iterate", "recover", "judge", "left", "other"]
           and all(is_number(second) and second >= 0 for second in seconds.values())
           and math.isclose(2 * seconds["total"], sum(seconds.values()), rel_tol=1e-9), seconds)
+    check("JSON: what took time has a name", seconds["judge"] > 0 and seconds["examine"] > 0 and seconds["left"] < seconds["total"]/10 and
+          seconds["other"] < 0.2*seconds["total"] + 1e-3, seconds)
     factored, _ = solve(folder / "undamped.h5", "--modes", 3, "--formulation", "symmetric")
     check("JSON: memory of factors", 30 * 8 <= factored["factor_memory_bytes"] < 1e5, factored["factor_memory_bytes"])
     check("JSON: peak memory", isinstance(result["peak_memory_bytes"], int) and result["peak_memory_bytes"] > 1e6)
