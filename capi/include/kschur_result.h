@@ -157,8 +157,9 @@ int kschur_result_get_history(kschur_result *result, int64_t *converged, int64_t
  * "left_eigenvectors", "left_multipliers", "frequency_hz", "damped_frequency_hz", "damping_ratio", "backward_error", "error",
  * "kind", "condition_number". Of the solve: "n", "m", "modes", "modes_asked", "reason", "certified", "missing",
  * "redundant_constraints", "target", "shift", "operator_applications", "restarts", "factorizations", "factored_order",
- * "factor_entries", "seconds_total", "seconds_analyze", "seconds_factorize", "seconds_solve", "seconds_orthogonalize". Where the
- * problem stands, nodes from 0: "coordinates", "unknown_node", "unknown_component", "cells_offsets", "cells_connectivity",
+ * "factor_entries", "seconds_total", "seconds_analyze", "seconds_factorize", "seconds_solve", "seconds_orthogonalize" and,
+ * beside these four, "seconds_examine", "seconds_place", "seconds_iterate", "seconds_recover", "seconds_judge", "seconds_left".
+ * Where the problem stands, nodes from 0: "coordinates", "unknown_node", "unknown_component", "cells_offsets", "cells_connectivity",
  * "cells_types". After kschur_result_find_properties: "generalised_mass", "generalised_damping",
  * "generalised_stiffness", "modal_a", "modal_b", "participation_factors", "effective_mass", "total_mass". KSCHUR_ERROR_USAGE for
  * another name. */

@@ -1,6 +1,7 @@
 !> What the attributes of an HDF5 file's root say of a result: all but its arrays.
 module kschur_hdf5_facts
    use hdf5, only: hid_t
+   use kschur_effort, only: phase_names
    use kschur_error, only: error_type, new_error, error_input
    use kschur_hdf5_attributes, only: has_attribute, read_attribute, write_attribute
    use kschur_kinds, only: wp
@@ -22,6 +23,8 @@ contains
       integer(hid_t), intent(in) :: file
       type(modal_result_type), intent(in) :: result
       type(error_type), allocatable, intent(inout) :: error
+      real(wp) :: seconds(size(phase_names))
+      integer :: i
 
       call write_attribute(file, root, "kschur", kschur_version, error)
       call write_attribute(file, root, "n", result%unknowns, error)
@@ -48,10 +51,10 @@ contains
       call write_attribute(file, root, "factor_entries", result%factor_entries, error)
       call write_attribute(file, root, "locking_error", result%locking_error, error)
       call write_attribute(file, root, "seconds_total", result%seconds%total, error)
-      call write_attribute(file, root, "seconds_analyze", result%seconds%analyze, error)
-      call write_attribute(file, root, "seconds_factorize", result%seconds%factorize, error)
-      call write_attribute(file, root, "seconds_solve", result%seconds%solve, error)
-      call write_attribute(file, root, "seconds_orthogonalize", result%seconds%orthogonalize, error)
+      seconds = result%seconds%of_phases()
+      do i = 1, size(seconds)
+         call write_attribute(file, root, "seconds_"//trim(phase_names(i)), seconds(i), error)
+      end do
    end subroutine write_facts
 
    !> Options, notes and memory.
@@ -113,7 +116,8 @@ contains
       type(modal_result_type), intent(inout) :: result
       integer(hid_t), intent(in) :: file
       type(error_type), allocatable, intent(inout) :: error
-      integer :: symmetric
+      real(wp) :: seconds(size(phase_names))
+      integer :: symmetric, i
 
       call read_attribute(result%unknowns, file, root, "n", error)
       call read_attribute(result%constraints, file, root, "m", error)
@@ -135,10 +139,13 @@ contains
       call read_attribute(result%factor_entries, file, root, "factor_entries", error)
       call read_attribute(result%locking_error, file, root, "locking_error", error)
       call read_attribute(result%seconds%total, file, root, "seconds_total", error)
-      call read_attribute(result%seconds%analyze, file, root, "seconds_analyze", error)
-      call read_attribute(result%seconds%factorize, file, root, "seconds_factorize", error)
-      call read_attribute(result%seconds%solve, file, root, "seconds_solve", error)
-      call read_attribute(result%seconds%orthogonalize, file, root, "seconds_orthogonalize", error)
+      seconds = 0
+      do i = 1, size(seconds)
+         ! Earlier files have fewer.
+         if (has_attribute(file, root, "seconds_"//trim(phase_names(i)), error)) &
+            call read_attribute(seconds(i), file, root, "seconds_"//trim(phase_names(i)), error)
+      end do
+      call result%seconds%set_phases(seconds)
       call result%set_total(result%seconds%total)
    end subroutine read_facts
 
