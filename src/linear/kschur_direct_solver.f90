@@ -121,11 +121,10 @@ contains
       type(quasi_definite_type) :: quasi_definite
       type(mumps_real_type) :: mumps
 
-      if (self%inner == inner_mumps .or. .not. structure%symmetric .or. are_several(self%processes, pattern%rows) .or. &
-         (structure%multipliers > 0 .and. .not. self%quasi_definite)) then
+      if (self%inner == inner_mumps .or. .not. structure%symmetric .or. are_several(self%processes, pattern%rows)) then
          mumps%processes => self%processes
          call mumps%estimate(pattern, structure, bytes, error)
-      else if (structure%multipliers > 0) then
+      else if (structure%multipliers > 0 .and. self%refinements == 0) then
          call quasi_definite%estimate(pattern, structure, bytes, error)
       else
          call ldl%estimate(pattern, structure, bytes, error)
