@@ -8,7 +8,7 @@ module cli_json
    implicit none
    private
    public :: print_csv, print_json
-   public :: certified, counts, number, pair, problem_facts, seconds, string
+   public :: boolean, certified, counts, number, pair, problem_facts, seconds, string
 
 contains
 
@@ -195,6 +195,7 @@ contains
       if (verdict == certified_unknown) certified = "null"
    end function certified
 
+   !> true or false.
    pure function boolean(value)
       logical, intent(in) :: value
       character(len=:), allocatable :: boolean

@@ -88,6 +88,10 @@ int kschur_options_set_distribute(kschur_options *options, int64_t rows);
  * factors of its own; 0 (default): each process is one where a matrix is too small to be distributed, else all together. */
 int kschur_options_set_groups(kschur_options *options, int64_t groups);
 
+/* A solve that is estimated to take more memory than this, in bytes, is refused before anything is factored, as
+ * KSCHUR_ERROR_MEMORY; 0 (default): none is. */
+int kschur_options_set_memory(kschur_options *options, int64_t bytes);
+
 /* Whether clamped and tied unknowns are eliminated first. Default yes. */
 int kschur_options_set_presolve(kschur_options *options, int flag);
 

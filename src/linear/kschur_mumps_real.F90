@@ -2,11 +2,11 @@
 module kschur_mumps_real
    use, intrinsic :: iso_c_binding, only: c_loc
    use kschur_clock, only: clock, seconds_since
-   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_error, only: error_type, new_error, error_memory, error_usage
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: determinant_type, real_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
-   use kschur_memory, only: complex_bytes, require_memory
+   use kschur_memory, only: complex_bytes, integer_bytes, require_memory
    use kschur_mumps_caller, only: job_take_rows, mumps_caller_type, mumps_real
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
@@ -35,6 +35,7 @@ module kschur_mumps_real
 #define LIBRARY mumps_real
 #define STORED(x) x
 #define ADJOINT_OF(x) x
+#define GIVEN(x) x
 #define HAS_INERTIA .true.
 #define HAS_DETERMINANT .true.
 #define IMAGINARY(x) 0

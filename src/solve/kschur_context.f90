@@ -10,6 +10,7 @@ module kschur_context
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: linear_solver_type
    use kschur_memory, only: complex_bytes
+   use kschur_memory_estimate, only: check_memory
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense
    use kschur_presolve, only: presolve_type
@@ -103,6 +104,7 @@ contains
       if (.not. allocated(error) .and. problem%unknowns() == 0) &
          call new_error(error, error_usage, "the problem has no matrices")
       if (.not. allocated(error)) call choose_inner_solvers(options, s%inner, error, solvers, s%processes)
+      if (.not. allocated(error)) call check_memory(problem, options, s%inner, error)
       if (allocated(error)) return
       s%options = settings_of(options)
       call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort)
@@ -120,6 +122,7 @@ contains
       class(monitor_type), target, optional, intent(inout) :: monitor
 
       call check_options(options, error)
+      if (.not. allocated(error)) call check_memory(s%problem, options, s%inner, error)
       if (allocated(error)) return
       nullify (s%monitor)
       if (present(monitor)) s%monitor => monitor

@@ -21,10 +21,10 @@ static void options_by_name(void)
       {"arpack", "plain"}, {"arpack", "fair"}, {"method", "krylov-schur"}, {"formulation", "quadratic"}, {"inner", "mumps"},
       {"constraint_scaling", "none"}, {"normalisation", "mass"}, {"subspace", "30"}, {"tolerance", "1e-10"},
       {"max_restarts", "50"}, {"block", "2"}, {"threads", "1"}, {"seed", "7"}, {"presolve", "off"}, {"left", "on"},
-      {"certify", "on"}, {"certify", "off"}};
+      {"certify", "on"}, {"certify", "off"}, {"memory", "8000000000"}, {"memory", "0"}};
    static const char *const wrong[][2] = {
       {"mode", "5"}, {"modes", "five"}, {"modes", ""}, {"modes", "5 6"}, {"modes", "0"}, {"tolerance", "2"}, {"tolerance", "1e"},
-      {"target", "1,2,3"}, {"target", ","}, {"left", "maybe"}, {"formulation", "best"}, {"modes", "99999999999999999999999"}};
+      {"target", "1,2,3"}, {"target", ","}, {"left", "maybe"}, {"memory", "-1"}, {"formulation", "best"}, {"modes", "99999999999999999999999"}};
    kschur_problem *problem = new_chain_with_dashpot(n, 1.0);
    kschur_options *options = new_options(3);
    kschur_result *result = new_result();
