@@ -35,6 +35,7 @@ module kschur_mumps_real
 #define LIBRARY mumps_real
 #define STORED(x) x
 #define ADJOINT_OF(x) x
+#define GIVEN(x) x
 #define HAS_INERTIA .true.
 #define HAS_DETERMINANT .true.
 #define IMAGINARY(x) 0

@@ -36,6 +36,7 @@ module kschur_mumps_single_real
 #define LIBRARY mumps_single_real
 #define STORED(x) real(x, single)
 #define ADJOINT_OF(x) x
+#define GIVEN(x) x
 #define HAS_INERTIA .false.
 #define HAS_DETERMINANT .false.
 #define IMAGINARY(x) 0

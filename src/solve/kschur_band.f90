@@ -8,6 +8,7 @@ module kschur_band
    use kschur_checkpointing, only: begin_checkpoint
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, solve_context_type
+   use kschur_effort, only: phase_examine, phase_judge, phase_left
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_help, only: help
    use kschur_kinds, only: wp, long
@@ -121,6 +122,7 @@ contains
          call leave_low_rank(s, "the damping is not a combination of mass and stiffness")
       call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
+      call s%end_step(phase_examine)
    end subroutine prepare_band
 
    !> The modes of a band of a problem that is prepared. The context stays so, without factors.
@@ -143,7 +145,11 @@ contains
       counted = can_be_counted(s)
       if (counted) call solve_counted(s, band, modes, counted, error, groups)
       if (.not. allocated(error) .and. .not. counted) call solve_disc(s, band, modes, error)
-      if (.not. allocated(error) .and. own%left) call find_left_modes(s, modes, error)
+      call s%end_step(phase_judge)
+      if (.not. allocated(error) .and. own%left) then
+         call find_left_modes(s, modes, error)
+         call s%end_step(phase_left)
+      end if
       if (allocated(error)) return
       own%modes = size(modes%lambda)
       if (counted) own%modes = modes%found

@@ -8,7 +8,9 @@ module kschur_context
    use kschur_formulation, only: choose_formulation
    use kschur_solver_choice, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp
+   use kschur_linear_solver, only: linear_solver_type
    use kschur_memory, only: complex_bytes
+   use kschur_memory_estimate, only: check_memory
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense
    use kschur_presolve, only: presolve_type
@@ -69,6 +71,10 @@ module kschur_context
       procedure :: is_stopped => is_solve_stopped
       !> Whether rigid motions are all there is, or not even these.
       procedure :: only_rigid
+      !> What was done since the step before belongs to a phase of the effort.
+      procedure :: end_step
+      !> The same to nothing: what was accounted for has changed.
+      procedure :: begin_step
       !> Leaves the factors, and accounts for what they took.
       procedure :: drop_transform
       !> The same of the stiffness, which tells a scale, and is then no longer needed.
@@ -89,6 +95,7 @@ contains
       !> Absent: this process works alone.
       type(processes_type), target, intent(in), optional :: processes
 
+      call s%begin_step()
       allocate (s%notes(0))
       s%problem => problem
       if (present(processes)) s%processes => processes
@@ -97,6 +104,7 @@ contains
       if (.not. allocated(error) .and. problem%unknowns() == 0) &
          call new_error(error, error_usage, "the problem has no matrices")
       if (.not. allocated(error)) call choose_inner_solvers(options, s%inner, error, solvers, s%processes)
+      if (.not. allocated(error)) call check_memory(problem, options, s%inner, error)
       if (allocated(error)) return
       s%options = settings_of(options)
       call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort)
@@ -114,11 +122,13 @@ contains
       class(monitor_type), target, optional, intent(inout) :: monitor
 
       call check_options(options, error)
+      if (.not. allocated(error)) call check_memory(s%problem, options, s%inner, error)
       if (allocated(error)) return
       nullify (s%monitor)
       if (present(monitor)) s%monitor => monitor
       s%options = settings_of(options)
       s%effort = effort_type()
+      call s%begin_step()
       s%shift = 0
    end subroutine resume
 
@@ -186,6 +196,32 @@ contains
       only_rigid = self%plan%unknowns_after == 0 .or. &
          (self%known%total%number == size(self%known%rigid%lambda) .and. .not. self%options%is_plain())
    end function only_rigid
+
+   subroutine begin_step(self)
+      class(solve_context_type), intent(inout) :: self
+
+      call self%effort%begin_step(seconds_in_use(self))
+   end subroutine begin_step
+
+   subroutine end_step(self, phase)
+      class(solve_context_type), intent(inout) :: self
+      !> One of `phase_*`.
+      integer, intent(in) :: phase
+
+      call self%effort%end_step(phase, seconds_in_use(self))
+   end subroutine end_step
+
+   ! What is accounted for when factors are left.
+   real(wp) function seconds_in_use(self) result(seconds)
+      class(solve_context_type), intent(in) :: self
+      class(linear_solver_type), pointer :: solver
+
+      seconds = 0
+      if (allocated(self%known%stiffness)) seconds = seconds + self%known%stiffness%solver%solve_seconds
+      if (.not. allocated(self%transform)) return
+      solver => self%transform%linear_solver()
+      seconds = seconds + solver%solve_seconds + sum(self%transform%certificate%seconds%of_phases())
+   end function seconds_in_use
 
    subroutine drop_transform(self)
       class(solve_context_type), intent(inout) :: self

@@ -2,6 +2,7 @@
 module kschur_iteration
    use kschur_block_choice, only: chosen_block
    use kschur_context, only: solve_context_type
+   use kschur_effort, only: phase_iterate, phase_place, phase_recover
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -38,6 +39,7 @@ contains
       logical, allocatable :: paired(:)
       integer :: j
 
+      call s%end_step(phase_place)
       allocate (known, source=s%known%deflation%eigenvalues())
       selection = modal_selection_type(asked, s%transform%map, s%transform%shift, s%options%target, known)
       settings = s%options
@@ -62,6 +64,7 @@ contains
       if (allocated(error)) return
       statistics = ritz%statistics
       if (s%transform%recover_applies) s%effort%operator_applications = s%effort%operator_applications + size(ritz%mu)
+      call s%end_step(phase_iterate)
       if (allocated(ritz%paired)) then
          call move_alloc(ritz%paired, paired)
       else if (abs(aimag(s%transform%shift)) > 0) then
@@ -74,6 +77,7 @@ contains
       reach = huge(1.0_wp)
       if (statistics%reason == reason_converged) reach = maxval([0.0_wp, (selection%key(ritz%mu(j)), j=1, size(ritz%mu))])
       call set_eigenvalues(s%transform, ritz%mu, paired, pairs)
+      call s%end_step(phase_recover)
    end subroutine iterate
 
    subroutine account(s, statistics)

@@ -2,6 +2,7 @@
 module kschur_report
    use kschur_context, only: solve_context_type
    use kschur_description, only: describe
+   use kschur_effort, only: phase_judge
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
@@ -41,6 +42,8 @@ contains
       call note_inaccurate(s%problem, modes%inaccurate, result)
       if (size(result%eigenvalues) > 0) call note_modes(s%problem, result, error)
       if (.not. allocated(error)) call normalise_shapes(s%problem, result)
+      call s%end_step(phase_judge)
+      result%effort_type = s%effort
    end subroutine report
 
    subroutine report_problem(s, options, result)
@@ -86,7 +89,7 @@ contains
       result%history = modes%history
    end subroutine report_modes
 
-   ! Where the last factors were, and what all took.
+   ! Where the last factors were.
    subroutine report_factors(s, result)
       type(solve_context_type), intent(inout) :: s
       type(modal_result_type), intent(inout) :: result
@@ -104,6 +107,5 @@ contains
          call s%drop_transform()
       end if
       call s%drop_stiffness()
-      result%effort_type = s%effort
    end subroutine report_factors
 end module kschur_report
