@@ -93,7 +93,7 @@ contains
       call build_scene(scene, [character(len=8) ::], problem, error)
       if (allocated(error)) then
          print "(a)", error%message
-         error stop
+         stop 1
       end if
       options%modes = modes
       options%threads = 1

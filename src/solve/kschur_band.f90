@@ -85,8 +85,8 @@ contains
          if (.not. allocated(error)) call begin_checkpoint(s, [first, last], checkpoint, error)
          if (.not. allocated(error)) then
             ! A caller's own solvers are in this process only.
-            if (can_be_counted(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes)
-            call prepare_band(s, error)
+            if (can_be_counted(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes, error)
+            if (.not. allocated(error)) call prepare_band(s, error)
             if (.not. allocated(error)) call solve_band_prepared(s, first, last, own, result, error, groups)
             call groups%finish()
          end if

@@ -83,9 +83,9 @@ contains
       if (.not. allocated(error)) call begin_checkpoint(s, none, checkpoint, error)
       if (.not. allocated(error)) then
          ! A caller's own solvers are in this process only.
-         if (is_long_list(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes)
+         if (is_long_list(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes, error)
          if (groups%are_several()) s%may_be_dense = .false.
-         call prepare(s, error)
+         if (.not. allocated(error)) call prepare(s, error)
          if (.not. allocated(error)) call solve_prepared(s, options, result, error, groups)
          call groups%finish()
       end if
