@@ -306,6 +306,11 @@ contains
       integer :: first
 
       if (b == 0) return
+      if (b == 1) then
+         ! With the inverse, rounded, as dtrsm does it, a unit vector would not stay as it is.
+         x = x/triangle(1, 1)
+         return
+      end if
       !$omp parallel do schedule(static) if (n > panel_rows)
       do first = 1, n, panel
          call dtrsm("R", "U", "N", "N", min(panel, n - first + 1), b, 1.0_wp, triangle, b, x(first, 1), n)
