@@ -81,7 +81,12 @@ contains
          call multiply_pairs(problem, transposed, pairs, first, last, products)
          do j = first, last
             l = j - first + 1
-            if (j <= k - known) call settle(problem, norms, products, l, pairs%lambda(j))
+            if (j <= k - known) then
+               call settle(problem, norms, products, l, pairs%lambda(j))
+            else if (problem%symmetric .and. abs(pairs%lambda(j)) > 0) then
+               ! A decay of a rigid motion, whose stiffness is rounding.
+               call correct([products%forms(:2, l), cmplx(0, kind=xp)], pairs%lambda(j))
+            end if
             call settle_real(problem%symmetric, norms, products, l, is_paired(pairs, j), pairs%lambda(j), factor)
             if (is_paired(pairs, j) .and. .not. abs(aimag(pairs%lambda(j))) > 0) then
                doubled = [doubled, j]
@@ -143,16 +148,24 @@ contains
       end if
    end subroutine judge
 
-   ! A change of lambda by x changes the residual by no more than x ||P'(lambda) phi||.
+   ! A change of lambda by x changes the residual by no more than x ||P'(lambda) phi|| + x^2 ||M phi||.
    pure real(wp) function least_bound(products, l, lambda, error, norms) result(bound)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
       real(wp), intent(in) :: error, norms(4)
 
-      bound = max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l)/ &
-         max(products%slope(l, lambda), tiny(1.0_wp))
+      bound = positive_root(products%inertia(l), products%slope(l, lambda), &
+         max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l))
    end function least_bound
+
+   ! The positive x with inertia x^2 + slope x = force; `huge` where there is none.
+   pure real(wp) function positive_root(inertia, slope, force) result(x)
+      real(wp), intent(in) :: inertia, slope, force
+
+      x = huge(1.0_wp)
+      if (slope + sqrt(inertia*force) > 0) x = 2*force/(slope + sqrt(slope**2 + 4*inertia*force))
+   end function positive_root
 
    ! What the shapes of double real eigenvalues have beyond the first ones; of a defective eigenvalue nothing.
    subroutine append_copies(problem, doubled, copies, pairs, errors, bounds)
@@ -325,8 +338,7 @@ contains
       inertia = abs(cmplx(forms(1), kind=wp))
       force = max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l)**2
       bound = ieee_value(1.0_wp, ieee_quiet_nan)
-      if (slope + sqrt(inertia*force) > 0) bound = max(2*force/(slope + sqrt(slope**2 + 4*inertia*force)), &
-         epsilon(1.0_wp)*abs(lambda))
+      if (slope + sqrt(inertia*force) > 0) bound = max(positive_root(inertia, slope, force), epsilon(1.0_wp)*abs(lambda))
    end function bound_of
 
    ! ||M||, ||R||, ||K||, ||Cq||.

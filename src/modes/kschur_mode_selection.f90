@@ -120,7 +120,7 @@ contains
          others = accepted .and. &
             (.not. again .or. abs(pairs%lambda - pairs%lambda(j)) <= part_of_split*split*abs(pairs%lambda(j)))
          others(j:) = others(j:) .and. .not. again(j:)
-         accepted(j) = .not. depends(pairs, others, j)
+         accepted(j) = .not. depends(pairs, others, j, roughly=.true.)
       end do
    end subroutine drop_found_again
 

@@ -32,6 +32,8 @@ module kschur_products
       procedure :: residual
       !> ||P'(lambda) phi||, P' = 2 lambda M + R, of pair l.
       procedure :: slope
+      !> ||M phi|| of pair l.
+      procedure :: inertia
       !> The products of the real part of a multiple of pair l.
       procedure :: real_part
    end type products_type
@@ -262,6 +264,13 @@ contains
       end associate
       slope = derivative%residual(1, lambda)
    end function slope
+
+   pure real(wp) function inertia(self, l)
+      class(products_type), intent(in) :: self
+      integer, intent(in) :: l
+
+      inertia = norm_of(self%mass(:, self%parts*(l - 1) + 1:self%parts*l))
+   end function inertia
 
    ! In a precision with room for the squares.
    pure real(wp) function norm_of(x) result(norm)

@@ -2,7 +2,7 @@
 !> far from the shift or with a massless part.
 module kschur_refine
    use kschur_effort, only: effort_type
-   use kschur_eigenpairs, only: eigenpairs_type, normalize
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_type, error_convergence, error_singular
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
@@ -10,8 +10,10 @@ module kschur_refine
    use kschur_monitor, only: is_stopped, monitor_type
    use kschur_backward_error, only: backward_errors, settle_pairs
    use kschur_problem, only: modal_problem_type
+   use kschur_outcome, only: inaccurate_above
    use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_scaling, only: constraint_factors
+   use kschur_shapes, only: depends
    use kschur_sparse, only: complex_combination, csr_matrix_type
    use kschur_tolerances, only: same_value
    implicit none
@@ -33,7 +35,7 @@ contains
    !>
    !> is solved by y = phi/(s - lambda), eta = xi/(s - lambda) if the pair is exact (the
    !> divided difference of P: Ruhe, SIAM J. Numer. Anal. 10 (1973)). What gets no better, or
-   !> turns into a neighbour, which is there already, is left as it was.
+   !> turns into a neighbour, which is there already, is left as it was: next to a defective eigenvalue all do.
    subroutine refine(problem, factors, above, solver, pairs, errors, effort, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       !> Factor of each constraint.
@@ -48,10 +50,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), optional, intent(inout) :: monitor
       type(csr_matrix_type) :: blocks(3)
-      complex(wp), allocatable :: shape(:)
+      type(eigenpairs_type) :: before
       complex(wp) :: s
-      integer :: j, step
-      logical :: better
+      real(wp) :: error_before
+      integer :: i, j, step
+      logical :: better, undone
 
       if (.not. any(errors > above)) return
       call pairs%make_complex()
@@ -68,9 +71,10 @@ contains
             cycle
          end if
          call effort%add_factors(solver)
-         shape = pairs%phi(:, j)
+         before = chosen_pairs(pairs, [(i == j, i=1, size(errors))])
+         error_before = errors(j)
          do step = 1, steps
-            call improve(problem, factors, solver, s, j, shape, pairs, errors(j), better, error)
+            call improve(problem, factors, solver, s, j, before%phi(:, 1), pairs, errors(j), better, error)
             if (allocated(error)) then
                if (error%code /= error_convergence) return
                deallocate (error)
@@ -78,8 +82,40 @@ contains
             end if
             if (.not. better .or. errors(j) <= above) exit
          end do
+         if (error_before > inaccurate_above) cycle
+         call stay_apart(before, j, pairs, undone)
+         if (undone) errors(j) = error_before
       end do
    end subroutine refine
+
+   ! Makes pair j again what it was, where it has become one of the others.
+   subroutine stay_apart(before, j, pairs, undone)
+      type(eigenpairs_type), intent(in) :: before
+      integer, intent(in) :: j
+      type(eigenpairs_type), intent(inout) :: pairs
+      logical, intent(out) :: undone
+      type(eigenpairs_type) :: after
+      logical :: others(size(pairs%lambda))
+
+      others = .true.
+      others(j) = .false.
+      undone = depends(pairs, others, j)
+      if (.not. undone) return
+      after = chosen_pairs(pairs, .not. others)
+      call put(before, pairs, j)
+      undone = .not. depends(pairs, others, j)
+      if (.not. undone) call put(after, pairs, j)
+   end subroutine stay_apart
+
+   subroutine put(one, pairs, j)
+      type(eigenpairs_type), intent(in) :: one
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: j
+
+      pairs%lambda(j) = one%lambda(1)
+      pairs%phi(:, j) = one%phi(:, 1)
+      pairs%xi(:, j) = one%xi(:, 1)
+   end subroutine put
 
    !> Which of the doubtful pairs are eigenpairs: one step of inverse iteration beside them comes back to the eigenvalue,
    !> or to a shape that has it, as where the stiffness of a fine mesh rounds low eigenvalues away.
@@ -217,8 +253,6 @@ contains
       better = errors(1) < error_before .and. abs(dot_product(shape, pair%phi(:, 1))) >= same_shape*norm2(abs(shape))
       if (.not. better) return
       error_before = errors(1)
-      pairs%lambda(j) = pair%lambda(1)
-      pairs%phi(:, j) = pair%phi(:, 1)
-      pairs%xi(:, j) = pair%xi(:, 1)
+      call put(pair, pairs, j)
    end subroutine improve
 end module kschur_refine

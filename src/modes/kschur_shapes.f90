@@ -125,13 +125,18 @@ contains
    end function repeats_zero
 
    !> Whether the shape of pair j lies in the span of those of `others` that share its eigenvalue.
-   logical function depends(pairs, others, j)
+   logical function depends(pairs, others, j, roughly)
       type(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: others(:)
       integer, intent(in) :: j
+      !> Whether they share it already where they are roots of a defective one that were found from different shifts.
+      logical, optional, intent(in) :: roughly
       complex(wp), allocatable :: u(:), v(:), span(:, :)
+      real(wp) :: shared
       integer :: i
 
+      shared = same_value
+      if (present(roughly)) shared = merge(same_pair, same_value, roughly)
       allocate (span(pairs%rows(), 0))
       allocate (u(pairs%rows()), v(pairs%rows()))
       depends = .true.
@@ -146,7 +151,7 @@ contains
       do i = 1, size(others) + 1
          if (i <= size(others)) then
             if (.not. others(i)) cycle
-            if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_value*abs(pairs%lambda(j))) cycle
+            if (abs(pairs%lambda(i) - pairs%lambda(j)) > shared*abs(pairs%lambda(j))) cycle
          end if
          call take_rest(pairs, merge(j, i, i > size(others)), span, u)
          if (i > size(others)) exit

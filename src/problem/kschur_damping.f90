@@ -17,6 +17,9 @@ module kschur_damping
 
    ! To which damping is proportional.
    real(wp), parameter :: rounding = 1.0e-13_wp
+   ! Shares that are larger than R by this factor cancel: their rounding is not small beside R, as where M and K are nearly
+   ! parallel.
+   real(wp), parameter :: cancelling = 10
    ! Dampers at more unknowns than this are not few.
    integer, parameter :: most_rows = 256
    ! Of more entries a part tells what most of them are.
@@ -46,7 +49,13 @@ contains
       call drop_rounding(mass, stiffness, maxval(abs(damping%value)), alpha, beta)
       call subtract(mass, stiffness, damping, alpha, beta, 0, rest)
       kind = merge(damping_proportional, damping_general, allocated(rest%value))
-      if (kind == damping_proportional) return
+      if (kind == damping_proportional) then
+         if (max(abs(alpha)*largest(mass), abs(beta)*largest(stiffness)) <= cancelling*largest(damping)) return
+         kind = damping_general
+         alpha = 0
+         beta = 0
+         return
+      end if
       associate (every => max(size(m)/enough, 1))
          call fit_most(m(::every), k(::every), alpha, beta)
          call drop_rounding(mass, stiffness, median(abs(damping%value(::every))), alpha, beta)
@@ -83,6 +92,12 @@ contains
       filled_rows = count(matrix%row_maxima() > 0)
    end function filled_rows
 
+   pure real(wp) function largest(matrix)
+      type(csr_matrix_type), intent(in) :: matrix
+
+      largest = maxval([0.0_wp, abs(matrix%value)])
+   end function largest
+
    ! A share of the size of rounding is none.
    pure subroutine drop_rounding(mass, stiffness, level, alpha, beta)
       type(csr_matrix_type), intent(in) :: mass, stiffness
@@ -90,8 +105,8 @@ contains
       real(wp), intent(in) :: level
       real(wp), intent(inout) :: alpha, beta
 
-      if (maxval([0.0_wp, abs(alpha*mass%value)]) <= rounding*level) alpha = 0
-      if (maxval([0.0_wp, abs(beta*stiffness%value)]) <= rounding*level) beta = 0
+      if (abs(alpha)*largest(mass) <= rounding*level) alpha = 0
+      if (abs(beta)*largest(stiffness) <= rounding*level) beta = 0
    end subroutine drop_rounding
 
    ! The entries of a matrix over those of another of its shape, where these are not zero.
