@@ -7,7 +7,7 @@ module kschur_symbolic
    use kschur_memory, only: integer_bytes, real_bytes
    use kschur_minimum_degree, only: minimum_degree_order
    use kschur_ordering, only: elimination_order
-   use kschur_sparse, only: csr_matrix_type, linear_combination, transpose_csr
+   use kschur_sparse, only: csr_matrix_type
    use kschur_supernodes, only: find_supernodes
    use kschur_text, only: text
    implicit none
@@ -44,9 +44,9 @@ module kschur_symbolic
 contains
 
    !> Of a symmetric matrix, in the order of `structure` where it is known, else in that of AMD, or of METIS where there
-   !> are multipliers or it takes fewer operations. An entry may stand on one side of the diagonal alone, as rounding leaves it.
-   !> Fails where a column has more than so many entries (error_library).
-   recursive subroutine analyze(matrix, structure, most_entries, symbolic, error)
+   !> are multipliers or it takes fewer operations. Fails where a column has more than so many entries, and where an entry is
+   !> not there on the other side of the diagonal (error_library).
+   subroutine analyze(matrix, structure, most_entries, symbolic, error)
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       integer, intent(in) :: most_entries
@@ -57,9 +57,9 @@ contains
       logical :: free
       integer :: status
 
-      if (.not. is_symmetric(matrix%row_start, matrix%column)) then
-         call analyze(linear_combination(1.0_wp, matrix, 1.0_wp, transpose_csr(matrix)), structure, most_entries, symbolic, &
-            error)
+      ! Symmetric to rounding, a matrix may have a small entry on one side only.
+      if (.not. has_symmetric_pattern(matrix)) then
+         call new_error(error, error_library, "a small entry of the matrix is on one side of the diagonal only")
          return
       end if
       ! A multiplier before the unknowns it touches would be a penalty that drowns their stiffness.
@@ -90,25 +90,30 @@ contains
       if (status /= 0) call no_memory(error)
    end subroutine analyze
 
-   ! Whether each entry of a pattern has one that mirrors it: as rows are ascending, the next of its row that was not met.
-   pure logical function is_symmetric(row_start, column)
-      integer, intent(in) :: row_start(:), column(:)
-      integer :: next(size(row_start) - 1)
-      integer :: i, k
+   ! Row after row, the entries left of the diagonal meet those above it, which wait in the order of their columns.
+   pure logical function has_symmetric_pattern(matrix)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer :: next(matrix%rows), i, k
 
-      next = row_start(:size(next))
-      is_symmetric = .true.
-      do i = 1, size(next)
-         do k = row_start(i), row_start(i + 1) - 1
-            associate (j => column(k))
-               is_symmetric = next(j) < row_start(j + 1)
-               if (is_symmetric) is_symmetric = column(next(j)) == i
-               if (.not. is_symmetric) return
+      has_symmetric_pattern = .true.
+      next = matrix%row_start(:matrix%rows)
+      do i = 1, matrix%rows
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            associate (j => matrix%column(k))
+               if (j >= i) exit
+               has_symmetric_pattern = has_symmetric_pattern .and. next(j) < matrix%row_start(j + 1)
+               if (has_symmetric_pattern) has_symmetric_pattern = matrix%column(next(j)) == i
+               if (.not. has_symmetric_pattern) return
                next(j) = next(j) + 1
             end associate
          end do
+         next(i) = k
+         if (k < matrix%row_start(i + 1)) then
+            if (matrix%column(k) == i) next(i) = k + 1
+         end if
       end do
-   end function is_symmetric
+      has_symmetric_pattern = all(next == matrix%row_start(2:matrix%rows + 1))
+   end function has_symmetric_pattern
 
    ! The elimination tree, and the entries of each column, in a postorder of it.
    subroutine find_tree(matrix, symbolic, parent, entries, error)
