@@ -48,6 +48,7 @@ contains
 
       self%matrix = matrix
       self%ldl = ldl_real_type(quasi_definite=.true.)
+      self%ldl%monitor => self%monitor
       call self%ldl%factorize(matrix, structure, error)
       self%analyze_seconds = self%ldl%analyze_seconds
       self%factorize_seconds = self%ldl%factorize_seconds
@@ -76,6 +77,7 @@ contains
       type(csr_matrix_type) :: parts(2)
 
       self%ldl = ldl_real_type(most_entries=self%most_entries, quasi_definite=.true.)
+      self%ldl%monitor => self%monitor
       parts(1) = self%matrix
       call new_compliance(self%matrix, structure%multipliers, parts(2), error)
       if (allocated(error)) return
@@ -119,7 +121,8 @@ contains
          return
       end if
       started = clock()
-      if (self%refined) allocate (rhs, source=x)
+      allocate (rhs(size(x, 1), merge(size(x, 2), 0, self%refined)))
+      if (self%refined) rhs = x
       call self%ldl%solve(x, error)
       if (self%refined .and. .not. allocated(error)) call refine(self, rhs, x, error)
       self%solve_seconds = self%solve_seconds + seconds_since(started)

@@ -9,7 +9,7 @@ module kschur_context
    use kschur_solver_choice, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp
    use kschur_memory, only: complex_bytes
-   use kschur_monitor, only: monitor_type
+   use kschur_monitor, only: ask_monitor, monitor_type
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense
    use kschur_presolve, only: presolve_type
    use kschur_problem, only: modal_problem_type
@@ -65,6 +65,10 @@ module kschur_context
       procedure :: expand
       !> Shapes and multipliers of what is iterated, from those of the problem as given.
       procedure :: contract
+      !> Tells the monitor what comes next.
+      procedure :: announce_step
+      !> The same, and fails where the monitor ends the solve.
+      procedure :: begin_step
       !> Whether the monitor ends the solve.
       procedure :: is_stopped => is_solve_stopped
       !> Whether rigid motions are all there is, or not even these.
@@ -98,6 +102,7 @@ contains
          call new_error(error, error_usage, "the problem has no matrices")
       if (.not. allocated(error)) call choose_inner_solvers(options, s%inner, error, solvers, s%processes)
       if (allocated(error)) return
+      call s%inner%set_monitor(s%monitor)
       s%options = settings_of(options)
       call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort)
       if (allocated(error)) return
@@ -117,6 +122,7 @@ contains
       if (allocated(error)) return
       nullify (s%monitor)
       if (present(monitor)) s%monitor => monitor
+      call s%inner%set_monitor(s%monitor)
       s%options = settings_of(options)
       s%effort = effort_type()
       s%shift = 0
@@ -172,6 +178,23 @@ contains
          call self%plan%contract(given%column(j), given%xi(:, j), pairs%phi(:, j), pairs%xi(:, j))
       end do
    end function contract
+
+   subroutine announce_step(self, step)
+      class(solve_context_type), intent(in) :: self
+      !> "factorisation", "iteration", ...
+      character(len=*), intent(in) :: step
+
+      if (associated(self%monitor)) call self%monitor%begins(step)
+   end subroutine announce_step
+
+   subroutine begin_step(self, step, error)
+      class(solve_context_type), intent(in) :: self
+      character(len=*), intent(in) :: step
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%announce_step(step)
+      call ask_monitor(self%monitor, error)
+   end subroutine begin_step
 
    logical function is_solve_stopped(self)
       class(solve_context_type), intent(in) :: self

@@ -52,6 +52,7 @@ contains
       end if
       if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
       options%checkpoint => s%checkpoint
+      call s%announce_step("iteration")
       call s%transform%iterate(selection, options, ritz, error, s%monitor)
       if (allocated(error)) return
       if (associated(s%checkpoint)) call tell_complaint(s)
