@@ -2,7 +2,7 @@
 !> nothing once `error` is raised, so that one check after many is enough.
 module cli_arguments
    use cli_numbers, only: read_integer, read_real
-   use kschur, only: error_type, error_usage, index_of_name, new_error, text, wp
+   use kschur, only: error_type, error_usage, index_of_name, long, new_error, text, wp
    implicit none
    private
    public :: arguments_type, command_arguments
@@ -19,6 +19,8 @@ module cli_arguments
       procedure :: take_text
       !> Takes the whole number of option `--name`; unchanged where it was not given.
       procedure :: take_integer
+      !> Takes the bytes of option `--name`, a whole number with K, M or G for powers of 1000; unchanged where it was not given.
+      procedure :: take_bytes
       !> Takes the positive number of option `--name`; not allocated where it was not given.
       procedure :: take_positive
       !> Takes the value RE or RE,IM of option `--name`; not allocated where it was not given.
@@ -140,6 +142,27 @@ contains
       if (ok) ok = value >= smallest
       if (.not. ok) call new_error(error, error_usage, name//" wants "//wanted//", not '"//word//"'")
    end subroutine take_integer
+
+   subroutine take_bytes(self, name, value, error)
+      class(arguments_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer(long), intent(inout) :: value
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), parameter :: wanted = "bytes as 800000000, 800M or 4G", units = "KMG"
+      character(len=:), allocatable :: word
+      integer :: number, power, last
+      logical :: ok
+
+      call self%take_text(name, word, error, wanted)
+      if (allocated(error) .or. .not. allocated(word)) return
+      power = scan(units, word(len(word):))
+      last = len(word)
+      if (power > 0) last = last - 1
+      call read_integer(word(:last), number, ok)
+      if (ok) ok = number > 0
+      if (ok) value = number*1000_long**power
+      if (.not. ok) call new_error(error, error_usage, name//" wants "//wanted//", not '"//word//"'")
+   end subroutine take_bytes
 
    subroutine take_positive(self, name, value, error)
       class(arguments_type), intent(inout) :: self

@@ -124,6 +124,8 @@ contains
          "  --quiet                no progress on the terminal", &
          "  --threads N            threads (as many as there are cores); any number gives the same", &
          "                         digits but for what MUMPS factors", &
+         "  --memory LIMIT         refuse what is estimated to take more than so many bytes, as 800M or", &
+         "                         4G, before anything is factored (kschur info tells the estimate)", &
          "  --distribute ROWS      kschur-mpi: so many rows and more are factored by all its", &
          "                         processes (20000)", &
          "  --groups N             kschur-mpi: so many groups of processes share the parts of a", &
@@ -241,11 +243,15 @@ contains
 
    subroutine print_info_help()
       call print_lines([character(len=90) :: &
-         "kschur info PROBLEM", &
+         "kschur info PROBLEM [options]", &
          "kschur info RESULT.h5 [--format table|json|csv] [--verbose]", &
          "", &
-         "What a problem is: its size, symmetry, damping, matrices, and the formulation that", &
-         "auto takes; or the modes of a result that kschur solve --output wrote."])
+         "What a problem is: its size, symmetry, damping, matrices, the formulation that auto", &
+         "takes, and about how much memory kschur solve takes; or the modes of a result that", &
+         "kschur solve --output wrote.", &
+         "", &
+         "  --modes N, --formulation NAME, --inner NAME     of a solve whose memory is estimated", &
+         "  --format NAME                                   table, json; of a result csv (table)"])
    end subroutine print_info_help
 
    subroutine print_view_help()

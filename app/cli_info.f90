@@ -2,16 +2,27 @@
 module cli_info
    use cli_arguments, only: arguments_type
    use cli_input, only: input_type, read_problem, take_input
+   use cli_json, only: boolean, string
    use cli_numbers, only: rounded
-   use cli_output, only: format_table, print_result, take_format
+   use cli_output, only: format_csv, format_json, format_table, print_result, take_format
    use cli_properties, only: print_properties
    use cli_system, only: print_line
    use kschur, only: choose_formulation, csr_matrix_type, damping_names, damping_proportional, description_of, &
-      error_memory, error_type, error_usage, formulation_auto, formulation_names, is_hdf5_result, modal_problem_type, &
-      modal_result_type, new_error, presolve, presolve_type, read_hdf5_result, text
+      error_memory, error_type, error_usage, estimate_memory, formulation_auto, formulation_names, inner_names, &
+      is_hdf5_result, kschur_version, long, memory_estimate_type, modal_options_type, modal_problem_type, &
+      modal_result_type, new_error, presolve, presolve_type, read_hdf5_result, text, wp
    implicit none
    private
    public :: info_command
+
+   !> What is told of a problem.
+   type :: facts_type
+      integer :: formulation = formulation_auto
+      character(len=:), allocatable :: decision
+      type(presolve_type) :: plan
+      type(memory_estimate_type) :: memory
+      integer :: modes = 0
+   end type facts_type
 
 contains
 
@@ -20,63 +31,124 @@ contains
       type(arguments_type), intent(inout) :: arguments
       type(error_type), allocatable, intent(out) :: error
       type(input_type) :: input
-      type(modal_problem_type) :: problem
-      type(modal_result_type) :: result
-      integer :: format
+      type(modal_options_type) :: options
+      integer :: format, modes
       logical :: verbose
 
       call take_format(arguments, format, error)
       call arguments%take_flag("--verbose", verbose, error)
+      modes = 0
+      call arguments%take_integer("--modes", 1, modes, error)
+      if (modes > 0) options%modes = modes
+      call arguments%take_choice("--formulation", formulation_names, options%formulation, error)
+      call arguments%take_choice("--inner", inner_names, options%inner, error)
       call take_input(arguments, input, error)
       if (allocated(error)) return
       if (allocated(input%path)) then
          if (is_hdf5_result(input%path, trial=.true.)) then
-            call read_hdf5_result(result, input%path, error, trial=.true.)
-            if (allocated(error)) return
-            call print_result(result, format, verbose)
-            if (allocated(result%properties) .and. format == format_table) call print_properties(result%properties)
+            call tell_of_result(input%path, format, verbose, error)
             return
          end if
       end if
-      if (format /= format_table) then
-         call new_error(error, error_usage, "--format is for results; on a problem there is only the table")
+      if (format == format_csv) then
+         call new_error(error, error_usage, "--format csv is for results; a problem has table and json")
       else
-         call read_problem(input, problem, error)
+         call tell_of_problem(input, options, format, error)
       end if
-      if (.not. allocated(error)) call print_problem(problem, error)
    end subroutine info_command
 
-   subroutine print_problem(problem, error)
-      type(modal_problem_type), intent(in) :: problem
+   subroutine tell_of_result(path, format, verbose, error)
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: format
+      logical, intent(in) :: verbose
+      type(error_type), allocatable, intent(out) :: error
+      type(modal_result_type) :: result
+
+      call read_hdf5_result(result, path, error, trial=.true.)
+      if (allocated(error)) return
+      call print_result(result, format, verbose)
+      if (allocated(result%properties) .and. format == format_table) call print_properties(result%properties)
+   end subroutine tell_of_result
+
+   subroutine tell_of_problem(input, options, format, error)
+      type(input_type), intent(in) :: input
+      type(modal_options_type), intent(in) :: options
+      integer, intent(in) :: format
       type(error_type), allocatable, intent(out) :: error
       type(error_type), allocatable :: no_motion
-      type(modal_problem_type) :: reduced
-      type(presolve_type) :: plan
-      character(len=:), allocatable :: decision
-      integer :: formulation
+      type(modal_problem_type) :: problem, reduced
+      type(facts_type) :: facts
 
-      call choose_formulation(problem, formulation_auto, formulation, decision, error)
+      call read_problem(input, problem, error)
+      if (.not. allocated(error)) &
+         call choose_formulation(problem, formulation_auto, facts%formulation, facts%decision, error)
       if (allocated(error)) return
-      call presolve(problem, reduced, plan, no_motion)
+      call presolve(problem, reduced, facts%plan, no_motion)
       if (allocated(no_motion)) then
          if (no_motion%code == error_memory) call move_alloc(no_motion, error)
       end if
+      if (.not. allocated(error)) call estimate_memory(problem, options, facts%memory, error)
       if (allocated(error)) return
+      facts%modes = options%modes
+      if (format == format_json) then
+         call print_object(problem, facts)
+      else
+         call print_lines(problem, facts)
+      end if
+   end subroutine tell_of_problem
+
+   subroutine print_lines(problem, facts)
+      type(modal_problem_type), intent(in) :: problem
+      type(facts_type), intent(in) :: facts
+
       call print_line("unknowns     "//text(problem%unknowns()))
       call print_line("constraints  "//text(problem%multipliers()))
       call print_line("symmetric    "//trim(merge("yes", "no ", problem%symmetric)))
       call print_line("damping      "//damping_text(problem))
-      call print_line("presolve     "//text(plan%eliminated)//" constraints clamp or tie an unknown, "// &
-         text(plan%redundant)//" follow from them: "//text(plan%unknowns_after)//" unknowns, "// &
-         text(plan%constraints_after)//" constraints are left")
-      call print_line("formulation  "//trim(formulation_names(formulation))//", because "//decision)
+      associate (plan => facts%plan)
+         call print_line("presolve     "//text(plan%eliminated)//" constraints clamp or tie an unknown, "// &
+            text(plan%redundant)//" follow from them: "//text(plan%unknowns_after)//" unknowns, "// &
+            text(plan%constraints_after)//" constraints are left")
+      end associate
+      call print_line("formulation  "//trim(formulation_names(facts%formulation))//", because "//facts%decision)
+      associate (memory => facts%memory)
+         call print_line("memory       about "//megabytes(memory%total())//" MB for "//text(facts%modes)// &
+            trim(merge(" mode: ", " modes:", facts%modes == 1))//" matrices "//megabytes(memory%matrices)//", factors "// &
+            megabytes(memory%factors)//", vectors "//megabytes(memory%vectors))
+      end associate
       call print_line("")
       call print_line("matrix                     nonzeros   infinity norm")
       call print_matrix("mass M", problem%mass)
       call print_matrix("damping R", problem%damping)
       call print_matrix("stiffness K", problem%stiffness)
       call print_matrix("constraints Cq", problem%constraints)
-   end subroutine print_problem
+   end subroutine print_lines
+
+   subroutine print_object(problem, facts)
+      type(modal_problem_type), intent(in) :: problem
+      type(facts_type), intent(in) :: facts
+
+      call print_line('{"kschur": '//string(kschur_version)//',')
+      call print_line(' "problem": {"n": '//text(problem%unknowns())//', "m": '//text(problem%multipliers())// &
+         ', "symmetric": '//boolean(problem%symmetric)//', "damping": '//string(damping_names(problem%damping_kind))//'},')
+      call print_line(' "presolve": {"n": '//text(facts%plan%unknowns_after)//', "m": '// &
+         text(facts%plan%constraints_after)//'},')
+      call print_line(' "formulation": '//string(formulation_names(facts%formulation))//', "because": '// &
+         string(facts%decision)//',')
+      associate (memory => facts%memory)
+         call print_line(' "modes": '//text(facts%modes)//',')
+         call print_line(' "memory_bytes": {"total": '//text(nint(memory%total(), long))//', "matrices": '// &
+            text(nint(memory%matrices, long))//', "factors": '//text(nint(memory%factors, long))//', "vectors": '// &
+            text(nint(memory%vectors, long))//'}}')
+      end associate
+   end subroutine print_object
+
+   pure function megabytes(bytes)
+      real(wp), intent(in) :: bytes
+      character(len=:), allocatable :: megabytes
+
+      megabytes = text(ceiling(bytes/1.0e6_wp, long))
+   end function megabytes
 
    subroutine print_matrix(name, matrix)
       character(len=*), intent(in) :: name

@@ -4,11 +4,11 @@ module cli_json
    use cli_system, only: print_line
    use kschur, only: certified_names, certified_unknown, damping_names, formulation_names, kind_names, &
       kschur_version, long, modal_properties_type, modal_result_type, &
-      reason_names, text, timings_type, wp
+      phase_names, reason_names, text, timings_type, wp
    implicit none
    private
    public :: print_csv, print_json
-   public :: certified, counts, number, pair, problem_facts, seconds, string
+   public :: boolean, certified, counts, number, pair, problem_facts, seconds, string
 
 contains
 
@@ -149,10 +149,15 @@ contains
    pure function seconds(timings) result(object)
       type(timings_type), intent(in) :: timings
       character(len=:), allocatable :: object
+      real(wp) :: spent(size(phase_names))
+      integer :: i
 
-      object = '{"total": '//number(timings%total)//', "analyze": '//number(timings%analyze)// &
-         ', "factorize": '//number(timings%factorize)//', "solve": '//number(timings%solve)// &
-         ', "orthogonalize": '//number(timings%orthogonalize)//', "other": '//number(timings%other)//'}'
+      spent = timings%of_phases()
+      object = '{"total": '//number(timings%total)
+      do i = 1, size(spent)
+         object = object//', "'//trim(phase_names(i))//'": '//number(spent(i))
+      end do
+      object = object//', "other": '//number(timings%other)//'}'
    end function seconds
 
    !> A complex number as [re, im].
@@ -190,6 +195,7 @@ contains
       if (verdict == certified_unknown) certified = "null"
    end function certified
 
+   !> true or false.
    pure function boolean(value)
       logical, intent(in) :: value
       character(len=:), allocatable :: boolean

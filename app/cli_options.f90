@@ -56,6 +56,7 @@ contains
       if (allocated(tolerance)) options%tolerance = tolerance
       call arguments%take_integer("--max-restarts", 1, options%max_restarts, error)
       call arguments%take_integer("--block", 1, options%block, error, zero="auto")
+      call arguments%take_bytes("--memory", options%memory, error)
       call arguments%take_integer("--distribute", 1, options%distribute, error)
       call arguments%take_integer("--groups", 1, options%groups, error)
    end subroutine take_iteration

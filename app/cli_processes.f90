@@ -1,14 +1,18 @@
 !> The processes that the program runs in. In this build there is one; `with/mpi` has the module for several.
 module cli_processes
-   use kschur, only: modal_options_type
+   use kschur, only: error_type, modal_options_type
    implicit none
    private
    public :: end_processes, gather_processes, start_processes
 
 contains
 
-   !> Returns in the first process only.
-   subroutine start_processes()
+   !> Returns in the first process only, and where there is no memory to begin.
+   subroutine start_processes(error)
+      type(error_type), allocatable, intent(out) :: error
+
+      associate (none => error)
+      end associate
    end subroutine start_processes
 
    !> To be called before each solve: all processes take part in it.

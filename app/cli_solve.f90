@@ -3,12 +3,13 @@ module cli_solve
    use cli_arguments, only: arguments_type
    use cli_interrupt, only: catch_interrupts, is_interrupted
    use cli_input, only: input_type, is_large, is_part_of, read_problem, take_input
+   use cli_numbers, only: rounded
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: format_table, print_result, take_format
    use cli_processes, only: gather_processes
    use cli_properties, only: print_properties, read_directions, take_properties
    use cli_progress, only: new_progress, progress_type
-   use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes
+   use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes, print_line, wall_seconds
    use cli_environment, only: start_again_to_wait_asleep
    use kschur, only: arpack_names, certified_no, error_type, error_usage, find_modal_properties, formulation_names, &
       inaccurate_above, method_arpack, method_names, modal_options_type, modal_problem_type, modal_result_type, new_error, &
@@ -46,6 +47,7 @@ contains
       type(modal_result_type) :: result
       type(progress_type) :: progress
       real(wp), allocatable :: directions(:, :)
+      real(wp) :: started, read_seconds, write_seconds
 
       complete = .false.
       call take_request(arguments, request, error)
@@ -58,7 +60,9 @@ contains
       end if
       progress = new_progress(request%quiet)
       call progress%show("reading")
+      started = wall_seconds()
       call read_problem(request%input, problem, error)
+      read_seconds = wall_seconds() - started
       if (.not. allocated(error)) then
          if (request%properties) call read_directions(request%directions, problem%unknowns(), directions, error)
          if (request%properties .and. .not. problem%symmetric) request%options%left = .true.
@@ -78,8 +82,12 @@ contains
 
       if (result%reason == reason_cancelled .and. is_interrupted()) result%reason = reason_interrupted
       result%peak_memory_bytes = peak_memory_bytes()
+      started = wall_seconds()
       if (allocated(request%output)) call write_hdf5_result(result, request%output, error)
+      write_seconds = wall_seconds() - started
       call print_result(result, request%format, request%verbose)
+      if (request%verbose .and. request%format == format_table) call print_line("files    read "// &
+         rounded(read_seconds)//" s, write "//rounded(write_seconds)//" s")
       if (request%properties .and. request%format == format_table) call print_properties(result%properties)
       call check_output(error)
       if (allocated(error)) return

@@ -3,12 +3,12 @@ module cli_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_intptr_t, c_null_char, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: error_unit
    use cli_processes, only: end_processes
-   use kschur, only: error_file, error_library, error_type, long, new_error
+   use kschur, only: error_file, error_library, error_type, long, new_error, wp
    implicit none
    private
    public :: check_new_file, check_new_folder, check_output, complain, end_program, ends_with, ignore_size_signal, &
       is_folder, &
-      peak_memory_bytes, print_line, real_path, same_file, standard_error_is_terminal
+      peak_memory_bytes, print_line, real_path, same_file, standard_error_is_terminal, wall_seconds
 
    ! Whether a line for standard output was lost.
    logical :: output_lost = .false.
@@ -54,6 +54,14 @@ module cli_system
    end interface
 
 contains
+
+   !> Seconds of wall-clock time since some moment.
+   real(wp) function wall_seconds()
+      integer(long) :: now, rate
+
+      call system_clock(now, rate)
+      wall_seconds = real(now, wp)/real(rate, wp)
+   end function wall_seconds
 
    !> Ends the program, in all its processes, with this exit status and without further words.
    subroutine end_program(status)

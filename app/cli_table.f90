@@ -3,7 +3,7 @@ module cli_table
    use cli_numbers, only: aligned, rounded
    use cli_system, only: print_line
    use kschur, only: certified_no, certified_yes, damping_names, formulation_names, kind_names, kind_rigid, &
-      modal_result_type, reason_names, text, wp
+      modal_result_type, phase_names, reason_names, text, wp
    implicit none
    private
    public :: print_table
@@ -125,13 +125,16 @@ contains
 
    subroutine print_details(result)
       type(modal_result_type), intent(in) :: result
+      character(len=:), allocatable :: line
+      real(wp) :: seconds(size(phase_names))
       integer :: i
 
-      associate (seconds => result%seconds)
-         call print_line("seconds  analyze "//rounded(seconds%analyze)//", factorize "// &
-            rounded(seconds%factorize)//", solve "//rounded(seconds%solve)// &
-            ", orthogonalize "//rounded(seconds%orthogonalize)//", other "//rounded(seconds%other))
-      end associate
+      seconds = result%seconds%of_phases()
+      line = "seconds  "
+      do i = 1, size(seconds)
+         if (seconds(i) > 0) line = line//trim(phase_names(i))//" "//rounded(seconds(i))//", "
+      end do
+      call print_line(line//"other "//rounded(result%seconds%other))
       if (.not. allocated(result%history%converged)) return
       do i = 1, size(result%history%converged)
          call print_line("look     "//text(i)//": "//"converged "//text(result%history%converged(i))// &

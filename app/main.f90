@@ -26,11 +26,11 @@ program kschur_program
    complete = .true.
    call keep_one_blas_thread()
    call ignore_size_signal()
-   call start_processes()
+   call start_processes(error)
    arguments = command_arguments()
    call arguments%take_word(command)
    if (.not. allocated(command)) allocate (character(len=0) :: command)
-   call take_flags()
+   if (.not. allocated(error)) call take_flags()
    if (.not. allocated(error)) call do_command()
    call check_output(error)
 

@@ -15,12 +15,12 @@ import sys
 import tempfile
 
 PAGE = pathlib.Path(__file__).resolve().parent.parent / "docs" / "instructions.md"
-ROW = re.compile(r"^\| (?P<scene>[\w-]+) \| `(?P<options>[^`]*)` \|(?P<counts>[\d, |]+)\|$", re.MULTILINE)
+ROW = re.compile(r"^\| (?P<scene>[\w -]+) \| `(?P<options>[^`]*)` \|(?P<counts>[\d, |]+)\|$", re.MULTILINE)
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
 def kept():
-    """(scene, options, counts) of each row of the page."""
+    """(scene with its options, options of solve, counts) of each row of the page."""
     for row in ROW.finditer(PAGE.read_text()):
         counts = [int(cell.replace(",", "")) for cell in row["counts"].split("|")]
         yield row["scene"], row["options"].split(), counts
@@ -36,8 +36,8 @@ def run(command):
 def count(program, scene, options, folder):
     """Instructions of one solve."""
     # Matrix Market: an HDF5 file is tried in a process with bounded time, which valgrind would use up.
-    problem = f"{folder}/{scene}"
-    run([program, "scene", scene, "--output", problem])
+    problem = f"{folder}/{scene.replace(' ', '')}"
+    run([program, "scene", *scene.split(), "--output", problem])
     valgrind = ["valgrind", "--tool=callgrind", "--toggle-collect=__kschur_solver_MOD_solve_modes"]
     done = run([*valgrind, "--callgrind-out-file=/dev/null", program, "solve", problem, *options, "--quiet"])
     return int(re.search(r"Collected : (\d+)", done.stderr)[1])
@@ -51,7 +51,7 @@ def main():
     print(f"{'':40s} {'kept':>15s} {'now':>15s}  ratio")
     with tempfile.TemporaryDirectory() as folder:
         for scene, options, counts in kept():
-            if arguments.scenes and scene not in arguments.scenes:
+            if arguments.scenes and scene.split()[0] not in arguments.scenes:
                 continue
             now = count(arguments.program, scene, options, folder)
             print(f"{' '.join([scene, *options]):40.40s} {counts[-1]:15,} {now:15,}  {now / counts[-1]:.3f}", flush=True)

@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """phases.py PROGRAM [PROGRAM ...]: where the seconds of a solve go, of one or more builds in turns, on one thread.
 
-Medians over the repetitions, in ms; `other` is what is neither analysis, factorisation, solves nor orthogonalisation,
-and its part of the total. Models are written into a folder of their own first."""
+Medians over the repetitions, in ms; `other` is what belongs to no phase, and its part of the total. Models are written into a folder of their own first."""
 import argparse
 import json
 import os
@@ -19,7 +18,7 @@ MODELS = {
     "fine crank": (["crank", "--density", "8"], 20),
     "grid 220x150": (["grid", "--cells", "220x150"], 56),
 }
-PHASES = ["analyze", "factorize", "solve", "orthogonalize", "other", "total"]
+PHASES = ["analyze", "factorize", "solve", "orthogonalize", "examine", "place", "iterate", "recover", "judge", "other", "total"]
 
 
 def seconds_of(program, path, modes):

@@ -13,7 +13,7 @@ import subprocess
 import tempfile
 import time
 
-PHASES = ("total", "analyze", "factorize", "solve", "orthogonalize", "other")
+PHASES = ("total", "analyze", "factorize", "solve", "orthogonalize", "examine", "place", "iterate", "recover", "judge", "other")
 DISTRIBUTED = ["--distribute", "1", "--inner", "mumps"]
 
 

@@ -1,6 +1,6 @@
 !> What a solver that remembers saves: seconds of the processor of separate solves, and of the same by one solver.
 !>
-!>     benchmark_remember speeds|targets ROUNDS [SCENE WITH OPTIONS]
+!>     benchmark_remember speeds|targets [ROUNDS [SCENE]]
 program benchmark_remember
    use kschur, only: error_type, modal_options_type, modal_problem_type, modal_result_type, modal_solver_type, &
       new_modal_problem, new_modal_solver, solve_modes, solve_targets, wp
@@ -11,12 +11,14 @@ program benchmark_remember
    real(wp), parameter :: rated = 12.1_wp
    character(len=200) :: what, rounds_text, scene
    real :: separate, together
-   integer :: rounds, round
+   integer :: rounds, round, status
 
    call get_command_argument(1, what)
    call get_command_argument(2, rounds_text)
    call get_command_argument(3, scene)
-   read (rounds_text, *) rounds
+   if (scene == "") scene = "turbine"
+   rounds = 3
+   read (rounds_text, *, iostat=status) rounds
    separate = huge(1.0)
    together = huge(1.0)
    do round = 1, rounds
@@ -89,6 +91,10 @@ contains
       integer :: i
 
       call build_scene(scene, [character(len=8) ::], problem, error)
+      if (allocated(error)) then
+         print "(a)", error%message
+         stop 1
+      end if
       options%modes = modes
       options%threads = 1
       call solve_modes(problem, options, result, error)

@@ -1,4 +1,4 @@
-# Libraries, modules, header, programs, documents, CMake package and pkg-config files.
+# Libraries, modules, headers, programs, documents, CMake package and pkg-config files.
 
 include(CMakePackageConfigHelpers)
 
@@ -11,7 +11,7 @@ install(DIRECTORY docs/ TYPE DOC FILES_MATCHING PATTERN "ford.md" EXCLUDE PATTER
 set(KSCHUR_PACKAGES kschur)
 if(KSCHUR_BUILD_CAPI)
   install(TARGETS kschur_capi EXPORT ${KSCHUR_PACKAGE}-targets)
-  install(FILES capi/include/kschur.h capi/include/kschur.hpp TYPE INCLUDE)
+  install(DIRECTORY capi/include/ TYPE INCLUDE)
   list(APPEND KSCHUR_PACKAGES kschur_capi)
 endif()
 if(KSCHUR_BUILD_PROGRAM)

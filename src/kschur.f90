@@ -48,9 +48,10 @@ module kschur
    use kschur_mac, only: modal_assurance
    use kschur_modal_solver, only: modal_solver_type, new_modal_solver
    use kschur_modal_properties, only: find_modal_properties
-   use kschur_matrix_market, only: read_matrix_market, write_matrix_market, read_matrix_market_problem, &
-      read_matrix_market_files, write_matrix_market_problem
+   use kschur_matrix_market, only: read_matrix_market, write_matrix_market
+   use kschur_matrix_market_problem, only: read_matrix_market_problem, read_matrix_market_files, write_matrix_market_problem
    use kschur_triplet_files, only: read_triplet_files
+   use kschur_memory_estimate, only: estimate_memory, memory_estimate_type
    use kschur_mesh, only: mesh_type, rigid_motion_names, settle_mesh, vtk_line, vtk_tetrahedron, vtk_vertex
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
@@ -71,6 +72,7 @@ module kschur
       damping_proportional, damping_general
    use kschur_properties, only: modal_properties_type
    use kschur_release, only: kschur_version
+   use kschur_effort, only: phase_names
    use kschur_result, only: modal_result_type, history_type, timings_type, kind_names, kind_rigid, kind_undamped, &
       kind_underdamped, kind_overdamped, kind_unstable, kind_real, certified_names, certified_unknown, &
       certified_yes, certified_no, reason_names, reason_converged, &

@@ -6,7 +6,7 @@ program convert_problem
    use, intrinsic :: iso_fortran_env, only: error_unit
    use kschur_error, only: error_type
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
-   use kschur_matrix_market, only: read_matrix_market_problem, write_matrix_market_problem
+   use kschur_matrix_market_problem, only: read_matrix_market_problem, write_matrix_market_problem
    use kschur_problem, only: modal_problem_type
    implicit none
 

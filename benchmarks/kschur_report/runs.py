@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field, fields
 import h5py
 import numpy as np
 
-PHASES = ("analyze", "factorize", "solve", "orthogonalize")
+PHASES = ("analyze", "factorize", "solve", "orthogonalize", "examine", "place", "iterate", "recover", "judge")
 
 
 def nothing():

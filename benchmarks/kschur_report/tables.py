@@ -170,6 +170,17 @@ def found(run):
     return f"{run.found}/{run.expected}"
 
 
+MEASURED = ["time (s)", "runs", "spread", "memory (MB)", "backward error", "eigenvalues"]
+
+
+def measurements(runs):
+    """The columns MEASURED of some runs, times with the digits that suit them all."""
+    return [
+        [time, str(len(run.seconds)), per_cent(run.spread), megabytes(run.median_memory), error(run.worst_backward_error), found(run)]
+        for run, time in zip(runs, seconds([run.median_seconds for run in runs]))
+    ]
+
+
 def growth_table(runs, what, title, note):
     """`what` is the number of a run that grows."""
     runs = sorted(runs, key=lambda run: (getattr(run, what), list(METHODS).index(run.method)))
@@ -178,19 +189,14 @@ def growth_table(runs, what, title, note):
             str(getattr(run, what)),
             METHODS[run.method].label,
             run.formulation,
-            time,
-            str(len(run.seconds)),
-            per_cent(run.spread),
-            megabytes(run.median_memory),
-            error(run.worst_backward_error),
-            found(run),
+            *measured,
         ]
-        for run, time in zip(runs, seconds([run.median_seconds for run in runs]))
+        for run, measured in zip(runs, measurements(runs))
     ]
     return Table(
         title,
         note,
-        [what, "method", "formulation", "time (s)", "runs", "spread", "memory (MB)", "backward error", "eigenvalues"],
+        [what, "method", "formulation", *MEASURED],
         rows,
     )
 
@@ -215,19 +221,14 @@ def option_table(runs, what, title, note):
             run.problem,
             run.value,
             str(run.operator_applications),
-            time,
-            str(len(run.seconds)),
-            per_cent(run.spread),
-            megabytes(run.median_memory),
-            error(run.worst_backward_error),
-            found(run),
+            *measured,
         ]
-        for run, time in zip(runs, seconds([run.median_seconds for run in runs]))
+        for run, measured in zip(runs, measurements(runs))
     ]
     return Table(
         title,
         note,
-        ["problem", what, "vectors", "time (s)", "runs", "spread", "memory (MB)", "backward error", "eigenvalues"],
+        ["problem", what, "vectors", *MEASURED],
         rows,
     )
 

@@ -6,7 +6,8 @@ module kschur_capi_named_options
       kschur_options_set_certify, kschur_options_set_checkpoint, kschur_options_set_constraint_scaling, &
       kschur_options_set_distribute, &
       kschur_options_set_formulation, kschur_options_set_groups, &
-      kschur_options_set_inner, kschur_options_set_left, kschur_options_set_max_restarts, kschur_options_set_method, &
+      kschur_options_set_inner, kschur_options_set_left, kschur_options_set_max_restarts, kschur_options_set_memory, &
+      kschur_options_set_method, &
       kschur_options_set_modes, kschur_options_set_normalisation, kschur_options_set_presolve, kschur_options_set_resume, &
       kschur_options_set_seed, &
       kschur_options_set_shift, kschur_options_set_subspace, kschur_options_set_target, kschur_options_set_target_hz, &
@@ -90,6 +91,8 @@ contains
          status = with_integer(handle, address, option, given, kschur_options_set_block)
       case ("threads")
          status = with_integer(handle, address, option, given, kschur_options_set_threads)
+      case ("memory")
+         status = with_integer(handle, address, option, given, kschur_options_set_memory)
       case ("distribute")
          status = with_integer(handle, address, option, given, kschur_options_set_distribute)
       case ("groups")

@@ -1,6 +1,6 @@
 !> What a result holds, by name: those of result files, and of what is made of modes.
 module kschur_capi_names
-   use kschur, only: modal_result_type, wp
+   use kschur, only: modal_result_type, phase_names, wp
    implicit none
    private
    public :: find_columns, gather_numbers
@@ -78,6 +78,7 @@ contains
       character(len=*), intent(in) :: name
       real(wp), allocatable, intent(inout) :: numbers(:)
       logical, intent(out) :: known
+      real(wp) :: phases(size(phase_names))
 
       known = .true.
       select case (name)
@@ -113,16 +114,10 @@ contains
          numbers = [real(result%factor_entries, wp)]
       case ("seconds_total")
          numbers = [result%seconds%total]
-      case ("seconds_analyze")
-         numbers = [result%seconds%analyze]
-      case ("seconds_factorize")
-         numbers = [result%seconds%factorize]
-      case ("seconds_solve")
-         numbers = [result%seconds%solve]
-      case ("seconds_orthogonalize")
-         numbers = [result%seconds%orthogonalize]
       case default
-         known = .false.
+         phases = result%seconds%of_phases()
+         known = any("seconds_"//phase_names == name)
+         if (known) numbers = pack(phases, "seconds_"//phase_names == name)
       end select
    end subroutine gather_facts
 

@@ -19,7 +19,8 @@ module kschur_capi_options
       kschur_options_set_checkpoint, kschur_options_set_resume, &
       kschur_options_set_constraint_scaling, kschur_options_set_distribute, kschur_options_set_formulation, &
       kschur_options_set_groups, kschur_options_set_inner, &
-      kschur_options_set_left, kschur_options_set_max_restarts, kschur_options_set_method, kschur_options_set_modes, &
+      kschur_options_set_left, kschur_options_set_max_restarts, kschur_options_set_memory, kschur_options_set_method, &
+      kschur_options_set_modes, &
       kschur_options_set_normalisation, kschur_options_set_presolve, kschur_options_set_seed, kschur_options_set_shift, &
       kschur_options_set_subspace, kschur_options_set_target, kschur_options_set_target_hz, kschur_options_set_threads, &
       kschur_options_set_tolerance
@@ -163,6 +164,11 @@ contains
 #define SETTER kschur_options_set_groups
 #define GIVEN_TYPE integer(c_int64_t)
 #define CHANGE call take_integer(given, "number of groups", change%options%groups, change%error)
+#include "kschur_capi_options.inc"
+
+#define SETTER kschur_options_set_memory
+#define GIVEN_TYPE integer(c_int64_t)
+#define CHANGE change%options%memory = given
 #include "kschur_capi_options.inc"
 
 #define SETTER kschur_options_set_presolve

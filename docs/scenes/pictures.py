@@ -15,6 +15,7 @@ import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
+from matplotlib.collections import LineCollection
 
 PROGRAMS = pathlib.Path(sys.argv[1]).resolve()
 HERE = pathlib.Path(__file__).resolve().parent
@@ -47,25 +48,38 @@ def read_vtu(path):
 
 def save(figure, name):
     figure.tight_layout()
-    figure.savefig(HERE / f"{name}.png")
+    figure.savefig(HERE / f"{name}.png", bbox_inches="tight")
     plt.close(figure)
     print(f"{name}.png")
 
 
-def lines_3d(axes, points, cells, color, width=1.0):
-    for cell in cells:
-        axes.plot(*points[list(cell)].T, color=color, linewidth=width)
+def draw_shape(axes, points, moved, cells, azimuth, elevation):
+    """A structure at rest and moved, seen in parallel from a direction (degrees), with the directions of its axes."""
+    a, e = np.radians([azimuth, elevation])
+    view = np.array([[-np.sin(a), np.cos(a), 0], [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]])
+    for place, color, width, label in ((points, "lightgray", 1.0, "at rest"), (moved, "tab:blue", 1.2, "moved")):
+        flat = place @ view.T
+        axes.add_collection(LineCollection([flat[list(cell)] for cell in cells], colors=color, linewidths=width, label=label))
+    axes.autoscale()
+    axes.set(aspect="equal")
+    axes.set_axis_off()
+    arrows = 0.12 * np.ptp(points @ view.T, axis=0).max() * view.T
+    corner = (np.vstack([points, moved]) @ view.T).min(axis=0) - np.minimum(arrows.min(axis=0), 0)
+    for name, arrow in zip("xyz", arrows):
+        axes.annotate("", corner + arrow, corner, annotation_clip=False,
+                      arrowprops={"arrowstyle": "->", "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0})
+        axes.text(*(corner + 1.4 * arrow), name, fontsize=8, ha="center", va="center")
 
 
 def draw_grid(folder):
     example("grid", "8x6", f"{folder}/grid.vtu")
     points, cells, shapes = read_vtu(f"{folder}/grid.vtu")
-    figure = plt.figure(figsize=(9, 2.6))
-    for place, k in enumerate((12, 13, 14, 16)):
-        axes = figure.add_subplot(1, 4, place + 1, projection="3d")
-        lines_3d(axes, points + 1.5 * shapes[k], cells, "tab:blue", 0.8)
-        axes.set(zlim=(-3, 3), title=f"mode {k + 1}")
-        axes.set_axis_off()
+    hertz = [mode["frequency_hz"] for mode in modes(folder, "grid --cells 8x6", "--modes", 17)]
+    figure, axes = plt.subplots(2, 2, figsize=(9, 5.6))
+    for ax, k in zip(axes.flat, (12, 13, 14, 16)):
+        draw_shape(ax, points, points + 1.5 * shapes[k], cells, -60, 30)
+        ax.set_title(f"mode {k + 1}, {hertz[k]:.3f} Hz")
+    axes[0, 1].legend(loc="upper right", fontsize=8)
     save(figure, "grid")
 
 
@@ -78,7 +92,7 @@ def draw_crank(folder):
             key = tuple(sorted(cell[list(face)]))
             faces[key] = faces.get(key, 0) + 1
     surface = np.array([face for face, count in faces.items() if count == 1])
-    figure, axes = plt.subplots(1, 3, figsize=(10, 2.8), width_ratios=(1, 1, 0.8))
+    figure, axes = plt.subplots(1, 3, figsize=(11, 3.2), width_ratios=(1.2, 1.2, 0.8))
     for ax, k in zip(axes, (0, 1)):
         moved = points + 0.04 * shapes[k]
         ax.tripcolor(moved[:, 0], moved[:, 1], surface, np.linalg.norm(shapes[k], axis=1), shading="gouraud", cmap="viridis")
@@ -86,7 +100,9 @@ def draw_crank(folder):
         ax.set_axis_off()
     lines = axes[2].loglog(meshes[:, 1], meshes[:, 3:], "o-")
     axes[2].legend(lines, [f"flexible mode {k + 1}" for k in range(len(lines))], fontsize=7, loc="lower left")
-    axes[2].set(ylim=(150, None), xlabel="unknowns (-)", ylabel="frequency (Hz)")
+    axes[2].set(ylim=(250, None), xlabel="unknowns (-)", ylabel="frequency (Hz)", yticks=(300, 1000, 3000))
+    axes[2].yaxis.set_major_formatter("{x:.0f}")
+    axes[2].yaxis.set_minor_formatter("")
     save(figure, "crank")
 
 
@@ -104,15 +120,11 @@ def draw_turbine(folder):
     axes[1].set(xlabel="speed (rpm)", ylabel="damping ratio (%)", title="stability diagram")
     save(figure, "turbine")
     points, cells, shapes = read_vtu(f"{folder}/turbine.vtu")
-    figure = plt.figure(figsize=(9, 3.2))
-    for place, (k, name) in enumerate(((0, "tower side to side"), (1, "tower fore and aft"), (5, "collective flap"), (6, "edge"))):
-        axes = figure.add_subplot(1, 4, place + 1, projection="3d")
-        lines_3d(axes, points, cells, "lightgray")
-        lines_3d(axes, points + 20 * shapes[k], cells, "tab:blue")
-        axes.set(xlim=(-60, 60), ylim=(-60, 60), zlim=(0, 160), title=name)
-        axes.set_box_aspect((120, 120, 160))
-        axes.view_init(15, -150)
-        axes.set_axis_off()
+    figure, axes = plt.subplots(1, 4, figsize=(9, 3.9))
+    for ax, (k, name) in zip(axes, ((0, "tower side to side"), (1, "tower fore and aft"), (5, "collective flap"), (6, "edge"))):
+        draw_shape(ax, points, points + 20 * shapes[k], cells, -150, 15)
+        ax.set_title(f"{name}\n{table[0, 1 + k]:.2f} Hz")
+    axes[0].legend(loc="lower left", bbox_to_anchor=(0.6, 0), fontsize=8)
     save(figure, "turbine-modes")
 
 

@@ -10,6 +10,8 @@ from . import table
 from .result import Result
 from .solving import load
 
+VIEW = (-60.0, 30.0)
+
 
 def draw(result: Result, modes: list[int], **options: Any) -> Any:
     """A Matplotlib figure of modes, which count from 0; `options` are those of `Result.plot_shape`."""
@@ -17,11 +19,9 @@ def draw(result: Result, modes: list[int], **options: Any) -> Any:
     columns = min(len(modes), 3)
     rows = -(-len(modes) // columns)
     figure = plt.figure(figsize=(4 * columns, 3.4 * rows), layout="constrained")
-    flat = result.plot_shape(modes[0], ax=None, **options)
-    plt.close(flat.figure)
     for place, mode in enumerate(modes, 1):
-        ax = figure.add_subplot(rows, columns, place, projection=None if flat.name == "rectilinear" else "3d")
-        result.plot_shape(mode, ax=ax, **options)
+        ax = figure.add_subplot(rows, columns, place)
+        result.plot_shape(mode, ax=ax, view=VIEW, **options)
         ax.set_axis_off()
         ax.set_title(f"mode {mode + 1}: {table.caption(result, mode)}", fontsize=9)
     return figure

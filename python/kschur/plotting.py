@@ -11,12 +11,13 @@ from .sweeping import Sweep
 
 
 def plot_shape(geometry: Geometry, shape: NDArray[Any], *, scale: float | None = None, phase: float = 0.0,
-               title: str = "", ax: Any = None) -> Any:
+               view: tuple[float, float] | None = None, title: str = "", ax: Any = None) -> Any:
     """Draws a shape of n unknowns, and in gray the structure at rest; returns the axes.
 
     scale : what the shape is multiplied by; by default the largest displacement is a tenth of the structure.
     phase : angle of the oscillation in radians; 0 is the real part of the shape.
-    ax : axes to draw on, with projection="3d" for what is not flat; by default new ones.
+    view : azimuth and elevation in degrees, from which what is not flat is drawn in parallel on plane axes; by default in space.
+    ax : axes to draw on, with projection="3d" for what is drawn in space; by default new ones.
     """
     from matplotlib import colormaps
     from matplotlib import pyplot as plt
@@ -28,8 +29,13 @@ def plot_shape(geometry: Geometry, shape: NDArray[Any], *, scale: float | None =
     amplitude = np.linalg.norm(moved, axis=1)
     if scale is None:
         scale = float(0.1 * np.linalg.norm(np.ptp(rest, axis=0)) / (amplitude.max() or 1.0)) or 1.0
-    now = rest + scale * moved
     axes = _axes_of(rest, moved)
+    depth = None
+    if view is not None and len(axes) == 3:
+        seen = _seen_from(*view)
+        rest, moved, axes = rest @ seen, moved @ seen, [0, 1]
+        depth = rest[:, 2] + scale * moved[:, 2]
+    now = rest + scale * moved
     lines, polygons = (LineCollection, PolyCollection) if len(axes) == 2 else (Line3DCollection, Poly3DCollection)
     if ax is None:
         ax = plt.figure().add_subplot(projection=None if len(axes) == 2 else "3d")
@@ -37,6 +43,8 @@ def plot_shape(geometry: Geometry, shape: NDArray[Any], *, scale: float | None =
     ax.computed_zorder = False
     ax.add_collection(lines(rest[:, axes][geometry.lines()], colors="gray", linewidths=0.5, alpha=0.4, zorder=1))
     for loops in geometry.faces():
+        if depth is not None:
+            loops = loops[np.argsort(depth[loops].mean(axis=1))]
         colors = colormaps["viridis"](amplitude[loops].mean(axis=1) / (amplitude.max() or 1.0))
         corners = now[:, axes][loops]
         ax.add_collection(lines(corners, colors=colors, linewidths=1.5, zorder=2) if loops.shape[1] == 2
@@ -83,6 +91,14 @@ def _axes_of(rest: NDArray[Any], moved: NDArray[Any]) -> list[int]:
         if not (np.ptp(rest[:, left_out]) or moved[:, left_out].any()):
             return [axis for axis in range(3) if axis != left_out]
     return [0, 1, 2]
+
+
+def _seen_from(azimuth: float, elevation: float) -> NDArray[Any]:
+    """Columns are the directions to the right, up, and towards who looks."""
+    a, e = np.radians([azimuth, elevation])
+    return np.array([[-np.sin(a), -np.sin(e) * np.cos(a), np.cos(e) * np.cos(a)],
+                     [np.cos(a), -np.sin(e) * np.sin(a), np.cos(e) * np.sin(a)],
+                     [0.0, np.cos(e), np.sin(e)]])
 
 
 def _frame(ax: Any, points: NDArray[Any], axes: list[int]) -> None:

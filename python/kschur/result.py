@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _COUNTS = ("operator_applications", "restarts", "factorizations")
-_SECONDS = ("total", "analyze", "factorize", "solve", "orthogonalize")
+_SECONDS = ("total", "analyze", "factorize", "solve", "orthogonalize", "examine", "place", "iterate", "recover", "judge", "left")
 
 
 class Result:

@@ -43,7 +43,7 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
         what it returns has solve(b, trans) with trans "N", "T" or "H": scipy.sparse.linalg.splu is one. It raises
         numpy.linalg.LinAlgError where A is singular.
     more : method, arpack, formulation, inner, constraint_scaling, normalisation ("length", "mass", "displacement"), presolve,
-        subspace, block, tolerance, max_restarts, threads, seed, checkpoint,
+        subspace, block, tolerance, max_restarts, threads, seed, memory, checkpoint,
         resume: as the options of the program, with _ for -.
 
     Fewer modes than asked for are no exception: see `Result.reason`. What is wrong is raised as one of

@@ -86,3 +86,8 @@ def test_picture_in_space():
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     result = kschur.solve(*chain(12), modes=2, geometry=kschur.Geometry(corners))
     assert result.plot_shape(1).name == "3d"
+    # Along y: x goes to the right and z up.
+    seen = result.plot_shape(1, scale=1e-9, view=(-90, 0))
+    assert seen.name == "rectilinear"
+    rest = np.array(seen.collections[0].get_segments()).reshape(-1, 2)
+    assert {tuple(point) for point in rest.round(9)} == {(0, 0), (1, 0), (0, 1)}

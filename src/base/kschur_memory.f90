@@ -9,9 +9,9 @@ module kschur_memory
    private
    public :: require_memory
 
-   !> Bytes of an integer, of a real and of a complex number.
+   !> Bytes of an integer, of a real and of a complex number, and of what messages count in.
    real(wp), parameter, public :: integer_bytes = storage_size(1)/8, real_bytes = storage_size(1.0_wp)/8, &
-      complex_bytes = 2*real_bytes
+      complex_bytes = 2*real_bytes, megabyte = 1.0e6_wp
    ! So much is left for what is small.
    real(wp), parameter :: margin = 1.6e7_wp
 
@@ -30,7 +30,6 @@ contains
       !> What they are for, as in "no memory for ...".
       character(len=*), intent(in) :: what
       type(error_type), allocatable, intent(inout) :: error
-      real(wp), parameter :: megabyte = 1.0e6_wp
 
       if (allocated(error)) return
       if (c_can_have(real(bytes + margin, c_double)) /= 0) return

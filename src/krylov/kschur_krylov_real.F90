@@ -10,10 +10,10 @@ module kschur_krylov_real
    use kschur_monitor, only: is_stopped, monitor_type
    use kschur_operator, only: real_operator_type
    use kschur_outcome, only: history_type, reason_cancelled, reason_fewer_modes, reason_max_restarts
-   use kschur_projected, only: independent_eigenvectors, join_pairs, keep_one_of_pairs, move_to_head, schur_values
    use kschur_random, only: random_vector, state_of_seed
    use kschur_ritz_real, only: choose, decomposition_type, project, ritz_type
-   use kschur_selection, only: selection_type, order_by_preference
+   use kschur_schur_vectors_real, only: extract, restore_conjugates, truncate
+   use kschur_selection, only: selection_type
    implicit none
    private
    public :: krylov_schur

@@ -36,6 +36,7 @@ module kschur_direct_solver
       procedure :: factorize
       procedure :: solve
       procedure :: solve_adjoint
+      procedure :: estimate
    end type direct_real_type
 
 contains
@@ -109,6 +110,28 @@ contains
          call move_alloc(ldl, self%solver)
       end if
    end subroutine try_ldl
+
+   ! Of the solver that is tried first, as it does it as a rule.
+   subroutine estimate(self, pattern, structure, bytes, error)
+      class(direct_real_type), intent(in) :: self
+      type(csr_matrix_type), intent(in) :: pattern
+      type(matrix_structure_type), intent(in) :: structure
+      real(wp), intent(out) :: bytes
+      type(error_type), allocatable, intent(out) :: error
+      type(ldl_real_type) :: ldl
+      type(quasi_definite_type) :: quasi_definite
+      type(mumps_real_type) :: mumps
+
+      if (self%inner == inner_mumps .or. .not. structure%symmetric .or. are_several(self%processes, pattern%rows) .or. &
+         (structure%multipliers > 0 .and. .not. self%quasi_definite)) then
+         mumps%processes => self%processes
+         call mumps%estimate(pattern, structure, bytes, error)
+      else if (structure%multipliers > 0) then
+         call quasi_definite%estimate(pattern, structure, bytes, error)
+      else
+         call ldl%estimate(pattern, structure, bytes, error)
+      end if
+   end subroutine estimate
 
    ! What is known of the factors; `spent` seconds went into the order or an attempt before.
    subroutine report(self, spent, description)

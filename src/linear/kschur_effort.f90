@@ -1,10 +1,17 @@
 !> What a computation took.
 module kschur_effort
-   use kschur_kinds, only: wp
+   use kschur_clock, only: clock, seconds_since
+   use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: linear_solver_type
    implicit none
    private
    public :: effort_type, timings_type
+   !> The phases of `timings_type` but for total and other.
+   integer, parameter, public :: phase_analyze = 1, phase_factorize = 2, phase_solve = 3, phase_orthogonalize = 4, &
+      phase_examine = 5, phase_place = 6, phase_iterate = 7, phase_recover = 8, phase_judge = 9, phase_left = 10
+   !> What the phases are called where they are printed and written.
+   character(len=*), parameter, public :: phase_names(10) = [character(len=13) :: "analyze", "factorize", "solve", &
+      "orthogonalize", "examine", "place", "iterate", "recover", "judge", "left"]
 
    !> Wall-clock seconds of each phase.
    type :: timings_type
@@ -16,8 +23,24 @@ module kschur_effort
       real(wp) :: solve = 0
       !> Orthogonalisation of the Krylov basis and its rotation at a restart.
       real(wp) :: orthogonalize = 0
+      !> What the steps of a solve take beside these four. Before the iteration: presolve, balance, constraints, rigid motions.
+      real(wp) :: examine = 0
+      !> The choice of the shift and the matrix there.
+      real(wp) :: place = 0
+      !> Products with matrices, projected problems.
+      real(wp) :: iterate = 0
+      !> Shapes and multipliers, of the problem as given.
+      real(wp) :: recover = 0
+      !> Backward errors, error bounds, refinement, proofs, what is noted.
+      real(wp) :: judge = 0
+      !> Left vectors.
+      real(wp) :: left = 0
       !> All else: with it the phases sum to the total.
       real(wp) :: other = 0
+   contains
+      !> The seconds of the phases, in the order of `phase_names`.
+      procedure :: of_phases
+      procedure :: set_phases
    end type timings_type
 
    !> Counts and seconds.
@@ -26,6 +49,9 @@ module kschur_effort
       integer :: restarts = 0
       integer :: factorizations = 0
       type(timings_type) :: seconds
+      ! When the step began that is under way, and what had been accounted for.
+      integer(long), private :: began = 0
+      real(wp), private :: accounted = 0
    contains
       !> Adds a factorisation and its seconds.
       procedure :: add_factors
@@ -33,11 +59,39 @@ module kschur_effort
       procedure :: add_solves
       !> Adds what another computation took as a part of this one.
       procedure :: add_effort
+      !> Begins a step.
+      procedure :: begin_step
+      !> Ends a step, where one was begun, and begins the next: what it took and is not accounted for belongs to a phase.
+      procedure :: end_step
       !> Ends the account with the seconds of all.
       procedure :: set_total
    end type effort_type
 
 contains
+
+   pure function of_phases(self) result(seconds)
+      class(timings_type), intent(in) :: self
+      real(wp) :: seconds(size(phase_names))
+
+      seconds = [self%analyze, self%factorize, self%solve, self%orthogonalize, self%examine, self%place, self%iterate, &
+         self%recover, self%judge, self%left]
+   end function of_phases
+
+   subroutine set_phases(self, seconds)
+      class(timings_type), intent(inout) :: self
+      real(wp), intent(in) :: seconds(:)
+
+      self%analyze = seconds(phase_analyze)
+      self%factorize = seconds(phase_factorize)
+      self%solve = seconds(phase_solve)
+      self%orthogonalize = seconds(phase_orthogonalize)
+      self%examine = seconds(phase_examine)
+      self%place = seconds(phase_place)
+      self%iterate = seconds(phase_iterate)
+      self%recover = seconds(phase_recover)
+      self%judge = seconds(phase_judge)
+      self%left = seconds(phase_left)
+   end subroutine set_phases
 
    subroutine add_factors(self, solver)
       class(effort_type), intent(inout) :: self
@@ -62,19 +116,39 @@ contains
       self%operator_applications = self%operator_applications + part%operator_applications
       self%restarts = self%restarts + part%restarts
       self%factorizations = self%factorizations + part%factorizations
-      self%seconds%analyze = self%seconds%analyze + part%seconds%analyze
-      self%seconds%factorize = self%seconds%factorize + part%seconds%factorize
-      self%seconds%solve = self%seconds%solve + part%seconds%solve
-      self%seconds%orthogonalize = self%seconds%orthogonalize + part%seconds%orthogonalize
+      call self%seconds%set_phases(self%seconds%of_phases() + part%seconds%of_phases())
    end subroutine add_effort
+
+   subroutine begin_step(self, unadded)
+      class(effort_type), intent(inout) :: self
+      !> Seconds that are accounted for elsewhere and will be added later: of solvers in use.
+      real(wp), intent(in) :: unadded
+
+      self%began = clock()
+      self%accounted = sum(self%seconds%of_phases()) + unadded
+   end subroutine begin_step
+
+   subroutine end_step(self, phase, unadded)
+      class(effort_type), intent(inout) :: self
+      !> One of `phase_*`.
+      integer, intent(in) :: phase
+      !> As for `begin_step`.
+      real(wp), intent(in) :: unadded
+      real(wp) :: seconds(size(phase_names)), beside
+
+      if (self%began == 0) return
+      seconds = self%seconds%of_phases()
+      beside = seconds_since(self%began) - (sum(seconds) + unadded - self%accounted)
+      seconds(phase) = seconds(phase) + max(beside, 0.0_wp)
+      call self%seconds%set_phases(seconds)
+      call self%begin_step(unadded)
+   end subroutine end_step
 
    subroutine set_total(self, seconds)
       class(effort_type), intent(inout) :: self
       real(wp), intent(in) :: seconds
 
-      associate (s => self%seconds)
-         s%total = seconds
-         s%other = max(seconds - (s%analyze + s%factorize + s%solve + s%orthogonalize), 0.0_wp)
-      end associate
+      self%seconds%total = seconds
+      self%seconds%other = max(seconds - sum(self%seconds%of_phases()), 0.0_wp)
    end subroutine set_total
 end module kschur_effort

@@ -3,6 +3,7 @@ module kschur_inertia_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, error_cancelled, error_memory, new_error, error_usage
    use kschur_kinds, only: wp, long
+   use kschur_ldl, only: ldl_real_type
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_mumps_real, only: mumps_real_type
    use kschur_processes, only: are_several, processes_type
@@ -23,6 +24,7 @@ module kschur_inertia_solver
       procedure :: factorize
       procedure :: solve
       procedure :: solve_adjoint => solve
+      procedure :: estimate
    end type inertia_real_type
 
 contains
@@ -85,6 +87,23 @@ contains
       self%null_pivots = 0
       self%negative_pivots = least
    end subroutine prove
+
+   subroutine estimate(self, pattern, structure, bytes, error)
+      class(inertia_real_type), intent(in) :: self
+      type(csr_matrix_type), intent(in) :: pattern
+      type(matrix_structure_type), intent(in) :: structure
+      real(wp), intent(out) :: bytes
+      type(error_type), allocatable, intent(out) :: error
+      type(ldl_real_type) :: ldl
+      type(mumps_real_type) :: mumps
+
+      if (structure%symmetric .and. .not. are_several(self%processes, pattern%rows)) then
+         call ldl%estimate(pattern, structure, bytes, error)
+      else
+         mumps%processes => self%processes
+         call mumps%estimate(pattern, structure, bytes, error)
+      end if
+   end subroutine estimate
 
    subroutine solve(self, x, error)
       class(inertia_real_type), intent(inout) :: self

@@ -36,6 +36,7 @@ module kschur_ldl
       procedure :: factorize
       procedure :: solve
       procedure :: solve_adjoint => solve
+      procedure :: estimate
    end type ldl_real_type
 
 contains
@@ -76,6 +77,21 @@ contains
       if (allocated(error)) call release(self)
       self%factored = .not. allocated(error)
    end subroutine factorize
+
+   subroutine estimate(self, pattern, structure, bytes, error)
+      class(ldl_real_type), intent(in) :: self
+      type(csr_matrix_type), intent(in) :: pattern
+      type(matrix_structure_type), intent(in) :: structure
+      real(wp), intent(out) :: bytes
+      type(error_type), allocatable, intent(out) :: error
+      type(symbolic_type) :: symbolic
+
+      bytes = 0
+      call require_memory(3*pattern%bytes(), "the elimination order", error)
+      if (.not. allocated(error)) call analyze(pattern, structure, self%most_entries, symbolic, error)
+      ! The lower triangle of the matrix is kept in the order of elimination.
+      if (.not. allocated(error)) bytes = symbolic%bytes() + pattern%bytes()/2
+   end subroutine estimate
 
    ! Their signs and sizes.
    subroutine examine_pivots(self, matrix, multipliers, error)

@@ -61,6 +61,10 @@ module kschur_linear_solver
       character(len=80) :: description = ""
       !> Asked while it factors, which fails with error_cancelled where it ends the computation; not associated: nobody.
       class(monitor_type), pointer :: monitor => null()
+   contains
+      !> Bytes that the factors of a matrix of some pattern take, with what their making takes, known by analysis alone. A
+      !> solver that does not tell says 0.
+      procedure :: estimate
    end type linear_solver_type
 
    !> A solver for real matrices.
@@ -118,6 +122,19 @@ module kschur_linear_solver
    end interface
 
 contains
+
+   subroutine estimate(self, pattern, structure, bytes, error)
+      class(linear_solver_type), intent(in) :: self
+      !> Its values mean nothing.
+      type(csr_matrix_type), intent(in) :: pattern
+      type(matrix_structure_type), intent(in) :: structure
+      real(wp), intent(out) :: bytes
+      type(error_type), allocatable, intent(out) :: error
+
+      associate (unused => self, also => pattern, too => structure)
+      end associate
+      bytes = 0
+   end subroutine estimate
 
    elemental complex(wp) function logarithm(self)
       class(determinant_type), intent(in) :: self

@@ -1,6 +1,8 @@
 !> Who calls MUMPS. In this build it is one process; `with/mpi` has the module for several.
 module kschur_mumps_caller
    use, intrinsic :: iso_c_binding, only: c_ptr
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
    use kschur_processes, only: processes_type
    implicit none
    private
@@ -21,6 +23,8 @@ module kschur_mumps_caller
       procedure :: begin
       !> To be called before MUMPS does a job.
       procedure :: announce
+      !> To be called before MUMPS solves.
+      procedure :: require
       !> Gives another process its rows of the matrix.
       procedure :: send_rows
    end type mumps_caller_type
@@ -46,6 +50,16 @@ contains
       associate (unused => self, also => job)
       end associate
    end subroutine announce
+
+   subroutine require(self, bytes, error)
+      class(mumps_caller_type), intent(in) :: self
+      !> What MUMPS takes in each process.
+      real(wp), intent(in) :: bytes
+      type(error_type), allocatable, intent(out) :: error
+
+      associate (unused => self, also => bytes, none => error)
+      end associate
+   end subroutine require
 
    subroutine send_rows(self, to, row, column, value)
       class(mumps_caller_type), intent(in) :: self

@@ -6,13 +6,13 @@ module kschur_mumps_complex
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: determinant_type, complex_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
-   use kschur_memory, only: complex_bytes, require_memory
+   use kschur_memory, only: complex_bytes, integer_bytes, require_memory
    use kschur_monitor, only: ask_monitor
    use kschur_mumps_caller, only: job_take_rows, mumps_caller_type, mumps_complex
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
    use kschur_processes, only: processes_type
-   use kschur_sparse, only: complex_csr_matrix_type
+   use kschur_sparse, only: complex_combination, complex_csr_matrix_type, csr_matrix_type
    use kschur_text, only: text
    use kschur_threads, only: set_blas_threads, team_size
    implicit none
@@ -36,6 +36,7 @@ module kschur_mumps_complex
 #define LIBRARY mumps_complex
 #define STORED(x) x
 #define ADJOINT_OF(x) conjg(x)
+#define GIVEN(x) complex_combination([(1.0_wp, 0.0_wp)], [x])
 #define HAS_INERTIA .false.
 #define HAS_DETERMINANT .true.
 #define IMAGINARY(x) x

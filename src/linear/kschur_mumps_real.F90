@@ -6,7 +6,7 @@ module kschur_mumps_real
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: determinant_type, real_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
-   use kschur_memory, only: complex_bytes, require_memory
+   use kschur_memory, only: complex_bytes, integer_bytes, require_memory
    use kschur_monitor, only: ask_monitor
    use kschur_mumps_caller, only: job_take_rows, mumps_caller_type, mumps_real
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
@@ -36,6 +36,7 @@ module kschur_mumps_real
 #define LIBRARY mumps_real
 #define STORED(x) x
 #define ADJOINT_OF(x) x
+#define GIVEN(x) x
 #define HAS_INERTIA .true.
 #define HAS_DETERMINANT .true.
 #define IMAGINARY(x) 0

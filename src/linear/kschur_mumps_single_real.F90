@@ -7,7 +7,7 @@ module kschur_mumps_single_real
    use kschur_kinds, only: wp, long, single
    use kschur_linear_solver, only: determinant_type, real_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
-   use kschur_memory, only: complex_bytes, require_memory
+   use kschur_memory, only: complex_bytes, integer_bytes, require_memory
    use kschur_monitor, only: ask_monitor
    use kschur_mumps_caller, only: job_take_rows, mumps_caller_type, mumps_single_real
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
@@ -37,6 +37,7 @@ module kschur_mumps_single_real
 #define LIBRARY mumps_single_real
 #define STORED(x) real(x, single)
 #define ADJOINT_OF(x) x
+#define GIVEN(x) x
 #define HAS_INERTIA .false.
 #define HAS_DETERMINANT .false.
 #define IMAGINARY(x) 0

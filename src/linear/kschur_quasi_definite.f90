@@ -32,6 +32,7 @@ module kschur_quasi_definite
       procedure :: factorize
       procedure :: solve
       procedure :: solve_adjoint => solve
+      procedure :: estimate
    end type quasi_definite_type
 
 contains
@@ -69,6 +70,18 @@ contains
       self%negative_pivots = self%ldl%negative_pivots
       self%description = self%ldl%description
    end subroutine factorize
+
+   subroutine estimate(self, pattern, structure, bytes, error)
+      class(quasi_definite_type), intent(in) :: self
+      type(csr_matrix_type), intent(in) :: pattern
+      type(matrix_structure_type), intent(in) :: structure
+      real(wp), intent(out) :: bytes
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%ldl%estimate(pattern, structure, bytes, error)
+      ! A is kept.
+      bytes = bytes + pattern%bytes()
+   end subroutine estimate
 
    subroutine factorize_compliant(self, structure, error)
       class(quasi_definite_type), intent(inout) :: self

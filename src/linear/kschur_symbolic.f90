@@ -4,6 +4,7 @@ module kschur_symbolic
    use kschur_error, only: error_type, new_error, error_library, error_memory
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type
+   use kschur_memory, only: integer_bytes, real_bytes
    use kschur_minimum_degree, only: minimum_degree_order
    use kschur_ordering, only: elimination_order
    use kschur_sparse, only: csr_matrix_type
@@ -36,6 +37,8 @@ module kschur_symbolic
       procedure :: entries_a_column
       !> The rows below the diagonal block of the supernode that has most.
       procedure :: most_rows
+      !> Bytes of the factors as they are stored, with their rows, and of what one thread takes beside them.
+      procedure :: bytes => factor_bytes
    end type symbolic_type
 
 contains
@@ -188,6 +191,23 @@ contains
 
       entries_a_column = int(self%factor_entries/max(size(self%order), 1))
    end function entries_a_column
+
+   pure real(wp) function factor_bytes(self) result(bytes)
+      class(symbolic_type), intent(in) :: self
+      real(wp) :: entries, most_entries
+      integer :: s, columns, rows
+
+      entries = 0
+      most_entries = 0
+      do s = 1, size(self%first) - 1
+         columns = self%first(s + 1) - self%first(s)
+         rows = int(self%start(s + 1) - self%start(s))
+         entries = entries + real(columns, wp)*((columns - 1)/2.0_wp + rows)
+         most_entries = max(most_entries, real(columns, wp)*(columns + rows))
+      end do
+      bytes = real_bytes*(entries + 2*most_entries + size(self%order)) + &
+         integer_bytes*(real(size(self%row), wp) + 6*size(self%order))
+   end function factor_bytes
 
    pure integer function most_rows(self)
       class(symbolic_type), intent(in) :: self

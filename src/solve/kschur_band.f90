@@ -8,6 +8,7 @@ module kschur_band
    use kschur_checkpointing, only: begin_checkpoint
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, solve_context_type
+   use kschur_effort, only: phase_examine, phase_judge, phase_left
    use kschur_error, only: error_type, new_error, error_usage, take_cancelled
    use kschur_help, only: help
    use kschur_kinds, only: wp, long
@@ -86,8 +87,8 @@ contains
          if (.not. allocated(error)) call begin_checkpoint(s, [first, last], checkpoint, error)
          if (.not. allocated(error)) then
             ! A caller's own solvers are in this process only.
-            if (can_be_counted(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes)
-            call prepare_band(s, error)
+            if (can_be_counted(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes, error)
+            if (.not. allocated(error)) call prepare_band(s, error)
             if (.not. allocated(error)) call solve_band_prepared(s, first, last, own, result, error, groups)
             call groups%finish()
          end if
@@ -125,6 +126,7 @@ contains
          call leave_low_rank(s, "the damping is not a combination of mass and stiffness")
       call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
+      call s%end_step(phase_examine)
    end subroutine prepare_band
 
    !> The modes of a band of a problem that is prepared. The context stays so, without factors.
@@ -147,7 +149,11 @@ contains
       counted = can_be_counted(s)
       if (counted) call solve_counted(s, band, modes, counted, error, groups)
       if (.not. allocated(error) .and. .not. counted) call solve_disc(s, band, modes, error)
-      if (.not. allocated(error) .and. own%left) call find_left_modes(s, modes, error)
+      call s%end_step(phase_judge)
+      if (.not. allocated(error) .and. own%left) then
+         call find_left_modes(s, modes, error)
+         call s%end_step(phase_left)
+      end if
       if (allocated(error)) return
       own%modes = size(modes%lambda)
       if (counted) own%modes = modes%found

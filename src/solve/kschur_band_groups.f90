@@ -31,13 +31,14 @@ module kschur_band_groups
 
 contains
 
-   subroutine begin(problem, options, processes)
+   subroutine begin(problem, options, processes, error)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       !> The group of this process, on return.
       type(processes_type), intent(inout) :: processes
+      type(error_type), allocatable, intent(out) :: error
 
-      associate (unused => problem, also => options, too => processes)
+      associate (unused => problem, also => options, too => processes, none => error)
       end associate
    end subroutine begin
 

@@ -54,7 +54,7 @@ contains
       integer :: negative
 
       allocate (parts(0))
-      call s%begin_step("count of the band", error)
+      call s%enter_phase("count of the band", error)
       if (allocated(error)) return
       whole = part_type(band(1), band(2), zeros, 0)
       call count_at(s, band(2)**2, whole%below_to)

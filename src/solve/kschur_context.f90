@@ -8,7 +8,9 @@ module kschur_context
    use kschur_formulation, only: choose_formulation
    use kschur_solver_choice, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp
+   use kschur_linear_solver, only: linear_solver_type
    use kschur_memory, only: complex_bytes
+   use kschur_memory_estimate, only: check_memory
    use kschur_monitor, only: ask_monitor, monitor_type
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense
    use kschur_presolve, only: presolve_type
@@ -66,13 +68,17 @@ module kschur_context
       !> Shapes and multipliers of what is iterated, from those of the problem as given.
       procedure :: contract
       !> Tells the monitor what comes next.
-      procedure :: announce_step
+      procedure :: announce_phase
       !> The same, and fails where the monitor ends the solve.
-      procedure :: begin_step
+      procedure :: enter_phase
       !> Whether the monitor ends the solve.
       procedure :: is_stopped => is_solve_stopped
       !> Whether rigid motions are all there is, or not even these.
       procedure :: only_rigid
+      !> What was done since the step before belongs to a phase of the effort.
+      procedure :: end_step
+      !> The same to nothing: what was accounted for has changed.
+      procedure :: begin_step
       !> Leaves the factors, and accounts for what they took.
       procedure :: drop_transform
       !> The same of the stiffness, which tells a scale, and is then no longer needed.
@@ -93,6 +99,7 @@ contains
       !> Absent: this process works alone.
       type(processes_type), target, intent(in), optional :: processes
 
+      call s%begin_step()
       allocate (s%notes(0))
       s%problem => problem
       if (present(processes)) s%processes => processes
@@ -101,6 +108,7 @@ contains
       if (.not. allocated(error) .and. problem%unknowns() == 0) &
          call new_error(error, error_usage, "the problem has no matrices")
       if (.not. allocated(error)) call choose_inner_solvers(options, s%inner, error, solvers, s%processes)
+      if (.not. allocated(error)) call check_memory(problem, options, s%inner, error)
       if (allocated(error)) return
       call s%inner%set_monitor(s%monitor)
       s%options = settings_of(options)
@@ -119,12 +127,14 @@ contains
       class(monitor_type), target, optional, intent(inout) :: monitor
 
       call check_options(options, error)
+      if (.not. allocated(error)) call check_memory(s%problem, options, s%inner, error)
       if (allocated(error)) return
       nullify (s%monitor)
       if (present(monitor)) s%monitor => monitor
       call s%inner%set_monitor(s%monitor)
       s%options = settings_of(options)
       s%effort = effort_type()
+      call s%begin_step()
       s%shift = 0
    end subroutine resume
 
@@ -179,22 +189,22 @@ contains
       end do
    end function contract
 
-   subroutine announce_step(self, step)
+   subroutine announce_phase(self, phase)
       class(solve_context_type), intent(in) :: self
       !> "factorisation", "iteration", ...
-      character(len=*), intent(in) :: step
+      character(len=*), intent(in) :: phase
 
-      if (associated(self%monitor)) call self%monitor%begins(step)
-   end subroutine announce_step
+      if (associated(self%monitor)) call self%monitor%begins(phase)
+   end subroutine announce_phase
 
-   subroutine begin_step(self, step, error)
+   subroutine enter_phase(self, phase, error)
       class(solve_context_type), intent(in) :: self
-      character(len=*), intent(in) :: step
+      character(len=*), intent(in) :: phase
       type(error_type), allocatable, intent(out) :: error
 
-      call self%announce_step(step)
+      call self%announce_phase(phase)
       call ask_monitor(self%monitor, error)
-   end subroutine begin_step
+   end subroutine enter_phase
 
    logical function is_solve_stopped(self)
       class(solve_context_type), intent(in) :: self
@@ -209,6 +219,32 @@ contains
       only_rigid = self%plan%unknowns_after == 0 .or. &
          (self%known%total%number == size(self%known%rigid%lambda) .and. .not. self%options%is_plain())
    end function only_rigid
+
+   subroutine begin_step(self)
+      class(solve_context_type), intent(inout) :: self
+
+      call self%effort%begin_step(seconds_in_use(self))
+   end subroutine begin_step
+
+   subroutine end_step(self, phase)
+      class(solve_context_type), intent(inout) :: self
+      !> One of `phase_*`.
+      integer, intent(in) :: phase
+
+      call self%effort%end_step(phase, seconds_in_use(self))
+   end subroutine end_step
+
+   ! What is accounted for when factors are left.
+   real(wp) function seconds_in_use(self) result(seconds)
+      class(solve_context_type), intent(in) :: self
+      class(linear_solver_type), pointer :: solver
+
+      seconds = 0
+      if (allocated(self%known%stiffness)) seconds = seconds + self%known%stiffness%solver%solve_seconds
+      if (.not. allocated(self%transform)) return
+      solver => self%transform%linear_solver()
+      seconds = seconds + solver%solve_seconds + sum(self%transform%certificate%seconds%of_phases())
+   end function seconds_in_use
 
    subroutine drop_transform(self)
       class(solve_context_type), intent(inout) :: self

@@ -12,7 +12,7 @@ module kschur_formulation
    use kschur_problem, only: modal_problem_type, damping_general, damping_none
    implicit none
    private
-   public :: choose_formulation, is_structured
+   public :: choose_formulation, is_structured, likely_formulation
 
 contains
 
@@ -76,7 +76,7 @@ contains
       end if
       call find_obstacle(problem, formulation, own, obstacle, error, effort)
       if (allocated(error)) return
-      if (asked == formulation_auto .and. formulation == formulation_quadratic .and. problem%damping_kind == damping_general) &
+      if (asked == formulation_auto .and. may_be_low_rank(problem)) &
          call try_low_rank(problem, formulation, own, decision, error, effort)
       if (allocated(error) .or. allocated(decision)) return
       if (len(obstacle) > 0 .and. all(asked /= [formulation_auto, formulation_dense])) then
@@ -99,7 +99,35 @@ contains
       end if
    end subroutine choose_formulation
 
-   ! Takes it where only few unknowns are damped otherwise than all.
+   !> What `choose_formulation` takes where the mass is an inner product: nothing is factored to see that.
+   subroutine likely_formulation(problem, asked, formulation, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> One of `formulation_*`.
+      integer, intent(in) :: asked
+      integer, intent(out) :: formulation
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: obstacle
+
+      formulation = asked
+      if (any(asked == [formulation_auto, formulation_dense])) formulation = smallest_formulation(problem)
+      if (asked /= formulation_auto .or. .not. may_be_low_rank(problem)) return
+      call find_distributed(problem, obstacle, error)
+      if (allocated(error)) return
+      if (len(obstacle) == 0) formulation = formulation_low_rank
+   end subroutine likely_formulation
+
+   ! Whether only few unknowns are damped otherwise than all.
+   pure logical function may_be_low_rank(problem)
+      type(modal_problem_type), intent(in) :: problem
+      ! More than this part of all unknowns is not few.
+      integer, parameter :: few_part = 4
+
+      may_be_low_rank = allocated(problem%dampers) .and. problem%damping_kind == damping_general .and. &
+         smallest_formulation(problem) == formulation_quadratic
+      if (may_be_low_rank) may_be_low_rank = few_part*count(problem%dampers%row_maxima() > 0) <= problem%unknowns()
+   end function may_be_low_rank
+
+   ! Takes it where it fits.
    subroutine try_low_rank(problem, formulation, inner, decision, error, effort)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(inout) :: formulation
@@ -107,12 +135,8 @@ contains
       character(len=:), allocatable, intent(inout) :: decision
       type(error_type), allocatable, intent(out) :: error
       class(effort_type), intent(inout), optional :: effort
-      ! More than this part of all unknowns is not few.
-      integer, parameter :: few_part = 4
       character(len=:), allocatable :: obstacle
 
-      if (.not. allocated(problem%dampers)) return
-      if (few_part*count(problem%dampers%row_maxima() > 0) > problem%unknowns()) return
       call find_obstacle(problem, formulation_low_rank, inner, obstacle, error, effort)
       if (allocated(error) .or. len(obstacle) > 0) return
       formulation = formulation_low_rank

@@ -2,6 +2,7 @@
 module kschur_iteration
    use kschur_block_choice, only: chosen_block
    use kschur_context, only: solve_context_type
+   use kschur_effort, only: phase_iterate, phase_place, phase_recover
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -38,6 +39,7 @@ contains
       logical, allocatable :: paired(:)
       integer :: j
 
+      call s%end_step(phase_place)
       allocate (known, source=s%known%deflation%eigenvalues())
       selection = modal_selection_type(asked, s%transform%map, s%transform%shift, s%options%target, known)
       settings = s%options
@@ -52,7 +54,7 @@ contains
       end if
       if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
       options%checkpoint => s%checkpoint
-      call s%announce_step("iteration")
+      call s%announce_phase("iteration")
       call s%transform%iterate(selection, options, ritz, error, s%monitor)
       if (allocated(error)) return
       if (associated(s%checkpoint)) call tell_complaint(s)
@@ -65,6 +67,7 @@ contains
          effort%restarts = effort%restarts + statistics%restarts
          effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds
       end associate
+      call s%end_step(phase_iterate)
       if (allocated(ritz%paired)) then
          call move_alloc(ritz%paired, paired)
       else if (abs(aimag(s%transform%shift)) > 0) then
@@ -77,6 +80,7 @@ contains
       reach = huge(1.0_wp)
       if (statistics%reason == reason_converged) reach = maxval([0.0_wp, (selection%key(ritz%mu(j)), j=1, size(ritz%mu))])
       call set_eigenvalues(s%transform, ritz%mu, paired, pairs)
+      call s%end_step(phase_recover)
    end subroutine iterate
 
    subroutine tell_complaint(s)

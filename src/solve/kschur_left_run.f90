@@ -29,7 +29,7 @@ contains
       type(inverse_iteration_type) :: inverse
       logical :: cancelled
 
-      call s%announce_step("left vectors")
+      call s%announce_phase("left vectors")
       if (s%problem%symmetric .or. size(modes%lambda) == 0) then
          call set_left_modes(s%problem, s%problem, modes%eigenpairs_type, modes, s%effort, error)
          return

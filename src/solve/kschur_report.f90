@@ -2,6 +2,7 @@
 module kschur_report
    use kschur_context, only: solve_context_type
    use kschur_description, only: describe
+   use kschur_effort, only: phase_judge
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
@@ -31,7 +32,7 @@ contains
 
       call require_memory(s%bytes_of_shapes(2*size(modes%lambda)), "the result", error)
       if (allocated(error)) return
-      call s%announce_step("result")
+      call s%announce_phase("result")
       call report_problem(s, options, result)
       call report_factors(s, result)
       ! Complex shapes need the room that factors and basis had.
@@ -42,6 +43,8 @@ contains
       call note_inaccurate(s%problem, modes%inaccurate, result)
       if (size(result%eigenvalues) > 0) call note_modes(s%problem, result, error)
       if (.not. allocated(error)) call normalise_shapes(s%problem, result)
+      call s%end_step(phase_judge)
+      result%effort_type = s%effort
    end subroutine report
 
    subroutine report_problem(s, options, result)
@@ -87,7 +90,7 @@ contains
       result%history = modes%history
    end subroutine report_modes
 
-   ! Where the last factors were, and what all took.
+   ! Where the last factors were.
    subroutine report_factors(s, result)
       type(solve_context_type), intent(inout) :: s
       type(modal_result_type), intent(inout) :: result
@@ -105,6 +108,5 @@ contains
          call s%drop_transform()
       end if
       call s%drop_stiffness()
-      result%effort_type = s%effort
    end subroutine report_factors
 end module kschur_report

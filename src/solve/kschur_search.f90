@@ -2,6 +2,7 @@
 module kschur_search
    use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type
+   use kschur_effort, only: phase_judge, phase_recover
    use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
    use kschur_iteration, only: iterate
@@ -36,7 +37,7 @@ contains
       call search_here(s, modes, aside, complete, error)
       if (allocated(error)) return
       if (.not. s%options%is_plain() .and. modes%reason /= reason_cancelled) then
-         call s%announce_step("refinement")
+         call s%announce_phase("refinement")
          call mend(s, modes, error)
          if (allocated(error)) return
          ! What refinement could not mend may be infinite.
@@ -51,6 +52,7 @@ contains
          count(distances(aside%lambda, s%options%target) < maxval([0.0_wp, distances(modes%lambda, s%options%target)]))
       call give_reason(s, complete, modes)
       call certify_by_count(s, modes)
+      call s%end_step(phase_judge)
    end subroutine find_modes
 
    !> Where rigid motions are all there is, or as many as are wanted of nothing else.
@@ -121,9 +123,11 @@ contains
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
          call s%expand(pairs, s%known%rigid)
+         call s%end_step(phase_recover)
          call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
             size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
          if (.not. s%options%is_plain()) call drop_unfounded(s, modes, error, aside=aside)
+         call s%end_step(phase_judge)
          if (allocated(error)) return
          all_asked = asked == s%known%total%number
          missing = s%options%modes - size(modes%lambda)
@@ -155,8 +159,10 @@ contains
       complex(wp) :: shift
       integer :: i
 
+      call s%end_step(phase_judge)
       ! What comes after takes the factors for those at the shift.
       call move_alloc(s%transform, first)
+      call s%begin_step()
       shift = s%shift
       scale = abs(shift)
       do i = 1, size(steps)
@@ -173,12 +179,15 @@ contains
          if (.not. allocated(error)) call save_hidden(s, more, error)
          if (allocated(error)) return
          call s%expand(more)
+         call s%end_step(phase_recover)
          call add_pairs(s, more, scale, modes)
          call drop_unfounded(s, modes, error)
          if (allocated(error)) return
       end do
       call s%drop_transform()
+      call s%end_step(phase_judge)
       call move_alloc(first, s%transform)
+      call s%begin_step()
       s%shift = shift
       call mend(s, modes, error)
       if (.not. allocated(error)) call modes%drop(modes%backward_error > inaccurate_above)

@@ -34,6 +34,8 @@ contains
          call new_error(error, error_usage, "the number of vectors of a block must not be negative")
       else if (options%threads < 0) then
          call new_error(error, error_usage, "the number of threads must not be negative")
+      else if (options%memory < 0) then
+         call new_error(error, error_usage, "the limit of memory must not be negative")
       else if (options%distribute < 1) then
          call new_error(error, error_usage, "a matrix that is distributed has at least one row")
       else if (options%groups < 0) then

@@ -43,7 +43,7 @@ contains
       real(wp) :: scale
       integer :: search
 
-      call s%begin_step("factorisation", error)
+      call s%enter_phase("factorisation", error)
       if (allocated(error)) return
       scale = s%scale
       if (.not. scale > 0) scale = max(first_scale(s%work), s%known%deflation%blur)

@@ -6,6 +6,7 @@ module kschur_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_checkpointing, only: begin_checkpoint
    use kschur_context, only: begin, solve_context_type
+   use kschur_effort, only: phase_examine, phase_judge, phase_left, phase_place
    use kschur_error, only: error_type, error_singular, take_cancelled
    use kschur_examination, only: examination_type, suppose_none
    use kschur_help, only: help
@@ -84,9 +85,9 @@ contains
       if (.not. allocated(error)) call begin_checkpoint(s, none, checkpoint, error)
       if (.not. allocated(error)) then
          ! A caller's own solvers are in this process only.
-         if (is_long_list(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes)
+         if (is_long_list(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes, error)
          if (groups%are_several()) s%may_be_dense = .false.
-         call prepare(s, error)
+         if (.not. allocated(error)) call prepare(s, error)
          if (.not. allocated(error)) call solve_prepared(s, options, result, error, groups)
          call groups%finish()
       end if
@@ -105,6 +106,7 @@ contains
       call settle_low_rank(s, error)
       if (.not. allocated(error)) call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
+      call s%end_step(phase_examine)
    end subroutine prepare
 
    !> The modes of a problem that is prepared. The context stays so, without factors.
@@ -124,8 +126,12 @@ contains
       else
          call search(s, modes, error, groups)
          if (.not. allocated(error) .and. options%certify) call certify_modes(s, modes)
+         call s%end_step(phase_judge)
       end if
-      if (.not. allocated(error) .and. options%left) call find_left_modes(s, modes, error)
+      if (.not. allocated(error) .and. options%left) then
+         call find_left_modes(s, modes, error)
+         call s%end_step(phase_left)
+      end if
       ! What else was asked for may be missing.
       if (s%is_stopped()) modes%reason = reason_cancelled
       if (.not. allocated(error)) call report(s, options, modes, result, error)
@@ -147,6 +153,7 @@ contains
       do
          allocate (notes, source=s%notes)
          call place_shift(s, error)
+         call s%end_step(phase_place)
          if (.not. allocated(error)) call find_modes(s, modes, error)
          if (.not. gives_way(s, modes, error)) exit
          if (allocated(error)) deallocate (error)

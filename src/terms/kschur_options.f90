@@ -1,6 +1,6 @@
 !> What a user may ask of the solver; every option has a default.
 module kschur_options
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, long
    implicit none
    private
    public :: modal_options_type, index_of_name
@@ -125,6 +125,8 @@ module kschur_options
       integer :: seed = 1
       !> Threads that compute; 0: as many cores as the process may use, shared among the solves that run at the same time.
       integer :: threads = 0
+      !> A solve that is estimated to take more memory than this (bytes) is refused before anything is factored; 0: none is.
+      integer(long) :: memory = 0
       !> The communicator of several processes, each of which calls: a handle of MPI (`mpi_val` of an `MPI_Comm`), for the
       !> kschur that was built with it. Problem, options, monitor and result are those of its first process; an error
       !> reaches all. Not allocated: this process works alone.

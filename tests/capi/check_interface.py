@@ -1,12 +1,13 @@
-"""Checks the C library against its header: check_interface.py NM kschur.h libkschur_capi.so libkschur.so fpm.toml...
+"""Checks the C library against its headers: check_interface.py NM kschur.h libkschur_capi.so libkschur.so fpm.toml...
 
-What the library exports is what the header declares; every declaration has a comment; the versions are the same;
+What the library exports is what kschur.h and its parts declare; every declaration has a comment; the versions are the same;
 and no procedure keeps a variable in static memory, where two threads would meet. gfortran does that with large local
 arrays, and with the length of a function's result where that is deferred.
 """
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 nm, header, interface_library, library, *manifests = sys.argv[1:]
 problems = []
@@ -22,6 +23,7 @@ def symbols(*arguments):
 
 
 text = open(header).read()
+text += "".join((Path(header).parent/part).read_text() for part in re.findall(r'^#include "(.*)"', text, re.M))
 declared = set(re.findall(r"^int (kschur_\w+)\(", text, re.M))
 exported = {name for kind, name in symbols("-D", "--defined-only", interface_library)}
 if len(declared) < 50:

@@ -21,10 +21,10 @@ static void options_by_name(void)
       {"arpack", "plain"}, {"arpack", "fair"}, {"method", "krylov-schur"}, {"formulation", "quadratic"}, {"inner", "mumps"},
       {"constraint_scaling", "none"}, {"normalisation", "mass"}, {"subspace", "30"}, {"tolerance", "1e-10"},
       {"max_restarts", "50"}, {"block", "2"}, {"threads", "1"}, {"seed", "7"}, {"presolve", "off"}, {"left", "on"},
-      {"certify", "on"}, {"certify", "off"}};
+      {"certify", "on"}, {"certify", "off"}, {"memory", "8000000000"}, {"memory", "0"}};
    static const char *const wrong[][2] = {
       {"mode", "5"}, {"modes", "five"}, {"modes", ""}, {"modes", "5 6"}, {"modes", "0"}, {"tolerance", "2"}, {"tolerance", "1e"},
-      {"target", "1,2,3"}, {"target", ","}, {"left", "maybe"}, {"formulation", "best"}, {"modes", "99999999999999999999999"}};
+      {"target", "1,2,3"}, {"target", ","}, {"left", "maybe"}, {"memory", "-1"}, {"formulation", "best"}, {"modes", "99999999999999999999999"}};
    kschur_problem *problem = new_chain_with_dashpot(n, 1.0);
    kschur_options *options = new_options(3);
    kschur_result *result = new_result();
@@ -80,6 +80,7 @@ static void results_by_name(void)
    CHECK(by_name[0] == KSCHUR_KIND_UNDAMPED);
    CHECK(last_number(result, "n") == n && last_number(result, "m") == 0 && last_number(result, "reason") == KSCHUR_REASON_CONVERGED);
    CHECK(last_number(result, "certified") == KSCHUR_CERTIFIED_YES && last_number(result, "seconds_total") > 0);
+   CHECK(last_number(result, "seconds_judge") > 0 && last_number(result, "seconds_judge") < last_number(result, "seconds_total"));
    CHECK_OK(kschur_result_get_length(result, "eigenvectors", &length));
    CHECK(length == 2 * n * modes);
    CHECK_OK(kschur_result_get_numbers(result, "eigenvectors", shapes, length));

@@ -101,6 +101,7 @@ static void null_handles(void)
    CHECK_STATUS(kschur_options_set_communicator(NULL, 0), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_distribute(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_groups(NULL, 1), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_memory(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_tolerance(NULL, 1e-9), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_max_restarts(NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_presolve(NULL, 1), KSCHUR_ERROR_NULL);

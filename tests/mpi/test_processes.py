@@ -1,15 +1,13 @@
-"""The program kschur-mpi on several processes: test_processes.py PATH_OF_KSCHUR_MPI MPIRUN [--all].
+"""The program kschur-mpi on several processes: test_processes.py PATH_OF_KSCHUR_MPI MPIRUN FAIL_AT [--all].
 
 Each scene is solved on some number of processes, with --all on each of 1, 2, 3, 4. Prints each check, then `N passed, N failed`; fails where a check does.
 """
 import json
 import os
 import pathlib
-import signal
 import subprocess
 import sys
 import tempfile
-import time
 
 import h5py
 import numpy as np
@@ -18,6 +16,8 @@ import scipy.sparse
 
 KSCHUR = os.path.abspath(sys.argv[1])
 MPIRUN = sys.argv[2]
+# The library that lets a process fail.
+FAIL_AT = os.path.abspath(sys.argv[3])
 ALL = "--all" in sys.argv
 # Each scene, small, with its default damping: options, and whether it is symmetric and certified.
 SCENES = {
@@ -181,42 +181,62 @@ def check_errors(folder):
     check("an error in the first process", done.returncode == 1 and "does not fit" in done.stderr, f"{done.returncode} {done.stderr}")
 
 
-def check_memory(folder):
-    """Too little memory to begin in one of three processes: all of them end with status 4 and one line, or mpirun ends them."""
+def check_limits(folder):
+    """Too little memory in one of three processes from the beginning: all end with status 4 and one line."""
     problem = folder / "crank-memory.h5"
     run(0, "scene", "crank", "--density", "2", "--output", problem)
-    said = 0
-    for kilobytes in (380000, 5000000):
-        limited = f'test "$OMPI_COMM_WORLD_RANK" = 1 && ulimit -v {kilobytes}; exec "$@"'
+    for megabytes in (100, 250, 310, 370, 5000):
+        limited = f'test "$OMPI_COMM_WORLD_RANK" = 1 && ulimit -v {1024 * megabytes}; exec "$@"'
         done = subprocess.run([MPIRUN, "--oversubscribe", "-np", "3", "sh", "-c", limited, "sh", KSCHUR, "solve", str(problem),
                                "--modes", "4", "--distribute", "1", "--threads", "1"], capture_output=True, text=True, timeout=300)
-        lines = [line for line in done.stderr.splitlines() if line.startswith("kschur: ")]
-        said += done.returncode == 4 and len(lines) == 1 and "memory" in lines[0]
-        check(f"{kilobytes} kB in one process", done.returncode == 0 or (done.returncode == 4 and len(lines) == 1)
-              or "mpirun" in done.stderr, f"{done.returncode} {done.stderr}")
-    check("enough memory in one process", done.returncode == 0, done.stderr)
-    check("too little memory in one process is said", said > 0)
+        check(f"{megabytes} MB in one process", done.returncode == (0 if megabytes == 5000 else 4) and
+              (megabytes == 5000 or is_said(done, "no memory")), f"{done.returncode} {done.stderr}")
+
+
+def is_said(done, words):
+    lines = [line for line in done.stderr.splitlines() if line.startswith("kschur: ")]
+    return len(lines) == 1 and words in lines[0]
+
+
+def fail(problem, rank, at, count, room, *options):
+    """A solve on three processes, one of which is killed where it calls something so many times, or has no more memory than so
+    many megabytes from then on. Returns how it ended, and the names of what it has written."""
+    place = problem.parent / "failed"
+    place.mkdir(exist_ok=True)
+    environment = dict(os.environ, LD_PRELOAD=FAIL_AT, FAIL_RANK=str(rank), FAIL_AT=at, FAIL_COUNT=str(count))
+    if room is not None:
+        environment["FAIL_ROOM"] = str(room)
+    words = [KSCHUR, "solve", problem, "--threads", 1, "--output", place / "result.h5", *options]
+    done = subprocess.run([MPIRUN, "--oversubscribe", "-np", "3", *map(str, words)], capture_output=True, text=True, timeout=120,
+                          env=environment)
+    return done, [path.name for path in place.iterdir()]
 
 
 def check_killed(folder):
-    """A process that is killed ends the others, and leaves no file."""
-    place = folder / "killed"
-    place.mkdir()
-    # Longer than the test waits, as each matrix is distributed.
-    words = [KSCHUR, "solve", folder / "grid-band.h5", "--band", "0,4000", "--distribute", 1, "--output", place / "result.h5"]
-    job = subprocess.Popen([MPIRUN, "--oversubscribe", "-np", "3", *map(str, words)], stdout=subprocess.DEVNULL,
-                           stderr=subprocess.PIPE, text=True)
-    children = []
-    while len(children) < 3 and job.poll() is None:
-        time.sleep(0.2)
-        found = pathlib.Path(f"/proc/{job.pid}/task/{job.pid}/children").read_text().split()
-        children = [int(pid) for pid in found if os.path.realpath(f"/proc/{pid}/exe") == os.path.realpath(KSCHUR)]
-    time.sleep(1)
-    check("it still runs when it is killed", job.poll() is None)
-    os.kill(children[-1], signal.SIGKILL)
-    words = job.communicate(timeout=60)[1]
-    check("a killed process ends the job", job.returncode not in (0, 3) and "signal 9" in words, f"{job.returncode} {words}")
-    check("and leaves no file", not any(place.iterdir()), list(place.iterdir()))
+    """A process that is killed ends the others, and leaves no result, whatever it did."""
+    together = [folder / "crank-memory.h5", "--modes", 10, "--distribute", 1]
+    in_groups = [folder / "grid-band.h5", "--band", "0,400", "--groups", 3]
+    phases = {"reads": (0, "H5Dread", 2, together), "orders": (0, "METIS_NodeND", 1, together),
+              "analyses": (1, "dmumps 1", 1, together), "factors": (2, "dmumps 2", 2, together),
+              "iterates": (1, "dmumps 3", 20, together), "leads an iteration": (0, "dmumps 3", 20, together),
+              "counts": (1, "dmumps 2", 5, together), "leads a group": (1, "METIS_NodeND", 2, in_groups),
+              "writes": (0, "H5Dwrite", 3, together)}
+    for phase, (rank, at, count, (problem, *options)) in phases.items():
+        done, written = fail(problem, rank, at, count, None, *options)
+        check(f"killed when it {phase}", done.returncode not in (0, 3) and f"rank {rank}" in done.stderr and
+              "signal 9" in done.stderr and "result.h5" not in written, f"{done.returncode} {done.stderr} {written}")
+    done, written = fail(together[0], 9, "nothing", 1, None, *together[1:])
+    check("what a killed process left goes with the next run", done.returncode == 0 and written == ["result.h5"], written)
+    (folder / "failed" / "result.h5").unlink()
+
+
+def check_memory_ends(folder):
+    """Memory of one process that ends when a matrix is analysed, factored or solved with is that of all."""
+    for rank, at, count in ((1, "dmumps 1", 1), (1, "dmumps 2", 1), (2, "dmumps 2", 5), (0, "dmumps 3", 20), (1, "dmumps 3", 20)):
+        for room in (1, 20):
+            done, written = fail(folder / "crank-memory.h5", rank, at, count, room, "--modes", 10, "--distribute", 1)
+            check(f"{room} MB left in process {rank} after {at}", done.returncode == 4 and is_said(done, "memory") and not written,
+                  f"{done.returncode} {done.stderr} {written}")
 
 
 def main():
@@ -227,8 +247,9 @@ def main():
         check_methods(folder)
         check_bands(folder)
         check_lapack_band(folder)
-        check_memory(folder)
+        check_limits(folder)
         check_killed(folder)
+        check_memory_ends(folder)
         check_errors(folder)
     print(f"{passed} passed, {failed} failed")
     return failed > 0

@@ -7,8 +7,19 @@ from ..runs import PHASES
 from .picture import Picture, in_order, legend_below, panels
 from .residuals import tightest
 
-COLOURS = ("#999999", "#E69F00", "#0072B2", "#009E73", "#F0E442")
-NAMES = ("order and analyze", "factorize", "solve", "orthogonalize", "other")
+COLOURS = ("#999999", "#E69F00", "#0072B2", "#009E73", "#CC79A7", "#8C6BB1", "#56B4E9", "#D55E00", "#F0E442", "#DDDDDD")
+NAMES = (
+    "order and analyze",
+    "factorize",
+    "solve",
+    "orthogonalize",
+    "examine",
+    "place the shift",
+    "products, projections",
+    "recover shapes",
+    "judge",
+    "other",
+)
 
 
 def draw(campaign):
@@ -45,8 +56,9 @@ def draw(campaign):
         Picture(
             "where_the_time_goes",
             "Where the time goes",
-            'At the smallest tolerance, of the repetition with the median time. "Other" is checks, scaling, the search for '
-            "a shift, projected problems, refinement and back-substitution; phases that a method does not report are in it.",
+            'At the smallest tolerance, of the repetition with the median time. "Examine" is presolve, constraints and rigid '
+            'motions, "judge" backward errors, error bounds, refinement and proofs. Phases that a method does not report are in '
+            '"other".',
             figure,
             ["problem", "method", *(f"seconds_{phase}" for phase in PHASES), "seconds_other"],
             rows,

@@ -4,8 +4,9 @@ module cli_processes
    use, intrinsic :: iso_c_binding, only: c_int
    use cli_environment, only: start_again_to_wait_asleep
    use kschur, only: error_type, modal_options_type, modal_problem_type, modal_result_type, solve_modes
+   use kschur_memory, only: megabyte, require_memory
    use kschur_processes, only: broadcast_words
-   use mpi_f08, only: MPI_Comm_rank, MPI_COMM_WORLD, MPI_Finalize, MPI_Init_thread, MPI_THREAD_FUNNELED
+   use mpi_f08, only: MPI_Comm_rank, MPI_COMM_WORLD, MPI_Finalize, MPI_Init_thread, MPI_Initialized, MPI_THREAD_FUNNELED
    implicit none
    private
    public :: end_processes, gather_processes, start_processes
@@ -23,10 +24,15 @@ module cli_processes
 
 contains
 
-   !> Returns in the first process only.
-   subroutine start_processes()
+   !> Returns in the first process only, and where there is no memory to begin.
+   subroutine start_processes(error)
+      type(error_type), allocatable, intent(out) :: error
+      ! Of addresses, which Open MPI maps: it may wait for ever for a process where it gets none.
+      integer, parameter :: taken_by_mpi = 250
       integer :: provided, rank
 
+      call require_memory(taken_by_mpi*megabyte, "MPI", error)
+      if (allocated(error)) return
       ! Once MPI has begun it would be too late.
       call start_again_to_wait_asleep()
       call MPI_Init_thread(MPI_THREAD_FUNNELED, provided)
@@ -64,7 +70,10 @@ contains
    !> All processes end with this exit status, this one when it likes.
    subroutine end_processes(status)
       integer, intent(in) :: status
+      logical :: began
 
+      call MPI_Initialized(began)
+      if (.not. began) return
       call say([word_end, status])
       call MPI_Finalize()
    end subroutine end_processes

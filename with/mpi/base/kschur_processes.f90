@@ -6,6 +6,7 @@ module kschur_processes
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
+   use kschur_memory, only: megabyte, require_memory
    use mpi_f08, only: operator(==), MPI_Allreduce, MPI_Bcast, &
       MPI_CHARACTER, MPI_Comm, MPI_Comm_dup, MPI_Comm_free, MPI_COMM_NULL, MPI_Comm_rank, &
       MPI_COMM_SELF, MPI_Comm_size, MPI_Comm_split, MPI_Comm_split_type, MPI_COMM_TYPE_SHARED, MPI_Ibcast, MPI_INFO_NULL, &
@@ -14,10 +15,10 @@ module kschur_processes
    use omp_lib, only: omp_get_num_procs
    implicit none
    private
-   public :: are_several, broadcast_words, join_processes, nap, processes_type
+   public :: are_several, broadcast_words, join_processes, nap, processes_type, spread_error
 
    !> What the first process may say; further words go with it.
-   integer, parameter, public :: word_end = 0, word_mumps = 1, word_parts = 2
+   integer, parameter, public :: word_end = 0, word_mumps = 1, word_parts = 2, word_memory = 3
    integer, parameter, public :: number_of_words = 5
 
    !> Who works together.
@@ -43,6 +44,8 @@ module kschur_processes
       procedure :: distribute
       !> All get the error of the first one that has one, before they begin.
       procedure :: agree
+      !> Fails in all where one of them cannot have so much memory for solutions.
+      procedure :: require
       !> Ends what they do together: all get the error of the first one that has one.
       procedure :: leave
    end type processes_type
@@ -186,9 +189,21 @@ contains
       class(processes_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
 
-      call spread_error(self, error)
+      call spread_error(self%communicator, error)
       self%failed = allocated(error)
    end subroutine agree
+
+   !> The first one asks for it, the others when they have heard so.
+   subroutine require(self, megabytes, error)
+      class(processes_type), intent(in) :: self
+      !> Of each.
+      integer, intent(in) :: megabytes
+      type(error_type), allocatable, intent(out) :: error
+
+      if (self%rank == 0) call self%tell([word_memory, megabytes])
+      call require_memory(megabyte*megabytes, "solutions with factors on several processes", error)
+      call spread_error(self%communicator, error)
+   end subroutine require
 
    subroutine leave(self, error)
       class(processes_type), intent(inout) :: self
@@ -197,28 +212,28 @@ contains
       if (self%communicator == MPI_COMM_NULL) return
       if (.not. self%failed) then
          if (self%rank == 0) call self%tell([word_end])
-         call spread_error(self, error)
+         call spread_error(self%communicator, error)
       end if
       call MPI_Comm_free(self%communicator)
    end subroutine leave
 
-   subroutine spread_error(processes, error)
-      type(processes_type), intent(in) :: processes
+   !> All processes of a communicator get the error of the first one that has one.
+   subroutine spread_error(communicator, error)
+      type(MPI_Comm), intent(in) :: communicator
       type(error_type), allocatable, intent(inout) :: error
       character(len=:), allocatable :: message
-      integer :: raised(2), from, first
+      integer :: raised(2), from, first, rank
 
-      associate (rank => processes%rank, communicator => processes%communicator)
-         from = merge(rank, processes%number, allocated(error))
-         call MPI_Allreduce(from, first, 1, MPI_INTEGER, MPI_MIN, communicator)
-         if (first == processes%number) return
-         raised = 0
-         if (rank == first) raised = [error%code, len(error%message)]
-         call MPI_Bcast(raised, 2, MPI_INTEGER, first, communicator)
-         allocate (character(len=raised(2)) :: message)
-         if (rank == first) message = error%message
-         call MPI_Bcast(message, raised(2), MPI_CHARACTER, first, communicator)
-         if (rank /= first) call new_error(error, raised(1), message)
-      end associate
+      call MPI_Comm_rank(communicator, rank)
+      from = merge(rank, huge(from), allocated(error))
+      call MPI_Allreduce(from, first, 1, MPI_INTEGER, MPI_MIN, communicator)
+      if (first == huge(from)) return
+      raised = 0
+      if (rank == first) raised = [error%code, len(error%message)]
+      call MPI_Bcast(raised, 2, MPI_INTEGER, first, communicator)
+      allocate (character(len=raised(2)) :: message)
+      if (rank == first) message = error%message
+      call MPI_Bcast(message, raised(2), MPI_CHARACTER, first, communicator)
+      if (rank /= first) call new_error(error, raised(1), message)
    end subroutine spread_error
 end module kschur_processes

@@ -1,7 +1,9 @@
 !> Who calls MUMPS: this process alone, or all that work on a solve, the others in `kschur_mumps_help`.
 module kschur_mumps_caller
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_ptr
+   use kschur_error, only: error_type
    use kschur_kinds, only: wp
+   use kschur_memory, only: megabyte
    use kschur_processes, only: are_several, processes_type, word_mumps
    use mpi_f08, only: MPI_COMM_SELF, MPI_COMPLEX, MPI_Datatype, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, MPI_INTEGER, &
       MPI_LOGICAL, MPI_REAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
@@ -27,6 +29,8 @@ module kschur_mumps_caller
       procedure :: begin
       !> To be called before MUMPS does a job.
       procedure :: announce
+      !> To be called before MUMPS solves: where memory of one process ended meanwhile, it would wait for that one for ever.
+      procedure :: require
       !> Gives another process its rows of the matrix.
       procedure :: send_rows
    end type mumps_caller_type
@@ -59,6 +63,15 @@ contains
 
       if (associated(self%others)) call self%others%tell([word_mumps, self%number, job, self%library, self%symmetry])
    end subroutine announce
+
+   subroutine require(self, bytes, error)
+      class(mumps_caller_type), intent(in) :: self
+      !> What MUMPS takes in each process.
+      real(wp), intent(in) :: bytes
+      type(error_type), allocatable, intent(out) :: error
+
+      if (associated(self%others)) call self%others%require(ceiling(bytes/megabyte), error)
+   end subroutine require
 
    !> The other one takes them where it has memory for them; where not, MUMPS misses them there and says so.
    subroutine send_rows(self, to, row, column, value)

@@ -45,12 +45,13 @@ module kschur_band_groups
 
 contains
 
-   subroutine begin(self, problem, options, processes)
+   subroutine begin(self, problem, options, processes, error)
       class(band_groups_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       !> The group of this process, on return.
       type(processes_type), intent(inout) :: processes
+      type(error_type), allocatable, intent(out) :: error
       type(modal_problem_type) :: shared
       type(modal_options_type) :: settings
 
@@ -66,7 +67,7 @@ contains
       shared%stiffness = problem%stiffness
       shared%constraints = problem%constraints
       settings = options
-      call share_problem(shared, settings, self%leaders)
+      call share_problem(shared, settings, self%leaders, error)
    end subroutine begin
 
    pure logical function are_several(self)
@@ -169,8 +170,8 @@ contains
       integer :: i
 
       call queue%begin(leaders)
-      call share_problem(problem, options, leaders)
-      call begin_solve(s, problem, options, error, processes=processes)
+      call share_problem(problem, options, leaders, error)
+      if (.not. allocated(error)) call begin_solve(s, problem, options, error, processes=processes)
       s%may_be_dense = .false.
       if (.not. allocated(error)) call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)

@@ -5,9 +5,10 @@ module kschur_band_messages
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error
    use kschur_kinds, only: wp, long
+   use kschur_memory, only: complex_bytes, integer_bytes, real_bytes, require_memory
    use kschur_options, only: formulation_symmetric, modal_options_type
    use kschur_problem, only: modal_problem_type
-   use kschur_processes, only: broadcast_words, nap
+   use kschur_processes, only: broadcast_words, nap, spread_error
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use mpi_f08, only: MPI_ANY_SOURCE, MPI_Bcast, MPI_CHARACTER, MPI_Comm, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, &
       MPI_INTEGER, MPI_Iprobe, MPI_Recv, MPI_Send, MPI_Status, MPI_STATUS_IGNORE
@@ -20,10 +21,12 @@ module kschur_band_messages
 contains
 
    !> From the first process to the others: a symmetric problem without its damping, and the options for it.
-   subroutine share_problem(problem, options, communicator)
+   !> Fails in all where one has no memory for it.
+   subroutine share_problem(problem, options, communicator, error)
       type(modal_problem_type), intent(inout) :: problem
       type(modal_options_type), intent(inout) :: options
       type(MPI_Comm), intent(in) :: communicator
+      type(error_type), allocatable, intent(out) :: error
       integer :: words(number_of_options)
 
       words = [options%constraint_scaling, options%inner, options%subspace, options%block, options%max_restarts, &
@@ -39,16 +42,18 @@ contains
       options%distribute = words(8)
       options%formulation = formulation_symmetric
       call MPI_Bcast(options%tolerance, 1, MPI_DOUBLE_PRECISION, 0, communicator)
-      call share_matrix(problem%mass, communicator)
-      call share_matrix(problem%stiffness, communicator)
-      call share_matrix(problem%constraints, communicator)
+      call share_matrix(problem%mass, communicator, error)
+      if (.not. allocated(error)) call share_matrix(problem%stiffness, communicator, error)
+      if (.not. allocated(error)) call share_matrix(problem%constraints, communicator, error)
+      if (allocated(error)) return
       problem%damping = empty_csr_matrix(problem%mass%rows, problem%mass%rows)
       problem%symmetric = .true.
    end subroutine share_problem
 
-   subroutine share_matrix(matrix, communicator)
+   subroutine share_matrix(matrix, communicator, error)
       type(csr_matrix_type), intent(inout) :: matrix
       type(MPI_Comm), intent(in) :: communicator
+      type(error_type), allocatable, intent(out) :: error
       integer :: words(3)
 
       words = [matrix%rows, matrix%columns, 0]
@@ -56,6 +61,10 @@ contains
       call MPI_Bcast(words, 3, MPI_INTEGER, 0, communicator)
       matrix%rows = words(1)
       matrix%columns = words(2)
+      if (.not. allocated(matrix%column)) call require_memory((integer_bytes + real_bytes)*words(3) + integer_bytes*words(1), &
+         "the matrices in another process", error)
+      call spread_error(communicator, error)
+      if (allocated(error)) return
       if (.not. allocated(matrix%column)) &
          allocate (matrix%row_start(words(1) + 1), matrix%column(words(3)), matrix%value(words(3)))
       call MPI_Bcast(matrix%row_start, words(1) + 1, MPI_INTEGER, 0, communicator)
@@ -143,7 +152,7 @@ contains
       found%effort%operator_applications = head(11)
       found%effort%restarts = head(12)
       found%effort%factorizations = head(13)
-      call receive_vectors(i, from, head(3:6), found, communicator)
+      call receive_vectors(i, from, head(3:6), found, communicator, error)
       allocate (found%history%converged(head(10)), found%history%operator_applications(head(10)), &
          found%history%residual(head(10)))
       call MPI_Recv(found%locking_error, 1, MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
@@ -152,27 +161,33 @@ contains
       call MPI_Recv(found%history%residual, head(10), MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
    end subroutine receive_part
 
-   ! Column by column: all of them may have more entries than an integer counts.
-   subroutine receive_vectors(i, from, shape, found, communicator)
+   ! Column by column: all of them may have more entries than an integer counts. They are taken also where there is no
+   ! memory to keep them, as the other process waits to get rid of them.
+   subroutine receive_vectors(i, from, shape, found, communicator, error)
       integer, intent(in) :: i, from
       !> Columns, rows, multipliers, and 1 where shapes are real.
       integer, intent(in) :: shape(4)
       type(part_modes_type), intent(inout) :: found
       type(MPI_Comm), intent(in) :: communicator
-      integer :: j
+      type(error_type), allocatable, intent(out) :: error
+      integer :: j, kept, place
 
       associate (columns => shape(1), rows => shape(2), multipliers => shape(3))
-         allocate (found%lambda(columns), found%xi(multipliers, columns))
-         if (shape(4) == 1) allocate (found%real_phi(rows, columns))
-         if (shape(4) /= 1) allocate (found%phi(rows, columns))
+         call require_memory(complex_bytes*(real(rows, wp) + multipliers)*columns, "the modes of another process", error)
+         kept = columns
+         if (allocated(error)) kept = min(columns, 1)
+         allocate (found%lambda(columns), found%xi(multipliers, kept))
+         if (shape(4) == 1) allocate (found%real_phi(rows, kept))
+         if (shape(4) /= 1) allocate (found%phi(rows, kept))
          call MPI_Recv(found%lambda, columns, MPI_DOUBLE_COMPLEX, from, i, communicator, MPI_STATUS_IGNORE)
          do j = 1, columns
+            place = min(j, kept)
             if (found%is_real()) then
-               call MPI_Recv(found%real_phi(:, j), rows, MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
+               call MPI_Recv(found%real_phi(:, place), rows, MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
             else
-               call MPI_Recv(found%phi(:, j), rows, MPI_DOUBLE_COMPLEX, from, i, communicator, MPI_STATUS_IGNORE)
+               call MPI_Recv(found%phi(:, place), rows, MPI_DOUBLE_COMPLEX, from, i, communicator, MPI_STATUS_IGNORE)
             end if
-            call MPI_Recv(found%xi(:, j), multipliers, MPI_DOUBLE_COMPLEX, from, i, communicator, MPI_STATUS_IGNORE)
+            call MPI_Recv(found%xi(:, place), multipliers, MPI_DOUBLE_COMPLEX, from, i, communicator, MPI_STATUS_IGNORE)
          end do
       end associate
    end subroutine receive_vectors

@@ -3,7 +3,7 @@ module kschur_help
    use kschur_band_groups, only: lead_group
    use kschur_error, only: error_type
    use kschur_mumps_help, only: help_mumps, mumps_instance_type
-   use kschur_processes, only: number_of_words, processes_type, word_end, word_mumps, word_parts
+   use kschur_processes, only: number_of_words, processes_type, word_end, word_memory, word_mumps, word_parts
    use mpi_f08, only: MPI_Comm
    implicit none
    private
@@ -14,12 +14,16 @@ contains
    recursive subroutine help(processes)
       type(processes_type), intent(inout) :: processes
       type(mumps_instance_type), allocatable :: instances(:)
+      ! The first process has it as well.
+      type(error_type), allocatable :: none
       integer :: words(number_of_words)
 
       allocate (instances(0))
       do
          call processes%hear(words)
          select case (words(1))
+         case (word_memory)
+            call processes%require(words(2), none)
          case (word_mumps)
             call help_mumps(instances, processes, words)
          case (word_parts)

@@ -1,0 +1,16 @@
+!> Schur vectors of the active part of a complex decomposition: those that a restart keeps, and the eigenpairs that they give.
+module kschur_schur_vectors_complex
+   use kschur_basis_complex, only: basis_type
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
+   use kschur_projected, only: independent_eigenvectors, join_pairs, keep_one_of_pairs, move_to_head, schur_values
+   use kschur_ritz_complex, only: decomposition_type, ritz_type
+   use kschur_selection, only: selection_type, order_by_preference
+   implicit none
+   private
+   public :: extract, restore_conjugates, truncate
+
+#define SCALAR complex(wp)
+#include "kschur_schur_vectors.inc"
+end module kschur_schur_vectors_complex

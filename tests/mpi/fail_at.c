@@ -1,0 +1,92 @@
+/* Lets one process fail at a moment: it is killed when it calls a library, or its memory ends when that returns. To be loaded
+ * before libraries (LD_PRELOAD), with FAIL_RANK, FAIL_AT (a function, of MUMPS with its job: "dmumps 2"), FAIL_COUNT (the
+ * number of the call) and, for memory, FAIL_ROOM (the megabytes that are left). */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+static pid_t self;
+static int calls;
+
+__attribute__((constructor)) static void remember(void)
+{
+   self = getpid();
+}
+
+static int is_due(const char *name)
+{
+   const char *rank = getenv("OMPI_COMM_WORLD_RANK"), *at = getenv("FAIL_AT");
+
+   /* Not in a child that tries to read a file. */
+   if (rank == NULL || at == NULL || getpid() != self) return 0;
+   if (strcmp(rank, getenv("FAIL_RANK")) != 0 || strcmp(name, at) != 0) return 0;
+   return ++calls == atoi(getenv("FAIL_COUNT"));
+}
+
+static void end_memory(void)
+{
+   struct rlimit limit;
+   unsigned long pages = 0;
+   FILE *file = fopen("/proc/self/statm", "r");
+
+   if (file == NULL || fscanf(file, "%lu", &pages) != 1) abort();
+   fclose(file);
+   getrlimit(RLIMIT_AS, &limit);
+   limit.rlim_cur = pages*(unsigned long)getpagesize() + (rlim_t)atoi(getenv("FAIL_ROOM"))*1000000;
+   setrlimit(RLIMIT_AS, &limit);
+}
+
+static void before(int due)
+{
+   if (due && getenv("FAIL_ROOM") == NULL) raise(SIGKILL);
+}
+
+static void after(int due)
+{
+   if (due && getenv("FAIL_ROOM") != NULL) end_memory();
+}
+
+/* A structure of MUMPS begins with its communicator, symmetry, host and job. */
+void dmumps_(int *id)
+{
+   void (*next)(int *) = (void (*)(int *))dlsym(RTLD_NEXT, "dmumps_");
+   char name[40];
+   int due;
+
+   snprintf(name, sizeof name, "dmumps %d", id[3]);
+   due = is_due(name);
+   before(due);
+   next(id);
+   after(due);
+}
+
+int METIS_NodeND(void *n, void *start, void *neighbour, void *weight, void *options, void *order, void *position)
+{
+   int (*next)(void *, void *, void *, void *, void *, void *, void *) =
+      (int (*)(void *, void *, void *, void *, void *, void *, void *))dlsym(RTLD_NEXT, "METIS_NodeND");
+
+   before(is_due("METIS_NodeND"));
+   return next(n, start, neighbour, weight, options, order, position);
+}
+
+int H5Dread(long set, long type, long memory, long file, long properties, void *buffer)
+{
+   int (*next)(long, long, long, long, long, void *) = (int (*)(long, long, long, long, long, void *))dlsym(RTLD_NEXT, "H5Dread");
+
+   before(is_due("H5Dread"));
+   return next(set, type, memory, file, properties, buffer);
+}
+
+int H5Dwrite(long set, long type, long memory, long file, long properties, const void *buffer)
+{
+   int (*next)(long, long, long, long, long, const void *) =
+      (int (*)(long, long, long, long, long, const void *))dlsym(RTLD_NEXT, "H5Dwrite");
+
+   before(is_due("H5Dwrite"));
+   return next(set, type, memory, file, properties, buffer);
+}
