@@ -124,8 +124,8 @@ contains
          "  --quiet                no progress on the terminal", &
          "  --threads N            threads (as many as there are cores); any number gives the same", &
          "                         digits but for what MUMPS factors", &
-         "  --memory LIMIT         refuse what is estimated to take more than so many bytes, as 800M or", &
-         "                         4G, before anything is factored (kschur info tells the estimate)", &
+         "  --memory LIMIT         refuse what is estimated to take more bytes, as 800M or 4G,", &
+         "                         before anything is factored (kschur info tells the estimate)", &
          "  --distribute ROWS      kschur-mpi: so many rows and more are factored by all its", &
          "                         processes (20000)", &
          "  --groups N             kschur-mpi: so many groups of processes share the parts of a", &

@@ -27,8 +27,9 @@ module kschur_direct_solver
    type, extends(real_linear_solver_type) :: direct_real_type
       !> One of `inner_*`. `inner_ldl` fails, with the reason, on a matrix that LDL is not made for.
       integer :: inner = inner_auto
-      !> Whether LDL may take matrices with multipliers. It magnifies rounding where one is nearly singular.
-      logical :: quasi_definite = .true.
+      !> So many steps of refinement are taken by those who solve with it. Where some are, LDL may be less exact, as with a
+      !> matrix that is nearly singular, and refines nothing itself.
+      integer :: refinements = 0
       !> Who may factor a matrix together; not associated: this process alone.
       type(processes_type), pointer :: processes => null()
       class(real_linear_solver_type), allocatable, private :: solver
@@ -60,7 +61,7 @@ contains
          reason = text(self%processes%number)//" processes factor it"
       else if (self%inner /= inner_mumps) then
          ! What LDL refuses MUMPS takes in the same order.
-         if (structure%symmetric .and. structure%multipliers > 0 .and. self%quasi_definite) &
+         if (structure%symmetric .and. structure%multipliers > 0) &
             call elimination_order(matrix%row_start, matrix%column, structure, ordered%position, error)
          if (allocated(error)) return
          spent = seconds_since(started)
@@ -95,14 +96,15 @@ contains
       class(real_linear_solver_type), allocatable :: ldl
       real(wp) :: backward_error
 
-      if (structure%multipliers > 0 .and. self%quasi_definite) then
+      if (structure%multipliers > 0 .and. self%refinements == 0) then
          allocate (ldl, source=quasi_definite_type(most_entries=merge(low_fill, huge(1), self%inner == inner_auto)))
       else
-         allocate (ldl, source=ldl_real_type())
+         allocate (ldl, source=ldl_real_type(quasi_definite=structure%multipliers > 0))
       end if
       ldl%monitor => self%monitor
       call ldl%factorize(matrix, structure, error)
-      if (.not. allocated(error)) call try_solver(ldl, matrix, structure%multipliers, backward_error, error)
+      if (.not. allocated(error)) &
+         call try_solver(ldl, matrix, structure%multipliers, backward_error, error, self%refinements)
       if (allocated(error)) return
       if (backward_error > acceptable) then
          call new_error(error, error_library, "a trial solution has a large residual")
@@ -122,11 +124,10 @@ contains
       type(quasi_definite_type) :: quasi_definite
       type(mumps_real_type) :: mumps
 
-      if (self%inner == inner_mumps .or. .not. structure%symmetric .or. are_several(self%processes, pattern%rows) .or. &
-         (structure%multipliers > 0 .and. .not. self%quasi_definite)) then
+      if (self%inner == inner_mumps .or. .not. structure%symmetric .or. are_several(self%processes, pattern%rows)) then
          mumps%processes => self%processes
          call mumps%estimate(pattern, structure, bytes, error)
-      else if (structure%multipliers > 0) then
+      else if (structure%multipliers > 0 .and. self%refinements == 0) then
          call quasi_definite%estimate(pattern, structure, bytes, error)
       else
          call ldl%estimate(pattern, structure, bytes, error)

@@ -126,7 +126,6 @@ contains
       class(quasi_definite_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: rhs(:, :)
       integer(long) :: started
 
       if (size(x, 1) /= self%matrix%rows) then
@@ -134,26 +133,29 @@ contains
          return
       end if
       started = clock()
-      allocate (rhs(size(x, 1), merge(size(x, 2), 0, self%refined)))
-      if (self%refined) rhs = x
-      call self%ldl%solve(x, error)
-      if (self%refined .and. .not. allocated(error)) call refine(self, rhs, x, error)
+      if (self%refined) then
+         call solve_and_refine(self, x, error)
+      else
+         call self%ldl%solve(x, error)
+      end if
       self%solve_seconds = self%solve_seconds + seconds_since(started)
    end subroutine solve
 
-   subroutine refine(self, rhs, x, error)
+   subroutine solve_and_refine(self, x, error)
       class(quasi_definite_type), intent(inout) :: self
-      real(wp), intent(in) :: rhs(:, :)
-      real(wp), intent(inout) :: x(:, :)
+      real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: steps = 10
       ! Well below rounding, as a correction may say little of the next one.
       real(wp), parameter :: negligible = 0.001_wp*epsilon(1.0_wp), slow = 0.5_wp
-      real(wp), allocatable :: correction(:, :)
+      real(wp), allocatable :: rhs(:, :), correction(:, :)
       ! The largest correction of a column, relative to it, and the one before.
       real(wp) :: change, previous
       integer :: step
 
+      allocate (rhs, source=x)
+      call self%ldl%solve(x, error)
+      if (allocated(error)) return
       allocate (correction(size(x, 1), size(x, 2)))
       previous = 1
       do step = 1, steps
@@ -166,7 +168,7 @@ contains
          if (change**2 <= negligible*previous) exit
          previous = change
       end do
-   end subroutine refine
+   end subroutine solve_and_refine
 
    ! b - A x, summed in more than the working precision.
    pure subroutine find_residual(matrix, rhs, x, residual)

@@ -81,7 +81,7 @@ contains
          allocate (inner%counting, source=inertia_real_type(processes=together))
       if (allocated(inner%real) .and. .not. allocated(inner%unshifted)) allocate (inner%unshifted, source=inner%real)
       if (.not. allocated(inner%unshifted)) allocate (inner%unshifted, &
-         source=direct_real_type(quasi_definite=.false., processes=together))
+         source=direct_real_type(refinements=2, processes=together))
       if (.not. allocated(inner%real)) allocate (inner%real, &
          source=direct_real_type(inner=options%inner, processes=together))
       if (.not. allocated(inner%complex)) allocate (inner%complex, source=mumps_complex_type(processes=together))

@@ -13,7 +13,7 @@ contains
 
    !> Solves for random forces, and finds the largest backward error of a row: where entries are uneven, the large ones would
    !> hide what is wrong in the others.
-   subroutine try_solver(solver, matrix, multipliers, backward_error, error)
+   subroutine try_solver(solver, matrix, multipliers, backward_error, error, refinements)
       !> Has factored the matrix.
       class(real_linear_solver_type), intent(inout) :: solver
       type(csr_matrix_type), intent(in) :: matrix
@@ -22,14 +22,18 @@ contains
       !> Huge where the solution has overflowed.
       real(wp), intent(out) :: backward_error
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: x(:, :), residual(:, :)
+      !> So many steps of refinement are taken by those who solve with it; absent: none.
+      integer, optional, intent(in) :: refinements
+      real(wp), allocatable :: x(:, :), residual(:, :), correction(:, :)
       real(wp) :: largest, scale
       integer(long) :: state
-      integer :: i, status
+      integer :: i, step, steps, status
 
       backward_error = 0
       if (matrix%rows == 0) return
-      allocate (x(matrix%rows, 1), residual(matrix%rows, 1), stat=status)
+      steps = 0
+      if (present(refinements)) steps = refinements
+      allocate (x(matrix%rows, 1), residual(matrix%rows, 1), correction(matrix%rows, 1), stat=status)
       if (status /= 0) then
          call new_error(error, error_memory, "no memory for a trial solution")
          return
@@ -39,9 +43,14 @@ contains
       x(matrix%rows - multipliers + 1:, 1) = 0
       residual = x
       largest = maxval(abs(x))
-      call solver%solve(x, error)
-      if (allocated(error)) return
-      call matrix%add_product(-1.0_wp, x, residual)
+      x = 0
+      do step = 0, steps
+         correction = residual
+         call solver%solve(correction, error)
+         if (allocated(error)) return
+         x = x + correction
+         call matrix%add_product(-1.0_wp, correction, residual)
+      end do
       do i = 1, matrix%rows
          associate (row => matrix%row_start(i), next => matrix%row_start(i + 1))
             scale = largest + dot_product(abs(matrix%value(row:next - 1)), abs(x(matrix%column(row:next - 1), 1)))

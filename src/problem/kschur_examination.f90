@@ -12,7 +12,8 @@ module kschur_examination
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: real_linear_solver_type
    use kschur_options, only: formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero, &
-      formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped
+      formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped, &
+      inner_mumps
    use kschur_problem, only: modal_problem_type
    use kschur_rigid, only: check_inertia, find_rigid_motions
    use kschur_root_space, only: find_root_space, root_space_type
@@ -151,7 +152,7 @@ contains
       if (all(error%code /= [error_convergence, error_singular])) return
       deallocate (error)
       call start_again(null_space, effort)
-      allocate (solver, source=direct_real_type(quasi_definite=.false.))
+      allocate (solver, source=direct_real_type(inner=inner_mumps))
       call new_scaled_stiffness(null_space%matrix, problem, solver, error, matrix)
       if (allocated(error)) return
       call effort%add_factors(null_space%matrix%solver)

@@ -11,14 +11,19 @@ from pathlib import Path
 SOURCE = Path(sys.argv[1]).resolve()
 PAGE = SOURCE / "docs" / "messages.md"
 FOLDERS = ("app", "capi", "examples/scenes", "src", "with", "without")
+# Of each kind its heading, and what to do beyond what the messages say.
 KINDS = {
-    "error_usage": ("Wrong usage: what was asked for does not fit", 1),
-    "error_input": ("Bad input: a file or a matrix", 2),
-    "error_file": ("Files", 4),
-    "error_memory": ("Memory", 4),
-    "error_singular": ("Singular matrices", 4),
-    "error_library": ("Another library failed", 4),
-    "error_convergence": ("An iteration did not end well", 4),
+    "error_usage": ("Wrong usage: what was asked for does not fit (exit status 1)", "`kschur help COMMAND` lists the options of a command."),
+    "error_input": ("Bad input: a file or a matrix (exit status 2)", "[files.md](files.md) has the formats. What stands before `:` is the file."),
+    "error_file": ("Files (exit status 2 of an input, 4 of an output)", "An output is never half written: what was there before is there still."),
+    "error_memory": ("Memory (exit status 4)", "Ask for fewer modes, take one thread, or see what [choosing.md](choosing.md) says of large problems."),
+    "error_singular": (
+        "Singular matrices (exit status 4)",
+        "Some motion has neither mass nor stiffness, or the shift is an eigenvalue: look at `kschur info PROBLEM`, or take another `--shift`.",
+    ),
+    "error_library": ("Another library failed (exit status 4)", "`--inner mumps` or `--inner ldl` takes another solver."),
+    "error_convergence": ("An iteration did not end well (exit status 4)", ""),
+    "status": ("Calls of the C interface that do not fit (the status of the function)", "[c_api.md](c_api.md) and the header say what each takes."),
 }
 TEXT = re.compile(r'"((?:[^"]|"")*)"')
 HEAD = """# Messages
@@ -84,15 +89,21 @@ def messages():
                     if call[1] == "line":
                         found["error_input"].add(f"line ...: {message}")
                     elif message.strip(". ,:;()'"):
-                        # A kind that is not known from the call is that of another library's code.
-                        found[parts[1] if parts[1] in KINDS else "error_library"].add(message)
+                        found[kind_of(parts[1])].add(message)
     return found
+
+
+def kind_of(code):
+    """A code that is not known from the call is that of another library."""
+    if code.startswith("status_"):
+        return "error_memory" if code == "status_memory" else "status"
+    return code if code in KINDS else "error_library"
 
 
 def page(found):
     lines = [HEAD]
-    for kind, (title, status) in KINDS.items():
-        lines += [f"## {title} (exit status {status})", ""]
+    for kind, (title, advice) in KINDS.items():
+        lines += [f"## {title}", "", *([advice, ""] if advice else [])]
         lines += [f"- {message}" for message in sorted(found[kind], key=lambda m: m.lstrip(".' ").lower())] + [""]
     return "\n".join(lines)
 
