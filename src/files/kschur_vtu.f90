@@ -3,6 +3,7 @@ module kschur_vtu
    use kschur_error, only: error_type, new_error, error_file, error_usage
    use kschur_files, only: check_length
    use kschur_kinds, only: wp, long
+   use kschur_memory, only: complex_bytes, require_memory
    use kschur_mesh, only: mesh_type
    use kschur_text, only: text
    implicit none
@@ -40,6 +41,7 @@ contains
       integer :: k
 
       call check_has_cells(mesh, path, error)
+      call require_memory(4*complex_bytes*3*mesh%nodes(), "the displacements", error)
       if (allocated(error)) return
       call put_grid(output, mesh, mesh%coordinates, path)
       do k = 1, size(names)

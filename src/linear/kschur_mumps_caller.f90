@@ -61,12 +61,13 @@ contains
       end associate
    end subroutine require
 
-   subroutine send_rows(self, to, row, column, value)
+   subroutine send_rows(self, to, row, column, value, error)
       class(mumps_caller_type), intent(in) :: self
       integer, intent(in) :: to, row(:), column(:)
       type(c_ptr), intent(in) :: value
+      type(error_type), allocatable, intent(inout) :: error
 
-      associate (unused => self, also => to, too => row, neither => column, nor => value)
+      associate (unused => self, also => to, too => row, neither => column, nor => value, none => error)
       end associate
    end subroutine send_rows
 end module kschur_mumps_caller

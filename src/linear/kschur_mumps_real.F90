@@ -2,7 +2,7 @@
 module kschur_mumps_real
    use, intrinsic :: iso_c_binding, only: c_loc
    use kschur_clock, only: clock, seconds_since
-   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_error, only: error_type, new_error, error_memory, error_usage
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: determinant_type, real_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps

@@ -4,6 +4,7 @@ module kschur_shift_invert
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: complex_linear_solver_type
+   use kschur_memory, only: require_memory
    use kschur_operator, only: complex_operator_type
    use kschur_pencil, only: pencil_type
    use kschur_random, only: random_vector
@@ -59,6 +60,7 @@ contains
       call move_alloc(solver, operator%solver)
       if (pencil%has_spurious_zeros() .and. pencil%multipliers > 0 .and. .not. abs(shift) > 0) &
          call new_error(error, error_singular, "the shift must not be 0 in a formulation with spurious zeros")
+      call require_memory(4*(pencil%a%bytes() + pencil%b%bytes()), "the shifted pencil", error)
       if (allocated(error)) return
       shifted = complex_combination([(1.0_wp, 0.0_wp), -shift], [csr_matrix_type :: pencil%a, pencil%b])
       call operator%solver%factorize(shifted, pencil%structure, error)

@@ -2,7 +2,7 @@
 !> Nothing of it is needed to solve; pictures of modes and directions of motion are.
 module kschur_mesh
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use kschur_error, only: error_type, new_error, error_input
+   use kschur_error, only: error_type, new_error, error_input, error_memory
    use kschur_kinds, only: wp
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: text
@@ -65,7 +65,7 @@ contains
       type(mesh_type), intent(inout) :: mesh
       integer, intent(in) :: n
       type(error_type), allocatable, intent(inout) :: error
-      integer :: each, i
+      integer :: each, i, status
 
       each = n/mesh%nodes()
       if (each*mesh%nodes() /= n .or. all(each /= [1, 2, 3, 6])) then
@@ -73,8 +73,15 @@ contains
             " nodes: it must be said of each unknown to which node it belongs, and what it is there")
          return
       end if
-      allocate (mesh%unknown_node(n), source=[(1 + (i - 1)/each, i=1, n)])
-      allocate (mesh%unknown_component(n), source=[(mod(i - 1, each), i=1, n)])
+      allocate (mesh%unknown_node(n), mesh%unknown_component(n), stat=status)
+      if (status /= 0) then
+         call no_memory(error)
+         return
+      end if
+      do i = 1, n
+         mesh%unknown_node(i) = 1 + (i - 1)/each
+         mesh%unknown_component(i) = mod(i - 1, each)
+      end do
       if (each == 1) mesh%unknown_component = 2
    end subroutine number_in_order
 
@@ -83,14 +90,18 @@ contains
       integer, intent(in) :: n
       type(error_type), allocatable, intent(inout) :: error
       logical, allocatable :: taken(:, :)
-      integer :: i
+      integer :: i, status
 
       if (size(mesh%unknown_node) /= n .or. size(mesh%unknown_component) /= n) then
          call new_error(error, error_input, "the unknowns' nodes and components must be "//text(n)//" each, not "// &
             text(size(mesh%unknown_node))//" and "//text(size(mesh%unknown_component)))
          return
       end if
-      allocate (taken(0:5, mesh%nodes()), source=.false.)
+      allocate (taken(0:5, mesh%nodes()), source=.false., stat=status)
+      if (status /= 0) then
+         call no_memory(error)
+         return
+      end if
       do i = 1, n
          associate (node => mesh%unknown_node(i), component => mesh%unknown_component(i))
             if (node == 0) cycle
@@ -106,6 +117,12 @@ contains
          if (allocated(error)) return
       end do
    end subroutine check_unknowns
+
+   subroutine no_memory(error)
+      type(error_type), allocatable, intent(inout) :: error
+
+      call new_error(error, error_memory, "no memory for the mesh")
+   end subroutine no_memory
 
    subroutine check_cells(mesh, error)
       type(mesh_type), intent(in) :: mesh

@@ -3,6 +3,7 @@ module kschur_mac
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
+   use kschur_memory, only: real_bytes, require_memory
    use kschur_result, only: modal_result_type
    use kschur_text, only: text
    implicit none
@@ -24,6 +25,8 @@ contains
          call new_error(error, error_usage, "the shapes of the results have "//text(size(first%eigenvectors, 1))// &
             " and "//text(size(second%eigenvectors, 1))//" unknowns")
       end if
+      if (allocated(error)) return
+      call require_memory(3*real_bytes*size(first%eigenvectors, 2)*(size(second%eigenvectors, 2) + 1), "the criterion", error)
       if (allocated(error)) return
       allocate (mac(size(first%eigenvectors, 2), size(second%eigenvectors, 2)))
       mac = shape_assurance(first%eigenvectors, second%eigenvectors)

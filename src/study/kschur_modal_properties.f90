@@ -5,8 +5,9 @@ module kschur_modal_properties
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgesvd
+   use kschur_memory, only: complex_bytes, require_memory
    use kschur_mesh, only: rigid_motion_names
-   use kschur_mode_groups, only: check_modes_of, form_between, group_of, mode_group_type, solve_small
+   use kschur_mode_groups, only: bytes_of_groups, check_modes_of, form_between, group_of, mode_group_type, solve_small
    use kschur_problem, only: modal_problem_type
    use kschur_properties, only: direction_length, modal_properties_type
    use kschur_result, only: modal_result_type
@@ -39,6 +40,12 @@ contains
       if (allocated(result%properties)) deallocate (result%properties)
       call check_modes_of(problem, result, error)
       if (allocated(error)) return
+      d = 6
+      if (present(directions)) d = size(directions, 2)
+      k = size(result%eigenvalues)
+      call require_memory(bytes_of_groups(problem, result) + 4*complex_bytes*d*(real(problem%unknowns(), wp) + k), &
+         "the modal properties", error)
+      if (allocated(error)) return
       allocate (properties)
       if (present(directions)) then
          properties%direction = numbers(size(directions, 2))
@@ -48,7 +55,6 @@ contains
          call find_momenta(problem, motions, momenta, properties%total_mass, error)
       end if
       if (allocated(error)) return
-      k = size(result%eigenvalues)
       d = size(momenta, 2)
       allocate (properties%mass(k), properties%damping(k), properties%stiffness(k), properties%a(k), properties%b(k))
       allocate (properties%participation(k, d), properties%effective_mass(k, d))

@@ -4,12 +4,13 @@ module kschur_mode_groups
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgesv
+   use kschur_memory, only: complex_bytes
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
-   public :: mode_group_type, check_modes_of, form_between, group_of, solve_small
+   public :: mode_group_type, bytes_of_groups, check_modes_of, form_between, group_of, solve_small
 
    !> k modes of one eigenvalue.
    type :: mode_group_type
@@ -44,20 +45,38 @@ contains
       end if
    end subroutine check_modes_of
 
+   !> Bytes that the largest of its groups takes, with what is computed of it.
+   pure real(wp) function bytes_of_groups(problem, result) result(bytes)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(in) :: result
+      integer, parameter :: vectors = 6
+      integer :: j, most
+
+      most = 1
+      do j = 1, size(result%eigenvalues)
+         most = max(most, count(are_equal(result%eigenvalues, result%eigenvalues(j))))
+      end do
+      bytes = vectors*most*complex_bytes*(real(problem%unknowns(), wp) + problem%multipliers())
+   end function bytes_of_groups
+
+   pure elemental logical function are_equal(lambda, other)
+      complex(wp), intent(in) :: lambda, other
+      ! Eigenvalues that differ by less, relative to their size, are equal to rounding.
+      real(wp), parameter :: equal = 1.0e-9_wp
+
+      are_equal = abs(lambda - other) <= equal*abs(other)
+   end function are_equal
+
    !> The modes that share the eigenvalue of mode j.
    function group_of(problem, result, j) result(group)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(in) :: result
       integer, intent(in) :: j
       type(mode_group_type) :: group
-      ! Eigenvalues that differ by less, relative to their size, are equal to rounding.
-      real(wp), parameter :: equal = 1.0e-9_wp
       integer :: i, k
 
-      associate (lambda => result%eigenvalues)
-         group%lambda = lambda(j)
-         allocate (group%member, source=pack([(i, i=1, size(lambda))], abs(lambda - lambda(j)) <= equal*abs(lambda(j))))
-      end associate
+      group%lambda = result%eigenvalues(j)
+      allocate (group%member, source=pack([(i, i=1, size(result%eigenvalues))], are_equal(result%eigenvalues, group%lambda)))
       k = size(group%member)
       allocate (group%phi(problem%unknowns(), k), group%chi(problem%unknowns(), k))
       allocate (group%xi(problem%multipliers(), k), group%eta(problem%multipliers(), k))

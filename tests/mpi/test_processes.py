@@ -232,7 +232,7 @@ def check_killed(folder):
 
 def check_memory_ends(folder):
     """Memory of one process that ends when a matrix is analysed, factored or solved with is that of all."""
-    for rank, at, count in ((1, "dmumps 1", 1), (1, "dmumps 2", 1), (2, "dmumps 2", 5), (0, "dmumps 3", 20), (1, "dmumps 3", 20)):
+    for rank, at, count in ((1, "dmumps -1", 1), (1, "dmumps 1", 1), (1, "dmumps 2", 1), (2, "dmumps 2", 5), (0, "dmumps 3", 20), (1, "dmumps 3", 20)):
         for room in (1, 20):
             done, written = fail(folder / "crank-memory.h5", rank, at, count, room, "--modes", 10, "--distribute", 1)
             check(f"{room} MB left in process {rank} after {at}", done.returncode == 4 and is_said(done, "memory") and not written,

@@ -1,10 +1,11 @@
 !> Who calls MUMPS: this process alone, or all that work on a solve, the others in `kschur_mumps_help`.
 module kschur_mumps_caller
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_ptr
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp
    use kschur_memory, only: megabyte
    use kschur_processes, only: are_several, processes_type, word_mumps
+   use kschur_text, only: text
    use mpi_f08, only: MPI_COMM_SELF, MPI_COMPLEX, MPI_Datatype, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, MPI_INTEGER, &
       MPI_LOGICAL, MPI_REAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
    implicit none
@@ -73,19 +74,23 @@ contains
       if (associated(self%others)) call self%others%require(ceiling(bytes/megabyte), error)
    end subroutine require
 
-   !> The other one takes them where it has memory for them; where not, MUMPS misses them there and says so.
-   subroutine send_rows(self, to, row, column, value)
+   !> Fails where the other one has no memory for them; what is sent to others goes on, as they wait for it.
+   subroutine send_rows(self, to, row, column, value, error)
       class(mumps_caller_type), intent(in) :: self
       integer, intent(in) :: to, row(:), column(:)
       !> As many scalars of the library.
       type(c_ptr), intent(in) :: value
+      type(error_type), allocatable, intent(inout) :: error
       real(wp), pointer :: scalars(:)
       logical :: has_room
 
       associate (communicator => self%others%communicator)
          call MPI_Send(size(row), 1, MPI_INTEGER, to, 0, communicator)
          call MPI_Recv(has_room, 1, MPI_LOGICAL, to, 0, communicator, MPI_STATUS_IGNORE)
-         if (.not. has_room) return
+         if (.not. has_room) then
+            call new_error(error, error_memory, "no memory for rows of the matrix in process "//text(to))
+            return
+         end if
          call c_f_pointer(value, scalars, [1])
          call MPI_Send(row, size(row), MPI_INTEGER, to, 0, communicator)
          call MPI_Send(column, size(row), MPI_INTEGER, to, 0, communicator)
