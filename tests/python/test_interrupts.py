@@ -137,16 +137,16 @@ def test_sweep(folder):
 def test_others(problem):
     """Signals during what prints alone: what was known is printed."""
     for words in (("compare", problem), ("sensitivity", problem, problem)):
-        words = (*words, "--modes", "20", "--threads", "1")
+        words = (*words, "--modes", "60", "--threads", "1")
         whole, errors, seconds = finish(start(words))
         ended = longest = 0
         for i in range(3):
-            child, out, errors, after, wall = interrupt(words, seconds*(i + 1)/4, (signal.SIGINT, signal.SIGTERM)[i % 2])
+            child, out, errors, after, wall = interrupt(words, seconds*(i + 3)/7, (signal.SIGINT, signal.SIGTERM)[i % 2])
             if child.returncode <= 0 and not out or child.returncode == 0:
                 continue
             ended += 1
             longest = max(longest, after)
-            check(f"{words[0]}: after {i + 1} quarters", child.returncode == 3 and errors.count("\n") == 1
+            check(f"{words[0]}: after {i + 3} sevenths", child.returncode == 3 and errors.count("\n") == 1
                   and "interrupted" in errors and bool(out), (child.returncode, errors, out))
         check(f"{words[0]}: some runs were interrupted", ended > 0)
         print(f"{words[0]}: {seconds:.2f} s; {ended} of 3 interrupted, the longest went on for {longest:.2f} s", flush=True)
