@@ -28,9 +28,9 @@ module kschur_krylov_options
       !> Whether to look for copies of multiple eigenvalues with fresh random
       !> vectors: one vector finds one copy, and others through rounding only.
       logical :: verify = .true.
-      !> What the Krylov space begins with, of the order of the operator; not allocated: a random vector. Lanczos does not
+      !> What the Krylov space begins with, as many columns as a block has; not allocated: random vectors. Lanczos does not
       !> look at it.
-      real(wp), allocatable :: start(:)
+      real(wp), allocatable :: start(:, :)
       !> Whether a later call with the same operator is to go on from where this one ends: structured
       !> quadratic forms keep their Krylov space then. Lanczos always does.
       logical :: keep = .false.

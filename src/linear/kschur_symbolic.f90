@@ -44,7 +44,8 @@ module kschur_symbolic
 contains
 
    !> Of a symmetric matrix, in the order of `structure` where it is known, else in that of AMD, or of METIS where there
-   !> are multipliers or it takes fewer operations. Fails where a column has more than so many entries (error_library).
+   !> are multipliers or it takes fewer operations. Fails where a column has more than so many entries, and where an entry is
+   !> not there on the other side of the diagonal (error_library).
    subroutine analyze(matrix, structure, most_entries, symbolic, error)
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
@@ -56,6 +57,11 @@ contains
       logical :: free
       integer :: status
 
+      ! Symmetric to rounding, a matrix may have a small entry on one side only.
+      if (.not. has_symmetric_pattern(matrix)) then
+         call new_error(error, error_library, "a small entry of the matrix is on one side of the diagonal only")
+         return
+      end if
       ! A multiplier before the unknowns it touches would be a penalty that drowns their stiffness.
       free = structure%multipliers == 0 .and. .not. allocated(structure%position)
       if (free) then
@@ -83,6 +89,31 @@ contains
       call find_structure(matrix, parent, entries, symbolic, status)
       if (status /= 0) call no_memory(error)
    end subroutine analyze
+
+   ! Row after row, the entries left of the diagonal meet those above it, which wait in the order of their columns.
+   pure logical function has_symmetric_pattern(matrix)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer :: next(matrix%rows), i, k
+
+      has_symmetric_pattern = .true.
+      next = matrix%row_start(:matrix%rows)
+      do i = 1, matrix%rows
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            associate (j => matrix%column(k))
+               if (j >= i) exit
+               has_symmetric_pattern = has_symmetric_pattern .and. next(j) < matrix%row_start(j + 1)
+               if (has_symmetric_pattern) has_symmetric_pattern = matrix%column(next(j)) == i
+               if (.not. has_symmetric_pattern) return
+               next(j) = next(j) + 1
+            end associate
+         end do
+         next(i) = k
+         if (k < matrix%row_start(i + 1)) then
+            if (matrix%column(k) == i) next(i) = k + 1
+         end if
+      end do
+      has_symmetric_pattern = all(next == matrix%row_start(2:matrix%rows + 1))
+   end function has_symmetric_pattern
 
    ! The elimination tree, and the entries of each column, in a postorder of it.
    subroutine find_tree(matrix, symbolic, parent, entries, error)

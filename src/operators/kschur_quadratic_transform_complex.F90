@@ -6,7 +6,7 @@ module kschur_quadratic_transform_complex
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_root_invariant, only: undamped_zeros, zero_and_infinite
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, long
    use kschur_krylov_complex, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
@@ -15,6 +15,7 @@ module kschur_quadratic_transform_complex
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_quadratic_complex, only: quadratic_operator_type, new_quadratic_operator
+   use kschur_random, only: random_vector
    use kschur_ritz_complex, only: decomposition_type
    use kschur_root_space, only: root_space_type
    use kschur_transform, only: transform_type

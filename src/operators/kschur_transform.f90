@@ -94,13 +94,15 @@ module kschur_transform
 
 contains
 
-   subroutine begin_with(self, pairs, start)
+   subroutine begin_with(self, pairs, block, start)
       class(transform_type), intent(in) :: self
       !> Approximations of what is wanted.
       type(eigenpairs_type), intent(in) :: pairs
-      real(wp), allocatable, intent(out) :: start(:)
+      !> So many vectors.
+      integer, intent(in) :: block
+      real(wp), allocatable, intent(out) :: start(:, :)
 
-      associate (unused => self, neither => pairs)
+      associate (unused => self, neither => pairs, nor => block)
       end associate
       if (allocated(start)) deallocate (start)
    end subroutine begin_with

@@ -74,8 +74,6 @@ contains
       self%regularization = 3.0_wp**(seed - 1)*self%regularization
       structure = saddle_structure(problem)
       if (.not. problem%symmetric) structure%symmetric = k%is_symmetric()
-      ! What is symmetric but for rounding may have entries on one side only, and factors want both.
-      if (structure%symmetric .and. .not. problem%symmetric) k = linear_combination(0.5_wp, k, 0.5_wp, transpose_csr(k))
       cq = problem%constraints
       call set_scalings(self, k, cq)
       call k%scale_entries(self%scaling, self%scaling)

@@ -14,6 +14,8 @@ module kschur_block_choice
    integer, parameter :: blocks(3) = [1, 2, 4]
    ! Factors and basis of fewer bytes stay in the cache, where single vectors cost no more than blocks.
    integer(long), parameter :: cached = 2_long**23
+   ! Of an iteration that begins with modes.
+   integer, parameter :: with_modes = 2
    ! The basis has so many vectors more than are wanted, on the average.
    integer, parameter :: beyond = 10
 
@@ -33,6 +35,8 @@ contains
       solver => s%transform%linear_solver()
       block = cheapest_block(solver%factor_entries, int(s%work%unknowns(), long)*(values + beyond), &
          any(s%formulation == [formulation_symmetric, formulation_proportional]))
+      ! Several vectors need no verification where all eigenvalues differ.
+      if (allocated(s%last)) block = max(block, with_modes)
    end function chosen_block
 
    !> The same from counts.

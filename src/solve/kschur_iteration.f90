@@ -47,26 +47,24 @@ contains
       s%block = settings%block
       call set_iteration_options(settings, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), asked, &
          count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
-      if (allocated(s%last)) then
-         call s%transform%begin_with(s%last, options%start)
-         ! Whoever remembers them sees whether one is lost.
-         options%verify = .false.
-      end if
+      if (allocated(s%last)) call s%transform%begin_with(s%last, options%block, options%start)
+      if (allocated(options%start)) options%verify = options%block == 1 .or. any_copies(s%last%lambda)
       if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
       options%checkpoint => s%checkpoint
       call s%announce_phase("iteration")
-      call s%transform%iterate(selection, options, ritz, error, s%monitor)
-      if (allocated(error)) return
+      do
+         call s%transform%iterate(selection, options, ritz, error, s%monitor)
+         if (allocated(error)) return
+         call account(s, ritz%statistics)
+         if (options%verify .or. .not. any_copies(ritz%mu)) exit
+         ! Several vectors find two copies, and there may be more.
+         options%verify = .true.
+      end do
       if (associated(s%checkpoint)) call tell_complaint(s)
       call require_memory(s%bytes_of_shapes(3*size(ritz%mu)), "mode shapes", error)
       if (allocated(error)) return
       statistics = ritz%statistics
-      associate (effort => s%effort)
-         effort%operator_applications = effort%operator_applications + statistics%operator_applications
-         if (s%transform%recover_applies) effort%operator_applications = effort%operator_applications + size(ritz%mu)
-         effort%restarts = effort%restarts + statistics%restarts
-         effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds
-      end associate
+      if (s%transform%recover_applies) s%effort%operator_applications = s%effort%operator_applications + size(ritz%mu)
       call s%end_step(phase_iterate)
       if (allocated(ritz%paired)) then
          call move_alloc(ritz%paired, paired)
@@ -82,6 +80,26 @@ contains
       call set_eigenvalues(s%transform, ritz%mu, paired, pairs)
       call s%end_step(phase_recover)
    end subroutine iterate
+
+   subroutine account(s, statistics)
+      type(solve_context_type), intent(inout) :: s
+      type(krylov_statistics_type), intent(in) :: statistics
+
+      associate (effort => s%effort)
+         effort%operator_applications = effort%operator_applications + statistics%operator_applications
+         effort%restarts = effort%restarts + statistics%restarts
+         effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds
+      end associate
+   end subroutine account
+
+   ! Whether two values may be one.
+   pure logical function any_copies(values)
+      complex(wp), intent(in) :: values(:)
+      real(wp), parameter :: equal = 1.0e-6_wp
+      integer :: j
+
+      any_copies = any([(any(abs(values(:j - 1) - values(j)) <= equal*abs(values(j))), j=1, size(values))])
+   end function any_copies
 
    subroutine tell_complaint(s)
       type(solve_context_type), intent(inout) :: s

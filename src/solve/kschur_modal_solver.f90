@@ -90,10 +90,6 @@ contains
          if (result%reason /= reason_converged .or. seems_rigid(self%context, result)) then
             ! What is kept may not hold any more: what had no rigid motions may have some now.
             deallocate (self%context)
-         else if (.not. continues(self%context, result)) then
-            ! A copy of a multiple eigenvalue may be lost, or a mode has left: whether all are there is to be verified.
-            deallocate (self%context%last)
-            self%changed = .true.
          else
             exit
          end if
@@ -317,58 +313,6 @@ contains
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
          size(s%known%rigid%lambda))
    end subroutine reduce_again
-
-   ! Whether the modes of the solve before are in the space of those that were found, but for what changed.
-   logical function continues(s, result)
-      type(solve_context_type), intent(in) :: s
-      type(modal_result_type), intent(in) :: result
-      real(wp), parameter :: most_lost = 0.5_wp
-      type(eigenpairs_type) :: found
-      real(wp), allocatable :: basis(:, :), rest(:, :)
-      integer :: i, j, k, pass
-
-      continues = .true.
-      if (.not. allocated(s%last)) return
-      found = modes_of(s, result)
-      associate (unit => maxval(abs(s%last%lambda)))
-         allocate (basis(2*found%rows(), 2*size(found%lambda)), rest(2*found%rows(), 2))
-         k = 0
-         do j = 1, size(found%lambda)
-            rest = state_of(found, j, unit)
-            do i = 1, 2
-               do pass = 1, 2
-                  rest(:, i) = rest(:, i) - matmul(basis(:, :k), matmul(rest(:, i), basis(:, :k)))
-               end do
-               if (norm2(rest(:, i)) <= epsilon(1.0_wp)) cycle
-               k = k + 1
-               basis(:, k) = rest(:, i)/norm2(rest(:, i))
-            end do
-         end do
-         do j = 1, size(s%last%lambda)
-            rest = state_of(s%last, j, unit)
-            rest = rest - matmul(basis(:, :k), matmul(transpose(basis(:, :k)), rest))
-            continues = continues .and. norm2(rest) <= most_lost
-         end do
-      end associate
-   end function continues
-
-   ! The real and the imaginary part of (phi, lambda/unit phi), of norm 1 together.
-   pure function state_of(pairs, j, unit) result(state)
-      type(eigenpairs_type), intent(in) :: pairs
-      integer, intent(in) :: j
-      real(wp), intent(in) :: unit
-      real(wp) :: state(2*size(pairs%phi, 1), 2)
-      integer :: n
-
-      n = size(pairs%phi, 1)
-      associate (phi => pairs%phi(:, j), velocity => pairs%lambda(j)/unit*pairs%phi(:, j))
-         state(:n, 1) = real(phi, wp)
-         state(:n, 2) = aimag(phi)
-         state(n + 1:, 1) = real(velocity, wp)
-         state(n + 1:, 2) = aimag(velocity)
-      end associate
-      state = state/norm2(state)
-   end function state_of
 
    ! Modes of a result as those of what is iterated.
    function modes_of(s, result) result(modes)

@@ -8,7 +8,7 @@ module kschur_following
    use kschur_result, only: modal_result_type
    implicit none
    private
-   public :: is_ambiguous, match_modes, mode_shares, swapping_pair
+   public :: are_equal, is_ambiguous, match_modes, mode_shares, swapping_pair
 
    ! Below this a mode is another one.
    real(wp), parameter :: least_share = 0.3_wp
@@ -86,28 +86,30 @@ contains
       end do
    end function match_modes
 
-   !> Whether a mode may be one or the other of two that are not equal.
-   logical function is_ambiguous(shares, after, lambda)
+   !> Whether a mode may be one or the other of two that are not equal, and that are not those of a mode equal to it.
+   logical function is_ambiguous(shares, after, lambda, lambda_after)
       real(wp), intent(in) :: shares(:, :)
       !> As `match_modes` gave them.
       integer, intent(in) :: after(:)
-      !> After (1/s).
-      complex(wp), intent(in) :: lambda(:)
+      !> Eigenvalues before and after (1/s).
+      complex(wp), intent(in) :: lambda(:), lambda_after(:)
       integer :: i, j
 
       is_ambiguous = .true.
       do i = 1, size(after)
          if (after(i) == 0) cycle
          if (shares(i, after(i)) >= clear) cycle
-         do j = 1, size(lambda)
-            if (j == after(i) .or. are_equal(lambda(j), lambda(after(i)))) cycle
+         do j = 1, size(lambda_after)
+            if (j == after(i) .or. are_equal(lambda_after(j), lambda_after(after(i)))) cycle
+            if (any(after == j .and. are_equal(lambda, lambda(i)))) cycle
             if (shares(i, j) > mixed) return
          end do
       end do
       is_ambiguous = .false.
    end function is_ambiguous
 
-   pure logical function are_equal(a, b)
+   !> Whether two eigenvalues are one, as far as rounding lets one see.
+   elemental logical function are_equal(a, b)
       complex(wp), intent(in) :: a, b
       real(wp), parameter :: equal = 1.0e-8_wp
 

@@ -2,7 +2,7 @@
 module kschur_sweep
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_error, only: error_type, add_context
-   use kschur_following, only: is_ambiguous, match_modes, mode_shares, swapping_pair
+   use kschur_following, only: are_equal, is_ambiguous, match_modes, mode_shares, swapping_pair
    use kschur_kinds, only: wp
    use kschur_modal_solver, only: modal_solver_type, new_modal_solver
    use kschur_monitor, only: monitor_type
@@ -194,7 +194,7 @@ contains
 
       shares = mode_shares(problem, before, after)
       allocate (match, source=match_modes(shares))
-      clear = .not. is_ambiguous(shares, match, after%eigenvalues)
+      clear = .not. is_ambiguous(shares, match, before%eigenvalues, after%eigenvalues)
    end subroutine match_clearly
 
    pure integer function chained(first, second, i)
@@ -274,16 +274,23 @@ contains
       real(wp), parameter :: turned = 0.6_wp, near = 6
       real(wp) :: order(size(self%values)), gap(size(self%values)), angle
       logical :: both(size(self%values))
-      integer :: p, lowest
+      integer :: p, before, lowest
 
-      both = self%mode(first, :) > 0 .and. self%mode(second, :) > 0
+      ! Where they are equal their shapes are any, and tell nothing.
+      both = self%mode(first, :) > 0 .and. self%mode(second, :) > 0 .and. &
+         .not. are_equal(self%eigenvalues(first, :), self%eigenvalues(second, :))
       if (count(both) < 2) return
       order = aimag(self%eigenvalues(first, :) - self%eigenvalues(second, :))
       gap = abs(self%eigenvalues(first, :) - self%eigenvalues(second, :))
-      do p = 2, size(order)
-         if (.not. (both(p - 1) .and. both(p))) cycle
-         if (order(p - 1)*order(p) < 0) self%events = [self%events, sweep_event_type(event_crossing, first, second, &
-            self%values(p - 1) + (self%values(p) - self%values(p - 1))*order(p - 1)/(order(p - 1) - order(p)))]
+      before = 0
+      do p = 1, size(order)
+         if (min(self%mode(first, p), self%mode(second, p)) == 0) before = 0
+         if (.not. both(p)) cycle
+         if (before > 0) then
+            if (order(before)*order(p) < 0) self%events = [self%events, sweep_event_type(event_crossing, first, second, &
+               self%values(before) + (self%values(p) - self%values(before))*order(before)/(order(before) - order(p)))]
+         end if
+         before = p
       end do
       lowest = minloc(gap, 1, both)
       if (any(order*order(lowest) < 0 .and. both)) return
