@@ -136,8 +136,8 @@ def test_sweep(folder):
 
 def test_others(problem):
     """Signals during what prints alone: what was known is printed."""
-    for words in (("compare", problem), ("sensitivity", problem, problem)):
-        words = (*words, "--modes", "60", "--threads", "1")
+    for words in (("compare", problem, "--modes", "10"), ("sensitivity", problem, problem, "--modes", "60")):
+        words = (*words, "--threads", "1")
         whole, errors, seconds = finish(start(words))
         ended = longest = 0
         for i in range(3):
