@@ -9,17 +9,21 @@ module kschur_block_decomposition
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory
    use kschur_kinds, only: wp, long
+   use kschur_lapack, only: dtrsm
    use kschur_memory, only: real_bytes, require_memory
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_operator, only: symmetric_operator_type
    use kschur_tall_products_real, only: inner_products, subtract_combinations
    use kschur_text, only: text
+   use kschur_threads, only: panel_rows
    implicit none
    private
    public :: block_decomposition_type, breakdown, dot, drop_last, make_room, orthonormalize
 
    !> What is left of a vector in the span of the basis.
    real(wp), parameter :: breakdown = 100*epsilon(1.0_wp)
+   ! Where so much of each column is left, what is left is orthogonal to rounding.
+   real(wp), parameter :: enough_left = 0.7_wp
 
    !> C V = V T + W N, [V, W]^T B [V, W] = 1: V are the columns of the basis that were expanded, W those behind them.
    type :: block_decomposition_type
@@ -131,7 +135,7 @@ contains
 
    !> Puts B-orthonormal combinations of columns behind the basis, and their images behind the others: to the coefficients
    !> is added what columns are of the basis. Passes go on until one of them changes little: then the products of what is
-   !> left follow from Pythagoras.
+   !> left follow from Pythagoras. Columns that are much of each other are separated before they meet the basis, which is longer.
    subroutine orthonormalize(operator, d, x, scale, noise, coefficients, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
       class(block_decomposition_type), intent(inout) :: d
@@ -144,9 +148,8 @@ contains
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: passes = 4
-      real(wp), parameter :: enough_left = 0.7_wp
       real(wp), allocatable :: images(:, :), c(:, :), gram(:, :), total(:, :), triangle(:, :)
-      real(wp) :: negligible, limit, least
+      real(wp) :: negligible, limit, left
       integer :: k, b, q, pass, kept
       integer(long) :: started
       logical :: settled, taken
@@ -173,14 +176,17 @@ contains
             "the operator made a vector that is not finite")
          if (allocated(error)) return
          negligible = max(negligible, limit*sqrt(maxval([0.0_wp, diagonal(gram)])))
+         call separate(x(:, :q), images(:, :q), negligible, gram, triangle)
+         total(:q, :) = matmul(triangle, total(:q, :))
          call inner_products(d%basis, images(:, :q), c)
          call subtract_combinations(d%basis(:, :k), c, x(:, :q))
          ! What was taken out was none of the operator's, nor are the directions of the basis that went with it.
          if (.not. taken) coefficients(:k, :) = coefficients(:k, :) + matmul(c, total(:q, :))
-         call factor_rest(gram, c, negligible, enough_left, triangle, settled)
+         call factor_rest(gram, c, negligible, triangle, left)
+         settled = left > enough_left
          if (settled) then
-            call divide(x(:, :q), triangle)
-            call divide(images(:, :q), triangle)
+            call divide(size(x, 1), q, x, triangle)
+            call divide(size(x, 1), q, images, triangle)
             kept = q
             call operator%restrict(x(:, :q), negligible, error)
             if (allocated(error)) return
@@ -189,7 +195,7 @@ contains
          else
             call operator%apply_metric(x(:, :q), images(:, :q), error)
             if (allocated(error)) return
-            call orthonormalize_among(x(:, :q), images(:, :q), negligible, triangle, kept, least)
+            call orthonormalize_among(x(:, :q), images(:, :q), negligible, triangle, kept)
             negligible = 0
             taken = .false.
          end if
@@ -234,60 +240,97 @@ contains
       call subtract_combinations(d%excluded, components, x)
    end subroutine exclude
 
-   ! The Cholesky factor of the products of what is left of some columns, if that is most of each of them: their products
-   ! were G before their components c were taken from them.
-   pure subroutine factor_rest(gram, c, negligible, enough_left, triangle, settled)
-      real(wp), intent(in) :: gram(:, :), c(:, :), negligible, enough_left
+   ! Makes columns orthogonal to each other, of the lengths that are left, where they are not and their products tell: X as
+   ! given is X T, T with ones on its diagonal.
+   subroutine separate(x, images, negligible, gram, triangle)
+      real(wp), contiguous, intent(inout) :: x(:, :), images(:, :)
+      real(wp), intent(in) :: negligible
+      !> Their products.
+      real(wp), intent(inout) :: gram(:, :)
+      !> T
+      real(wp), intent(out) :: triangle(:, :)
+      ! Of less of a column its square is no longer known.
+      real(wp), parameter :: visible = 1.0e-4_wp
+      real(wp) :: none(0, size(x, 2)), left
+      integer :: n, b, i
+
+      n = size(x, 1)
+      b = size(x, 2)
+      call factor_rest(gram, none, negligible, triangle, left)
+      if (left > visible .and. left <= enough_left) then
+         do i = 1, b
+            triangle(i, :) = triangle(i, :)/triangle(i, i)
+         end do
+         call divide(n, b, x, triangle)
+         call divide(n, b, images, triangle)
+         call inner_products(x, images, gram)
+      else
+         triangle = identity(b)
+      end if
+   end subroutine separate
+
+   ! The Cholesky factor of the products of what is left of some columns: their products were G before their components c
+   ! were taken from them.
+   pure subroutine factor_rest(gram, c, negligible, triangle, left)
+      real(wp), intent(in) :: gram(:, :), c(:, :), negligible
       !> Upper.
       real(wp), intent(out) :: triangle(:, :)
-      logical, intent(out) :: settled
+      !> The smallest part of a column that is left; 0 where that is negligible.
+      real(wp), intent(out) :: left
       real(wp) :: rest(size(gram, 1), size(gram, 2))
       integer :: i, j
 
       rest = gram - matmul(transpose(c), c)
       triangle = 0
+      left = 1
       do j = 1, size(gram, 1)
          do i = 1, j - 1
             triangle(i, j) = (rest(i, j) - dot_product(triangle(:i - 1, i), triangle(:i - 1, j)))/triangle(i, i)
          end do
          associate (square => rest(j, j) - sum(triangle(:j - 1, j)**2))
-            settled = square > max(negligible**2, enough_left**2*gram(j, j))
-            if (.not. settled) return
+            if (.not. square > negligible**2) left = 0
+            if (.not. left > 0) return
+            left = min(left, sqrt(square/gram(j, j)))
             triangle(j, j) = sqrt(square)
          end associate
       end do
-      settled = .true.
    end subroutine factor_rest
 
    ! X := X T^{-1}, T upper triangular.
-   subroutine divide(x, triangle)
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      real(wp), intent(in) :: triangle(:, :)
-      integer :: j
+   subroutine divide(n, b, x, triangle)
+      integer, intent(in) :: n, b
+      real(wp), intent(inout) :: x(n, b)
+      real(wp), intent(in) :: triangle(b, b)
+      ! Rows that stay in the cache.
+      integer, parameter :: panel = 512
+      integer :: first
 
-      do j = 1, size(x, 2)
-         call subtract_combinations(x(:, :j - 1), triangle(:j - 1, j:j), x(:, j:j))
-         x(:, j) = x(:, j)/triangle(j, j)
+      if (b == 0) return
+      if (b == 1) then
+         ! With the inverse, rounded, as dtrsm does it, a unit vector would not stay as it is.
+         x = x/triangle(1, 1)
+         return
+      end if
+      !$omp parallel do schedule(static) if (n > panel_rows)
+      do first = 1, n, panel
+         call dtrsm("R", "U", "N", "N", min(panel, n - first + 1), b, 1.0_wp, triangle, b, x(first, 1), n)
       end do
+      !$omp end parallel do
    end subroutine divide
 
    ! Modified Gram-Schmidt on columns and their images alike; columns shorter than `negligible` are left out.
-   subroutine orthonormalize_among(x, images, negligible, triangle, kept, least)
+   subroutine orthonormalize_among(x, images, negligible, triangle, kept)
       real(wp), contiguous, intent(inout) :: x(:, :), images(:, :)
       real(wp), intent(in) :: negligible
       !> The columns as given are combinations of those that were kept.
       real(wp), intent(out) :: triangle(:, :)
       integer, intent(out) :: kept
-      !> The smallest part of a column that was left.
-      real(wp), intent(out) :: least
-      real(wp) :: before, length
+      real(wp) :: length
       integer :: i, j
 
       triangle = 0
       kept = 0
-      least = 1
       do j = 1, size(x, 2)
-         before = sqrt(max(dot(x(:, j:j), images(:, j:j)), 0.0_wp))
          do i = 1, kept
             triangle(i, j) = dot(x(:, i:i), images(:, j:j))
             x(:, j) = x(:, j) - triangle(i, j)*x(:, i)
@@ -297,7 +340,6 @@ contains
          if (.not. length > negligible) cycle
          kept = kept + 1
          triangle(kept, j) = length
-         least = min(least, length/before)
          x(:, kept) = x(:, j)/length
          images(:, kept) = images(:, j)/length
       end do

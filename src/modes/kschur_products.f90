@@ -213,14 +213,12 @@ contains
    pure complex(xp) function bilinear(x, y)
       real(wp), contiguous, intent(in) :: x(:, :), y(:, :)
       real(xp) :: sums(2, 2)
-      integer :: i, j, k
+      integer :: i, j
 
       sums = 0
       do j = 1, size(y, 2)
          do i = 1, size(x, 2)
-            do k = 1, size(x, 1)
-               sums(i, j) = sums(i, j) + real(x(k, i), xp)*y(k, j)
-            end do
+            sums(i, j) = dot(x(:, i), y(:, j))
          end do
       end do
       bilinear = cmplx(sums(1, 1) - sums(2, 2), sums(1, 2) + sums(2, 1), xp)
@@ -269,16 +267,37 @@ contains
    pure real(wp) function norm_of(x) result(norm)
       real(wp), contiguous, intent(in) :: x(:, :)
       real(xp) :: total
-      integer :: i, j
+      integer :: j
 
       total = 0
       do j = 1, size(x, 2)
-         do i = 1, size(x, 1)
-            total = total + real(x(i, j), xp)**2
-         end do
+         total = total + dot(x(:, j), x(:, j))
       end do
       norm = real(sqrt(total), wp)
    end function norm_of
+
+   ! x^T y, in four sums that do not wait for each other.
+   pure real(xp) function dot(x, y)
+      real(wp), contiguous, intent(in) :: x(:), y(:)
+      real(xp) :: first, second, third, fourth
+      integer :: i, fours
+
+      first = 0
+      second = 0
+      third = 0
+      fourth = 0
+      fours = size(x) - modulo(size(x), 4)
+      do i = 1, fours, 4
+         first = first + real(x(i), xp)*y(i)
+         second = second + real(x(i + 1), xp)*y(i + 1)
+         third = third + real(x(i + 2), xp)*y(i + 2)
+         fourth = fourth + real(x(i + 3), xp)*y(i + 3)
+      end do
+      do i = fours + 1, size(x)
+         first = first + real(x(i), xp)*y(i)
+      end do
+      dot = (first + second) + (third + fourth)
+   end function dot
 
    pure function real_part(self, l, factor) result(part)
       class(products_type), intent(in) :: self

@@ -61,8 +61,8 @@ contains
       !> With the shapes x; multipliers are set, and shapes are scaled to unit norm.
       type(eigenpairs_type), intent(inout) :: pairs
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: parts(:, :), xi(:, :)
-      complex(wp), allocatable :: f(:, :), y(:)
+      real(wp), allocatable :: parts(:, :), momenta(:, :), xi(:, :)
+      complex(wp), allocatable :: y(:)
       complex(wp) :: p
       real(wp) :: length
       integer :: n, first, last, c, i, j
@@ -72,16 +72,17 @@ contains
       do first = 1, size(lambda), block
          last = min(first + block - 1, size(lambda))
          c = last - first + 1
-         allocate (f(n, c), parts(n, 2*c), xi(size(operator%factors), 2*c))
-         f = 0
+         allocate (parts(n, 2*c), momenta(n, 2*c), xi(size(operator%factors), 2*c))
+         parts(:, :c) = real(pairs%phi(:, first:last), wp)
+         parts(:, c + 1:) = aimag(pairs%phi(:, first:last))
+         momenta = 0
+         call operator%problem%mass%add_product(1.0_wp, parts, momenta)
          do j = 1, c
             i = first + j - 1
-            p = map%reaction(lambda(i))
-            call operator%problem%mass%add_product(-(lambda(i)*(lambda(i) + map%alpha) + shift*p), pairs%phi(:, i:i), &
-               f(:, j:j))
+            p = -(lambda(i)*(lambda(i) + map%alpha) + shift*map%reaction(lambda(i)))
+            parts(:, j) = real(p, wp)*momenta(:, j) - aimag(p)*momenta(:, c + j)
+            parts(:, c + j) = aimag(p)*momenta(:, j) + real(p, wp)*momenta(:, c + j)
          end do
-         parts(:, :c) = real(f, wp)
-         parts(:, c + 1:) = aimag(f)
          call operator%respond(parts, xi, error)
          if (allocated(error)) return
          do j = 1, c
@@ -96,7 +97,7 @@ contains
             pairs%phi(:, i) = pairs%phi(:, i)/length
             pairs%xi(:, i) = pairs%xi(:, i)*(p/length)
          end do
-         deallocate (f, parts, xi)
+         deallocate (parts, momenta, xi)
       end do
    end subroutine recover_shapes
 

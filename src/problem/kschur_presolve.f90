@@ -308,7 +308,7 @@ contains
          xi(self%kept, j) = pairs%xi(:, j)
       end do
       if (self%eliminated == 0) return
-      allocate (forces(problem%unknowns(), block), work(problem%unknowns(), block, 2))
+      allocate (forces(problem%unknowns(), block), work(problem%unknowns(), 2*block, 3))
       do first = 1, size(xi, 2), block
          last = min(first + block - 1, size(xi, 2))
          call make_forces(problem, pairs, first, last, work, forces)
@@ -328,31 +328,36 @@ contains
       integer, intent(in) :: first, last
       real(wp), contiguous, intent(inout) :: work(:, :, :)
       complex(wp), contiguous, intent(out) :: forces(:, :)
-      complex(wp), parameter :: one = 1
-      complex(wp) :: phi(problem%unknowns(), 1)
-      integer :: i, j, k
+      real(wp) :: columns(problem%unknowns(), (last - first + 1)*merge(1, 2, pairs%is_real()))
+      complex(wp) :: weights(3)
+      integer :: matrices, c, i, k, l
 
-      forces = 0
-      if (.not. pairs%is_real() .or. problem%damping_kind == damping_general) then
-         do j = first, last
-            associate (lambda => pairs%lambda(j), force => forces(:, j - first + 1:j - first + 1))
-               phi(:, 1) = pairs%column(j)
-               call problem%mass%add_product(lambda**2, phi, force)
-               call problem%damping%add_product(lambda, phi, force)
-               call problem%stiffness%add_product(one, phi, force)
-            end associate
-         end do
-         return
-      end if
-      ! With R = alpha M + beta K.
-      work = 0
+      ! With R = alpha M + beta K, or what there is of it, the damping has no product of its own.
+      matrices = merge(3, 2, problem%damping_kind == damping_general)
       k = last - first + 1
-      call problem%mass%add_product(1.0_wp, pairs%real_phi(:, first:last), work(:, :k, 1))
-      call problem%stiffness%add_product(1.0_wp, pairs%real_phi(:, first:last), work(:, :k, 2))
-      do j = first, last
-         i = j - first + 1
-         associate (lambda => pairs%lambda(j))
-            forces(:, i) = (lambda*(lambda + problem%alpha))*work(:, i, 1) + (1 + lambda*problem%beta)*work(:, i, 2)
+      c = size(columns, 2)
+      if (pairs%is_real()) then
+         columns = pairs%real_phi(:, first:last)
+      else
+         columns(:, :k) = real(pairs%phi(:, first:last), wp)
+         columns(:, k + 1:) = aimag(pairs%phi(:, first:last))
+      end if
+      work = 0
+      call problem%mass%add_product(1.0_wp, columns, work(:, :c, 1))
+      call problem%stiffness%add_product(1.0_wp, columns, work(:, :c, 2))
+      if (matrices == 3) call problem%damping%add_product(1.0_wp, columns, work(:, :c, 3))
+      do i = 1, k
+         associate (lambda => pairs%lambda(first + i - 1), force => forces(:, i))
+            weights = [lambda*(lambda + problem%alpha), 1 + lambda*problem%beta, (0.0_wp, 0.0_wp)]
+            if (matrices == 3) weights = [lambda**2, (1.0_wp, 0.0_wp), lambda]
+            force = 0
+            do l = 1, matrices
+               if (pairs%is_real()) then
+                  force = force + weights(l)*work(:, i, l)
+               else
+                  force = force + weights(l)*cmplx(work(:, i, l), work(:, k + i, l), wp)
+               end if
+            end do
          end associate
       end do
    end subroutine make_forces
