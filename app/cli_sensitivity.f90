@@ -3,14 +3,12 @@ module cli_sensitivity
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns
    use cli_input, only: input_type, read_problem
-   use cli_interrupt, only: catch_interrupts, is_interrupted
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: take_format
    use cli_processes, only: gather_processes
    use cli_progress, only: new_progress, progress_type
-   use cli_system, only: complain
    use kschur, only: eigenvalue_rates, error_type, error_usage, modal_options_type, modal_problem_type, modal_result_type, &
-      new_error, problem_rate_type, rate_between, reason_converged, solve_modes, text, wp
+      new_error, problem_rate_type, rate_between, reason_converged, solve_modes, wp
    implicit none
    private
    public :: sensitivity_command
@@ -56,15 +54,12 @@ contains
       options%left = .not. problem%symmetric
       progress = new_progress(quiet)
       call gather_processes(options)
-      call catch_interrupts()
       call solve_modes(problem, options, result, error, progress)
       call progress%finish()
       if (.not. allocated(error)) call eigenvalue_rates(problem, result, rate, rates, error)
       if (allocated(error)) return
       call print_columns("mode", names, units, columns(result%eigenvalues, rates), format)
       complete = result%reason == reason_converged
-      if (is_interrupted()) call complain("the computation was interrupted: "//text(size(result%eigenvalues))//" of "// &
-         text(result%modes_asked)//" modes")
    end subroutine sensitivity_command
 
    ! With the rates of |lambda|/(2 pi) and of -Re lambda/|lambda|.

@@ -94,12 +94,16 @@ contains
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
       class(real_linear_solver_type), allocatable :: ldl
+      type(quasi_definite_type) :: compliant
+      type(ldl_real_type) :: plain
       real(wp) :: backward_error
 
       if (structure%multipliers > 0 .and. self%refinements == 0) then
-         allocate (ldl, source=quasi_definite_type(most_entries=merge(low_fill, huge(1), self%inner == inner_auto)))
+         if (self%inner == inner_auto) compliant%most_entries = low_fill
+         allocate (ldl, source=compliant)
       else
-         allocate (ldl, source=ldl_real_type(quasi_definite=structure%multipliers > 0))
+         plain%quasi_definite = structure%multipliers > 0
+         allocate (ldl, source=plain)
       end if
       ldl%monitor => self%monitor
       call ldl%factorize(matrix, structure, error)

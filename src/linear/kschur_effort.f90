@@ -48,7 +48,7 @@ module kschur_effort
       integer :: operator_applications = 0
       integer :: restarts = 0
       integer :: factorizations = 0
-      type(timings_type) :: seconds
+      type(timings_type) :: seconds = timings_type()
       ! When the step began that is under way, and what had been accounted for.
       integer(long), private :: began = 0
       real(wp), private :: accounted = 0

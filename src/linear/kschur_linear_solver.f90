@@ -54,7 +54,7 @@ module kschur_linear_solver
       integer :: negative_pivots = -1
       !> The determinant of the matrix that was factored last. A solver that does not tell it leaves it unknown,
       !> and nothing is proved by it.
-      type(determinant_type) :: determinant
+      type(determinant_type) :: determinant = determinant_type()
       !> Normwise backward error of its solutions; that of a direct solver is rounding.
       real(wp) :: accuracy = epsilon(1.0_wp)
       !> Which solver factored the matrix, and why this one: "ldl: symmetric definite, 19 entries a column".

@@ -20,9 +20,11 @@ module kschur_mumps_complex
    public :: mumps_complex_type
 
    ! Only #include searches the system's folders, for both fpm and CMake; the
-   ! first header would include the second one by a Fortran include line.
+   ! first header would include the second one by a Fortran include line, as it does for flang, which knows that line first.
+#ifndef __flang__
 #include <zmumps_root.h>
 #define INCLUDE !
+#endif
 #include <zmumps_struc.h>
 #undef INCLUDE
 

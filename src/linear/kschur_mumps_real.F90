@@ -20,9 +20,11 @@ module kschur_mumps_real
    public :: mumps_real_type
 
    ! Only #include searches the system's folders, for both fpm and CMake; the
-   ! first header would include the second one by a Fortran include line.
+   ! first header would include the second one by a Fortran include line, as it does for flang, which knows that line first.
+#ifndef __flang__
 #include <dmumps_root.h>
 #define INCLUDE !
+#endif
 #include <dmumps_struc.h>
 #undef INCLUDE
 

@@ -21,9 +21,11 @@ module kschur_mumps_single_real
    public :: mumps_single_real_type
 
    ! Only #include searches the system's folders, for both fpm and CMake; the
-   ! first header would include the second one by a Fortran include line.
+   ! first header would include the second one by a Fortran include line, as it does for flang, which knows that line first.
+#ifndef __flang__
 #include <smumps_root.h>
 #define INCLUDE !
+#endif
 #include <smumps_struc.h>
 #undef INCLUDE
 

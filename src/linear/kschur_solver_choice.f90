@@ -62,6 +62,7 @@ contains
       !> Who may factor matrices together; absent or not associated: this process alone.
       type(processes_type), pointer, intent(in), optional :: processes
       type(processes_type), pointer :: together
+      type(mumps_complex_type) :: mumps
 
       nullify (together)
       if (present(processes)) together => processes
@@ -84,7 +85,9 @@ contains
          source=direct_real_type(refinements=2, processes=together))
       if (.not. allocated(inner%real)) allocate (inner%real, &
          source=direct_real_type(inner=options%inner, processes=together))
-      if (.not. allocated(inner%complex)) allocate (inner%complex, source=mumps_complex_type(processes=together))
+      if (allocated(inner%complex)) return
+      mumps%processes => together
+      allocate (inner%complex, source=mumps)
    end subroutine choose_inner_solvers
 
    ! The residuals of the systems end up in those of Ritz pairs, many of which are combined. What
@@ -94,10 +97,16 @@ contains
       type(processes_type), pointer, intent(in) :: processes
       type(inner_solvers_type), intent(inout) :: inner
       real(wp), parameter :: part_of_tolerance = 0.01_wp
-      real(wp) :: own
+      type(iterative_real_type) :: for_real
+      type(iterative_complex_type) :: for_complex
 
-      own = part_of_tolerance*tolerance
-      allocate (inner%real, source=iterative_real_type(tolerance=own, processes=processes, accuracy=acceptable))
-      allocate (inner%complex, source=iterative_complex_type(tolerance=own, processes=processes, accuracy=acceptable))
+      for_real%tolerance = part_of_tolerance*tolerance
+      for_real%accuracy = acceptable
+      for_real%processes => processes
+      for_complex%tolerance = part_of_tolerance*tolerance
+      for_complex%accuracy = acceptable
+      for_complex%processes => processes
+      allocate (inner%real, source=for_real)
+      allocate (inner%complex, source=for_complex)
    end subroutine choose_iterative
 end module kschur_solver_choice

@@ -134,22 +134,21 @@ def test_sweep(folder):
     check("sweep: some runs were interrupted", ended > 0)
 
 
-def test_others(problem):
-    """Signals during what prints alone: what was known is printed."""
-    for words in (("compare", problem, "--modes", "10"), ("sensitivity", problem, problem, "--modes", "60")):
-        words = (*words, "--threads", "1")
-        whole, errors, seconds = finish(start(words))
-        ended = longest = 0
-        for i in range(3):
-            child, out, errors, after, wall = interrupt(words, seconds*(i + 3)/7, (signal.SIGINT, signal.SIGTERM)[i % 2])
-            if child.returncode <= 0 and not out or child.returncode == 0:
-                continue
-            ended += 1
-            longest = max(longest, after)
-            check(f"{words[0]}: after {i + 3} sevenths", child.returncode == 3 and errors.count("\n") == 1
-                  and "interrupted" in errors and bool(out), (child.returncode, errors, out))
-        check(f"{words[0]}: some runs were interrupted", ended > 0)
-        print(f"{words[0]}: {seconds:.2f} s; {ended} of 3 interrupted, the longest went on for {longest:.2f} s", flush=True)
+def test_compare(problem):
+    """A signal ends a comparison with the methods before."""
+    words = ("compare", problem, "--modes", "10", "--threads", "1")
+    whole, errors, seconds = finish(start(words))
+    ended = longest = 0
+    for i in range(3):
+        child, out, errors, after, wall = interrupt(words, seconds*(i + 1)/4, (signal.SIGINT, signal.SIGTERM)[i % 2])
+        if child.returncode == 0:
+            continue
+        ended += 1
+        longest = max(longest, after)
+        check(f"compare: after {i + 1} quarters", child.returncode == 3 and errors.count("\n") == 1
+              and "interrupted" in errors and "method" in out, (child.returncode, errors, out))
+    check("compare: some runs were interrupted", ended > 0)
+    print(f"compare: {seconds:.2f} s; {ended} of 3 interrupted, the longest went on for {longest:.2f} s", flush=True)
 
 
 def scene(folder, name, *options):
@@ -177,7 +176,7 @@ with tempfile.TemporaryDirectory() as name:
     else:
         test_sweep(place)
         grid = scene(place, "grid", "--cells", "20x14")
-        test_others(grid)
+        test_compare(grid)
         for options in ([], ["--formulation", "quadratic", "--certify"], ["--formulation", "damped-constrained"],
                         ["--band", "0.2,1"]):
             test_solve(" ".join(["grid", *options]), [grid, *(options if "--band" in options else [*options, "--modes", "20"])],

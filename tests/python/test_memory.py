@@ -85,7 +85,7 @@ def walk(words, limits, folder, output=None, timed=False):
             wrong.append(f"{megabytes} MB: {problem}")
         if output is not None and output.exists():
             done += 1
-            if run(("info", output))[0] != 0:
+            if words[0] != "view" and run(("info", output))[0] != 0:
                 wrong.append(f"{megabytes} MB: what was written is not whole")
             subprocess.run(["rm", "-r", str(output)], check=True)
     print(("FAILS " if wrong else "ok    ") + " ".join(map(str, words)).replace(str(folder) + "/", ""), *wrong, sep="\n        ")
