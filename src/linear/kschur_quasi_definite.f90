@@ -48,13 +48,9 @@ contains
       logical :: compliant
 
       self%matrix = matrix
-<<<<<<< HEAD
-      self%ldl = ldl_real_type(quasi_definite=.true.)
-      self%ldl%monitor => self%monitor
-=======
       self%ldl%quasi_definite = .true.
       self%ldl%most_entries = huge(1)
->>>>>>> origin/main
+      self%ldl%monitor => self%monitor
       call self%ldl%factorize(matrix, structure, error)
       self%analyze_seconds = self%ldl%analyze_seconds
       self%factorize_seconds = self%ldl%factorize_seconds
@@ -94,12 +90,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: parts(2)
 
-<<<<<<< HEAD
-      self%ldl = ldl_real_type(most_entries=self%most_entries, quasi_definite=.true.)
-      self%ldl%monitor => self%monitor
-=======
       self%ldl%most_entries = self%most_entries
->>>>>>> origin/main
       parts(1) = self%matrix
       call new_compliance(self%matrix, structure%multipliers, parts(2), error)
       if (allocated(error)) return
