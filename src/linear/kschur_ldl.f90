@@ -14,6 +14,7 @@ module kschur_ldl
    use kschur_supernodal, only: eliminate
    use kschur_symbolic, only: analyze, symbolic_type
    use kschur_text, only: text
+   use kschur_threads, only: panel_rows
    implicit none
    private
    public :: ldl_real_type
@@ -166,30 +167,34 @@ contains
    end subroutine solve
 
    ! Right-hand sides that are not there are zero.
-   pure subroutine gather(order, x, y)
+   subroutine gather(order, x, y)
       integer, intent(in) :: order(:)
       real(wp), contiguous, intent(in) :: x(:, :)
       real(wp), contiguous, intent(out) :: y(:, :)
       integer :: i, j
 
-      do i = 1, size(x, 2)
-         do j = 1, size(order)
+      !$omp parallel do schedule(static) private(i) if (size(order) > panel_rows)
+      do j = 1, size(order)
+         do i = 1, size(x, 2)
             y(i, j) = x(order(j), i)
          end do
+         y(size(x, 2) + 1:, j) = 0
       end do
-      y(size(x, 2) + 1:, :) = 0
+      !$omp end parallel do
    end subroutine gather
 
-   pure subroutine scatter(order, y, x)
+   subroutine scatter(order, y, x)
       integer, intent(in) :: order(:)
       real(wp), contiguous, intent(in) :: y(:, :)
       real(wp), contiguous, intent(inout) :: x(:, :)
       integer :: i, j
 
-      do i = 1, size(x, 2)
-         do j = 1, size(order)
+      !$omp parallel do schedule(static) private(i) if (size(order) > panel_rows)
+      do j = 1, size(order)
+         do i = 1, size(x, 2)
             x(order(j), i) = y(i, j)
          end do
       end do
+      !$omp end parallel do
    end subroutine scatter
 end module kschur_ldl

@@ -7,7 +7,7 @@ module kschur_symbolic
    use kschur_memory, only: integer_bytes, real_bytes
    use kschur_minimum_degree, only: minimum_degree_order
    use kschur_ordering, only: elimination_order
-   use kschur_sparse, only: csr_matrix_type
+   use kschur_sparse, only: csr_matrix_type, linear_combination, transpose_csr
    use kschur_supernodes, only: find_supernodes
    use kschur_text, only: text
    implicit none
@@ -44,9 +44,8 @@ module kschur_symbolic
 contains
 
    !> Of a symmetric matrix, in the order of `structure` where it is known, else in that of AMD, or of METIS where there
-   !> are multipliers or it takes fewer operations. Fails where a column has more than so many entries, and where an entry is
-   !> not there on the other side of the diagonal (error_library).
-   subroutine analyze(matrix, structure, most_entries, symbolic, error)
+   !> are multipliers or it takes fewer operations. Fails where a column has more than so many entries (error_library).
+   recursive subroutine analyze(matrix, structure, most_entries, symbolic, error)
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       integer, intent(in) :: most_entries
@@ -59,7 +58,8 @@ contains
 
       ! Symmetric to rounding, a matrix may have a small entry on one side only.
       if (.not. has_symmetric_pattern(matrix)) then
-         call new_error(error, error_library, "a small entry of the matrix is on one side of the diagonal only")
+         call analyze(linear_combination(1.0_wp, matrix, 1.0_wp, transpose_csr(matrix)), structure, most_entries, symbolic, &
+            error)
          return
       end if
       ! A multiplier before the unknowns it touches would be a penalty that drowns their stiffness.

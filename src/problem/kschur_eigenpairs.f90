@@ -2,6 +2,7 @@
 module kschur_eigenpairs
    use kschur_kinds, only: wp
    use kschur_lapack, only: dnrm2, dznrm2
+   use kschur_threads, only: panel_rows
    implicit none
    private
    public :: append_pairs, chosen_pairs, eigenpairs_type, near, normalize
@@ -63,7 +64,7 @@ contains
       end if
    end function column
 
-   pure subroutine make_complex(self)
+   subroutine make_complex(self)
       class(eigenpairs_type), intent(inout) :: self
 
       if (.not. self%is_real()) return
@@ -73,11 +74,12 @@ contains
    end subroutine make_complex
 
    ! A column at a time: there may be no room for another copy of all.
-   pure subroutine copy_shapes(pairs, phi)
+   subroutine copy_shapes(pairs, phi)
       class(eigenpairs_type), intent(in) :: pairs
       complex(wp), intent(inout) :: phi(:, :)
       integer :: j
 
+      !$omp parallel do schedule(static) if (size(phi, 1) > panel_rows)
       do j = 1, size(phi, 2)
          if (pairs%is_real()) then
             phi(:, j) = cmplx(pairs%real_phi(:, j), kind=wp)
@@ -85,6 +87,7 @@ contains
             phi(:, j) = pairs%phi(:, j)
          end if
       end do
+      !$omp end parallel do
    end subroutine copy_shapes
 
    !> Puts more pairs of the same problem behind those there are.

@@ -221,7 +221,7 @@ contains
    end subroutine change_units
 
    !> Puts phi = T y in the place of each shape y, and shapes of the problem that was reduced behind them.
-   pure subroutine expand_shapes(self, pairs, more)
+   subroutine expand_shapes(self, pairs, more)
       class(presolve_type), intent(in) :: self
       class(eigenpairs_type), intent(inout) :: pairs
       class(eigenpairs_type), optional, intent(in) :: more
@@ -237,20 +237,24 @@ contains
       end if
       if (pairs%is_real()) then
          allocate (real_phi(self%unknowns_before, k + l))
+         !$omp parallel do schedule(static) private(i) if (self%unknowns_before > panel_rows)
          do j = 1, k
             do i = 1, self%unknowns_before
                real_phi(i, j) = self%factor(i)*pairs%real_phi(max(self%master(i), 1), j)
             end do
          end do
+         !$omp end parallel do
          if (l > 0) real_phi(:, k + 1:) = more%real_phi(:, :l)
          call move_alloc(real_phi, pairs%real_phi)
       else
          allocate (phi(self%unknowns_before, k + l))
+         !$omp parallel do schedule(static) private(i) if (self%unknowns_before > panel_rows)
          do j = 1, k
             do i = 1, self%unknowns_before
                phi(i, j) = self%factor(i)*pairs%phi(max(self%master(i), 1), j)
             end do
          end do
+         !$omp end parallel do
          do j = 1, l
             phi(:, k + j) = more%column(j)
          end do

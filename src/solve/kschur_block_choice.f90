@@ -6,7 +6,8 @@ module kschur_block_choice
    use kschur_context, only: solve_context_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: linear_solver_type
-   use kschur_options, only: formulation_low_rank, formulation_proportional, formulation_symmetric
+   use kschur_options, only: formulation_low_rank, formulation_proportional, formulation_quadratic, &
+      formulation_symmetric
    implicit none
    private
    public :: cheapest_block, chosen_block
@@ -36,7 +37,7 @@ contains
       block = cheapest_block(solver%factor_entries, int(s%work%unknowns(), long)*(values + beyond), &
          any(s%formulation == [formulation_symmetric, formulation_proportional]))
       ! Several vectors need no verification where all eigenvalues differ.
-      if (allocated(s%last)) block = max(block, with_modes)
+      if (allocated(s%last) .and. s%formulation == formulation_quadratic) block = max(block, with_modes)
    end function chosen_block
 
    !> The same from counts.
