@@ -2,6 +2,7 @@
 module cli_compare
    use cli_arguments, only: arguments_type
    use cli_comparison, only: comparison_type, compare_methods, entry_type, labels, method_count
+   use cli_interrupt, only: catch_interrupts, is_interrupted
    use cli_input, only: input_type, is_large, read_problem, take_input
    use cli_json, only: certified, counts, number, pair, problem_facts, seconds, string
    use cli_numbers, only: rounded
@@ -49,8 +50,9 @@ contains
       progress = new_progress(quiet)
       call progress%show("reading")
       call read_problem(input, problem, error)
+      call catch_interrupts()
       if (.not. allocated(error)) call compare_methods(problem, options, comparison, progress)
-      call progress%show("")
+      call progress%finish()
       if (allocated(error)) return
       if (comparison%reference == 0) then
          error = comparison%entries(1)%error
@@ -69,8 +71,13 @@ contains
             call add_context(error, "auto fails")
          else
             complete = ours%result%reason == reason_converged
-            if (.not. complete) call complain("auto ended with "//trim(reason_names(ours%result%reason))//": "// &
-               text(size(ours%result%eigenvalues))//" of "//text(options%modes)//" modes")
+            if (is_interrupted()) then
+               call complain("the comparison was interrupted")
+            else if (.not. complete) then
+               call complain("auto ended with "//trim(reason_names(ours%result%reason))//": "// &
+                  text(size(ours%result%eigenvalues))//" of "//text(options%modes)//" modes")
+            end if
+            complete = complete .and. .not. is_interrupted()
          end if
       end associate
    end subroutine compare_command

@@ -1,10 +1,11 @@
 !> One problem by several methods, and how their modes agree.
 module cli_comparison
+   use cli_interrupt, only: is_interrupted
    use cli_processes, only: gather_processes
    use cli_progress, only: progress_type
-   use kschur, only: arpack_fair, arpack_plain, certified_yes, error_type, formulation_auto, formulation_damped_constrained, &
-      formulation_quadratic, method_arpack, method_krylov_schur, modal_options_type, modal_problem_type, &
-      modal_result_type, solve_modes, wp
+   use kschur, only: arpack_fair, arpack_plain, certified_yes, error_cancelled, error_type, formulation_auto, &
+      formulation_damped_constrained, formulation_quadratic, method_arpack, method_krylov_schur, modal_options_type, &
+      modal_problem_type, modal_result_type, new_error, reason_cancelled, reason_interrupted, solve_modes, wp
    implicit none
    private
    public :: comparison_type, compare_methods, entry_type, method_count
@@ -53,10 +54,15 @@ contains
          own%method = methods(i)
          own%formulation = formulations(i)
          own%arpack = merge(arpack_plain, arpack_fair, i == method_count - 1)
-         call progress%show(trim(labels(i)))
+         call progress%name_solve(trim(labels(i)))
          associate (entry => comparison%entries(i))
             call gather_processes(own)
-            call solve_modes(problem, own, entry%result, entry%error, progress)
+            if (is_interrupted()) then
+               call new_error(entry%error, error_cancelled, "the comparison was interrupted before")
+            else
+               call solve_modes(problem, own, entry%result, entry%error, progress)
+               if (entry%result%reason == reason_cancelled) entry%result%reason = reason_interrupted
+            end if
          end associate
       end do
       call choose_reference(comparison)

@@ -8,49 +8,81 @@ module cli_progress
    private
    public :: new_progress, progress_type
 
-   !> Shows what is going on to whoever watches the terminal.
+   !> Shows what is going on to whoever watches the terminal: "12 s, point 3 of 9, iteration, 7 of 20 modes". A signal ends
+   !> what it watches.
    type, extends(monitor_type) :: progress_type
       private
       logical :: shown = .false.
+      ! What stands on the terminal, and how long that is.
+      character(len=:), allocatable :: line
       integer :: width = 0
-      ! How many modes are wanted (0: it is not known), how many of them there were at most, and since when.
-      integer :: asked = 0, seen = 0
+      ! Which of several solves it is, and what that is doing.
+      character(len=:), allocatable :: title, step
+      ! Modes of parts before, of this part, of all (0: nobody knows), and how many there were at most.
+      integer :: found = 0, part = 0, asked = 0, seen = 0
       integer(long) :: started = 0
    contains
-      !> Puts a line in the place of the one before.
+      !> A step of the program.
       procedure :: show
+      !> Which of several solves comes now: a few words.
+      procedure :: name_solve
+      !> Wipes the line.
+      procedure :: finish
       procedure :: report
       procedure :: stops
       procedure :: announce
+      procedure :: begins => show
+      procedure :: counts
    end type progress_type
 
 contains
 
-   !> Progress that is shown on a terminal only, and not if `quiet`. A signal ends what it watches.
-   function new_progress(quiet, asked) result(progress)
+   !> Progress that is shown on a terminal only, and not if `quiet`.
+   function new_progress(quiet) result(progress)
       logical, intent(in) :: quiet
-      !> How many modes are wanted; 0: it is not known.
-      integer, optional, intent(in) :: asked
       type(progress_type) :: progress
 
       progress%shown = standard_error_is_terminal()
       if (quiet) progress%shown = .false.
-      if (present(asked)) progress%asked = asked
+      progress%line = ""
+      progress%title = ""
+      progress%step = ""
       call system_clock(progress%started)
    end function new_progress
 
-   subroutine show(self, line)
+   subroutine show(self, step)
       class(progress_type), intent(inout) :: self
-      !> The new line; an empty one wipes what was there.
-      character(len=*), intent(in) :: line
-      character(len=1), parameter :: carriage_return = achar(13)
+      character(len=*), intent(in) :: step
 
-      if (.not. self%shown) return
-      write (error_unit, "(5a)", advance="no") carriage_return, line, repeat(" ", max(0, self%width - len(line)))
-      if (line == "") write (error_unit, "(a)", advance="no") carriage_return
-      flush (error_unit)
-      self%width = len(line)
+      self%step = step
+      call refresh(self)
    end subroutine show
+
+   subroutine name_solve(self, title)
+      class(progress_type), intent(inout) :: self
+      character(len=*), intent(in) :: title
+
+      self%title = title//", "
+      call self%counts(0, 0, 0)
+   end subroutine name_solve
+
+   subroutine finish(self)
+      class(progress_type), intent(inout) :: self
+
+      call put(self, "")
+   end subroutine finish
+
+   subroutine counts(self, found, part, asked)
+      class(progress_type), intent(inout) :: self
+      integer, intent(in) :: found, part, asked
+
+      ! Another solve; an iteration that begins again has no less than before.
+      if (found == 0 .and. asked /= self%asked) self%seen = 0
+      self%found = found
+      self%part = part
+      self%asked = asked
+      call refresh(self)
+   end subroutine counts
 
    subroutine report(self, restart, converged, wanted, residual, proceed)
       class(progress_type), intent(inout) :: self
@@ -59,16 +91,10 @@ contains
       real(wp), intent(in) :: residual
       logical, intent(inout) :: proceed
 
-      integer :: asked
-      integer(long) :: now, rate
-
-      call system_clock(now, rate)
-      ! An iteration may want others than the modes, and begin again: of what was asked for there are never less than before.
-      asked = merge(self%asked, wanted, self%asked > 0)
-      self%seen = max(self%seen, int(real(asked, wp)*min(converged, wanted)/max(wanted, 1)))
-      if (proceed) call self%show(text((now - self%started)/rate)//" s, iteration, "//text(restart)//" restarts: "// &
-         text(min(self%seen, asked))//" of "//text(asked)//" modes")
-      associate (unused => residual)
+      ! An iteration may want others than the modes of its part.
+      self%seen = max(self%seen, self%found + int(real(self%part, wp)*min(converged, wanted)/max(wanted, 1)))
+      if (proceed) call refresh(self)
+      associate (unused => residual, neither => restart)
       end associate
    end subroutine report
 
@@ -76,7 +102,8 @@ contains
       class(progress_type), intent(inout) :: self
 
       stops = is_interrupted()
-      if (stops) call self%show("interrupted")
+      if (stops) self%step = "interrupted"
+      call refresh(self)
    end function stops
 
    ! A line that stays.
@@ -85,7 +112,35 @@ contains
       character(len=*), intent(in) :: sentence
 
       if (.not. self%shown) return
-      call self%show("")
+      call put(self, "")
       write (error_unit, "(a)") sentence
+      call refresh(self)
    end subroutine announce
+
+   subroutine refresh(self)
+      class(progress_type), intent(inout) :: self
+      integer(long) :: now, rate
+      character(len=:), allocatable :: modes
+
+      if (.not. self%shown) return
+      call system_clock(now, rate)
+      modes = ""
+      if (self%asked > 0) modes = ", "//text(min(self%seen, self%asked))//" of "//text(self%asked)//" modes"
+      if (self%asked == 0 .and. self%seen > 0) modes = ", "//text(self%seen)//" modes"
+      call put(self, text((now - self%started)/rate)//" s, "//self%title//self%step//modes)
+   end subroutine refresh
+
+   ! Puts a line in the place of the one before; an empty one wipes that.
+   subroutine put(self, line)
+      class(progress_type), intent(inout) :: self
+      character(len=*), intent(in) :: line
+      character(len=1), parameter :: carriage_return = achar(13)
+
+      if (.not. self%shown .or. line == self%line) return
+      write (error_unit, "(5a)", advance="no") carriage_return, line, repeat(" ", max(0, self%width - len(line)))
+      if (line == "") write (error_unit, "(a)", advance="no") carriage_return
+      flush (error_unit)
+      self%line = line
+      self%width = len(line)
+   end subroutine put
 end module cli_progress

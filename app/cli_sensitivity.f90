@@ -55,7 +55,7 @@ contains
       progress = new_progress(quiet)
       call gather_processes(options)
       call solve_modes(problem, options, result, error, progress)
-      call progress%show("")
+      call progress%finish()
       if (.not. allocated(error)) call eigenvalue_rates(problem, result, rate, rates, error)
       if (allocated(error)) return
       call print_columns("mode", names, units, columns(result%eigenvalues, rates), format)

@@ -58,14 +58,12 @@ contains
       if (request%options%threads /= 1) then
          if (is_large(request%input)) call start_again_to_wait_asleep()
       end if
-      progress = new_progress(request%quiet, merge(0, request%options%modes, allocated(request%band)))
-
+      progress = new_progress(request%quiet)
       call progress%show("reading")
       started = wall_seconds()
       call read_problem(request%input, problem, error)
       read_seconds = wall_seconds() - started
       if (.not. allocated(error)) then
-         call progress%show(text(problem%unknowns())//" unknowns, "//text(problem%multipliers())//" constraints")
          if (request%properties) call read_directions(request%directions, problem%unknowns(), directions, error)
          if (request%properties .and. .not. problem%symmetric) request%options%left = .true.
       end if
@@ -78,7 +76,7 @@ contains
             call solve_modes(problem, request%options, result, error, progress)
          end if
       end if
-      call progress%show("")
+      call progress%finish()
       if (.not. allocated(error) .and. request%properties) call find_modal_properties(problem, result, error, directions)
       if (allocated(error)) return
 

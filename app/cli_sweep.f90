@@ -57,7 +57,7 @@ contains
       call new_sweep(sweep, options)
       call catch_interrupts()
       call solve_points(source, sweep, progress, complete, error)
-      call progress%show("")
+      call progress%finish()
       if (allocated(error)) return
       call sweep%finish()
       if (allocated(output)) call write_hdf5_sweep(sweep, source%parameter, output, error)
@@ -179,7 +179,7 @@ contains
 
       complete = .true.
       do i = 1, size(source%values)
-         call progress%show("point "//text(i)//" of "//text(size(source%values)))
+         call progress%name_solve("point "//text(i)//" of "//text(size(source%values)))
          if (allocated(source%scene)) then
             associate (last => size(source%words))
                source%words(last - 1) = "--"//source%parameter

@@ -31,7 +31,7 @@ module kschur
    use kschur_band, only: solve_band
    use kschur_direct_operator, only: direct_operator_type, new_direct_operator
    use kschur_error, only: error_type, new_error, add_context, error_usage, error_input, error_file, &
-      error_memory, error_singular, error_library, error_convergence
+      error_memory, error_singular, error_library, error_convergence, error_cancelled
    use kschur_frequency_response, only: frequency_response
    use kschur_formulation, only: choose_formulation
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem

@@ -224,6 +224,8 @@ contains
       call process%begin(start, merge(0, options%filter, options%raw), options%max_restarts, error)
       allocate (run%magnitudes(process%columns), run%bounds(process%columns), source=0.0_wp)
       do while (.not. allocated(error) .and. run%proceed .and. process%ido /= ido_done)
+         if (is_stopped(monitor)) run%proceed = .false.
+         if (.not. run%proceed) exit
          call process%step(error)
          statistics%operator_applications = before + process%applications
          if (.not. allocated(error) .and. process%ido /= ido_done) call look(process, run, statistics, monitor)
@@ -252,7 +254,6 @@ contains
       call record(statistics, converged, maxval(residuals))
       if (present(monitor)) call monitor%report(statistics%restarts, converged, process%wanted, maxval(residuals), &
          run%proceed)
-      if (is_stopped(monitor)) run%proceed = .false.
    end subroutine look
 
    ! ARPACK has sorted those that converged to the front.

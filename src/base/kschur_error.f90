@@ -3,7 +3,7 @@
 module kschur_error
    implicit none
    private
-   public :: error_type, new_error, add_context
+   public :: error_type, new_error, add_context, take_cancelled
 
    !> Wrong use: an option or a call that does not fit the problem.
    integer, parameter, public :: error_usage = 1
@@ -19,6 +19,8 @@ module kschur_error
    integer, parameter, public :: error_library = 6
    !> A linear solver that iterates came to no solution.
    integer, parameter, public :: error_convergence = 7
+   !> Who watches the computation has ended it. A solve makes a reason of it.
+   integer, parameter, public :: error_cancelled = 8
 
    !> What went wrong and what to do about it.
    type :: error_type
@@ -52,4 +54,14 @@ contains
 
       if (allocated(error)) error%message = context//": "//error%message
    end subroutine add_context
+
+   !> Takes away an error that only says that the computation was ended.
+   pure subroutine take_cancelled(error, cancelled)
+      type(error_type), allocatable, intent(inout) :: error
+      logical, intent(out) :: cancelled
+
+      cancelled = .false.
+      if (allocated(error)) cancelled = error%code == error_cancelled
+      if (cancelled) deallocate (error)
+   end subroutine take_cancelled
 end module kschur_error

@@ -3,7 +3,8 @@
 !> what several processes factor together.
 module kschur_direct_solver
    use kschur_clock, only: clock, seconds_since
-   use kschur_error, only: error_type, new_error, add_context, error_library, error_memory, error_usage
+   use kschur_error, only: error_type, new_error, add_context, error_cancelled, error_library, error_memory, &
+      error_usage
    use kschur_kinds, only: wp, long
    use kschur_ldl, only: ldl_real_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
@@ -71,7 +72,7 @@ contains
          else if (self%inner == inner_ldl) then
             call add_context(error, "the inner solver ldl does not fit")
             return
-         else if (error%code == error_memory) then
+         else if (any(error%code == [error_memory, error_cancelled])) then
             return
          end if
          reason = error%message
@@ -79,6 +80,7 @@ contains
       spent = seconds_since(started)
       allocate (mumps)
       mumps%processes => self%processes
+      mumps%monitor => self%monitor
       call mumps%factorize(matrix, ordered, error)
       if (allocated(error)) return
       call move_alloc(mumps, self%solver)
@@ -103,6 +105,7 @@ contains
          plain%quasi_definite = structure%multipliers > 0
          allocate (ldl, source=plain)
       end if
+      ldl%monitor => self%monitor
       call ldl%factorize(matrix, structure, error)
       if (.not. allocated(error)) &
          call try_solver(ldl, matrix, structure%multipliers, backward_error, error, self%refinements)

@@ -1,7 +1,7 @@
 !> A solver that only counts: the negative eigenvalues of real symmetric matrices.
 module kschur_inertia_solver
    use kschur_clock, only: clock, seconds_since
-   use kschur_error, only: error_type, error_memory, new_error, error_usage
+   use kschur_error, only: error_type, error_cancelled, error_memory, new_error, error_usage
    use kschur_kinds, only: wp, long
    use kschur_ldl, only: ldl_real_type
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
@@ -45,6 +45,7 @@ contains
       if (proved .or. allocated(error)) return
       spent = self%factorize_seconds
       mumps%processes => self%processes
+      mumps%monitor => self%monitor
       call mumps%factorize(matrix, structure, error)
       self%description = mumps%description
       self%analyze_seconds = self%analyze_seconds + mumps%analyze_seconds
@@ -72,11 +73,12 @@ contains
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
          started = clock()
-         call bound_negative_eigenvalues(matrix, symbolic, structure%least_negative, least, most, error)
+         call bound_negative_eigenvalues(matrix, symbolic, structure%least_negative, least, most, error, &
+            self%monitor)
          self%factorize_seconds = seconds_since(started)
       end if
       if (allocated(error)) then
-         if (error%code /= error_memory) deallocate (error)
+         if (all(error%code /= [error_memory, error_cancelled])) deallocate (error)
          return
       end if
       proved = least == most

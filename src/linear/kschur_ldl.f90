@@ -7,6 +7,7 @@ module kschur_ldl
    use kschur_left_looking, only: supernodal_factors_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_memory, only: real_bytes, require_memory
+   use kschur_monitor, only: ask_monitor
    use kschur_sparse, only: csr_matrix_type
    use kschur_substitution, only: block, substitute
    use kschur_subtrees, only: cut_subtrees, subtrees_type
@@ -61,6 +62,7 @@ contains
       if (allocated(error)) return
 
       call require_memory(3*matrix%bytes(), "the elimination order", error)
+      if (.not. allocated(error)) call ask_monitor(self%monitor, error)
       if (allocated(error)) return
       started = clock()
       call analyze(matrix, structure, self%most_entries, self%symbolic, error)
@@ -68,7 +70,7 @@ contains
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
          started = clock()
-         call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error)
+         call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error, self%monitor)
          if (.not. allocated(error)) call examine_pivots(self, matrix, structure%multipliers, error)
          call require_memory(right_hand_sides*real_bytes*matrix%rows, "right-hand sides", error)
          self%factorize_seconds = seconds_since(started)

@@ -3,6 +3,7 @@
 module kschur_linear_solver
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
+   use kschur_monitor, only: monitor_type
    use kschur_sparse, only: complex_csr_matrix_type, csr_matrix_type
    implicit none
    private
@@ -58,6 +59,8 @@ module kschur_linear_solver
       real(wp) :: accuracy = epsilon(1.0_wp)
       !> Which solver factored the matrix, and why this one: "ldl: symmetric definite, 19 entries a column".
       character(len=80) :: description = ""
+      !> Asked while it factors, which fails with error_cancelled where it ends the computation; not associated: nobody.
+      class(monitor_type), pointer :: monitor => null()
    contains
       !> Bytes that the factors of a matrix of some pattern take, with what their making takes, known by analysis alone. A
       !> solver that does not tell says 0.

@@ -8,6 +8,7 @@ module kschur_mumps_single_real
    use kschur_linear_solver, only: determinant_type, real_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
    use kschur_memory, only: complex_bytes, integer_bytes, require_memory
+   use kschur_monitor, only: ask_monitor
    use kschur_mumps_caller, only: job_take_rows, mumps_caller_type, mumps_single_real
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order

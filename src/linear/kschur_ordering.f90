@@ -3,7 +3,7 @@
 !> multiplier follows the unknowns it touches, unless half the model hangs on them.
 module kschur_ordering
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_int
-   use kschur_error, only: error_type, new_error, error_library
+   use kschur_error, only: error_type, new_error, error_cancelled, error_library
    use kschur_linear_solver, only: matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_metis
    use kschur_quotient_graph, only: graph_type, merge_nodes, quotient_graph, stable_order
@@ -12,7 +12,8 @@ module kschur_ordering
    private
    public :: elimination_order
 
-   integer, parameter :: metis_ok = 1
+   integer, parameter :: metis_ok = 1, metis_error = -4
+   integer(c_int), parameter :: sigterm = 15
    integer, parameter :: metis_options = 40
    ! Position of METIS_OPTION_NUMBERING, counted from 1.
    integer, parameter :: metis_numbering = 18
@@ -33,6 +34,11 @@ module kschur_ordering
          integer(c_int32_t), intent(in) :: vertices, start(*), neighbour(*), weight(*), options(*)
          integer(c_int32_t), intent(out) :: old_of_new(*), new_of_old(*)
       end function metis_nodend
+
+      integer(c_int) function c_raise(number) bind(C, name="raise")
+         import :: c_int
+         integer(c_int), value :: number
+      end function c_raise
    end interface
 
 contains
@@ -131,7 +137,12 @@ contains
       call acquire_lock(lock_metis)
       status = metis_nodend(vertices, graph%start, graph%neighbour, weight, options, old_of_new, rank)
       call release_lock(lock_metis)
-      if (status /= metis_ok) call new_error(error, error_library, &
-         "METIS could not order the matrix: METIS_NodeND returned "//text(status))
+      if (status == metis_error) then
+         ! METIS takes SIGTERM for itself: it goes to whom it was for.
+         status = c_raise(sigterm)
+         call new_error(error, error_cancelled, "a signal ended the search for an elimination order")
+      else if (status /= metis_ok) then
+         call new_error(error, error_library, "METIS could not order the matrix: METIS_NodeND returned "//text(status))
+      end if
    end subroutine nested_dissection
 end module kschur_ordering

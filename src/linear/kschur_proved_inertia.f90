@@ -20,6 +20,7 @@ module kschur_proved_inertia
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_left_looking, only: supernodal_factors_type
+   use kschur_monitor, only: monitor_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_subtrees, only: cut_subtrees, subtrees_type
    use kschur_supernodal, only: eliminate
@@ -31,27 +32,28 @@ module kschur_proved_inertia
 contains
 
    !> The number of negative eigenvalues of a symmetric matrix is `least` or more, and `most` or less.
-   subroutine bound_negative_eigenvalues(matrix, symbolic, known, least, most, error)
+   subroutine bound_negative_eigenvalues(matrix, symbolic, known, least, most, error, monitor)
       type(csr_matrix_type), intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
       !> So many are known to be negative.
       integer, intent(in) :: known
       integer, intent(out) :: least, most
       type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), optional, intent(inout) :: monitor
       type(supernodal_factors_type) :: factors
       type(subtrees_type) :: subtrees
 
       least = 0
       most = matrix%rows
       subtrees = cut_subtrees(symbolic)
-      call eliminate(matrix, symbolic, subtrees, -1, factors, error)
+      call eliminate(matrix, symbolic, subtrees, -1, factors, error, monitor)
       if (allocated(error)) return
       ! What has overflowed proves nothing.
       if (all(abs(factors%pivot) <= huge(1.0_wp))) most = count(.not. factors%pivot > 0)
       if (most == known) least = known
       if (most == known) return
       factors = supernodal_factors_type()
-      call eliminate(matrix, symbolic, subtrees, 1, factors, error)
+      call eliminate(matrix, symbolic, subtrees, 1, factors, error, monitor)
       if (allocated(error)) return
       if (all(abs(factors%pivot) <= huge(1.0_wp))) least = count(factors%pivot < 0)
    end subroutine bound_negative_eigenvalues

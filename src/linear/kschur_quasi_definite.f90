@@ -50,6 +50,7 @@ contains
       self%matrix = matrix
       self%ldl%quasi_definite = .true.
       self%ldl%most_entries = huge(1)
+      self%ldl%monitor => self%monitor
       call self%ldl%factorize(matrix, structure, error)
       self%analyze_seconds = self%ldl%analyze_seconds
       self%factorize_seconds = self%ldl%factorize_seconds

@@ -8,6 +8,7 @@ module kschur_solver_choice
    use kschur_iterative_real, only: acceptable, iterative_real_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
+   use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_options, only: inner_auto, inner_iterative, modal_options_type
    use kschur_processes, only: processes_type
@@ -32,9 +33,23 @@ module kschur_solver_choice
       !> Sets `negative_pivots` of every real symmetric matrix, indefinite ones too. Not
       !> allocated: eigenvalues are not counted, and nothing is certified.
       class(real_linear_solver_type), allocatable :: counting
+   contains
+      !> Sets who is asked while they factor.
+      procedure :: set_monitor
    end type inner_solvers_type
 
 contains
+
+   subroutine set_monitor(self, monitor)
+      class(inner_solvers_type), intent(inout) :: self
+      !> Disassociated: nobody.
+      class(monitor_type), pointer, intent(in) :: monitor
+
+      if (allocated(self%real)) self%real%monitor => monitor
+      if (allocated(self%complex)) self%complex%monitor => monitor
+      if (allocated(self%unshifted)) self%unshifted%monitor => monitor
+      if (allocated(self%counting)) self%counting%monitor => monitor
+   end subroutine set_monitor
 
    !> The solvers that options ask for, a user's own in their places. Fails where there
    !> are both an own solver and an `inner` option.

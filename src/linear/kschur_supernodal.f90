@@ -6,6 +6,7 @@ module kschur_supernodal
    use kschur_kinds, only: wp, long
    use kschur_left_looking, only: elimination_type, eliminate_in_tiles, eliminate_supernode, link_to_next, panel_type, &
       pass_on, supernodal_factors_type, workspace_type
+   use kschur_monitor, only: ask_monitor, is_stopped, monitor_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_subtrees, only: subtrees_type
    use kschur_supernodes, only: widest
@@ -23,18 +24,20 @@ contains
    !> Factors a symmetric matrix, of which it reads the lower triangle. Goes no further than a pivot that is zero, or not a
    !> number: those that depend on it are zero. With a `side`, each pivot is moved downwards (-1) or upwards (1) by as much
    !> as rounding may do.
-   subroutine eliminate(matrix, symbolic, subtrees, side, factors, error)
+   subroutine eliminate(matrix, symbolic, subtrees, side, factors, error, monitor)
       type(csr_matrix_type), intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
       integer, intent(in) :: side
       type(supernodal_factors_type), intent(inout) :: factors
       type(error_type), allocatable, intent(out) :: error
+      !> Asked between subtrees, and between supernodes above these: its end is an error.
+      class(monitor_type), optional, intent(inout) :: monitor
       type(elimination_type) :: shared
       type(panel_type), allocatable :: panels(:)
       type(workspace_type), allocatable :: work(:)
       integer :: t, status
-      logical :: stopped
+      logical :: stopped, ended, now
 
       allocate (panels(team_size()), work(team_size()), stat=status)
       if (status == 0) call make_room(symbolic, side, factors, panels, work, status)
@@ -44,13 +47,24 @@ contains
          return
       end if
       stopped = .false.
-      !$omp parallel do schedule(dynamic) reduction(.or.: stopped) if (size(subtrees%root) > 1)
+      ended = .false.
+      !$omp parallel do schedule(dynamic) reduction(.or.: stopped) private(now) if (size(subtrees%root) > 1)
       do t = 1, size(subtrees%root)
+         ! The thread of the caller asks; the others look at what it was told.
+         if (thread_number() == 1) then
+            now = is_stopped(monitor)
+            !$omp atomic write
+            ended = now
+         end if
+         !$omp atomic read
+         now = ended
+         if (now) cycle
          call eliminate_subtree(symbolic, [subtrees%first(t), subtrees%root(t)], shared, factors, panels(thread_number()), &
             work(thread_number()), stopped)
       end do
       !$omp end parallel do
-      if (.not. stopped) call eliminate_top(symbolic, subtrees, shared, factors, panels(1), work)
+      if (.not. (stopped .or. ended)) call eliminate_top(symbolic, subtrees, shared, factors, panels(1), work, monitor)
+      call ask_monitor(monitor, error)
    end subroutine eliminate
 
    ! Supernodes from ... to, the last of which is above the others.
@@ -74,13 +88,14 @@ contains
    end subroutine eliminate_subtree
 
    ! The supernodes above all subtrees.
-   subroutine eliminate_top(symbolic, subtrees, shared, factors, panel, work)
+   subroutine eliminate_top(symbolic, subtrees, shared, factors, panel, work, monitor)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
       type(elimination_type), intent(inout) :: shared
       type(supernodal_factors_type), intent(inout) :: factors
       type(panel_type), intent(inout) :: panel
       type(workspace_type), intent(inout) :: work(:)
+      class(monitor_type), optional, intent(inout) :: monitor
       integer :: i, s, t, nodes
       logical :: stopped
 
@@ -91,6 +106,7 @@ contains
          end do
       end do
       do i = 1, size(subtrees%top)
+         if (is_stopped(monitor)) return
          s = subtrees%top(i)
          if (entries_of_panel(symbolic, s) < least_entries) then
             call eliminate_supernode(symbolic, s, shared, factors, panel, work(1), stopped)

@@ -8,7 +8,7 @@ module kschur_left
    use kschur_backward_error, only: backward_errors
    use kschur_effort, only: effort_type
    use kschur_eigenpairs, only: eigenpairs_type, near, normalize
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, take_cancelled
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: zgesvd
    use kschur_linear_solver, only: complex_linear_solver_type
@@ -103,7 +103,7 @@ contains
       type(eigenpairs_type), intent(inout) :: left
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
-      logical :: pending(size(chosen))
+      logical :: pending(size(chosen)), cancelled
       integer, allocatable :: group(:)
       integer :: i, j
 
@@ -112,7 +112,8 @@ contains
          if (.not. pending(j)) cycle
          group = pack([(i, i=1, size(chosen))], pending .and. near(left%lambda, j, equal))
          call iterate_inversely(problem, group, inverse, left, effort, error)
-         if (allocated(error)) return
+         call take_cancelled(error, cancelled)
+         if (allocated(error) .or. cancelled) return
          pending(group) = .false.
       end do
    end subroutine compute

@@ -3,7 +3,7 @@
 module kschur_refine
    use kschur_effort, only: effort_type
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
-   use kschur_error, only: error_type, error_convergence, error_singular
+   use kschur_error, only: error_cancelled, error_type, error_convergence, error_singular
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type
@@ -66,7 +66,7 @@ contains
          s = pairs%lambda(j) + offset*abs(pairs%lambda(j))
          call factor_at(problem, blocks, s, solver, error)
          if (allocated(error)) then
-            if (error%code /= error_singular) return
+            if (all(error%code /= [error_singular, error_cancelled])) return
             deallocate (error)
             cycle
          end if
@@ -157,7 +157,7 @@ contains
          if (.not. allocated(error)) then
             confirmed(j) = any(abs([returned, settled(problem, s, y, factors)] - pairs%lambda(j)) <= &
                same_value*abs(pairs%lambda(j)))
-         else if (any(error%code == [error_singular, error_convergence])) then
+         else if (any(error%code == [error_singular, error_convergence, error_cancelled])) then
             deallocate (error)
          else
             return

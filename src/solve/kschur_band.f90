@@ -9,7 +9,7 @@ module kschur_band
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, solve_context_type
    use kschur_effort, only: phase_examine, phase_judge, phase_left
-   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_error, only: error_type, new_error, error_usage, take_cancelled
    use kschur_help, only: help
    use kschur_kinds, only: wp, long
    use kschur_left_run, only: find_left_modes
@@ -23,6 +23,7 @@ module kschur_band
    use kschur_processes, only: join_processes, processes_type
    use kschur_report, only: report
    use kschur_result, only: modal_result_type
+   use kschur_solver, only: report_none
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_threads, only: enter_solve, leave_solve
    implicit none
@@ -70,6 +71,7 @@ contains
       type(modal_options_type) :: own
       integer(long) :: started
       integer :: threads_before
+      logical :: cancelled
 
       started = clock()
       call join_processes(options%communicator, options%distribute, processes, error)
@@ -90,6 +92,8 @@ contains
             if (.not. allocated(error)) call solve_band_prepared(s, first, last, own, result, error, groups)
             call groups%finish()
          end if
+         call take_cancelled(error, cancelled)
+         if (cancelled) call report_none(s, own, result, error)
          deallocate (s)
          call groups%disband(processes)
          call result%set_total(seconds_since(started))

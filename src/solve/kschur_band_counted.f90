@@ -6,10 +6,11 @@ module kschur_band_counted
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
    use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, take_cancelled
    use kschur_kinds, only: wp
    use kschur_mode_selection, only: accept_pairs, wanted_type
    use kschur_modes, only: modes_type, no_modes
+   use kschur_monitor, only: ask_monitor
    use kschur_options, only: modal_options_type, formulation_proportional, formulation_symmetric
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes, reason_cancelled, reason_converged
    use kschur_problem, only: modal_problem_type
@@ -62,6 +63,7 @@ contains
       allocate (parts(0))
       if (s%plan%unknowns_after > 0) &
          call count_parts(s, band, count(.not. abs(rigid%lambda) > 0), parts, counted, error)
+      if (.not. allocated(error)) call ask_monitor(s%monitor, error)
       if (allocated(error) .or. .not. counted) return
       total = sum(parts%below_to - parts%below_from)
       if (associated(s%monitor) .and. total >= many) &
@@ -108,6 +110,7 @@ contains
       type(finished_parts_type), target :: finished
       real(wp), allocatable :: decay(:)
       integer :: before, i
+      logical :: cancelled
 
       asked = s%options
       call exchange_damping(s%work, damped)
@@ -124,6 +127,8 @@ contains
       if (present(groups)) call groups%announce(parts)
       do i = 1, size(parts)
          if (allocated(error)) exit
+         if (associated(s%monitor)) call s%monitor%counts(oscillators%found, parts(i)%below_to - parts(i)%below_from, &
+            size(oscillators%lambda))
          if (i <= finished%parts) then
             found = finished%found(i)
             call s%effort%add_effort(found%effort)
@@ -132,7 +137,11 @@ contains
          else
             call solve_part(s, parts(i), found, error)
          end if
-         if (allocated(error)) exit
+         call take_cancelled(error, cancelled)
+         ! The parts before are whole.
+         if (cancelled) modes%reason = reason_cancelled
+         if (cancelled) modes%certified = certified_unknown
+         if (allocated(error) .or. cancelled) exit
          call modes%history%append(found%history, before)
          before = before + found%effort%operator_applications
          call add_part(found, oscillators, modes)

@@ -2,12 +2,12 @@
 module kschur_band_disc
    use kschur_context, only: solve_context_type
    use kschur_description, only: describe
-   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_error, only: error_type, new_error, error_usage, take_cancelled
    use kschur_kinds, only: wp
    use kschur_mode_selection, only: nearest_first
    use kschur_modes, only: modes_type, no_modes
    use kschur_options, only: modal_options_type
-   use kschur_outcome, only: certified_unknown, history_type, reason_converged, reason_fewer_modes
+   use kschur_outcome, only: certified_unknown, history_type, reason_cancelled, reason_converged, reason_fewer_modes
    use kschur_result, only: modal_result_type
    use kschur_search, only: find_modes, take_rigid
    use kschur_shift, only: place_shift
@@ -34,6 +34,7 @@ contains
       integer, allocatable :: order(:)
       real(wp), allocatable :: omega(:)
       integer :: before, i
+      logical :: cancelled
 
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
       history = modes%history
@@ -46,7 +47,12 @@ contains
             call take_rigid(s, modes)
             exit
          end if
+         if (associated(s%monitor)) call s%monitor%counts(0, s%options%modes, 0)
          call place_shift(s, error)
+         call take_cancelled(error, cancelled)
+         ! Those nearest to zero are whole.
+         if (cancelled) modes%reason = reason_cancelled
+         if (cancelled) exit
          if (.not. allocated(error)) call find_modes(s, modes, error)
          if (allocated(error)) return
          call history%append(modes%history, before)

@@ -54,6 +54,8 @@ contains
       integer :: negative
 
       allocate (parts(0))
+      call s%enter_phase("count of the band", error)
+      if (allocated(error)) return
       whole = part_type(band(1), band(2), zeros, 0)
       call count_at(s, band(2)**2, whole%below_to)
       unstable = nearly_zero*band(2)

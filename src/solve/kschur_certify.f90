@@ -26,6 +26,7 @@ contains
 
       if (modes%certified == certified_yes) modes%missing = 0
       if (modes%certified == certified_yes .or. modes%reason == reason_cancelled) return
+      call s%announce_phase("count of eigenvalues")
       call certify_by_winding(s%work, s%inner%complex, modes%lambda, none, s%known%deflation%zeros(), s%options%target, &
          nearly_zero*abs(s%shift), certificate, monitor=s%monitor)
       call s%effort%add_effort(certificate)

@@ -11,7 +11,7 @@ module kschur_context
    use kschur_linear_solver, only: linear_solver_type
    use kschur_memory, only: complex_bytes
    use kschur_memory_estimate, only: check_memory
-   use kschur_monitor, only: monitor_type
+   use kschur_monitor, only: ask_monitor, monitor_type
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense
    use kschur_presolve, only: presolve_type
    use kschur_problem, only: modal_problem_type
@@ -67,6 +67,10 @@ module kschur_context
       procedure :: expand
       !> Shapes and multipliers of what is iterated, from those of the problem as given.
       procedure :: contract
+      !> Tells the monitor what comes next.
+      procedure :: announce_phase
+      !> The same, and fails where the monitor ends the solve.
+      procedure :: enter_phase
       !> Whether the monitor ends the solve.
       procedure :: is_stopped => is_solve_stopped
       !> Whether rigid motions are all there is, or not even these.
@@ -106,6 +110,7 @@ contains
       if (.not. allocated(error)) call choose_inner_solvers(options, s%inner, error, solvers, s%processes)
       if (.not. allocated(error)) call check_memory(problem, options, s%inner, error)
       if (allocated(error)) return
+      call s%inner%set_monitor(s%monitor)
       s%options = settings_of(options)
       call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort)
       if (allocated(error)) return
@@ -126,6 +131,7 @@ contains
       if (allocated(error)) return
       nullify (s%monitor)
       if (present(monitor)) s%monitor => monitor
+      call s%inner%set_monitor(s%monitor)
       s%options = settings_of(options)
       s%effort = effort_type()
       call s%begin_step()
@@ -182,6 +188,23 @@ contains
          call self%plan%contract(given%column(j), given%xi(:, j), pairs%phi(:, j), pairs%xi(:, j))
       end do
    end function contract
+
+   subroutine announce_phase(self, phase)
+      class(solve_context_type), intent(in) :: self
+      !> "factorisation", "iteration", ...
+      character(len=*), intent(in) :: phase
+
+      if (associated(self%monitor)) call self%monitor%begins(phase)
+   end subroutine announce_phase
+
+   subroutine enter_phase(self, phase, error)
+      class(solve_context_type), intent(in) :: self
+      character(len=*), intent(in) :: phase
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%announce_phase(phase)
+      call ask_monitor(self%monitor, error)
+   end subroutine enter_phase
 
    logical function is_solve_stopped(self)
       class(solve_context_type), intent(in) :: self

@@ -51,6 +51,7 @@ contains
       if (allocated(options%start)) options%verify = options%block == 1 .or. any_copies(s%last%lambda)
       if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
       options%checkpoint => s%checkpoint
+      call s%announce_phase("iteration")
       do
          call s%transform%iterate(selection, options, ritz, error, s%monitor)
          if (allocated(error)) return

@@ -2,7 +2,7 @@
 module kschur_left_run
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: eigenpairs_type
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, take_cancelled
    use kschur_examination, only: find_rigid, suppose_none
    use kschur_left, only: inverse_iteration_type, set_left_modes
    use kschur_modes, only: modes_type, no_modes
@@ -27,7 +27,9 @@ contains
       type(modal_problem_type), target :: transposed
       type(modes_type) :: found
       type(inverse_iteration_type) :: inverse
+      logical :: cancelled
 
+      call s%announce_phase("left vectors")
       if (s%problem%symmetric .or. size(modes%lambda) == 0) then
          call set_left_modes(s%problem, s%problem, modes%eigenpairs_type, modes, s%effort, error)
          return
@@ -37,7 +39,10 @@ contains
       if (allocated(s%transform)) then
          call begin_transposed(s, transposed, adjoint, error)
          if (.not. allocated(error)) call find_modes(adjoint, found, error)
+         call take_cancelled(error, cancelled)
          if (allocated(error)) return
+         if (cancelled) found = no_modes(transposed%unknowns(), transposed%multipliers())
+         if (cancelled) found%reason = reason_cancelled
       else
          ! Nothing was iterated.
          found = no_modes(transposed%unknowns(), transposed%multipliers())

@@ -39,7 +39,7 @@ contains
          allocate (solver, source=s%inner%complex)
          allocate (before, source=pairs%lambda)
          call refine(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), inaccurate_above, &
-            solver, pairs, errors, s%effort, error)
+            solver, pairs, errors, s%effort, error, s%monitor)
          if (allocated(error)) return
          call s%effort%add_solves(solver)
          ! It may have become one that is there.

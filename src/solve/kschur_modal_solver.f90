@@ -4,7 +4,7 @@ module kschur_modal_solver
    use kschur_band, only: band_options, prepare_band, solve_band_prepared
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, resume, solve_context_type
-   use kschur_error, only: error_type, new_error, error_input, error_usage
+   use kschur_error, only: error_type, new_error, error_input, error_usage, take_cancelled
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_eigenvalue_count, only: count_eigenvalues
    use kschur_kinds, only: wp, long
@@ -16,7 +16,7 @@ module kschur_modal_solver
    use kschur_outcome, only: reason_cancelled, reason_converged
    use kschur_result, only: modal_result_type, note_length
    use kschur_shift, only: scale_of
-   use kschur_solver, only: prepare, solve_prepared
+   use kschur_solver, only: prepare, report_none, solve_prepared
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_threads, only: enter_solve, leave_solve
@@ -95,7 +95,7 @@ contains
          end if
       end do
       if (.not. allocated(error)) call remember(self%context, result)
-      if (allocated(error) .and. allocated(self%context)) deallocate (self%context)
+      call end_context(self, options, result, error)
       call result%set_total(seconds_since(started))
       call leave_solve(threads_before)
    end subroutine solve
@@ -125,10 +125,24 @@ contains
       if (self%changed .and. allocated(self%context)) deallocate (self%context)
       if (.not. allocated(error)) call make_ready(self, own, .true., kept, error, monitor)
       if (.not. allocated(error)) call solve_band_prepared(self%context, first, last, own, result, error)
-      if (allocated(error) .and. allocated(self%context)) deallocate (self%context)
+      call end_context(self, own, result, error)
       call result%set_total(seconds_since(started))
       call leave_solve(threads_before)
    end subroutine solve_band
+
+   ! Nothing is kept of a solve that failed, or was ended before there was anything to be found.
+   subroutine end_context(self, options, result, error)
+      class(modal_solver_type), intent(inout) :: self
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(inout) :: error
+      logical :: cancelled
+
+      if (.not. allocated(error)) return
+      call take_cancelled(error, cancelled)
+      if (cancelled) call report_none(self%context, options, result, error)
+      if (allocated(self%context)) deallocate (self%context)
+   end subroutine end_context
 
    !> Puts other matrices in the place of those of the problem. Where their patterns, mass and constraints are the same,
    !> and nothing is rigid or without mass, what is known stays known. Fails as `new_modal_problem`, and on other numbers

@@ -31,6 +31,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call require_memory(3*s%problem%bytes(), "the reduced matrices", error)
+      if (.not. allocated(error)) call s%enter_phase("presolve", error)
       if (allocated(error)) return
       call presolve(s%problem, s%work, s%plan, error, eliminating=s%options%presolve .and. is_structured(s%formulation))
       if (allocated(error)) then
@@ -58,6 +59,7 @@ contains
          return
       end if
       call require_memory(3*s%work%bytes() + s%bytes_of_shapes(8), "the examination of the problem", error)
+      if (.not. allocated(error)) call s%enter_phase("rank of the constraints", error)
       if (allocated(error)) return
       call count_redundant(s%work%constraints, s%known%redundant, error, s%effort, s%inner%counting)
       if (allocated(error)) return
@@ -67,6 +69,8 @@ contains
       if (s%options%is_plain()) then
          call suppose_none(s%work, s%known)
       else
+         call s%enter_phase("rigid motions", error)
+         if (allocated(error)) return
          started = clock()
          call order_elimination(s%work, error)
          s%effort%seconds%analyze = s%effort%seconds%analyze + seconds_since(started)

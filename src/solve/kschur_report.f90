@@ -32,6 +32,7 @@ contains
 
       call require_memory(s%bytes_of_shapes(2*size(modes%lambda)), "the result", error)
       if (allocated(error)) return
+      call s%announce_phase("result")
       call report_problem(s, options, result)
       call report_factors(s, result)
       ! Complex shapes need the room that factors and basis had.

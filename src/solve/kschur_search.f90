@@ -4,7 +4,7 @@ module kschur_search
    use kschur_context, only: solve_context_type
    use kschur_effort, only: phase_judge, phase_recover
    use kschur_eigenpairs, only: append_pairs, eigenpairs_type
-   use kschur_error, only: error_type, error_singular
+   use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
    use kschur_iteration, only: iterate
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
@@ -37,6 +37,7 @@ contains
       call search_here(s, modes, aside, complete, error)
       if (allocated(error)) return
       if (.not. s%options%is_plain() .and. modes%reason /= reason_cancelled) then
+         call s%announce_phase("refinement")
          call mend(s, modes, error)
          if (allocated(error)) return
          ! What refinement could not mend may be infinite.
@@ -95,7 +96,7 @@ contains
       type(eigenpairs_type) :: pairs
       type(krylov_statistics_type) :: statistics
       integer :: asked, missing, before, round, places
-      logical :: moved, all_asked
+      logical :: moved, all_asked, cancelled
       real(wp) :: reach
 
       complete = .false.
@@ -108,7 +109,11 @@ contains
          if (allocated(error)) return
          moved = .false.
          if (places < rounds .and. statistics%reason /= reason_cancelled) call move_to_modes(s, pairs%lambda, moved, error)
+         call take_cancelled(error, cancelled)
          if (allocated(error)) return
+         ! They are what was found at the shift before.
+         if (cancelled) statistics%reason = reason_cancelled
+         if (cancelled) moved = .false.
          if (moved) then
             places = places + 1
             cycle
@@ -165,8 +170,9 @@ contains
          if (steps(i) > 1 .and. off*steps(i)*scale > beyond_all*highest(s%work)) cycle
          call factor_beside(s, cmplx(off*steps(i)*scale, 0, wp), error)
          if (allocated(error)) then
-            if (error%code /= error_singular) return
+            if (all(error%code /= [error_singular, error_cancelled])) return
             deallocate (error)
+            if (s%is_stopped()) exit
             cycle
          end if
          call iterate(s, s%known%total%number, more, reach, statistics, error)

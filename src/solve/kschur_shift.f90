@@ -12,6 +12,7 @@ module kschur_shift
    use kschur_lowest, only: find_lowest_frequencies
    use kschur_modal_selection, only: modal_selection_type
    use kschur_mode_selection, only: highest
+   use kschur_monitor, only: stopper_type
    use kschur_options, only: formulation_quadratic
    use kschur_scaling, only: first_scale, typical_rate
    use kschur_text, only: magnitude
@@ -42,6 +43,8 @@ contains
       real(wp) :: scale
       integer :: search
 
+      call s%enter_phase("factorisation", error)
+      if (allocated(error)) return
       scale = s%scale
       if (.not. scale > 0) scale = max(first_scale(s%work), s%known%deflation%blur)
       if (.not. (allocated(s%options%shift) .or. serves_all(s)) .and. abs(s%options%target) <= first_scale(s%work)) &
@@ -248,6 +251,7 @@ contains
       real(wp), parameter :: too_near = 1.0e-4_wp
       type(modal_selection_type) :: selection
       type(ritz_pairs_type) :: ritz
+      type(stopper_type) :: stopper
       integer :: subspace, i
 
       scale = 0
@@ -255,10 +259,11 @@ contains
          s%known%deflation%eigenvalues())
       ! A mode is one value of an oscillator, and two otherwise.
       subspace = merge(20, 30, s%transform%map%oscillator)
+      stopper%of => s%monitor
       ! The search goes on from there, if it may have a space as large.
       call s%transform%iterate(selection, krylov_options_type(subspace=subspace, tolerance=roughly, max_restarts=1, &
          seed=s%options%seed, verify=.false., &
-         keep=s%options%subspace == 0 .or. s%options%subspace >= subspace), ritz, error)
+         keep=s%options%subspace == 0 .or. s%options%subspace >= subspace), ritz, error, stopper)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
       s%effort%seconds%orthogonalize = s%effort%seconds%orthogonalize + ritz%statistics%orthogonalize_seconds

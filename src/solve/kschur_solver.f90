@@ -7,7 +7,8 @@ module kschur_solver
    use kschur_checkpointing, only: begin_checkpoint
    use kschur_context, only: begin, solve_context_type
    use kschur_effort, only: phase_examine, phase_judge, phase_left, phase_place
-   use kschur_error, only: error_type, error_singular
+   use kschur_error, only: error_type, error_singular, take_cancelled
+   use kschur_examination, only: examination_type, suppose_none
    use kschur_help, only: help
    use kschur_kinds, only: wp, long
    use kschur_left_run, only: find_left_modes
@@ -28,7 +29,7 @@ module kschur_solver
    use kschur_threads, only: enter_solve, leave_solve
    implicit none
    private
-   public :: prepare, solve_modes, solve_prepared
+   public :: prepare, report_none, solve_modes, solve_prepared
 
 contains
 
@@ -76,6 +77,7 @@ contains
       type(checkpoint_type), target :: checkpoint
       real(wp) :: none(0)
       integer(long) :: started
+      logical :: cancelled
 
       started = clock()
       allocate (s)
@@ -89,6 +91,8 @@ contains
          if (.not. allocated(error)) call solve_prepared(s, options, result, error, groups)
          call groups%finish()
       end if
+      call take_cancelled(error, cancelled)
+      if (cancelled) call report_none(s, options, result, error)
       deallocate (s)
       call groups%disband(processes)
       call result%set_total(seconds_since(started))
@@ -116,10 +120,9 @@ contains
       type(band_groups_type), intent(inout), optional :: groups
       type(modes_type) :: modes
 
+      if (associated(s%monitor)) call s%monitor%counts(0, options%modes, options%modes)
       if (s%only_rigid()) then
          call take_rigid(s, modes)
-      else if (s%is_stopped()) then
-         call find_none(s, modes)
       else
          call search(s, modes, error, groups)
          if (.not. allocated(error) .and. options%certify) call certify_modes(s, modes)
@@ -151,13 +154,7 @@ contains
          allocate (notes, source=s%notes)
          call place_shift(s, error)
          call s%end_step(phase_place)
-         if (.not. allocated(error)) then
-            if (s%is_stopped()) then
-               call find_none(s, modes)
-            else
-               call find_modes(s, modes, error)
-            end if
-         end if
+         if (.not. allocated(error)) call find_modes(s, modes, error)
          if (.not. gives_way(s, modes, error)) exit
          if (allocated(error)) deallocate (error)
          call s%drop_transform()
@@ -171,14 +168,23 @@ contains
       end do
    end subroutine search
 
-   ! The monitor has ended the solve before there was anything to be found.
-   subroutine find_none(s, modes)
-      type(solve_context_type), intent(in) :: s
-      type(modes_type), intent(out) :: modes
+   !> The result of a solve that the monitor ended before there were factors with which modes are found. The context is good
+   !> for nothing else.
+   subroutine report_none(s, options, result, error)
+      type(solve_context_type), intent(inout) :: s
+      !> As the caller gave them.
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+      type(modes_type) :: none
 
-      modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
-      modes%reason = reason_cancelled
-   end subroutine find_none
+      s%known = examination_type()
+      call suppose_none(s%problem, s%known)
+      if (.not. allocated(s%decision)) s%decision = ""
+      none = no_modes(s%problem%unknowns(), s%problem%multipliers())
+      none%reason = reason_cancelled
+      call report(s, options, none, result, error)
+   end subroutine report_none
 
    ! A set that was found dense is kept where it is known to be complete, one of low rank where it converged.
    logical function gives_way(s, modes, error)

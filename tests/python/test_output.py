@@ -3,7 +3,6 @@
 
 Runs are killed while they write, two write the same output, names are planted in their way, the disk is full.
 """
-import json
 import os
 import random
 import resource
@@ -34,10 +33,6 @@ def run(*words, **options):
     child = start(*words, **options)
     errors = child.communicate()[1]
     return child.returncode, errors
-
-
-def run_out(*words):
-    return subprocess.run([KSCHUR, *map(str, words)], capture_output=True, text=True).stdout
 
 
 def strays(folder):
@@ -118,57 +113,6 @@ def test_folders(folder):
           and sorted(os.listdir(place)) == ["Cq.mtx", "K.mtx", "M.mtx", "notes.txt"], os.listdir(place))
 
 
-def test_interrupted(folder):
-    """A signal ends the computation: what had converged is printed and written."""
-    problem, output = folder/"interrupted.h5", folder/"modes.h5"
-    run("scene", "grid", "--cells", "40x28", "--output", problem)
-    words = (KSCHUR, "solve", str(problem), "--modes", "60", "--format", "json", "--output", str(output))
-    began = time.monotonic()
-    whole = json.loads(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
-    seconds = time.monotonic() - began
-    interrupted = listed = 0
-    for i in range(10):
-        output.unlink(missing_ok=True)
-        child = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        time.sleep(seconds*(i + 0.5)/10)
-        child.send_signal((signal.SIGINT, signal.SIGTERM)[i % 2])
-        out, errors = child.communicate()
-        if child.returncode < 0:
-            # While it read, there was nothing to keep.
-            check(f"interrupted while it reads, after {i + 0.5} tenths", not output.exists() and not out)
-            continue
-        result = json.loads(out)
-        if child.returncode == 0:
-            check("interrupted when all was done", result["reason"] == "converged")
-            continue
-        interrupted += 1
-        listed = max(listed, len(result["modes"]))
-        known = [complex(*mode["eigenvalue"]) for mode in whole["modes"]]
-        found = [complex(*mode["eigenvalue"]) for mode in result["modes"]]
-        check(f"interrupted after {i + 0.5} tenths: {len(found)} modes",
-              child.returncode == 3 and result["reason"] == "interrupted" and errors.count("\n") == 1
-              and all(min(abs(value - other) for other in known) <= 1e-6*abs(known[-1]) for value in found), errors)
-        check("interrupted: it is written", json.loads(run_out("info", output, "--format", "json"))["reason"] == "interrupted")
-    check("interrupted: some runs, with some modes", interrupted > 0 and listed > 0, (interrupted, listed))
-
-
-def test_interrupted_sweep(folder):
-    """A signal ends a sweep with the points before."""
-    words = (KSCHUR, "sweep", "turbine", "--vary", "speed=0.5:12:41", "--modes", "4", "--format", "csv")
-    began = time.monotonic()
-    whole = subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()
-    seconds = time.monotonic() - began
-    for i in range(3):
-        child = subprocess.Popen((*words, "--output", str(folder/"sweep.h5")), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        time.sleep(seconds*(i + 1)/4)
-        child.send_signal((signal.SIGINT, signal.SIGTERM)[i % 2])
-        out, errors = child.communicate()
-        points = [line.split(",")[1] for line in out.splitlines()[1:]]
-        check(f"sweep interrupted after {i + 1} quarters: {len(points)} points", child.returncode == 3 and errors.count("\n") == 1
-              and "interrupted" in errors and 0 < len(points) < 41 and (folder/"sweep.h5").exists()
-              and points == [line.split(",")[1] for line in whole[1:len(points) + 1]], errors)
-
-
 def test_full_disk(folder):
     """A limit on the size of files stands for it. libgfortran leaks a unit that it cannot flush: that is not looked at."""
     def limit():
@@ -180,8 +124,7 @@ def test_full_disk(folder):
         check(f"a full disk: no {name}", not (folder/name).exists() and not strays(folder), os.listdir(folder))
 
 
-for test in (test_killed, test_two_writers, test_planted, test_folders, test_interrupted, test_interrupted_sweep,
-             test_full_disk):
+for test in (test_killed, test_two_writers, test_planted, test_folders, test_full_disk):
     with tempfile.TemporaryDirectory() as name:
         test(Path(name))
 print(f"{len(failures)} failed")

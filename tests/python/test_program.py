@@ -562,7 +562,11 @@ def test_progress(folder):
     run = kschur("solve", problem)
     check("progress: none where standard error is no terminal", run.returncode == 0 and run.stderr == "", run.stderr)
     status, written = on_terminal("solve", problem)
-    check("progress: on a terminal", status == 0 and "30 unknowns" in written, written)
+    phases = ["reading", "presolve", "rigid motions", "factorisation", "iteration", "result"]
+    check("progress: seconds and phases, on a terminal", status == 0 and written.startswith("\r0 s, reading") and
+          [written.index(phase) for phase in phases] == sorted(written.index(phase) for phase in phases), written)
+    seen = [int(number) for number in re.findall(r"(\d+) of 10 modes", written)]
+    check("progress: modes of those that were asked for, never less", seen == sorted(seen) and seen[-1] == 10, seen)
     check("progress: one line, wiped at the end", "\n" not in written and written.endswith(" \r"), repr(written))
     check("progress: none with --quiet", on_terminal("solve", problem, "--quiet") == (0, ""))
 
