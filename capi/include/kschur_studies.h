@@ -73,7 +73,7 @@ int kschur_solver_create(kschur_solver **solver);
 /* Ends a solver and sets *solver to NULL; nothing happens where it is NULL already. */
 int kschur_solver_destroy(kschur_solver **solver);
 
-/* The message of the last failure of kschur_solver_set_problem or kschur_solver_solve_targets. */
+/* The message of the last failure of kschur_solver_set_problem, kschur_solver_solve_targets or kschur_solver_solve_bands. */
 int kschur_solver_get_message(const kschur_solver *solver, char *text, int64_t length);
 
 /* Gives the solver a copy of a problem, or of the same one with other values: what is known stays where the patterns, mass
@@ -93,6 +93,11 @@ int kschur_solver_solve_targets(kschur_solver *solver, int64_t count, const doub
 /* As kschur_solve_band. */
 int kschur_solver_solve_band(kschur_solver *solver, double first_hz, double last_hz, const kschur_options *options,
                              kschur_result *result);
+
+/* All modes of each of `count` bands, pairs of first and last frequency (Hz): results[i] is what kschur_solver_solve_band gives
+ * for the i-th. Bands that overlap or touch are found as one. Results and failures as of kschur_solver_solve_targets. */
+int kschur_solver_solve_bands(kschur_solver *solver, int64_t count, const double *edges_hz, const kschur_options *options,
+                              kschur_result *const *results);
 
 /* Modes over a parameter, followed from point to point. One thread at a time may use it. */
 typedef struct kschur_sweep kschur_sweep;

@@ -2,7 +2,8 @@
 module kschur_capi_solver
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_double_complex, c_f_pointer, c_int, c_int64_t, c_loc, &
       c_null_ptr, c_ptr
-   use kschur, only: error_type, modal_result_type, modal_solver_type, new_error, new_modal_solver, solve_targets, text, wp
+   use kschur, only: error_type, modal_result_type, modal_solver_type, new_error, new_modal_solver, solve_bands, &
+      solve_targets, text, wp
    use kschur_capi_callbacks, only: progress_type
    use kschur_capi_options, only: options_handle_type, options_of
    use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
@@ -103,37 +104,54 @@ contains
    integer(c_int) function kschur_solver_solve_targets(address, count, targets, options, results) bind(c) result(status)
       type(c_ptr), value :: address, targets, options, results
       integer(c_int64_t), value :: count
+
+      status = solve_several(address, count, targets, "targets", options, results)
+   end function kschur_solver_solve_targets
+
+   integer(c_int) function kschur_solver_solve_bands(address, count, edges, options, results) bind(c) result(status)
+      type(c_ptr), value :: address, edges, options, results
+      integer(c_int64_t), value :: count
+
+      status = solve_several(address, count, edges, "bands", options, results)
+   end function kschur_solver_solve_bands
+
+   integer(c_int) function solve_several(address, count, wanted, what, options, results) result(status)
+      type(c_ptr), intent(in) :: address, wanted, options, results
+      integer(c_int64_t), intent(in) :: count
+      !> "targets", "bands": pairs of numbers.
+      character(len=*), intent(in) :: what
       type(solver_handle_type), pointer :: handle
       type(error_type), allocatable :: error
 
       status = status_null
       handle => solver_of(address)
       if (.not. associated(handle)) return
-      call require(targets, "targets", error)
+      call require(wanted, what, error)
       call require(options, "options", error)
       call require(results, "results", error)
       if (.not. allocated(error)) call check_ready(handle, options_of(options), error)
       if (.not. allocated(error) .and. (count < 1 .or. count > huge(1))) &
-         call new_error(error, status_usage, "the number of targets is to be 1 or more, not "//text(count))
-      if (.not. allocated(error)) call solve_each(handle, int(count), targets, options_of(options), results, error)
+         call new_error(error, status_usage, "the number of "//what//" is to be 1 or more, not "//text(count))
+      if (.not. allocated(error)) call solve_each(handle, int(count), wanted, what, options_of(options), results, error)
       status = outcome(handle, error)
-   end function kschur_solver_solve_targets
+   end function solve_several
 
-   ! The results of the caller are those for the targets, or all empty.
-   subroutine solve_each(handle, count, targets, wanted, results, error)
+   ! The results of the caller are those for the targets or bands, or all empty.
+   subroutine solve_each(handle, count, pairs, what, wanted, results, error)
       type(solver_handle_type), intent(inout) :: handle
       integer, intent(in) :: count
-      type(c_ptr), intent(in) :: targets, results
+      type(c_ptr), intent(in) :: pairs, results
+      character(len=*), intent(in) :: what
       type(options_handle_type), intent(in) :: wanted
       type(error_type), allocatable, intent(out) :: error
-      complex(c_double_complex), pointer :: values(:)
+      real(c_double), pointer :: values(:, :)
       type(c_ptr), pointer :: places(:)
       type(modal_result_type), allocatable :: solved(:)
       type(result_handle_type), pointer :: found
       type(progress_type) :: progress
       integer :: i
 
-      call c_f_pointer(targets, values, [count])
+      call c_f_pointer(pairs, values, [2, count])
       call c_f_pointer(results, places, [count])
       do i = 1, count
          call require(places(i), "results["//text(i - 1)//"]", error)
@@ -142,7 +160,11 @@ contains
          call clear(found)
       end do
       progress = wanted%progress
-      call solve_targets(handle%solver, values, wanted%options, solved, error, progress)
+      if (what == "targets") then
+         call solve_targets(handle%solver, cmplx(values(1, :), values(2, :), wp), wanted%options, solved, error, progress)
+      else
+         call solve_bands(handle%solver, values, wanted%options, solved, error, progress)
+      end if
       if (allocated(error)) return
       do i = 1, count
          found => result_of(places(i))

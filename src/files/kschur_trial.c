@@ -11,7 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { length = 1024 };
+enum { length = 8192 };
 
 /* What the child found: the code of an error, 0 for none, and its message. */
 struct verdict {

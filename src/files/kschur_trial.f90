@@ -26,7 +26,7 @@ module kschur_trial
    end type context_type
 
    ! As in kschur_trial.c.
-   integer, parameter :: longest = 1024
+   integer, parameter :: longest = 8192
    integer(c_int), parameter :: ended = 0, broken = 1
 
    interface

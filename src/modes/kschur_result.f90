@@ -118,6 +118,8 @@ module kschur_result
    contains
       !> Appends a sentence to the notes.
       procedure :: add_note
+      !> Leaves some of the modes, in a given order.
+      procedure :: take
       !> Whether shape and multipliers of a mode are real numbers.
       procedure :: is_real
    end type modal_result_type
@@ -130,6 +132,26 @@ contains
 
       call append_note(self%notes, sentence)
    end subroutine add_note
+
+   pure subroutine take(self, modes)
+      class(modal_result_type), intent(inout) :: self
+      !> Their numbers.
+      integer, intent(in) :: modes(:)
+
+      self%eigenvalues = self%eigenvalues(modes)
+      self%eigenvectors = self%eigenvectors(:, modes)
+      self%multipliers = self%multipliers(:, modes)
+      self%frequency_hz = self%frequency_hz(modes)
+      self%damped_frequency_hz = self%damped_frequency_hz(modes)
+      self%damping_ratio = self%damping_ratio(modes)
+      self%backward_error = self%backward_error(modes)
+      self%error_bound = self%error_bound(modes)
+      self%kind = self%kind(modes)
+      if (allocated(self%condition)) self%condition = self%condition(modes)
+      if (allocated(self%left_eigenvectors)) self%left_eigenvectors = self%left_eigenvectors(:, modes)
+      if (allocated(self%left_multipliers)) self%left_multipliers = self%left_multipliers(:, modes)
+      if (allocated(self%properties)) deallocate (self%properties)
+   end subroutine take
 
    pure logical function is_real(self, mode)
       class(modal_result_type), intent(in) :: self

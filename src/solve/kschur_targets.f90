@@ -188,19 +188,6 @@ contains
       share%options%target = target
       share%modes_asked = options%modes
       order = nearest_first(found%eigenvalues, target)
-      associate (own => order(:min(options%modes, size(order))))
-         share%eigenvalues = found%eigenvalues(own)
-         share%eigenvectors = found%eigenvectors(:, own)
-         share%multipliers = found%multipliers(:, own)
-         share%frequency_hz = found%frequency_hz(own)
-         share%damped_frequency_hz = found%damped_frequency_hz(own)
-         share%damping_ratio = found%damping_ratio(own)
-         share%backward_error = found%backward_error(own)
-         share%error_bound = found%error_bound(own)
-         share%kind = found%kind(own)
-         if (allocated(found%condition)) share%condition = found%condition(own)
-         if (allocated(found%left_eigenvectors)) share%left_eigenvectors = found%left_eigenvectors(:, own)
-         if (allocated(found%left_multipliers)) share%left_multipliers = found%left_multipliers(:, own)
-      end associate
+      call share%take(order(:min(options%modes, size(order))))
    end function share_of
 end module kschur_targets

@@ -95,9 +95,44 @@ static void several_targets(void)
    kschur_options_destroy(&options);
 }
 
+/* All modes of a chain in two bands that touch, against the closed form; proved. */
+static void several_bands(void)
+{
+   enum { count = 2 };
+   kschur_problem *problem = new_chain(n, 0, 0);
+   kschur_options *options = new_options(modes);
+   kschur_solver *solver = NULL;
+   kschur_result *results[count];
+   const double edges[2 * count] = {0, 1, 1, 4}, none[2] = {2, 1};
+   int k = 0;
+
+   for (int i = 0; i < count; i++) results[i] = new_result();
+   CHECK_OK(kschur_solver_create(&solver));
+   CHECK_OK(kschur_solver_set_problem(solver, problem));
+   CHECK_STATUS(kschur_solver_solve_bands(solver, count, NULL, options, results), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_solver_solve_bands(solver, 1, none, options, results), KSCHUR_ERROR_USAGE);
+   CHECK_OK(kschur_solver_solve_bands(solver, count, edges, options, results));
+   for (int i = 0; i < count; i++) {
+      double frequency[n];
+      int64_t found = 0;
+      int certified = -1;
+      CHECK_OK(kschur_result_get_modes(results[i], &found, NULL));
+      CHECK_OK(kschur_result_get_certified(results[i], &certified));
+      CHECK(certified == KSCHUR_CERTIFIED_YES);
+      CHECK_OK(kschur_result_get_frequencies_hz(results[i], frequency, found));
+      for (int j = 0; j < found; j++) CHECK_NEAR(2 * pi * frequency[j], chain_omega(n, ++k), 1e-9);
+   }
+   CHECK(k == n);
+   for (int i = 0; i < count; i++) kschur_result_destroy(&results[i]);
+   CHECK_OK(kschur_solver_destroy(&solver));
+   kschur_problem_destroy(&problem);
+   kschur_options_destroy(&options);
+}
+
 int main(void)
 {
    several_targets();
+   several_bands();
    other_values_and_targets();
    return report_checks();
 }
