@@ -35,6 +35,17 @@ def statements(path):
         whole = ""
 
 
+def closure(start, following):
+    """What is reached from one by steps to what follows, itself too."""
+    seen, waiting = set(), [start]
+    while waiting:
+        one = waiting.pop()
+        if one not in seen:
+            seen.add(one)
+            waiting += following(one)
+    return seen
+
+
 class Procedures:
     """Who calls whom, who allocates, who asks, as `module:name`; what is contained in a procedure is part of it."""
 
@@ -94,24 +105,12 @@ class Procedures:
 
     def within(self, module):
         """The modules that one uses, itself too: what else is bound by the same names is not in its hands."""
-        seen, todo = set(), [module]
-        while todo:
-            module = todo.pop()
-            if module not in seen:
-                seen.add(module)
-                todo += {at for meanings in self.names[module].values() for at, _ in meanings}
-        return seen
+        return closure(module, lambda one: {at for meanings in self.names[one].values() for at, _ in meanings})
 
     def reached(self, entry):
         modules = self.within(entry.partition(":")[0])
-        seen, todo = set(), [entry]
-        while todo:
-            name = todo.pop()
-            if name not in seen and name.partition(":")[0] in modules:
-                seen.add(name)
-                for called in self.calls[name]:
-                    todo += self.resolve(name.partition(":")[0], called)
-        return seen
+        return closure(entry, lambda name: {one for called in self.calls[name] for one in self.resolve(name.partition(":")[0], called)
+                                            if one.partition(":")[0] in modules})
 
     def entries(self):
         """What the facade exports and can fail."""
