@@ -12,6 +12,11 @@ def check(name, condition, detail=""):
     print(("ok      " if condition else "FAILED  ") + name + ("" if condition else f"  [{detail}]"), flush=True)
 
 
+def finish():
+    print(f"{passed} passed, {failed} failed")
+    sys.exit(failed > 0 or passed == 0)
+
+
 def run_tests(*tests):
     """Runs each in one folder, which is gone afterwards; one that raises has failed."""
     with tempfile.TemporaryDirectory() as name:
@@ -20,5 +25,4 @@ def run_tests(*tests):
                 test(pathlib.Path(name))
             except Exception as error:
                 check(f"{test.__name__}: ran to its end", False, repr(error))
-    print(f"{passed} passed, {failed} failed")
-    sys.exit(failed > 0)
+    finish()

@@ -14,14 +14,9 @@ from pathlib import Path
 
 import h5py
 
+from checks import check, finish
+
 KSCHUR = os.path.abspath(sys.argv[1])
-failures = []
-
-
-def check(what, passed, detail=""):
-    print(("ok    " if passed else "FAILS ") + what + ("" if passed else f"  [{detail}]"), flush=True)
-    if not passed:
-        failures.append(what)
 
 
 def command(*words):
@@ -123,7 +118,7 @@ def main():
         test_resumed(folder, "pencil, complex", damped, "--formulation", "damped-constrained", "--subspace", "40", "--modes", "12")
         test_resumed(folder, "low rank", band, "--formulation", "low-rank", "--modes", "40")
         test_resumed(folder, "band", band, "--band", "0,3")
-    sys.exit(bool(failures))
+    finish()
 
 
 main()

@@ -15,17 +15,11 @@ import h5py
 import numpy as np
 import scipy.io
 import scipy.sparse as sparse
+from checks import check, finish
 
 CONVERTER = sys.argv[1]
 PROGRAM = sys.argv[2] if len(sys.argv) > 2 else None
 GROUPS = {"mass": "M", "stiffness": "K", "damping": "R", "constraints": "Cq"}
-failures = []
-
-
-def check(what, passed):
-    print(("ok    " if passed else "FAILS ") + what)
-    if not passed:
-        failures.append(what)
 
 
 def run(*command):
@@ -285,8 +279,7 @@ def main():
     for test in tests + ([test_program] if PROGRAM else []):
         with tempfile.TemporaryDirectory() as folder:
             test(Path(folder))
-    print(f"{len(failures)} failed")
-    sys.exit(1 if failures else 0)
+    finish()
 
 
 if __name__ == "__main__":

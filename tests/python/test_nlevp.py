@@ -11,14 +11,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "benchmarks
 
 from judge import judge  # noqa: E402
 from problems import FORMULAS  # noqa: E402
-
-failed = 0
-
-
-def check(name, condition, detail=""):
-    global failed
-    failed += not condition
-    print(("ok      " if condition else "FAILED  ") + name + ("" if condition else f"  [{detail}]"), flush=True)
+from checks import check, finish
 
 
 class Known:
@@ -64,4 +57,4 @@ check("an infinite one", judge([*modes[:4], 1e7 + 0j], there, 0j, 5).spurious ==
 check("inaccurate", not judge([v * (1 + 1e-8) for v in modes], there, 0j, 5).accurate)
 loose = [*there[:3], Known(1e3, 1e6, is_determined=False)]
 check("undetermined: not missed", judge(modes[:3], loose, 0j, 4).right)
-sys.exit(failed > 0)
+finish()

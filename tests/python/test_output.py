@@ -13,14 +13,9 @@ import tempfile
 import time
 from pathlib import Path
 
+from checks import check, finish
+
 KSCHUR = os.path.abspath(sys.argv[1])
-failures = []
-
-
-def check(what, passed, detail=""):
-    print(("ok    " if passed else "FAILS ") + what + ("" if passed else f"  [{detail}]"), flush=True)
-    if not passed:
-        failures.append(what)
 
 
 def start(*words, **options):
@@ -127,5 +122,4 @@ def test_full_disk(folder):
 for test in (test_killed, test_two_writers, test_planted, test_folders, test_full_disk):
     with tempfile.TemporaryDirectory() as name:
         test(Path(name))
-print(f"{len(failures)} failed")
-sys.exit(bool(failures))
+finish()

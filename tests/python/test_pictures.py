@@ -7,13 +7,7 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 
-failed = 0
-
-
-def check(name, condition, detail=""):
-    global failed
-    failed += not condition
-    print(("ok      " if condition else "FAILED  ") + name + ("" if condition else f"  [{detail}]"), flush=True)
+from checks import check, finish
 
 
 def read(path):
@@ -66,5 +60,4 @@ with tempfile.TemporaryDirectory() as folder:
     run = subprocess.run([sys.argv[3], "1", f"{folder}/nowhere/turbine.vtu"], capture_output=True, text=True)
     check("a file that cannot be written is an error", run.returncode != 0 and "nowhere" in run.stderr, run.stderr)
 
-print(f"{failed} failed")
-sys.exit(1 if failed else 0)
+finish()

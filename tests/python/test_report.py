@@ -29,6 +29,7 @@ from kschur_report.problem import Problem, read_problem  # noqa: E402
 from kschur_report.reference import refine_modes, simple  # noqa: E402
 from kschur_report.result import Result, one_of_each_pair, read_result  # noqa: E402
 from kschur_report.runs import Run, read_campaign  # noqa: E402
+from checks import check, finish
 
 # The first set of Anscombe's quartet (1973); slope, intercept and R^2 are in every textbook.
 ANSCOMBE_X = [10, 8, 13, 9, 11, 14, 6, 4, 12, 7, 5]
@@ -48,14 +49,6 @@ FIGURES = {
     "constraint_scaling",
     "stability_map",
 }
-
-passed = failed = 0
-
-
-def check(name, condition, detail=""):
-    global passed, failed
-    passed, failed = passed + bool(condition), failed + (not condition)
-    print(("ok      " if condition else "FAILED  ") + name + ("" if condition else f"  [{detail}]"), flush=True)
 
 
 def report(*words):
@@ -470,5 +463,4 @@ if __name__ == "__main__":
         test_refusals(pathlib.Path(name))
         test_page(pathlib.Path(name) / "page")
         test_ended_early(pathlib.Path(name) / "early")
-    print(f"{passed} passed, {failed} failed")
-    sys.exit(failed > 0)
+    finish()

@@ -14,15 +14,9 @@ import tempfile
 import h5py
 import numpy as np
 
+from checks import check, finish
+
 KSCHUR, CAMPBELL = map(os.path.abspath, sys.argv[1:])
-
-passed = failed = 0
-
-
-def check(name, condition, detail=""):
-    global passed, failed
-    passed, failed = passed + bool(condition), failed + (not condition)
-    print(("ok      " if condition else "FAILED  ") + name + ("" if condition else f"  [{detail}]"), flush=True)
 
 
 def kschur(*words, status=0):
@@ -270,8 +264,7 @@ def main():
                  test_sweep_of_files, test_sweep_of_a_scene):
         with tempfile.TemporaryDirectory() as folder:
             test(folder)
-    print(f"{passed} passed, {failed} failed")
-    sys.exit(failed > 0)
+    finish()
 
 
 main()

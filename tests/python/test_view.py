@@ -14,14 +14,9 @@ import meshio
 import numpy as np
 import scipy.sparse as sparse
 
+from checks import check, finish
+
 PROGRAM = sys.argv[1]
-failures = []
-
-
-def check(what, passed, detail=""):
-    print(("ok    " if passed else "FAILS ") + what + ("" if passed else f"  [{detail}]"), flush=True)
-    if not passed:
-        failures.append(what)
 
 
 def run(*words):
@@ -198,5 +193,4 @@ if "--without-picture" not in sys.argv:
 for test in tests:
     with tempfile.TemporaryDirectory() as name:
         test(Path(name))
-print(f"{len(failures)} failed")
-sys.exit(1 if failures else 0)
+finish()
