@@ -76,8 +76,8 @@ contains
          "Exit status: 0 all is well, 1 wrong usage, 2 bad input, 3 fewer modes than asked or some", &
          "missing (what was found is printed and written), 4 a singular problem, no memory, a", &
          "library that failed, or an output that cannot be written. Whether --output can be written", &
-         "is looked at before the work. An interrupt (Ctrl-C) ends a solve with the modes that have", &
-         "converged, status 3."])
+         "is looked at before the work. An interrupt (Ctrl-C) ends a command with what it", &
+         "has by then, as the modes that have converged, status 3."])
    end subroutine print_overview
 
    subroutine print_solve_help()
@@ -193,7 +193,7 @@ contains
          "  --output FILE.h5       write the response of all unknowns and the multipliers", &
          "  --format NAME          table: amplitude and phase; json, csv: real and imaginary part", &
          "                         (table)", &
-         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --triplets", &
+         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --triplets, --quiet", &
          "                         as for kschur solve"])
    end subroutine print_response_help
 

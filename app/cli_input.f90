@@ -51,7 +51,7 @@ contains
       else if (times_standard_input(input) > 1) then
          call new_error(error, error_usage, "only one matrix can come from standard input")
       else if (.not. any_file) then
-         if (input%path == "") call new_error(error, error_usage, "the name of the problem is empty")
+         if (input%path == "") call new_error(error, error_usage, "the name of the problem is empty: give a file or a folder")
       end if
    end subroutine take_input
 

@@ -3,10 +3,12 @@ module cli_response
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns
    use cli_input, only: input_type, is_part_of, read_problem, take_input
+   use cli_interrupt, only: catch_interrupts
    use cli_numbers, only: read_integer, read_list, read_range
    use cli_output, only: format_table, take_format
+   use cli_progress, only: new_progress, progress_type
    use cli_properties, only: read_directions
-   use cli_system, only: check_new_file, check_output
+   use cli_system, only: check_new_file, check_output, complain
    use kschur, only: error_input, error_type, error_usage, frequency_response, index_of_name, modal_problem_type, new_error, &
       rigid_motion_names, text, wp, write_hdf5_response
    implicit none
@@ -23,18 +25,23 @@ module cli_response
       integer, allocatable :: at(:)
       character(len=:), allocatable :: output
       integer :: format = format_table
+      logical :: quiet = .false.
    end type request_type
 
 contains
 
-   !> Does the command.
-   subroutine response_command(arguments, error)
+   !> Does the command; `complete` is false where an interrupt left frequencies out.
+   subroutine response_command(arguments, complete, error)
       type(arguments_type), intent(inout) :: arguments
+      logical, intent(out) :: complete
       type(error_type), allocatable, intent(out) :: error
       type(request_type) :: request
       type(modal_problem_type) :: problem
+      type(progress_type) :: progress
       complex(wp), allocatable :: force(:, :), response(:, :, :), multipliers(:, :, :)
+      integer :: asked
 
+      complete = .false.
       call take_request(arguments, request, error)
       if (.not. allocated(error) .and. allocated(request%output)) call check_new_file(request%output, error)
       if (.not. allocated(error)) call read_problem(request%input, problem, error)
@@ -42,18 +49,27 @@ contains
       if (.not. (allocated(error) .or. allocated(request%at))) request%at = [maxloc(abs(force(:, 1)), 1)]
       if (.not. allocated(error)) call check_unknowns(request%at, problem%unknowns(), error)
       if (allocated(error)) return
+      progress = new_progress(request%quiet)
+      call catch_interrupts()
       if (allocated(request%output)) then
-         call frequency_response(problem, request%frequencies, force, response, error, multipliers)
-         if (.not. allocated(error)) call write_hdf5_response(request%frequencies, force(:, 1), response(:, 1, :), &
-            multipliers(:, 1, :), request%output, error)
+         call frequency_response(problem, request%frequencies, force, response, error, multipliers, monitor=progress)
+      else
+         call frequency_response(problem, request%frequencies, force, response, error, unknowns=request%at, monitor=progress)
+      end if
+      call progress%finish()
+      if (allocated(error)) return
+      asked = size(request%frequencies)
+      request%frequencies = request%frequencies(:size(response, 3))
+      if (allocated(request%output)) then
+         call write_hdf5_response(request%frequencies, force(:, 1), response(:, 1, :), multipliers(:, 1, :), request%output, error)
          if (allocated(error)) return
          response = response(request%at, :, :)
-      else
-         call frequency_response(problem, request%frequencies, force, response, error, unknowns=request%at)
-         if (allocated(error)) return
       end if
       call print_response(request, response(:, 1, :))
       call check_output(error)
+      complete = size(request%frequencies) == asked
+      if (.not. complete) call complain("the response was interrupted after "//text(size(request%frequencies))//" of "// &
+         text(asked)//" frequencies")
    end subroutine response_command
 
    subroutine take_request(arguments, request, error)
@@ -69,6 +85,7 @@ contains
       call arguments%take_text("--at", at, error, "unknowns, N1,N2,...")
       call arguments%take_text("--output", request%output, error)
       call take_format(arguments, request%format, error)
+      call arguments%take_flag("--quiet", request%quiet, error)
       call take_input(arguments, request%input, error)
       if (allocated(error)) return
       if (.not. (allocated(frequencies) .and. allocated(request%force))) then

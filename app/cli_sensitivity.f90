@@ -3,10 +3,13 @@ module cli_sensitivity
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns
    use cli_input, only: input_type, read_problem
+   use cli_interrupt, only: catch_interrupts
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: take_format
    use cli_processes, only: gather_processes
    use cli_progress, only: new_progress, progress_type
+   use cli_shortfall, only: shortfall, take_interrupt
+   use cli_system, only: complain
    use kschur, only: eigenvalue_rates, error_type, error_usage, modal_options_type, modal_problem_type, modal_result_type, &
       new_error, problem_rate_type, rate_between, reason_converged, solve_modes, wp
    implicit none
@@ -54,12 +57,15 @@ contains
       options%left = .not. problem%symmetric
       progress = new_progress(quiet)
       call gather_processes(options)
+      call catch_interrupts()
       call solve_modes(problem, options, result, error, progress)
       call progress%finish()
       if (.not. allocated(error)) call eigenvalue_rates(problem, result, rate, rates, error)
       if (allocated(error)) return
       call print_columns("mode", names, units, columns(result%eigenvalues, rates), format)
+      call take_interrupt(result)
       complete = result%reason == reason_converged
+      if (.not. complete) call complain(shortfall(result))
    end subroutine sensitivity_command
 
    ! With the rates of |lambda|/(2 pi) and of -Re lambda/|lambda|.

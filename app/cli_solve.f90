@@ -1,7 +1,7 @@
 !> kschur solve: reads a problem, computes its modes, writes and prints them.
 module cli_solve
    use cli_arguments, only: arguments_type
-   use cli_interrupt, only: catch_interrupts, is_interrupted
+   use cli_interrupt, only: catch_interrupts
    use cli_input, only: input_type, is_large, is_part_of, read_problem, take_input
    use cli_numbers, only: rounded
    use cli_options, only: take_iteration, take_wanted
@@ -9,13 +9,12 @@ module cli_solve
    use cli_processes, only: gather_processes
    use cli_properties, only: print_properties, read_directions, take_properties
    use cli_progress, only: new_progress, progress_type
+   use cli_shortfall, only: shortfall, take_interrupt
    use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes, print_line, wall_seconds
    use cli_environment, only: start_again_to_wait_asleep
    use kschur, only: arpack_names, certified_no, error_type, error_usage, find_modal_properties, formulation_names, &
-      inaccurate_above, method_arpack, method_names, modal_options_type, modal_problem_type, modal_result_type, new_error, &
-      normalisation_names, reason_cancelled, reason_converged, reason_fewer_modes, reason_inaccurate, &
-      reason_interrupted, reason_max_restarts, &
-      reason_names, solve_band, solve_modes, text, wp, write_hdf5_result
+      method_arpack, method_names, modal_options_type, modal_problem_type, modal_result_type, new_error, &
+      normalisation_names, reason_converged, solve_band, solve_modes, text, wp, write_hdf5_result
    implicit none
    private
    public :: solve_command
@@ -80,7 +79,7 @@ contains
       if (.not. allocated(error) .and. request%properties) call find_modal_properties(problem, result, error, directions)
       if (allocated(error)) return
 
-      if (result%reason == reason_cancelled .and. is_interrupted()) result%reason = reason_interrupted
+      call take_interrupt(result)
       result%peak_memory_bytes = peak_memory_bytes()
       started = wall_seconds()
       if (allocated(request%output)) call write_hdf5_result(result, request%output, error)
@@ -161,33 +160,6 @@ contains
          call new_error(error, error_usage, "--arpack "//trim(arpack_names(setting))//" wants --method arpack")
    end subroutine take_method
 
-   function shortfall(result) result(sentence)
-      type(modal_result_type), intent(in) :: result
-      character(len=:), allocatable :: sentence
-
-      sentence = text(size(result%eigenvalues))//" of "//text(result%modes_asked)//" modes: "
-      select case (result%reason)
-      case (reason_max_restarts)
-         if (size(result%eigenvalues) < result%modes_asked) then
-            sentence = sentence//"the others had not converged when the restarts ran out; "
-         else
-            sentence = sentence//"the restarts ran out before it was certain that they are the nearest; "
-         end if
-         sentence = sentence//"more --max-restarts or a larger --subspace may help"
-      case (reason_fewer_modes)
-         sentence = sentence//"the problem has no more"
-      case (reason_inaccurate)
-         sentence = text(count(result%backward_error <= inaccurate_above))//" of "//text(result%modes_asked)// &
-            " modes: the others are inaccurate; another --shift or none may help"
-      case (reason_interrupted)
-         sentence = sentence//"the computation was interrupted"
-         if (size(result%eigenvalues) >= result%modes_asked) sentence = sentence//" before it was certain that they are the "// &
-            "nearest, or all that was asked for was known of them"
-      case default
-         sentence = sentence//spaced(reason_names(result%reason))
-      end select
-   end function shortfall
-
    subroutine complain_of_left(result)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: modes
@@ -199,15 +171,4 @@ contains
       end do
       if (modes /= "") call complain("no left eigenvector was found of the modes "//modes(3:))
    end subroutine complain_of_left
-
-   ! The words that a name is made of.
-   pure function spaced(name)
-      character(len=*), intent(in) :: name
-      character(len=len_trim(name)) :: spaced
-      integer :: i
-
-      do i = 1, len(spaced)
-         spaced(i:i) = merge(" ", name(i:i), scan(name(i:i), "_-") == 1)
-      end do
-   end function spaced
 end module cli_solve

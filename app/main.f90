@@ -76,7 +76,7 @@ contains
          case ("sensitivity")
             call sensitivity_command(arguments, complete, error)
          case ("response")
-            call response_command(arguments, error)
+            call response_command(arguments, complete, error)
          case ("sweep")
             call sweep_command(arguments, complete, error)
          case ("scene")

@@ -6,7 +6,7 @@
 !>     benchmark_inner_memory clamped 20 MODES INNER FORMULATION [SHIFT]
 !>
 !> Columns: model, unknowns, formulation, inner solver, modes, peak memory (MB), and that above what
-!> the problem takes, seconds, seconds of solves, worst backward error, the solver's own words, applications.
+!> the problem takes, memory of the factors (MB), seconds, seconds of solves, worst backward error, the solver's own words, applications.
 program inner_memory
    use kschur, only: error_type, formulation_names, index_of_name, inner_names, modal_options_type, modal_problem_type, &
       modal_result_type, solve_modes, text
@@ -44,10 +44,10 @@ program inner_memory
    if (allocated(error)) then
       print "(a)", "| "//trim(words(1))//" "//trim(words(2))//" | "//trim(words(4))//" | "//error%message//" |"
    else
-      print "(3a, i0, 7a, i0, a, i0, a, f0.1, a, f0.1, a, es8.1, 5a)", "| ", trim(words(1))//" "//trim(words(2)), " | ", &
+      print "(3a, i0, 7a, i0, a, i0, a, i0, a, f0.1, a, f0.1, a, es8.1, 5a)", "| ", trim(words(1))//" "//trim(words(2)), " | ", &
          problem%unknowns(), " | ", trim(formulation_names(result%formulation)), " | ", trim(words(4)), " | ", &
          text(size(result%eigenvalues))//" of "//text(options%modes), " | ", resident("VmHWM:")/1000, " | ", &
-         (resident("VmHWM:") - before)/1000, " | ", result%seconds%total, " | ", &
+         (resident("VmHWM:") - before)/1000, " | ", result%factor_bytes/1000000, " | ", result%seconds%total, " | ", &
          result%seconds%solve, " | ", maxval(result%backward_error), " | ", result%inner, " | ", &
          text(result%operator_applications), " |"
    end if

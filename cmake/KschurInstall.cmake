@@ -6,8 +6,11 @@ install(TARGETS kschur EXPORT ${KSCHUR_PACKAGE}-targets)
 install(DIRECTORY "${CMAKE_Fortran_MODULE_DIRECTORY}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/${KSCHUR_PACKAGE}"
         FILES_MATCHING PATTERN "kschur.mod" PATTERN "kschur_*.mod" PATTERN "kschur_scenes.mod" EXCLUDE
         PATTERN "app" EXCLUDE PATTERN "capi" EXCLUDE PATTERN "kschur_funit" EXCLUDE)
-install(FILES LICENSE README.md CHANGELOG.md CITATION.cff TYPE DOC)
-install(DIRECTORY docs/ TYPE DOC FILES_MATCHING PATTERN "ford.md" EXCLUDE PATTERN "*.md" PATTERN "*.png" PATTERN "*.svg")
+# As they stand in the sources, so that links lead to them.
+install(FILES LICENSE README.md CHANGELOG.md CITATION.cff CONTRIBUTING.md TYPE DOC)
+install(DIRECTORY docs TYPE DOC
+        FILES_MATCHING PATTERN "ford.md" EXCLUDE PATTERN "offline.py" EXCLUDE PATTERN "*.md" PATTERN "*.png" PATTERN "*.svg" PATTERN "*.py")
+install(DIRECTORY examples TYPE DOC FILES_MATCHING PATTERN "*.f90" PATTERN "*.f" PATTERN "*.c" PATTERN "*.py")
 set(KSCHUR_PACKAGES kschur)
 if(KSCHUR_BUILD_CAPI)
   install(TARGETS kschur_capi EXPORT ${KSCHUR_PACKAGE}-targets)
@@ -59,6 +62,9 @@ foreach(folder LIBDIR INCLUDEDIR)
   if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_${folder}}")
     string(PREPEND KSCHUR_PC_${folder} "\${prefix}/")
   endif()
+endforeach()
+foreach(folder PREFIX LIBDIR INCLUDEDIR)
+  string(REPLACE " " "\\ " KSCHUR_PC_${folder} "${KSCHUR_PC_${folder}}")
 endforeach()
 # A library in a folder that the linker knows goes by its name.
 set(KSCHUR_PC_LIBRARIES)

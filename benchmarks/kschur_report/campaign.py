@@ -159,7 +159,7 @@ class Runner:
                 if run.failure or (repetition > 0 and run.seconds.sum() + run.median_seconds > study.seconds):
                     continue
                 self.repeat(run, study, question, path, output, judge)
-        self.campaign.runs += runs
+        self.campaign.add(runs)
         self.look_for_slow(study, runs)
 
     def available(self, study, scene):

@@ -27,7 +27,7 @@ PACKAGES = (
 def describe(kschur):
     """Names and values, for the foot of the page."""
     facts = {
-        "date": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
+        "date": now(),
         "processor": processor(),
         "cores": str(os.cpu_count()),
         "memory": memory(),
@@ -46,6 +46,10 @@ def describe(kschur):
             if version:
                 facts[package] = version
     return facts
+
+
+def now():
+    return datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
 
 
 def output_of(words):

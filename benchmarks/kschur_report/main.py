@@ -8,14 +8,14 @@ import sys
 from . import plan
 from .campaign import Runner, progress
 from .hard_cases import run_hard_cases
-from .machine import describe
+from .machine import describe, now
 from .page import write_report
 from .problem import InputError, read_problem
 from .runs import Campaign, read_campaign, write_campaign
 
 EPILOG = """Writes index.html, a self-contained page, and beside it results.md (the same tables), data.h5 (all numbers), and an
 SVG and a CSV for every figure. data.h5 is written after each problem: of a run that was ended early, --redraw makes the page
-of what it holds. Exit status: 0 all is well, 1 wrong usage, 2 bad input."""
+of what it holds. --again STUDY measures one study of it once more. Exit status: 0 all is well, 1 wrong usage, 2 bad input."""
 
 
 def parse(words):
@@ -32,6 +32,7 @@ def parse(words):
     )
     parser.add_argument("--no-peers", action="store_true", help="our methods only, not SLEPc and SciPy")
     parser.add_argument("--output", metavar="FOLDER", default="kschur-report", help="where to write (kschur-report)")
+    parser.add_argument("--again", metavar="STUDY", help="measure this study again; the others stay as data.h5 in that folder has them")
     parser.add_argument("--redraw", action="store_true", help="draw again from data.h5 in that folder; runs nothing")
     parser.add_argument(
         "--kschur", metavar="PROGRAM", help="the program kschur (the one beside this program, or on the PATH)"
@@ -60,6 +61,7 @@ def find_program(name, given, beside):
 
 
 def studies_of(options):
+    """What the options ask for: of the preset, or of one's own problem."""
     if options.problem:
         problem = read_problem(options.problem)
         studies = plan.of_problem(
@@ -79,22 +81,45 @@ def measure(options, folder, launcher):
     kschur = find_program("kschur", options.kschur, launcher)
     if kschur is None:
         raise InputError("the program kschur was not found; name it with --kschur")
+    campaign = campaign_of_before(options, folder) if options.again else new_campaign(options, kschur)
     studies = studies_of(options)
-    title = (
-        f"kschur compared on {pathlib.Path(options.problem).name}"
-        if options.problem
-        else "kschur compared: speed against accuracy"
-    )
-    campaign = Campaign(title, options.preset, describe(kschur), {"command": " ".join(["kschur-report", *sys.argv[1:]])})
+    if options.again:
+        studies = tuple(study for study in studies if study.name == options.again)
+        if not studies:
+            names = ", ".join(sorted({study.name for study in studies_of(options)}))
+            raise InputError(f"--again {options.again}: preset {options.preset} has the studies {names}")
     folder.mkdir(parents=True, exist_ok=True)
 
     def keep():
         write_campaign(folder / "data.h5", campaign)
 
-    if not options.problem:
+    if not options.problem and not options.again:
         add_hard_cases(options, campaign, kschur)
     Runner(kschur, campaign).run_plan(studies, after_each=keep)
     return campaign
+
+
+def new_campaign(options, kschur):
+    title = (
+        f"kschur compared on {pathlib.Path(options.problem).name}"
+        if options.problem
+        else "kschur compared: speed against accuracy"
+    )
+    return Campaign(title, options.preset, describe(kschur), {"command": command_line()})
+
+
+def campaign_of_before(options, folder):
+    """The one in the folder, whose preset counts; it notes that a study was measured again, and when."""
+    campaign = read_campaign(folder / "data.h5")
+    options.preset = campaign.preset
+    campaign.settings["command"] += "\n" + command_line()
+    again = f"{options.again} again on {now()}"
+    campaign.settings["again"] = ", ".join(filter(None, [campaign.settings.get("again"), again]))
+    return campaign
+
+
+def command_line():
+    return " ".join(["kschur-report", *sys.argv[1:]])
 
 
 def add_hard_cases(options, campaign, kschur):

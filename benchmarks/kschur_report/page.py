@@ -133,8 +133,10 @@ def how_measured(campaign):
             f"Of {len(counts)} combinations {fewer} were repeated fewer than five times to keep it short: the tables say how "
             "often each ran. "
         )
+    again = campaign.settings.get("again")
     return words + (
-        f"Measured on {campaign.machine['date']} on {campaign.machine['processor']}, preset {campaign.preset}. "
+        f"Measured on {campaign.machine['date']}{f' ({again})' if again else ''} on {campaign.machine['processor']}, "
+        f"preset {campaign.preset}. "
         "All numbers are in data.h5 beside this page."
     )
 
@@ -149,7 +151,7 @@ def markdown(campaign):
         "",
         "Made by",
         "",
-        f"    {campaign.settings['command']}",
+        *(f"    {line}" for line in campaign.settings["command"].splitlines()),
         "",
         "which writes these tables to results.md in its folder, beside a page with the same numbers in pictures.",
         "",

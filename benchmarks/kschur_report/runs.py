@@ -123,6 +123,11 @@ class Campaign:
         """The runs of one study that gave modes."""
         return [run for run in self.runs if run.study == name and run.is_good]
 
+    def add(self, runs):
+        """Those of one study and problem, in place of what was measured of it before."""
+        measured = {(run.study, run.problem) for run in runs}
+        self.runs = [run for run in self.runs if (run.study, run.problem) not in measured] + runs
+
 
 def write_campaign(path, campaign):
     """One group a run: scalars as attributes, arrays as datasets. Takes the place of an older file when it is complete."""

@@ -243,6 +243,14 @@ public:
       return *this;
    }
 
+   /* A function that is asked before each step whether to end there. */
+   options &set_stop(std::function<bool()> stop)
+   {
+      calls_->stop = std::move(stop);
+      check(kschur_options_set_stop(get(), &calls::stop_callback, calls_.get()));
+      return *this;
+   }
+
    /* Linear solvers of the caller for real and for complex matrices. */
    options &set_solver(std::function<std::unique_ptr<factors<double>>(const matrix_view<double> &)> factorize)
    {
@@ -268,6 +276,7 @@ private:
    /* What the library calls, and what was thrown there. */
    struct calls {
       std::function<bool(const progress &)> report;
+      std::function<bool()> stop;
       factorizer<double> real;
       factorizer<std::complex<double>> complex;
       detail::keeper raised;
@@ -288,6 +297,11 @@ private:
       {
          auto self = static_cast<calls *>(context);
          return self->guarded([&] { return self->report && !self->report({restart, converged, wanted, residual}) ? 1 : 0; });
+      }
+      static int stop_callback(void *context)
+      {
+         auto self = static_cast<calls *>(context);
+         return self->guarded([&] { return self->stop && self->stop() ? 1 : 0; });
       }
       template <typename Scalar>
       static int factorize(void *context, std::int64_t n, std::int64_t entries, const std::int32_t *row_start,

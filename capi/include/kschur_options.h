@@ -127,6 +127,13 @@ typedef int (*kschur_progress_callback)(void *context, int64_t restart, int64_t 
  * long as the options are used. */
 int kschur_options_set_progress(kschur_options *options, kschur_progress_callback progress, void *context);
 
+/* Asked before each step that takes a while, and often within it, by the thread that called. Returns 0 to go on; anything else
+ * ends the computation as the progress callback does, without what comes after the step. */
+typedef int (*kschur_stop_callback)(void *context);
+
+/* Sets the stop callback and what it gets as context, borrowed as that of the progress callback; NULL for none. */
+int kschur_options_set_stop(kschur_options *options, kschur_stop_callback stop, void *context);
+
 /* The linear solver of a caller, in place of the library's. One computation factors several matrices, and several
  * factorizations live at the same time; threads that share the options call it at the same time. */
 

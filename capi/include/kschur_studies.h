@@ -112,7 +112,8 @@ int kschur_sweep_destroy(kschur_sweep **sweep);
 int kschur_sweep_get_message(const kschur_sweep *sweep, char *text, int64_t length);
 
 /* Solves at the next value of the parameter, which grows from point to point or falls, and finds out which mode is which. The
- * options are those of the first point. Fails as kschur_solve. */
+ * options are those of the first point, the callbacks those of each. Fails as kschur_solve; a point that a callback ended is
+ * not added, which is no failure. */
 int kschur_sweep_add(kschur_sweep *sweep, double value, kschur_problem *problem, const kschur_options *options);
 
 /* How many branches, points and events there are; pointers may be NULL. */

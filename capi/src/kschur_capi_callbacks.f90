@@ -8,12 +8,14 @@ module kschur_capi_callbacks
    private
    public :: progress_type, called_real_operator_type, called_complex_operator_type
 
-   !> Calls a kschur_progress_callback, where there is one.
+   !> Calls a kschur_progress_callback and a kschur_stop_callback, where there are such. What one of them ended stays so.
    type, extends(monitor_type) :: progress_type
-      type(c_funptr) :: callback = c_null_funptr
-      type(c_ptr) :: context = c_null_ptr
+      type(c_funptr) :: callback = c_null_funptr, stop_callback = c_null_funptr
+      type(c_ptr) :: context = c_null_ptr, stop_context = c_null_ptr
+      logical, private :: ended = .false.
    contains
       procedure :: report
+      procedure :: stops
    end type progress_type
 
    !> A kschur_apply_callback on real vectors.
@@ -37,6 +39,11 @@ module kschur_capi_callbacks
    end type called_complex_operator_type
 
    abstract interface
+      integer(c_int) function stop_interface(context) bind(c)
+         import :: c_int, c_ptr
+         type(c_ptr), value :: context
+      end function stop_interface
+
       integer(c_int) function progress_interface(context, restart, converged, wanted, residual) bind(c)
          import :: c_double, c_int, c_int64_t, c_ptr
          type(c_ptr), value :: context
@@ -73,8 +80,20 @@ contains
       if (.not. c_associated(self%callback)) return
       call c_f_procpointer(self%callback, callback)
       if (callback(self%context, int(restart, c_int64_t), int(converged, c_int64_t), int(wanted, c_int64_t), &
-         residual) /= 0) proceed = .false.
+         residual) /= 0) self%ended = .true.
+      if (self%ended) proceed = .false.
    end subroutine report
+
+   logical function stops(self)
+      class(progress_type), intent(inout) :: self
+      procedure(stop_interface), pointer :: callback
+
+      if (c_associated(self%stop_callback) .and. .not. self%ended) then
+         call c_f_procpointer(self%stop_callback, callback)
+         self%ended = callback(self%stop_context) /= 0
+      end if
+      stops = self%ended
+   end function stops
 
    integer function order_real(self)
       class(called_real_operator_type), intent(in) :: self

@@ -219,6 +219,19 @@ contains
       status = status_ok
    end function kschur_options_set_progress
 
+   integer(c_int) function kschur_options_set_stop(address, callback, context) bind(c) result(status)
+      type(c_ptr), value :: address, context
+      type(c_funptr), value :: callback
+      type(options_handle_type), pointer :: handle
+
+      status = status_null
+      handle => options_of(address)
+      if (.not. associated(handle)) return
+      handle%progress%stop_callback = callback
+      handle%progress%stop_context = context
+      status = status_ok
+   end function kschur_options_set_stop
+
    integer(c_int) function kschur_options_set_real_solver(address, factorize, solve, release, context) bind(c) &
       result(status)
       type(c_ptr), value :: address, context

@@ -131,7 +131,8 @@ contains
       call require(results, "results", error)
       if (.not. allocated(error)) call check_ready(handle, options_of(options), error)
       if (.not. allocated(error) .and. (count < 1 .or. count > huge(1))) &
-         call new_error(error, status_usage, "the number of "//what//" is to be 1 or more, not "//text(count))
+         call new_error(error, status_usage, "the number of "//what//" must lie between 1 and "//text(huge(1))//", not be "// &
+            text(count))
       if (.not. allocated(error)) call solve_each(handle, int(count), wanted, what, options_of(options), results, error)
       status = outcome(handle, error)
    end function solve_several

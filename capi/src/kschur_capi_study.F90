@@ -24,7 +24,8 @@ contains
       if (.not. has_modes(handle, status)) return
       call require_problem(problem, problem_handle, error)
       if (.not. allocated(error) .and. (count < 0 .or. count > huge(1))) &
-         call new_error(error, status_usage, "the number of directions is "//text(count))
+         call new_error(error, status_usage, "the number of directions must lie between 0 and "//text(huge(1))//", not be "// &
+            text(count))
       if (count > 0) call require(directions, "directions", error)
       if (.not. allocated(error)) then
          if (count > 0) then
@@ -122,7 +123,8 @@ contains
       if (.not. associated(handle)) return
       call check_problem(handle, error)
       if (.not. allocated(error) .and. (min(points, count) < 1 .or. max(points, count) > huge(1))) call new_error(error, &
-         status_usage, "the numbers of frequencies and forces are "//text(points)//" and "//text(count)//" but must be 1 or more")
+         status_usage, "the numbers of frequencies and forces must lie between 1 and "//text(huge(1))//", not be "// &
+         text(points)//" and "//text(count))
       call require(frequencies, "frequencies", error)
       call require(forces, "forces", error)
       call require(response, "response", error)

@@ -3,6 +3,7 @@ module kschur_capi_sweep
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
    use kschur, only: error_type, new_error, new_sweep, sweep_type, wp
    use kschur_capi_arrays, only: give_array, put
+   use kschur_capi_callbacks, only: progress_type
    use kschur_capi_options, only: options_handle_type, options_of
    use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
    use kschur_capi_status, only: handle_type, get_message, fail, outcome, require, status_memory, status_null, status_ok, &
@@ -32,6 +33,7 @@ contains
       type(sweep_handle_type), pointer :: handle
       type(problem_handle_type), pointer :: given
       type(options_handle_type), pointer :: wanted
+      type(progress_type) :: progress
       type(error_type), allocatable :: error
 
       status = status_null
@@ -51,7 +53,8 @@ contains
             allocate (handle%sweep)
             call new_sweep(handle%sweep, wanted%options)
          end if
-         call handle%sweep%add(value, given%problem, error)
+         progress = wanted%progress
+         call handle%sweep%add(value, given%problem, error, monitor=progress)
       end if
       if (.not. allocated(error)) call handle%sweep%finish()
       status = outcome(handle, error)

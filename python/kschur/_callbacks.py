@@ -3,29 +3,32 @@ kept, the solve ends, and it is raised again behind the call."""
 from __future__ import annotations
 
 import itertools
+import signal
+import threading
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
 
-from ._library import FACTORIZE, PROGRESS, RELEASE, SOLVE, Handle
+from ._library import FACTORIZE, PROGRESS, RELEASE, SOLVE, STOP, Handle
 
 _SINGULAR = 5
 _FAILED = 24
 
 
 class Callbacks:
-    """What is called back in one solve; it must live as long."""
+    """What is called back in a solve, which stands in `with`: behind it what was raised is raised again."""
 
     def __init__(self, options: Handle, progress: Callable[..., Any] | None, linear_solver: Callable[..., Any] | None) -> None:
         self.raised: BaseException | None = None
         self._progress = progress
+        self._handler: Any = None
         self._factors: dict[int, Any] = {}
         self._keys = itertools.count(1)
-        # Also without a function of the caller: an interrupt by the keyboard is raised in it.
-        self._kept: list[Any] = [PROGRESS(self._report)]
+        self._kept: list[Any] = [PROGRESS(self._report), STOP(self._stop)]
         options.call("set_progress", self._kept[0], None)
+        options.call("set_stop", self._kept[1], None)
         if linear_solver is None:
             return
         release = RELEASE(self._release)
@@ -34,12 +37,39 @@ class Callbacks:
             options.call(f"set_{kind}_solver", *functions, None)
             self._kept.extend(functions)
 
+    def __enter__(self) -> Callbacks:
+        # Python runs the handler of an interrupt where a callback begins, before its first line: an exception would be lost.
+        self._handler = None
+        if threading.current_thread() is threading.main_thread():
+            handler = signal.getsignal(signal.SIGINT)
+            if callable(handler):
+                self._handler = handler
+                signal.signal(signal.SIGINT, self._interrupted)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._handler is not None:
+            signal.signal(signal.SIGINT, self._handler)
+        if self.raised is not None:
+            raise self.raised
+
+    def _interrupted(self, number: int, frame: Any) -> None:
+        try:
+            self._handler(number, frame)
+        except BaseException as error:
+            self.raised = self.raised or error
+
     def _report(self, _context: Any, restart: int, converged: int, wanted: int, residual: float) -> int:
+        if self.raised is not None:
+            return 1
         try:
             return int(self._progress is not None and self._progress(restart, converged, wanted, residual) is True)
         except BaseException as error:
             self.raised = self.raised or error
             return 1
+
+    def _stop(self, _context: Any) -> int:
+        return int(self.raised is not None)
 
     def _factorize_as(self, scalar: Any, linear_solver: Callable[..., Any]) -> Callable[..., int]:
         def factorize(_context: Any, n: int, entries: int, row_start: Any, column: Any, value: Any, _symmetric: int,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .errors import OF_STATUS, Error
 
 PROGRESS = CFUNCTYPE(c_int, c_void_p, c_int64, c_int64, c_int64, c_double)
+STOP = CFUNCTYPE(c_int, c_void_p)
 FACTORIZE = CFUNCTYPE(c_int, c_void_p, c_int64, c_int64, POINTER(c_int32), POINTER(c_int32), POINTER(c_double), c_int,
                       POINTER(c_void_p))
 SOLVE = CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_int64, c_int64, POINTER(c_double))
@@ -33,6 +34,7 @@ _ARGUMENTS = {
     "kschur_sweep_add": [c_void_p, c_double, c_void_p, c_void_p],
     "kschur_sweep_get_numbers": [c_void_p, c_char_p, c_void_p, c_int64],
     "kschur_options_set_progress": [c_void_p, PROGRESS, c_void_p],
+    "kschur_options_set_stop": [c_void_p, STOP, c_void_p],
     "kschur_options_set_real_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],
     "kschur_options_set_complex_solver": [c_void_p, FACTORIZE, SOLVE, RELEASE, c_void_p],
     "kschur_result_get_numbers": [c_void_p, c_char_p, c_void_p, c_int64],

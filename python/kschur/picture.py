@@ -1,8 +1,8 @@
 """Several modes of a result in one picture."""
 from __future__ import annotations
 
-import os
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +35,10 @@ def main(words: list[str]) -> None:
         matplotlib.use("Agg")
         figure = draw(load(path), [int(number) - 1 for number in numbers])
         # It appears under its name when it is whole.
-        whole = Path(picture).with_name(f".{Path(picture).name}.{os.getpid()}{Path(picture).suffix}")
-        figure.savefig(whole, dpi=150, bbox_inches="tight", pad_inches=0.1)
-        whole.replace(picture)
+        place = Path(picture).absolute()
+        with tempfile.TemporaryDirectory(dir=place.parent, prefix=f"{place.name}.partial-") as staging:
+            whole = Path(staging, place.name)
+            figure.savefig(whole, dpi=150, bbox_inches="tight", pad_inches=0.1)
+            whole.replace(place)
     except Exception as error:
         sys.exit(f"kschur-picture: {error}")

@@ -69,7 +69,8 @@ def campbell(sweep: Sweep, *, parameter: str = "", ax: Any = None) -> Any:
         ax = plt.figure().add_subplot()
     frequency = np.abs(sweep.eigenvalues.imag) / (2 * np.pi)
     for branch, values in enumerate(frequency.T):
-        ax.plot(sweep.values, values, marker=".", linewidth=1, label=str(branch))
+        # There are ten colours.
+        ax.plot(sweep.values, values, marker=".", linewidth=1, linestyle=("-", "--", ":")[branch // 10 % 3], label=str(branch))
         unstable = sweep.eigenvalues[:, branch].real > 1e-11 * np.abs(sweep.eigenvalues[:, branch])
         ax.plot(sweep.values[unstable], values[unstable], "x", color="red")
     rising = np.argsort(sweep.values)

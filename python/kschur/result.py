@@ -21,7 +21,7 @@ _SECONDS = ("total", "analyze", "factorize", "solve", "orthogonalize", "examine"
 
 
 class Result:
-    """The modes of a problem, nearest to the target first. Arrays have a place for each mode; modes count from 0.
+    """The modes of a problem, nearest to the target first, of a band by frequency. Arrays have a place for each mode, from 0 on.
 
     eigenvalues : lambda (1/s), Im >= 0: a conjugate pair stands once.
     frequency_hz, damped_frequency_hz : |lambda| / 2 pi and |Im lambda| / 2 pi (Hz).

@@ -60,14 +60,12 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     problem = new_problem(M, K, R, Cq, geometry=geometry)
     options = new_options({"modes": modes, "target": target, "shift": shift, "left": left, "certify": certify, **more})
     directions = _columns(directions, problem)
-    callbacks = Callbacks(options, progress, linear_solver)
     result = Handle("result")
-    if band is None:
-        status = library.kschur_solve(problem.address, options.address, result.address)
-    else:
-        status = library.kschur_solve_band(problem.address, *_two_frequencies(band), options.address, result.address)
-    if callbacks.raised is not None:
-        raise callbacks.raised
+    with Callbacks(options, progress, linear_solver):
+        if band is None:
+            status = library.kschur_solve(problem.address, options.address, result.address)
+        else:
+            status = library.kschur_solve_band(problem.address, *_two_frequencies(band), options.address, result.address)
     result.check(status)
     found = Result(result)
     if properties:

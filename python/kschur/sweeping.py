@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ._callbacks import Callbacks
 from ._library import Handle
 from ._options import new_options
 from ._problem import new_problem
@@ -59,19 +60,30 @@ class Sweep:
 
 
 def sweep(matrices: Callable[[float], Any], values: Iterable[float], modes: int | None = None,
-          target: complex | None = None, **more: Any) -> Sweep:
+          target: complex | None = None, *, progress: Callable[[int, int, int, float], Any] | None = None, **more: Any) -> Sweep:
     """The modes nearest to a target at each value of a parameter, followed from point to point.
 
     matrices : called with a value; gives (M, K), (M, K, R) or (M, K, R, Cq), as for `kschur.solve`.
     values : of the parameter, rising or falling.
     modes, target, more : as for `kschur.solve`; with left=True modes of unsymmetric problems are followed by left vectors.
+    progress : as for `kschur.solve`; the sweep ends with the points before where it returns True.
     """
     points = np.asarray(list(values), float)
     if len(points) < 1 or not (np.all(np.diff(points) > 0) or np.all(np.diff(points) < 0)):
         raise UsageError("the values must rise or fall, one or more")
     options = new_options({"modes": modes, "target": target, **more})
+    callbacks = Callbacks(options, progress, None)
     handle = Handle("sweep")
-    for value in points:
+    for done, value in enumerate(points, 1):
         problem = new_problem(*matrices(float(value)))
-        handle.call("add", float(value), problem.address, options.address)
+        with callbacks:
+            handle.call("add", float(value), problem.address, options.address)
+        if _points(handle) < done:
+            break
     return Sweep(handle)
+
+
+def _points(handle: Handle) -> int:
+    points = c_int64()
+    handle.call("get_size", None, byref(points), None)
+    return points.value

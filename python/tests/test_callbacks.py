@@ -1,11 +1,17 @@
 """Functions of the caller: they are told, may cancel, may solve, and their exceptions come out."""
+import os
+import signal
+import time
+
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.sparse as sparse
 import scipy.sparse.linalg
 from test_solve import chain, chain_omega, damped
 
 import kschur
+from kschur._callbacks import Callbacks
 
 
 def test_progress_is_told_and_may_cancel():
@@ -25,6 +31,46 @@ def test_an_exception_in_progress_comes_out():
     with pytest.raises(KeyboardInterrupt):
         kschur.solve(*chain(400), modes=30, formulation="symmetric", progress=interrupt)
     assert len(kschur.solve(*chain(40), modes=3)) == 3
+
+
+def test_an_interrupt_ends_a_solve_at_its_next_step(monkeypatch):
+    n = 200
+    K = sparse.kronsum(*[sparse.diags([-1, 2, -1], [-1, 0, 1], (n, n))] * 2).tocsr()
+    M, asked, stop = sparse.identity(n * n, format="csr"), [], Callbacks._stop
+    monkeypatch.setattr(Callbacks, "_stop", lambda self, context: asked.append(0) or stop(self, context))
+    # Reports do not hear of it.
+    monkeypatch.setattr(Callbacks, "_report", lambda *_: 0)
+    began = time.process_time()
+    kschur.solve(M, K, modes=20, threads=1)
+    seconds, whole = time.process_time() - began, len(asked)
+    asked.clear()
+    handler = signal.getsignal(signal.SIGINT)
+    signal.signal(signal.SIGPROF, lambda *_: os.kill(os.getpid(), signal.SIGINT))
+    signal.setitimer(signal.ITIMER_PROF, seconds/2)
+    with pytest.raises(KeyboardInterrupt):
+        kschur.solve(M, K, modes=20, threads=1)
+    assert 0 < len(asked) < whole and signal.getsignal(signal.SIGINT) is handler
+
+
+def test_a_sweep_ends_with_the_points_before():
+    M, K = chain(200)
+    ended = []
+
+    def matrices(p):
+        ended.append(p)
+        return M, (1 + p) * K
+
+    def stop(*_):
+        return len(ended) > 2
+
+    assert list(kschur.sweep(matrices, [0, 1, 2, 3, 4], modes=3, formulation="symmetric", progress=stop).values) == [0, 1]
+    assert len(ended) == 3
+
+    def fail(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        kschur.sweep(matrices, [0, 1], modes=3, formulation="symmetric", progress=fail)
 
 
 @pytest.mark.parametrize("wanted", [{}, {"target": -0.1 + 1.1j}])

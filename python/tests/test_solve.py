@@ -195,6 +195,11 @@ def test_wrong_matrices(arguments, error, words):
         kschur.solve(*arguments(*chain(10)))
 
 
+def test_notes_count_from_zero():
+    result = kschur.solve(np.eye(2), np.array([[100.0, 1.0], [0.0, 100.0]]), modes=2)
+    assert any("modes 0 and 1 (counted from 0)" in note for note in result.notes)
+
+
 @pytest.mark.parametrize("options, words", [
     ({"modes": 0}, "at least 1"), ({"modes": 1.5}, "'modes' wants a whole number, not '1.5'"), ({"tolerance": "small"}, "tolerance"), ({"shift": [1]}, "shift cannot be"), ({"target": np.inf}, "target"),
     ({"formulation": "best"}, "no formulation 'best'"), ({"colour": 1}, "no option 'colour'"),

@@ -98,12 +98,14 @@ contains
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(inout) :: error
       character(kind=c_char, len=1) :: bytes(longest_path)
+      integer(c_int) :: kind
       integer :: i
 
       self%path = ""
       if (allocated(error)) return
-      if (index(path, "/dev/") == 1) then
-         call new_error(error, error_file, path//": a device, not a place for a file")
+      kind = kind_of_file(path)
+      if (index(path, "/dev/") == 1 .or. kind == pipe_or_device) then
+         call new_error(error, error_file, path//": a pipe or a device, not a place for a file")
          return
       end if
       self%target = path

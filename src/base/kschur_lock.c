@@ -1,11 +1,13 @@
 /* The mutexes of kschur_lock: Fortran 2008 has none. */
 #define _XOPEN_SOURCE 700
 #include <pthread.h>
+#include <signal.h>
 
 enum { locks = 5 };
 
 static pthread_once_t once = PTHREAD_ONCE_INIT;
 static pthread_mutex_t mutexes[locks];
+static sigset_t signals_before;
 
 /* A thread that takes a lock twice is told so instead of waiting for itself. */
 static void prepare(void)
@@ -28,4 +30,20 @@ int kschur_acquire_lock(int lock)
 void kschur_release_lock(int lock)
 {
    pthread_mutex_unlock(&mutexes[lock]);
+}
+
+/* SIGTERM waits, in the thread that calls. */
+void kschur_hold_sigterm(void)
+{
+   sigset_t term;
+
+   sigemptyset(&term);
+   sigaddset(&term, SIGTERM);
+   pthread_sigmask(SIG_BLOCK, &term, &signals_before);
+}
+
+/* It comes now. For who holds the lock of METIS, as what was before is kept once. */
+void kschur_let_sigterm(void)
+{
+   pthread_sigmask(SIG_SETMASK, &signals_before, NULL);
 }

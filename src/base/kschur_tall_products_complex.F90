@@ -5,7 +5,7 @@ module kschur_tall_products_complex
    use kschur_threads, only: panel_rows
    implicit none
    private
-   public :: complete_and_combine, form_combinations, inner_products, project_again, subtract_combinations
+   public :: column_length, complete_and_combine, form_combinations, inner_products, project_again, subtract_combinations
 
 #define SCALAR complex(wp)
 #define GEMV zgemv

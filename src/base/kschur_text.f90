@@ -25,21 +25,25 @@ contains
       write (buffer, "(i0)") number
    end function shown
 
-   ! The first precision that reads back as the same number.
+   ! The first precision that reads back as the same number: of one that fewer digits tell, so many tell it too, with zeros
+   ! at their end.
    pure function shortest(number) result(buffer)
       real(wp), intent(in) :: number
       character(len=longest) :: buffer
+      integer, parameter :: enough_for_fewer = precision(1.0_wp)
       character(len=12) :: layout
-      integer :: digits
+      integer :: digits, exponent
       real(wp) :: back
 
-      do digits = 1, 17
+      do digits = merge(enough_for_fewer, 1, abs(number) >= tiny(1.0_wp)), 17
          write (layout, "(a, i0, a)") "(es32.", digits - 1, "e3)"
          write (buffer, layout) number
          read (buffer, *) back
          if (.not. abs(back - number) > 0) exit
       end do
       buffer = adjustl(buffer)
+      exponent = index(buffer, "E")
+      if (exponent > 0) buffer = buffer(:verify(buffer(:exponent - 1), "0", back=.true.))//buffer(exponent:)
    end function shortest
 
    pure function rounded(number) result(buffer)

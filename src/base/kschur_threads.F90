@@ -32,6 +32,9 @@ module kschur_threads
          integer(c_int), value :: threads
       end function c_prepare_threads
 
+      subroutine c_leave_signals() bind(c, name="kschur_leave_signals")
+      end subroutine c_leave_signals
+
       subroutine c_make_heap() bind(c, name="kschur_make_heap")
       end subroutine c_make_heap
 
@@ -78,7 +81,8 @@ contains
       end if
    end subroutine enter_solve
 
-   ! OpenMP starts its threads when they are first used, and each makes its heap when it first needs one.
+   ! OpenMP starts its threads when they are first used, and each makes its heap when it first needs one. Signals are for
+   ! the thread of the caller.
    subroutine start_team(threads)
       integer, intent(in) :: threads
 
@@ -89,6 +93,7 @@ contains
       end associate
 #endif
       !$omp parallel
+      if (thread_number() > 1) call c_leave_signals()
       call c_make_heap()
       !$omp end parallel
    end subroutine start_team

@@ -1,6 +1,8 @@
 /* How many solves of a process share its cores, and how many threads its BLAS has meanwhile: Fortran 2008 has no
  * atomic counter, and only OpenBLAS, where it is there, says how to set that. */
+#define _XOPEN_SOURCE 700
 #include <pthread.h>
+#include <signal.h>
 #include <stddef.h>
 #include <stdlib.h>
 
@@ -83,6 +85,17 @@ int kschur_prepare_threads(int threads)
    }
    pthread_mutex_unlock(&mutex);
    return ready == all ? threads : ready > 0;
+}
+
+/* SIGINT and SIGTERM go to other threads than this. */
+void kschur_leave_signals(void)
+{
+   sigset_t both;
+
+   sigemptyset(&both);
+   sigaddset(&both, SIGINT);
+   sigaddset(&both, SIGTERM);
+   pthread_sigmask(SIG_BLOCK, &both, NULL);
 }
 
 /* Makes the heap of this thread, so that it is there. */

@@ -274,6 +274,8 @@ contains
 
       is_complex = .false.
       do i = 1, 2
+         ! HDF5 leaves it as it is where there is no such member.
+         place = -1
          call h5tget_member_index_f(type, "ri"(i:i), place, status(1))
          if (place < 0 .or. status(1) < 0) return
          call h5tget_member_offset_f(type, place, first(i), status(1))

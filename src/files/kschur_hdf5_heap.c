@@ -23,13 +23,15 @@ static int read_at(int file, uint64_t address, void *bytes, size_t count)
 }
 
 /* Copies an object of `length` bytes out of the heap that `reference` names: 4 bytes say the length, 8 where in the file,
- * 4 which object. `base` is where the addresses of the file count from. 0: done; -1: there is no such object. */
+ * 4 which object. `base` is where the addresses of the file count from. 0: done; -1: there is no such object, or the objects
+ * of the heap do not end where it ends. */
 int kschur_heap_object(int file, uint64_t base, const unsigned char *reference, char *bytes)
 {
    const size_t length = number(reference, 4);
    const uint64_t wanted = number(reference + 12, 4);
    uint64_t heap = number(reference + 4, 8), size, at, found;
    unsigned char head[header];
+   int outcome = -1;
 
    if (length == 0) return 0;
    if (heap > INT64_MAX - base) return -1;
@@ -39,11 +41,14 @@ int kschur_heap_object(int file, uint64_t base, const unsigned char *reference, 
    for (at = header; size >= header && at <= size - header; at += header + (found + 7)/8*8) {
       if (!read_at(file, heap + at, head, header)) return -1;
       found = number(head + 8, 8);
-      /* What follows object 0 is free. */
-      if (number(head, 2) == 0 || found > size - header - at) return -1;
-      if (number(head, 2) == wanted) return found >= length && read_at(file, heap + at + header, bytes, length) ? 0 : -1;
+      /* Object 0 is what is free, up to the end, with its head. */
+      if (number(head, 2) == 0) return found == size - at ? outcome : -1;
+      if (found > size - header - at) return -1;
+      if (number(head, 2) != wanted) continue;
+      if (found < length || !read_at(file, heap + at + header, bytes, length)) return -1;
+      outcome = 0;
    }
-   return -1;
+   return outcome;
 }
 
 /* A conversion of HDF5 that leaves the bytes as they are. */

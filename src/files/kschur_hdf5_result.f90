@@ -33,7 +33,7 @@ contains
       integer(hid_t) :: file
 
       if (.not. is_whole(result)) then
-         call new_error(error, error_usage, path//": a result without all its arrays cannot be written")
+         call new_error(error, error_usage, path//": the result is incomplete and cannot be written: a solve fills one")
          return
       end if
       call silence_hdf5(printing, error)
@@ -246,7 +246,7 @@ contains
       if (any([size(result%eigenvectors, 2), size(result%multipliers, 2), size(result%frequency_hz), &
          size(result%damped_frequency_hz), size(result%damping_ratio), size(result%backward_error), size(result%error_bound), &
          size(result%kind)] /= modes)) then
-         call new_error(error, error_input, "the datasets do not all have the same number of modes")
+         call new_error(error, error_input, "the datasets of modes differ in their number of modes")
       else if (any([size(result%eigenvectors, 1), size(result%multipliers, 1)] /= &
          [result%unknowns, result%constraints])) then
          call new_error(error, error_input, "the mode shapes do not have n unknowns and m multipliers")

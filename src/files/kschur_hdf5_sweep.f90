@@ -31,7 +31,7 @@ contains
       integer(hid_t) :: file
 
       if (.not. allocated(sweep%eigenvalues)) then
-         call new_error(error, error_usage, path//": a sweep that is not finished cannot be written")
+         call new_error(error, error_usage, path//": the sweep is not finished and cannot be written: call finish first")
          return
       end if
       call silence_hdf5(printing, error)

@@ -71,7 +71,7 @@ contains
    end subroutine try_in_child
 
    ! In the child.
-   subroutine run_attempt(context, code, message) bind(c)
+   subroutine run_attempt(context, code, message) bind(c, name="kschur_run_attempt")
       type(c_ptr), value :: context
       integer(c_int), intent(out) :: code
       character(kind=c_char), intent(out) :: message(*)

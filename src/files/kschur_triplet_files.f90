@@ -36,9 +36,8 @@ contains
       n = max(extent(mass), extent(stiffness), extent(damping), largest(constraints%column, constraints%count))
       last = max(n, largest(constraints%row, constraints%count))
       entries = sum(int([mass%count, stiffness%count, damping%count, constraints%count], long))
-      if (last > entries) call new_error(error, error_input, mass_path//", "//stiffness_path// &
-         ": an entry stands at row or column "//text(last)//", but with "//text(entries)// &
-         " entries some before it must be empty in all matrices")
+      if (last > entries) call new_error(error, error_input, "an entry stands at row or column "//text(last)// &
+         ", but with "//text(entries)//" entries some rows before it must be empty in all matrices: is the numbering right?")
       call settle(problem%mass, n, mass, "mass matrix M", error)
       call settle(problem%stiffness, n, stiffness, "stiffness matrix K", error)
       call settle(problem%damping, n, damping, "damping matrix R", error)

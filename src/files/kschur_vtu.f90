@@ -107,7 +107,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error
 
       if (.not. (allocated(mesh%types) .or. allocated(error))) &
-         call new_error(error, error_usage, path//": a mesh without cells cannot be drawn")
+         call new_error(error, error_usage, path//": the mesh has no cells to draw: give it some, lines between nodes for instance")
    end subroutine check_has_cells
 
    ! Up to where the data of the points begin.

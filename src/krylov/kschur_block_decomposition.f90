@@ -13,7 +13,7 @@ module kschur_block_decomposition
    use kschur_memory, only: real_bytes, require_memory
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_operator, only: symmetric_operator_type
-   use kschur_tall_products_real, only: inner_products, subtract_combinations
+   use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
    use kschur_text, only: text
    use kschur_threads, only: panel_rows
    implicit none
@@ -206,26 +206,46 @@ contains
          statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
          if (q == 0 .or. settled) exit
       end do
-      call append(d, x(:, :q), images(:, :q))
+      call append(d, x(:, :q), images)
       coefficients(k + 1:k + q, :) = coefficients(k + 1:k + q, :) + total(:q, :)
    end subroutine orthonormalize
 
    subroutine append(d, x, images)
       class(block_decomposition_type), intent(inout) :: d
-      real(wp), intent(in) :: x(:, :), images(:, :)
+      real(wp), contiguous, intent(in) :: x(:, :)
+      !> As many columns at least; used up.
+      real(wp), allocatable, intent(inout) :: images(:, :)
       real(wp), allocatable :: all(:, :)
       integer :: before, q, j
 
       q = size(x, 2)
       before = size(d%images, 2)
-      d%basis(:, d%vectors + 1:d%vectors + q) = x
+      call copy_columns(x, d%basis(:, d%vectors + 1:d%vectors + q))
       d%vectors = d%vectors + q
-      allocate (all(size(images, 1), before + q))
-      all(:, :before) = d%images
-      all(:, before + 1:) = images
-      call move_alloc(all, d%images)
-      d%longest = max(d%longest, maxval([0.0_wp, (norm2(x(:, j)), j=1, q)]))
+      if (before == 0 .and. size(images, 2) == q) then
+         call move_alloc(images, d%images)
+      else
+         allocate (all(size(x, 1), before + q))
+         all(:, :before) = d%images
+         all(:, before + 1:) = images(:, :q)
+         call move_alloc(all, d%images)
+      end if
+      d%longest = max(d%longest, maxval([0.0_wp, (column_length(x(:, j:j)), j=1, q)]))
    end subroutine append
+
+   subroutine copy_columns(x, y)
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), contiguous, intent(out) :: y(:, :)
+      integer :: i, j
+
+      do j = 1, size(x, 2)
+         !$omp parallel do schedule(static) if (size(x, 1) > panel_rows)
+         do i = 1, size(x, 1)
+            y(i, j) = x(i, j)
+         end do
+         !$omp end parallel do
+      end do
+   end subroutine copy_columns
 
    ! X := X - E E^T B X, E what is excluded.
    subroutine exclude(d, images, x)
@@ -303,17 +323,18 @@ contains
       real(wp), intent(in) :: triangle(b, b)
       ! Rows that stay in the cache.
       integer, parameter :: panel = 512
-      integer :: first
+      integer :: first, last
 
       if (b == 0) return
-      if (b == 1) then
-         ! With the inverse, rounded, as dtrsm does it, a unit vector would not stay as it is.
-         x = x/triangle(1, 1)
-         return
-      end if
-      !$omp parallel do schedule(static) if (n > panel_rows)
+      !$omp parallel do schedule(static) private(last) if (n > panel_rows)
       do first = 1, n, panel
-         call dtrsm("R", "U", "N", "N", min(panel, n - first + 1), b, 1.0_wp, triangle, b, x(first, 1), n)
+         last = min(first + panel - 1, n)
+         if (b == 1) then
+            ! With the inverse, rounded, as dtrsm does it, a unit vector would not stay as it is.
+            x(first:last, 1) = x(first:last, 1)/triangle(1, 1)
+         else
+            call dtrsm("R", "U", "N", "N", last - first + 1, b, 1.0_wp, triangle, b, x(first, 1), n)
+         end if
       end do
       !$omp end parallel do
    end subroutine divide

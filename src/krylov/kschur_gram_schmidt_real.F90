@@ -1,7 +1,8 @@
 !> Gram-Schmidt orthogonalisation of real columns.
 module kschur_gram_schmidt_real
    use kschur_kinds, only: wp
-   use kschur_tall_products_real, only: complete_and_combine, inner_products, project_again, subtract_combinations
+   use kschur_tall_products_real, only: column_length, complete_and_combine, inner_products, project_again, &
+      subtract_combinations
    implicit none
    private
    public :: orthogonalize_but_last, orthonormalize, place_last

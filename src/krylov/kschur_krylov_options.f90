@@ -31,6 +31,8 @@ module kschur_krylov_options
       !> What the Krylov space begins with, as many columns as a block has; not allocated: random vectors. Lanczos does not
       !> look at it.
       real(wp), allocatable :: start(:, :)
+      !> Convergence is not looked at before the space has this dimension: it is expected near it. Lanczos looks when it wants.
+      integer :: expected = 0
       !> Whether a later call with the same operator is to go on from where this one ends: structured
       !> quadratic forms keep their Krylov space then. Lanczos always does.
       logical :: keep = .false.

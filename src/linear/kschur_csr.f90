@@ -43,6 +43,8 @@ module kschur_csr
       procedure :: scale_entries
       !> Whether the matrix equals its transpose to rounding.
       procedure :: is_symmetric
+      !> Whether each entry of a square matrix has one that mirrors it.
+      procedure :: has_symmetric_pattern
       !> Whether every stored value is zero.
       procedure :: is_zero
       procedure, private :: add_product_real, add_product_complex
@@ -263,6 +265,31 @@ contains
          if (.not. negligible) negligible = abs(difference) <= rounding*min(maxima(i), maxima(j))
       end function negligible
    end function is_symmetric
+
+   ! Row after row, the entries left of the diagonal meet those above it, which wait in the order of their columns.
+   pure logical function has_symmetric_pattern(matrix)
+      class(csr_matrix_type), intent(in) :: matrix
+      integer :: next(matrix%rows), i, k
+
+      has_symmetric_pattern = .true.
+      next = matrix%row_start(:matrix%rows)
+      do i = 1, matrix%rows
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            associate (j => matrix%column(k))
+               if (j >= i) exit
+               has_symmetric_pattern = has_symmetric_pattern .and. next(j) < matrix%row_start(j + 1)
+               if (has_symmetric_pattern) has_symmetric_pattern = matrix%column(next(j)) == i
+               if (.not. has_symmetric_pattern) return
+               next(j) = next(j) + 1
+            end associate
+         end do
+         next(i) = k
+         if (k < matrix%row_start(i + 1)) then
+            if (matrix%column(k) == i) next(i) = k + 1
+         end if
+      end do
+      has_symmetric_pattern = all(next == matrix%row_start(2:matrix%rows + 1))
+   end function has_symmetric_pattern
 
    pure logical function is_zero(self)
       class(csr_matrix_type), intent(in) :: self

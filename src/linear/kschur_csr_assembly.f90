@@ -8,7 +8,7 @@ module kschur_csr_assembly
    implicit none
    private
    public :: new_csr_matrix, settle_csr_matrix, new_csr_from_triplets
-   public :: empty_csr_matrix, identity_csr_matrix, transpose_csr
+   public :: empty_csr_matrix, identity_csr_matrix, rows_of_csr, transpose_csr
 
 contains
 
@@ -74,7 +74,8 @@ contains
          else if (row_start(1) /= 1 .or. row_start(rows + 1) /= entries + 1) then
             call new_error(error, error_input, "the row starts do not span the "//text(entries)//" entries")
          else if (any(row_start(2:) < row_start(:rows))) then
-            call new_error(error, error_input, "the row starts descend")
+            call new_error(error, error_input, "the row starts descend at number "// &
+               text(findloc(row_start(2:) < row_start(:rows), .true., 1) + 1)//" of "//text(rows + 1))
          end if
       end associate
    end subroutine check_row_starts
@@ -88,10 +89,10 @@ contains
       integer, parameter :: very_large = 100000000, very_sparse = 100
 
       if (rows < 0 .or. columns < 0) then
-         call new_error(error, error_input, "a matrix cannot have "//text(rows)//" x "//text(columns)//" entries")
+         call new_error(error, error_input, "a matrix cannot be "//text(rows)//" x "//text(columns))
       else if (max(rows, columns) > very_large .and. max(rows, columns)/very_sparse > entries) then
          call new_error(error, error_input, "a matrix of "//text(rows)//" x "//text(columns)//" with only "// &
-            text(entries)//" entries cannot be meant")
+            text(entries)//" entries cannot be meant: are its extents right?")
       else if (.not. complete) then
          call new_error(error, error_input, "row indices, column indices and values differ in number")
       end if
@@ -209,6 +210,29 @@ contains
       allocate (matrix%column(n), source=[(i, i=1, n)])
       allocate (matrix%value(n), source=1.0_wp)
    end function identity_csr_matrix
+
+   !> Some rows, in the order that they are named in.
+   pure function rows_of_csr(matrix, chosen) result(part)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: chosen(:)
+      type(csr_matrix_type) :: part
+      integer :: i, first, entries
+
+      part%rows = size(chosen)
+      part%columns = matrix%columns
+      allocate (part%row_start(size(chosen) + 1))
+      part%row_start(1) = 1
+      do i = 1, size(chosen)
+         part%row_start(i + 1) = part%row_start(i) + matrix%row_start(chosen(i) + 1) - matrix%row_start(chosen(i))
+      end do
+      allocate (part%column(part%row_start(size(chosen) + 1) - 1), part%value(part%row_start(size(chosen) + 1) - 1))
+      do i = 1, size(chosen)
+         first = matrix%row_start(chosen(i))
+         entries = part%row_start(i + 1) - part%row_start(i)
+         part%column(part%row_start(i):part%row_start(i + 1) - 1) = matrix%column(first:first + entries - 1)
+         part%value(part%row_start(i):part%row_start(i + 1) - 1) = matrix%value(first:first + entries - 1)
+      end do
+   end function rows_of_csr
 
    !> The transpose.
    pure function transpose_csr(matrix) result(transposed)

@@ -1,11 +1,12 @@
 !> Linear combinations of sparse matrices of one shape. An entry stands wherever any of them
 !> has one, zeros included, so that the pattern depends on the matrices only.
 module kschur_csr_combination
+   use kschur_csr_assembly, only: transpose_csr
    use kschur_csr, only: complex_csr_matrix_type, csr_matrix_type
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: linear_combination, complex_combination
+   public :: complete_pattern, complex_combination, linear_combination
 
    !> The sum of coefficient(k) matrix(k), or of alpha A and beta B, which need not be copied into an array for it.
    interface linear_combination
@@ -59,6 +60,14 @@ contains
          call add_complex(combined, coefficients(k), matrices(k))
       end do
    end function complex_combination
+
+   !> Mirrors what is symmetric to rounding, where it has entries on one side of the diagonal alone: each factorisation would
+   !> look for their mirrors.
+   subroutine complete_pattern(matrix)
+      type(csr_matrix_type), intent(inout) :: matrix
+
+      if (.not. matrix%has_symmetric_pattern()) matrix = linear_combination(0.5_wp, matrix, 0.5_wp, transpose_csr(matrix))
+   end subroutine complete_pattern
 
    pure subroutine add_real(combined, coefficient, matrix)
       type(csr_matrix_type), intent(inout) :: combined

@@ -70,7 +70,7 @@ contains
             call report(self, spent, self%solver%description)
             return
          else if (self%inner == inner_ldl) then
-            call add_context(error, "the inner solver ldl does not fit")
+            call add_context(error, "the inner solver ldl does not fit, take auto or mumps")
             return
          else if (any(error%code == [error_memory, error_cancelled])) then
             return

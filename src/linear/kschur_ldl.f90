@@ -90,8 +90,7 @@ contains
       bytes = 0
       call require_memory(3*pattern%bytes(), "the elimination order", error)
       if (.not. allocated(error)) call analyze(pattern, structure, self%most_entries, symbolic, error)
-      ! The lower triangle of the matrix is kept in the order of elimination.
-      if (.not. allocated(error)) bytes = symbolic%bytes() + pattern%bytes()/2
+      if (.not. allocated(error)) bytes = symbolic%bytes()
    end subroutine estimate
 
    ! Their signs and sizes.
@@ -173,14 +172,14 @@ contains
       real(wp), contiguous, intent(out) :: y(:, :)
       integer :: i, j
 
-      !$omp parallel do schedule(static) private(i) if (size(order) > panel_rows)
-      do j = 1, size(order)
-         do i = 1, size(x, 2)
+      do i = 1, size(x, 2)
+         !$omp parallel do schedule(static) if (size(order) > panel_rows)
+         do j = 1, size(order)
             y(i, j) = x(order(j), i)
          end do
-         y(size(x, 2) + 1:, j) = 0
+         !$omp end parallel do
       end do
-      !$omp end parallel do
+      if (size(x, 2) < size(y, 1)) y(size(x, 2) + 1:, :) = 0
    end subroutine gather
 
    subroutine scatter(order, y, x)
@@ -189,12 +188,12 @@ contains
       real(wp), contiguous, intent(inout) :: x(:, :)
       integer :: i, j
 
-      !$omp parallel do schedule(static) private(i) if (size(order) > panel_rows)
-      do j = 1, size(order)
-         do i = 1, size(x, 2)
+      do i = 1, size(x, 2)
+         !$omp parallel do schedule(static) if (size(order) > panel_rows)
+         do j = 1, size(order)
             x(order(j), i) = y(i, j)
          end do
+         !$omp end parallel do
       end do
-      !$omp end parallel do
    end subroutine scatter
 end module kschur_ldl

@@ -3,12 +3,14 @@
 module kschur_left_looking
    use kschur_kinds, only: wp, long
    use kschur_panel, only: enclosure_type, factor_panel, factor_rows, subtract_rectangle, subtract_trapezoid
+   use kschur_sparse, only: csr_matrix_type
+   use kschur_subtrees, only: subtrees_type
    use kschur_symbolic, only: symbolic_type
    use kschur_threads, only: thread_number
    implicit none
    private
    public :: supernodal_factors_type, elimination_type, panel_type, workspace_type
-   public :: eliminate_supernode, eliminate_in_tiles, link_to_next, pass_on
+   public :: eliminate_supernode, eliminate_in_tiles, pass_on, take_over
 
    !> L and D, in the order and with the supernodes of a symbolic factorisation.
    type :: supernodal_factors_type
@@ -21,13 +23,17 @@ module kschur_left_looking
 
    !> What all threads share.
    type :: elimination_type
-      !> The lower triangle of A in the order of elimination, by columns.
-      integer, allocatable :: start(:), row(:)
-      real(wp), allocatable :: value(:)
+      !> Symmetric to rounding; one half of it is read.
+      type(csr_matrix_type), pointer :: matrix => null()
+      type(subtrees_type), pointer :: subtrees => null()
       !> Supernodes that are to update supernode s: head(s), next(head(s)) ...; the first of their rows that is in s, and how
-      !> many are.
-      integer, allocatable :: head(:), next(:), wide(:)
+      !> many are. Those of part t, and below it, that are to update one above: waiting(t), next(waiting(t)) ...
+      integer, allocatable :: head(:), next(:), wide(:), waiting(:)
       integer(long), allocatable :: reached(:)
+      !> Of each part, whether a pivot of it or below it is zero, or not a number.
+      logical, allocatable :: stopped(:)
+      !> The monitor ends the computation.
+      logical :: ended = .false.
       !> Of each column, terms as in `enclosure_type`, and (e + sqrt(e)) |d|, e its entries below the diagonal.
       real(wp), allocatable :: terms(:), weight(:)
    end type elimination_type
@@ -90,33 +96,33 @@ contains
 
       associate (first => symbolic%first(s), last => symbolic%first(s + 1) - 1)
          call fill_panel(symbolic, s, shared, panel)
-         !$omp parallel do schedule(dynamic) private(last_row)
+         !$omp taskloop grainsize(1) default(shared) private(last_row)
          do tile = 1, panel%rows, tile_rows
             last_row = min(tile + tile_rows - 1, panel%rows)
             call subtract_descendants(symbolic, factors, shared, tile, last_row, panel, work(thread_number()))
          end do
-         !$omp end parallel do
+         !$omp end taskloop
          call factor_panel(panel%columns, panel%columns, panel%entries, panel%rows, factors%pivot(first:last), &
-            work(1)%scaled, panel%enclosure)
+            work(thread_number())%scaled, panel%enclosure)
          stopped = .not. all(abs(factors%pivot(first:last)) > 0)
          if (stopped) return
          call weigh(panel, factors%pivot(first:last), first, shared)
          call store_triangle(panel%rows, panel%columns, panel%entries, factors%lower(factors%offset(s):))
-         !$omp parallel do schedule(dynamic) private(last_row)
+         !$omp taskloop grainsize(1) default(shared) private(last_row)
          do tile = panel%columns + 1, panel%rows, tile_rows
             last_row = min(tile + tile_rows - 1, panel%rows)
             call factor_rows(tile, last_row, panel%columns, panel%entries, panel%rows, factors%pivot(first:last), &
                work(thread_number())%scaled)
             call store_rows(panel, tile, last_row, factors%lower(factors%offset(s):))
          end do
-         !$omp end parallel do
+         !$omp end taskloop
       end associate
    end subroutine eliminate_in_tiles
 
-   !> What has rows in supernode s, and itself, will update the one of the next row that is left, up to supernode `last`.
-   subroutine pass_on(symbolic, s, last, shared)
+   !> What has rows in supernode s of part t, and itself, will update the one of the next row that is left.
+   subroutine pass_on(symbolic, s, t, shared)
       type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: s, last
+      integer, intent(in) :: s, t
       type(elimination_type), intent(inout) :: shared
       integer :: k, following
 
@@ -124,24 +130,43 @@ contains
       do while (k /= 0)
          following = shared%next(k)
          shared%reached(k) = shared%reached(k) + shared%wide(k)
-         call link_to_next(symbolic, k, last, shared)
+         call link_to_next(symbolic, k, t, shared)
          k = following
       end do
       shared%reached(s) = symbolic%start(s)
-      call link_to_next(symbolic, s, last, shared)
+      call link_to_next(symbolic, s, t, shared)
    end subroutine pass_on
 
-   !> Supernode s, whose rows before reached(s) are done, will update the one of this row, up to supernode `last`.
-   subroutine link_to_next(symbolic, s, last, shared)
+   !> What waits in part c, which is done and hangs on part t, will update supernodes of this one or of those above.
+   subroutine take_over(symbolic, c, t, shared)
       type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: s, last
+      integer, intent(in) :: c, t
+      type(elimination_type), intent(inout) :: shared
+      integer :: k, following
+
+      k = shared%waiting(c)
+      do while (k /= 0)
+         following = shared%next(k)
+         call link_to_next(symbolic, k, t, shared)
+         k = following
+      end do
+   end subroutine take_over
+
+   ! Supernode s, whose rows before reached(s) are done, will update the one of this row; above part t it waits.
+   subroutine link_to_next(symbolic, s, t, shared)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s, t
       type(elimination_type), intent(inout) :: shared
 
       if (shared%reached(s) >= symbolic%start(s + 1)) return
       associate (target => symbolic%supernode(symbolic%row(shared%reached(s))))
-         if (target > last) return
-         shared%next(s) = shared%head(target)
-         shared%head(target) = s
+         if (target <= shared%subtrees%root(t)) then
+            shared%next(s) = shared%head(target)
+            shared%head(target) = s
+         else
+            shared%next(s) = shared%waiting(t)
+            shared%waiting(t) = s
+         end if
       end associate
    end subroutine link_to_next
 
@@ -151,7 +176,7 @@ contains
       integer, intent(in) :: s
       type(elimination_type), intent(inout) :: shared
       type(panel_type), intent(inout) :: panel
-      integer :: j, k, p
+      integer :: i, j, k, p
 
       associate (first => symbolic%first(s), row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1))
          panel%supernode = s
@@ -165,9 +190,10 @@ contains
          end do
          panel%entries(:panel%rows*panel%columns) = 0
          do j = 1, panel%columns
-            do p = shared%start(first + j - 1), shared%start(first + j) - 1
-               k = (j - 1)*panel%rows + panel%place(shared%row(p))
-               panel%entries(k) = panel%entries(k) + shared%value(p)
+            i = symbolic%order(first + j - 1)
+            do p = shared%matrix%row_start(i), shared%matrix%row_start(i + 1) - 1
+               k = symbolic%position(shared%matrix%column(p))
+               if (k >= first + j - 1) panel%entries((j - 1)*panel%rows + panel%place(k)) = shared%matrix%value(p)
             end do
          end do
          if (panel%enclosure%side /= 0) then

@@ -3,7 +3,7 @@
 !> multiplier follows the unknowns it touches, unless half the model hangs on them.
 module kschur_ordering
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_int
-   use kschur_error, only: error_type, new_error, error_cancelled, error_library
+   use kschur_error, only: error_type, new_error, error_library
    use kschur_linear_solver, only: matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_metis
    use kschur_quotient_graph, only: graph_type, merge_nodes, quotient_graph, stable_order
@@ -12,8 +12,7 @@ module kschur_ordering
    private
    public :: elimination_order
 
-   integer, parameter :: metis_ok = 1, metis_error = -4
-   integer(c_int), parameter :: sigterm = 15
+   integer, parameter :: metis_ok = 1
    integer, parameter :: metis_options = 40
    ! Position of METIS_OPTION_NUMBERING, counted from 1.
    integer, parameter :: metis_numbering = 18
@@ -35,10 +34,11 @@ module kschur_ordering
          integer(c_int32_t), intent(out) :: old_of_new(*), new_of_old(*)
       end function metis_nodend
 
-      integer(c_int) function c_raise(number) bind(C, name="raise")
-         import :: c_int
-         integer(c_int), value :: number
-      end function c_raise
+      subroutine c_hold_sigterm() bind(C, name="kschur_hold_sigterm")
+      end subroutine c_hold_sigterm
+
+      subroutine c_let_sigterm() bind(C, name="kschur_let_sigterm")
+      end subroutine c_let_sigterm
    end interface
 
 contains
@@ -135,14 +135,12 @@ contains
       status = metis_setdefaultoptions(options)
       options(metis_numbering) = 1
       call acquire_lock(lock_metis)
+      ! METIS takes SIGTERM for itself and jumps out of where it is then, be it the middle of malloc.
+      call c_hold_sigterm()
       status = metis_nodend(vertices, graph%start, graph%neighbour, weight, options, old_of_new, rank)
+      call c_let_sigterm()
       call release_lock(lock_metis)
-      if (status == metis_error) then
-         ! METIS takes SIGTERM for itself: it goes to whom it was for.
-         status = c_raise(sigterm)
-         call new_error(error, error_cancelled, "a signal ended the search for an elimination order")
-      else if (status /= metis_ok) then
-         call new_error(error, error_library, "METIS could not order the matrix: METIS_NodeND returned "//text(status))
-      end if
+      if (status /= metis_ok) call new_error(error, error_library, &
+         "METIS could not order the matrix: METIS_NodeND returned "//text(status))
    end subroutine nested_dissection
 end module kschur_ordering

@@ -12,6 +12,7 @@ module kschur_quasi_definite
    use kschur_ldl, only: ldl_real_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
+   use kschur_threads, only: panel_rows
    use kschur_trial_solution, only: try_solver
    implicit none
    private
@@ -171,15 +172,16 @@ contains
    end subroutine solve_and_refine
 
    ! b - A x, summed in more than the working precision.
-   pure subroutine find_residual(matrix, rhs, x, residual)
+   subroutine find_residual(matrix, rhs, x, residual)
       type(csr_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: rhs(:, :), x(:, :)
-      real(wp), intent(out) :: residual(:, :)
+      real(wp), contiguous, intent(in) :: rhs(:, :), x(:, :)
+      real(wp), contiguous, intent(out) :: residual(:, :)
       real(xp) :: total
       integer :: i, j, k
 
-      do j = 1, size(x, 2)
-         do i = 1, matrix%rows
+      !$omp parallel do schedule(static) private(j, k, total) if (matrix%rows > panel_rows)
+      do i = 1, matrix%rows
+         do j = 1, size(x, 2)
             total = rhs(i, j)
             do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
                total = total - real(matrix%value(k), xp)*x(matrix%column(k), j)
@@ -187,5 +189,6 @@ contains
             residual(i, j) = real(total, wp)
          end do
       end do
+      !$omp end parallel do
    end subroutine find_residual
 end module kschur_quasi_definite

@@ -2,11 +2,11 @@
 module kschur_sparse
    use kschur_csr, only: complex_csr_matrix_type, csr_matrix_type
    use kschur_csr_assembly, only: empty_csr_matrix, identity_csr_matrix, new_csr_from_triplets, new_csr_matrix, &
-      settle_csr_matrix, transpose_csr
-   use kschur_csr_combination, only: complex_combination, linear_combination
+      rows_of_csr, settle_csr_matrix, transpose_csr
+   use kschur_csr_combination, only: complete_pattern, complex_combination, linear_combination
    implicit none
    private
    public :: csr_matrix_type, complex_csr_matrix_type
    public :: new_csr_matrix, settle_csr_matrix, new_csr_from_triplets, empty_csr_matrix, identity_csr_matrix
-   public :: linear_combination, complex_combination, transpose_csr
+   public :: complete_pattern, linear_combination, complex_combination, rows_of_csr, transpose_csr
 end module kschur_sparse

@@ -6,6 +6,7 @@ module kschur_substitution
    use kschur_left_looking, only: supernodal_factors_type
    use kschur_subtrees, only: subtrees_type
    use kschur_symbolic, only: symbolic_type
+   use kschur_threads, only: team_size, thread_number
    implicit none
    private
    public :: substitute, block
@@ -16,15 +17,21 @@ module kschur_substitution
    ! Entries that are read before a call of BLAS returns.
    integer, parameter :: small = 600, small_block = 1000
 
-   ! What a subtree subtracts from the rows above it.
+   ! What a part subtracts from the rows above it.
    type :: passed_type
       real(wp), allocatable :: values(:, :)
    end type passed_type
 
+   ! Of a thread: the rows of a supernode; what its part subtracts from those above, zero between parts.
+   type :: workspace_type
+      real(wp), allocatable :: rows(:, :), above(:, :)
+   end type workspace_type
+
 contains
 
    !> y := L^{-T} D^{-1} L^{-1} y, in the order of elimination: y holds the right-hand sides of an unknown side by side,
-   !> one or a block. Subtrees are independent of each other; what they pass on is added up in their order.
+   !> one or a block. Parts of the tree that do not hang on each other share the threads; what they pass on is added up in
+   !> their order.
    subroutine substitute(symbolic, subtrees, factors, y, error)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
@@ -32,68 +39,113 @@ contains
       real(wp), contiguous, intent(inout) :: y(:, :)
       type(error_type), allocatable, intent(out) :: error
       type(passed_type), allocatable :: passed(:)
-      ! Workspace of a thread: the rows of a supernode; what is above its subtree.
-      real(wp), allocatable :: rows(:, :), above(:, :)
-      integer :: lanes, n, t, i, status, failed
+      type(workspace_type), allocatable :: work(:)
+      ! A part waits upwards for those that hang on it, downwards for the one that it hangs on.
+      logical :: turn(size(subtrees%root) + 1)
+      integer :: t, i, status
 
-      lanes = size(y, 1)
-      n = size(y, 2)
-      allocate (passed(size(subtrees%root)))
-      failed = 0
-      !$omp parallel private(rows, above, status) reduction(max: failed) if (size(passed) > 1)
-      allocate (rows(lanes, symbolic%most_rows()), above(lanes, subtrees%columns), stat=status)
-      failed = max(failed, abs(status))
-      if (status == 0) above = 0
-      !$omp do schedule(dynamic)
-      do t = 1, size(passed)
-         if (status == 0) call climb(symbolic, subtrees, factors, t, y, rows, above, passed(t))
+      allocate (passed(size(subtrees%root)), work(team_size()), stat=status)
+      do i = 1, team_size()
+         if (status == 0) allocate (work(i)%rows(size(y, 1), symbolic%most_rows()), stat=status)
+         if (status == 0) allocate (work(i)%above(size(y, 1), subtrees%columns), source=0.0_wp, stat=status)
       end do
-      !$omp end do
-      !$omp single
-      if (status == 0) then
-         do t = 1, size(passed)
-            call add_passed(symbolic, subtrees%root(t), passed(t), y)
-         end do
-         do i = 1, size(subtrees%top)
-            call forward(symbolic, subtrees%place, factors, subtrees%top(i), n, y, rows, above)
-         end do
-         call divide(factors%pivot, y)
-         do i = size(subtrees%top), 1, -1
-            call backward(symbolic, factors, subtrees%top(i), y, rows)
-         end do
+      if (status /= 0) then
+         call new_error(error, error_memory, "no memory for the right-hand sides")
+         return
       end if
-      !$omp end single
-      !$omp do schedule(dynamic)
+      !$omp parallel num_threads(size(work)) if (size(passed) > 1)
+      !$omp master
       do t = 1, size(passed)
-         if (status == 0) call descend(symbolic, factors, subtrees%first(t), subtrees%root(t), y, rows)
+         !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
+         call climb(symbolic, subtrees, factors, t, y, work(thread_number()), passed)
+         !$omp end task
       end do
-      !$omp end do
+      do t = size(passed), 1, -1
+         !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
+         call descend(symbolic, subtrees, factors, t, y, work(thread_number())%rows)
+         !$omp end task
+      end do
+      !$omp end master
       !$omp end parallel
-      if (failed /= 0) call new_error(error, error_memory, "no memory for the right-hand sides")
    end subroutine substitute
 
-   subroutine climb(symbolic, subtrees, factors, t, y, rows, above, passed)
+   ! L^{-1} of a part.
+   subroutine climb(symbolic, subtrees, factors, t, y, work, passed)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
+      type(supernodal_factors_type), intent(in) :: factors
+      integer, intent(in) :: t
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      type(workspace_type), intent(inout) :: work
+      type(passed_type), intent(inout) :: passed(:)
+      integer :: last, c, s
+
+      last = symbolic%first(subtrees%root(t) + 1) - 1
+      do c = 1, t - 1
+         if (subtrees%above(c) /= t) cycle
+         call subtract(symbolic, subtrees, subtrees%root(c), last, passed(c)%values, y, work%above)
+         deallocate (passed(c)%values)
+      end do
+      do s = subtrees%first(t), subtrees%root(t)
+         call forward(symbolic, factors, s, y, work%rows)
+         call subtract(symbolic, subtrees, s, last, work%rows, y, work%above)
+      end do
+      ! The rows of its root are all that a part reaches.
+      associate (root => subtrees%root(t))
+         associate (place => subtrees%place(symbolic%row(symbolic%start(root):symbolic%start(root + 1) - 1)))
+            passed(t)%values = work%above(:, place)
+            work%above(:, place) = 0
+         end associate
+      end associate
+   end subroutine climb
+
+   ! Values in the rows of supernode s: from y up to row `last`, from what is above behind it.
+   pure subroutine subtract(symbolic, subtrees, s, last, values, y, above)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
+      integer, intent(in) :: s, last
+      real(wp), contiguous, intent(in) :: values(:, :)
+      real(wp), contiguous, intent(inout) :: y(:, :), above(:, :)
+      integer :: i, inside
+
+      associate (row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1), place => subtrees%place)
+         do inside = size(row), 1, -1
+            if (row(inside) <= last) exit
+         end do
+         if (size(y, 1) == 1) then
+            do i = 1, inside
+               y(1, row(i)) = y(1, row(i)) - values(1, i)
+            end do
+            do i = inside + 1, size(row)
+               above(1, place(row(i))) = above(1, place(row(i))) + values(1, i)
+            end do
+         else
+            do i = 1, inside
+               y(:block, row(i)) = y(:block, row(i)) - values(:block, i)
+            end do
+            do i = inside + 1, size(row)
+               above(:block, place(row(i))) = above(:block, place(row(i))) + values(:block, i)
+            end do
+         end if
+      end associate
+   end subroutine subtract
+
+   ! L^{-T} D^{-1} of a part.
+   subroutine descend(symbolic, subtrees, factors, t, y, rows)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
       type(supernodal_factors_type), intent(in) :: factors
       integer, intent(in) :: t
       real(wp), contiguous, intent(inout) :: y(:, :), rows(:, :)
-      !> Zero, as it is left.
-      real(wp), contiguous, intent(inout) :: above(:, :)
-      type(passed_type), intent(inout) :: passed
       integer :: s
 
-      do s = subtrees%first(t), subtrees%root(t)
-         call forward(symbolic, subtrees%place, factors, s, symbolic%first(subtrees%root(t) + 1) - 1, y, rows, above)
-      end do
-      ! The rows of its root are all that a subtree reaches.
-      associate (root => subtrees%root(t))
-         associate (place => subtrees%place(symbolic%row(symbolic%start(root):symbolic%start(root + 1) - 1)))
-            passed%values = above(:, place)
-            above(:, place) = 0
-         end associate
+      associate (first => symbolic%first(subtrees%first(t)), last => symbolic%first(subtrees%root(t) + 1) - 1)
+         call divide(factors%pivot(first:last), y(:, first:last))
       end associate
-   end subroutine climb
+      do s = subtrees%root(t), subtrees%first(t), -1
+         call backward(symbolic, factors, s, y, rows)
+      end do
+   end subroutine descend
 
    pure subroutine divide(pivot, y)
       real(wp), intent(in) :: pivot(:)
@@ -109,66 +161,19 @@ contains
       end if
    end subroutine divide
 
-   pure subroutine add_passed(symbolic, root, passed, y)
-      type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: root
-      type(passed_type), intent(in) :: passed
-      real(wp), contiguous, intent(inout) :: y(:, :)
-      integer :: i
-
-      associate (row => symbolic%row(symbolic%start(root):symbolic%start(root + 1) - 1))
-         do i = 1, size(row)
-            y(:, row(i)) = y(:, row(i)) + passed%values(:, i)
-         end do
-      end associate
-   end subroutine add_passed
-
-   subroutine descend(symbolic, factors, first, root, y, rows)
+   ! L^{-1} of one supernode; the rows are what is to be subtracted below it.
+   subroutine forward(symbolic, factors, s, y, rows)
       type(symbolic_type), intent(in) :: symbolic
       type(supernodal_factors_type), intent(in) :: factors
-      integer, intent(in) :: first, root
+      integer, intent(in) :: s
       real(wp), contiguous, intent(inout) :: y(:, :), rows(:, :)
-      integer :: s
 
-      do s = root, first, -1
-         call backward(symbolic, factors, s, y, rows)
-      end do
-   end subroutine descend
-
-   ! L^{-1} of one supernode: what is in rows up to `last` is subtracted there, the rest from what is above.
-   subroutine forward(symbolic, place, factors, s, last, y, rows, above)
-      type(symbolic_type), intent(in) :: symbolic
-      !> Of a row, where it stands above.
-      integer, intent(in) :: place(:)
-      type(supernodal_factors_type), intent(in) :: factors
-      integer, intent(in) :: s, last
-      real(wp), contiguous, intent(inout) :: y(:, :), rows(:, :), above(:, :)
-      integer :: i, inside
-
-      associate (first => symbolic%first(s), row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1), &
+      associate (first => symbolic%first(s), below => int(symbolic%start(s + 1) - symbolic%start(s)), &
          columns => symbolic%first(s + 1) - symbolic%first(s))
          if (size(y, 1) == 1) then
-            call forward_one(columns, size(row), factors%lower(factors%offset(s):), y(:, first:), rows)
+            call forward_one(columns, below, factors%lower(factors%offset(s):), y(:, first:), rows)
          else
-            call forward_block(columns, size(row), factors%lower(factors%offset(s):), y(:, first:), rows)
-         end if
-         do inside = size(row), 1, -1
-            if (row(inside) <= last) exit
-         end do
-         if (size(y, 1) == 1) then
-            do i = 1, inside
-               y(1, row(i)) = y(1, row(i)) - rows(1, i)
-            end do
-            do i = inside + 1, size(row)
-               above(1, place(row(i))) = above(1, place(row(i))) - rows(1, i)
-            end do
-         else
-            do i = 1, inside
-               y(:block, row(i)) = y(:block, row(i)) - rows(:block, i)
-            end do
-            do i = inside + 1, size(row)
-               above(:block, place(row(i))) = above(:block, place(row(i))) - rows(:block, i)
-            end do
+            call forward_block(columns, below, factors%lower(factors%offset(s):), y(:, first:), rows)
          end if
       end associate
    end subroutine forward

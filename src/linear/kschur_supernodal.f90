@@ -1,11 +1,12 @@
-!> LDL^T without pivoting, left-looking, one supernode after the other. Threads work on independent subtrees of the
-!> elimination tree, and above these on tiles of a panel: neither depends on how many threads there are, nor does a digit.
+!> LDL^T without pivoting, left-looking, one supernode after the other. Threads share parts of the elimination tree that do
+!> not hang on each other, and above its leaves tiles of a panel: neither depends on how many threads there are, nor does a
+!> digit.
 !> E. G. Ng, B. W. Peyton, SIAM J. Sci. Comput. 14 (1993), doi 10.1137/0914063.
 module kschur_supernodal
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
-   use kschur_left_looking, only: elimination_type, eliminate_in_tiles, eliminate_supernode, link_to_next, panel_type, &
-      pass_on, supernodal_factors_type, workspace_type
+   use kschur_left_looking, only: elimination_type, eliminate_in_tiles, eliminate_supernode, panel_type, pass_on, &
+      supernodal_factors_type, take_over, workspace_type
    use kschur_monitor, only: ask_monitor, is_stopped, monitor_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_subtrees, only: subtrees_type
@@ -21,102 +22,95 @@ module kschur_supernodal
 
 contains
 
-   !> Factors a symmetric matrix, of which it reads the lower triangle. Goes no further than a pivot that is zero, or not a
+   !> Factors a symmetric matrix, of which it reads one half. Goes no further than a pivot that is zero, or not a
    !> number: those that depend on it are zero. With a `side`, each pivot is moved downwards (-1) or upwards (1) by as much
    !> as rounding may do.
    subroutine eliminate(matrix, symbolic, subtrees, side, factors, error, monitor)
-      type(csr_matrix_type), intent(in) :: matrix
+      type(csr_matrix_type), target, intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
-      type(subtrees_type), intent(in) :: subtrees
+      type(subtrees_type), target, intent(in) :: subtrees
       integer, intent(in) :: side
       type(supernodal_factors_type), intent(inout) :: factors
       type(error_type), allocatable, intent(out) :: error
-      !> Asked between subtrees, and between supernodes above these: its end is an error.
+      !> Asked between parts of the tree, and between supernodes above its leaves: its end is an error.
       class(monitor_type), optional, intent(inout) :: monitor
       type(elimination_type) :: shared
       type(panel_type), allocatable :: panels(:)
       type(workspace_type), allocatable :: work(:)
+      ! A part waits for those that hang on it.
+      logical :: turn(size(subtrees%root) + 1)
       integer :: t, status
-      logical :: stopped, ended, now
 
       allocate (panels(team_size()), work(team_size()), stat=status)
       if (status == 0) call make_room(symbolic, side, factors, panels, work, status)
-      if (status == 0) call share(matrix, symbolic, side, shared, status)
+      if (status == 0) call share(matrix, symbolic, subtrees, side, shared, status)
       if (status /= 0) then
          call new_error(error, error_memory, "no memory for the LDL^T factors")
          return
       end if
-      stopped = .false.
-      ended = .false.
-      !$omp parallel do schedule(dynamic) reduction(.or.: stopped) private(now) if (size(subtrees%root) > 1)
+      !$omp parallel num_threads(size(work)) if (.not. all(subtrees%is_leaf))
+      !$omp master
       do t = 1, size(subtrees%root)
-         ! The thread of the caller asks; the others look at what it was told.
-         if (thread_number() == 1) then
-            now = is_stopped(monitor)
-            !$omp atomic write
-            ended = now
-         end if
-         !$omp atomic read
-         now = ended
-         if (now) cycle
-         call eliminate_subtree(symbolic, [subtrees%first(t), subtrees%root(t)], shared, factors, panels(thread_number()), &
-            work(thread_number()), stopped)
+         !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
+         call eliminate_part(symbolic, t, shared, factors, panels(thread_number()), work, monitor)
+         !$omp end task
       end do
-      !$omp end parallel do
-      if (.not. (stopped .or. ended)) call eliminate_top(symbolic, subtrees, shared, factors, panels(1), work, monitor)
+      !$omp end master
+      !$omp end parallel
       call ask_monitor(monitor, error)
    end subroutine eliminate
 
-   ! Supernodes from ... to, the last of which is above the others.
-   subroutine eliminate_subtree(symbolic, range, shared, factors, panel, work, stopped)
+   ! Nothing, where one that hangs on it was stopped.
+   subroutine eliminate_part(symbolic, t, shared, factors, panel, work, monitor)
       type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: range(2)
+      integer, intent(in) :: t
       type(elimination_type), intent(inout) :: shared
       type(supernodal_factors_type), intent(inout) :: factors
       type(panel_type), intent(inout) :: panel
-      type(workspace_type), intent(inout) :: work
-      logical, intent(inout) :: stopped
-      logical :: now
-      integer :: s
-
-      do s = range(1), range(2)
-         call eliminate_supernode(symbolic, s, shared, factors, panel, work, now)
-         stopped = stopped .or. now
-         if (now) return
-         call pass_on(symbolic, s, range(2), shared)
-      end do
-   end subroutine eliminate_subtree
-
-   ! The supernodes above all subtrees.
-   subroutine eliminate_top(symbolic, subtrees, shared, factors, panel, work, monitor)
-      type(symbolic_type), intent(in) :: symbolic
-      type(subtrees_type), intent(in) :: subtrees
-      type(elimination_type), intent(inout) :: shared
-      type(supernodal_factors_type), intent(inout) :: factors
-      type(panel_type), intent(inout) :: panel
+      !> Of all threads.
       type(workspace_type), intent(inout) :: work(:)
       class(monitor_type), optional, intent(inout) :: monitor
-      integer :: i, s, t, nodes
-      logical :: stopped
+      logical :: stopped, ended
+      integer :: c, s
 
-      nodes = size(symbolic%first) - 1
-      do t = 1, size(subtrees%root)
-         do s = subtrees%first(t), subtrees%root(t)
-            call link_to_next(symbolic, s, nodes, shared)
+      stopped = .false.
+      do c = 1, t - 1
+         if (shared%subtrees%above(c) /= t) cycle
+         call take_over(symbolic, c, t, shared)
+         stopped = stopped .or. shared%stopped(c)
+      end do
+      associate (first => shared%subtrees%first(t), root => shared%subtrees%root(t), is_leaf => shared%subtrees%is_leaf(t))
+         do s = first, root
+            call ask(shared, s == first .or. .not. is_leaf, monitor, ended)
+            if (stopped .or. ended) exit
+            if (is_leaf .or. entries_of_panel(symbolic, s) < least_entries) then
+               call eliminate_supernode(symbolic, s, shared, factors, panel, work(thread_number()), stopped)
+            else
+               call eliminate_in_tiles(symbolic, s, shared, factors, panel, work, stopped)
+            end if
+            if (.not. stopped) call pass_on(symbolic, s, t, shared)
          end do
-      end do
-      do i = 1, size(subtrees%top)
-         if (is_stopped(monitor)) return
-         s = subtrees%top(i)
-         if (entries_of_panel(symbolic, s) < least_entries) then
-            call eliminate_supernode(symbolic, s, shared, factors, panel, work(1), stopped)
-         else
-            call eliminate_in_tiles(symbolic, s, shared, factors, panel, work, stopped)
+      end associate
+      shared%stopped(t) = stopped
+   end subroutine eliminate_part
+
+   ! The thread of the caller asks; the others look at what it was told.
+   subroutine ask(shared, now, monitor, ended)
+      type(elimination_type), intent(inout) :: shared
+      logical, intent(in) :: now
+      class(monitor_type), optional, intent(inout) :: monitor
+      logical, intent(out) :: ended
+
+      if (thread_number() == 1) then
+         if (now) then
+            ended = is_stopped(monitor)
+            !$omp atomic write
+            shared%ended = ended
          end if
-         if (stopped) return
-         call pass_on(symbolic, s, nodes, shared)
-      end do
-   end subroutine eliminate_top
+      end if
+      !$omp atomic read
+      ended = shared%ended
+   end subroutine ask
 
    pure integer(long) function entries_of_panel(symbolic, s)
       type(symbolic_type), intent(in) :: symbolic
@@ -162,55 +156,23 @@ contains
       end do
    end subroutine make_room
 
-   subroutine share(matrix, symbolic, side, shared, status)
-      type(csr_matrix_type), intent(in) :: matrix
+   subroutine share(matrix, symbolic, subtrees, side, shared, status)
+      type(csr_matrix_type), target, intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), target, intent(in) :: subtrees
       integer, intent(in) :: side
       type(elimination_type), intent(inout) :: shared
       integer, intent(out) :: status
 
-      associate (nodes => size(symbolic%first) - 1)
+      shared%matrix => matrix
+      shared%subtrees => subtrees
+      associate (nodes => size(symbolic%first) - 1, parts => size(subtrees%root))
          allocate (shared%next(nodes), shared%wide(nodes), shared%reached(nodes), stat=status)
-         if (status == 0) allocate (shared%head(nodes), source=0, stat=status)
+         if (status == 0) allocate (shared%head(nodes), shared%waiting(parts), source=0, stat=status)
+         if (status == 0) allocate (shared%stopped(parts), source=.false., stat=status)
       end associate
-      if (status == 0) call take_lower_triangle(matrix, symbolic, shared, status)
       if (status == 0 .and. side /= 0) call count_terms(symbolic, shared, status)
    end subroutine share
-
-   ! Sorted by columns, as rows come in ascending order.
-   subroutine take_lower_triangle(matrix, symbolic, shared, status)
-      type(csr_matrix_type), intent(in) :: matrix
-      type(symbolic_type), intent(in) :: symbolic
-      type(elimination_type), intent(inout) :: shared
-      integer, intent(out) :: status
-      integer :: i, k, p
-
-      allocate (shared%start(matrix%rows + 2), source=0, stat=status)
-      if (status /= 0) return
-      do k = 1, matrix%rows
-         do p = matrix%row_start(k), matrix%row_start(k + 1) - 1
-            i = symbolic%position(matrix%column(p))
-            if (i <= symbolic%position(k)) shared%start(i + 2) = shared%start(i + 2) + 1
-         end do
-      end do
-      shared%start(1:2) = 1
-      do k = 3, size(shared%start)
-         shared%start(k) = shared%start(k) + shared%start(k - 1)
-      end do
-      associate (entries => shared%start(size(shared%start)) - 1)
-         allocate (shared%row(entries), shared%value(entries), stat=status)
-      end associate
-      if (status /= 0) return
-      do k = 1, matrix%rows
-         do p = matrix%row_start(symbolic%order(k)), matrix%row_start(symbolic%order(k) + 1) - 1
-            i = symbolic%position(matrix%column(p))
-            if (i > k) cycle
-            shared%row(shared%start(i + 1)) = k
-            shared%value(shared%start(i + 1)) = matrix%value(p)
-            shared%start(i + 1) = shared%start(i + 1) + 1
-         end do
-      end do
-   end subroutine take_lower_triangle
 
    ! Of each row of L, before its diagonal.
    subroutine count_terms(symbolic, shared, status)

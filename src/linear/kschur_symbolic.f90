@@ -57,7 +57,7 @@ contains
       integer :: status
 
       ! Symmetric to rounding, a matrix may have a small entry on one side only.
-      if (.not. has_symmetric_pattern(matrix)) then
+      if (.not. matrix%has_symmetric_pattern()) then
          call analyze(linear_combination(1.0_wp, matrix, 1.0_wp, transpose_csr(matrix)), structure, most_entries, symbolic, &
             error)
          return
@@ -89,31 +89,6 @@ contains
       call find_structure(matrix, parent, entries, symbolic, status)
       if (status /= 0) call no_memory(error)
    end subroutine analyze
-
-   ! Row after row, the entries left of the diagonal meet those above it, which wait in the order of their columns.
-   pure logical function has_symmetric_pattern(matrix)
-      type(csr_matrix_type), intent(in) :: matrix
-      integer :: next(matrix%rows), i, k
-
-      has_symmetric_pattern = .true.
-      next = matrix%row_start(:matrix%rows)
-      do i = 1, matrix%rows
-         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            associate (j => matrix%column(k))
-               if (j >= i) exit
-               has_symmetric_pattern = has_symmetric_pattern .and. next(j) < matrix%row_start(j + 1)
-               if (has_symmetric_pattern) has_symmetric_pattern = matrix%column(next(j)) == i
-               if (.not. has_symmetric_pattern) return
-               next(j) = next(j) + 1
-            end associate
-         end do
-         next(i) = k
-         if (k < matrix%row_start(i + 1)) then
-            if (matrix%column(k) == i) next(i) = k + 1
-         end if
-      end do
-      has_symmetric_pattern = all(next == matrix%row_start(2:matrix%rows + 1))
-   end function has_symmetric_pattern
 
    ! The elimination tree, and the entries of each column, in a postorder of it.
    subroutine find_tree(matrix, symbolic, parent, entries, error)

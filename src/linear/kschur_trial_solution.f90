@@ -27,7 +27,7 @@ contains
       real(wp), allocatable :: x(:, :), residual(:, :), correction(:, :)
       real(wp) :: largest, scale
       integer(long) :: state
-      integer :: i, step, steps, status
+      integer :: i, k, step, steps, status
 
       backward_error = 0
       if (matrix%rows == 0) return
@@ -52,9 +52,10 @@ contains
          call matrix%add_product(-1.0_wp, correction, residual)
       end do
       do i = 1, matrix%rows
-         associate (row => matrix%row_start(i), next => matrix%row_start(i + 1))
-            scale = largest + dot_product(abs(matrix%value(row:next - 1)), abs(x(matrix%column(row:next - 1), 1)))
-         end associate
+         scale = largest
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            scale = scale + abs(matrix%value(k)*x(matrix%column(k), 1))
+         end do
          if (abs(residual(i, 1)) <= huge(scale) .and. scale <= huge(scale)) then
             backward_error = max(backward_error, abs(residual(i, 1))/scale)
          else

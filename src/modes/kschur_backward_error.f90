@@ -98,13 +98,13 @@ contains
             else
                call judge(problem%symmetric, norms, products, l, pairs%lambda(j), errors(j), bounds(j))
             end if
-            uncertainty(j) = least_bound(products, l, pairs%lambda(j), errors(j), norms)
             ! A rigid motion is taken as one: how fast it decays is known as well as M and R are, K has no part in it.
             if (j > k - known .and. bounds(j) > 0) bounds(j) = &
                bound_of(products, l, pairs%lambda(j), epsilon(1.0_wp), [norms(:2), 0.0_wp, norms(4)])
+            uncertainty(j) = bounds(j)
+            if (.not. bounds(j) >= 0) uncertainty(j) = least_bound(products, l, pairs%lambda(j), errors(j), norms)
          end do
       end do
-      where (bounds >= 0) uncertainty = bounds
       if (size(doubled) > 0) call append_copies(problem, doubled, copies, pairs, errors, bounds)
       uncertainty = [uncertainty, uncertainty(doubled)]
    end subroutine settle_pairs
@@ -149,7 +149,7 @@ contains
    end subroutine judge
 
    ! A change of lambda by x changes the residual by no more than x ||P'(lambda) phi|| + x^2 ||M phi||.
-   pure real(wp) function least_bound(products, l, lambda, error, norms) result(bound)
+   real(wp) function least_bound(products, l, lambda, error, norms) result(bound)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
@@ -358,7 +358,7 @@ contains
    end function level_of
 
    ! Without stiffness a zero eigenvalue has no level: its residual is exact or it is none.
-   pure real(wp) function residual_of(products, l, lambda, norms) result(error)
+   real(wp) function residual_of(products, l, lambda, norms) result(error)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda

@@ -6,6 +6,7 @@ module kschur_mode_selection
    use kschur_modes, only: eigenvalues_of, modes_type, take_columns
    use kschur_problem, only: modal_problem_type
    use kschur_shapes, only: depends, repeats_zero
+   use kschur_threads, only: panel_rows
    implicit none
    private
    public :: accept_pairs, distances, drop_spurious, highest, nearest_first, replace_pairs, wanted_type
@@ -97,9 +98,11 @@ contains
       integer, intent(in) :: k
       integer :: j
 
+      !$omp parallel do schedule(static) if (pairs%rows() > panel_rows)
       do j = 1, k
          call normalize(pairs, j)
       end do
+      !$omp end parallel do
    end subroutine normalize_first
 
    ! Of pairs that may be known already those that are.
@@ -242,14 +245,17 @@ contains
    end subroutine drop_beyond
 
    !> Puts pairs in the place of modes: the same ones, but better. Those that became others of the list go.
-   subroutine replace_pairs(problem, wanted, pairs, modes)
+   subroutine replace_pairs(problem, wanted, better, pairs, modes)
       type(modal_problem_type), intent(in) :: problem
       !> No more modes than this.
       integer, intent(in) :: wanted
+      !> Which are; of the others those on the real axis stay where they are, as the decays of rigid motions, which are known.
+      logical, intent(in) :: better(:)
       !> Used up.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
       type(eigenpairs_type) :: before
+      real(wp), allocatable :: errors(:), bounds(:), uncertainty(:)
       logical :: repeated(size(pairs%lambda)), others(size(pairs%lambda))
       ! A copy follows the mode that it is one of.
       integer, allocatable :: order(:), origin(:)
@@ -262,7 +268,16 @@ contains
       if (allocated(pairs%weights)) allocate (before%weights, source=pairs%weights)
       ! A pair that comes to the real axis is two eigenvalues there.
       allocate (pairs%paired(k), source=abs(aimag(before%lambda)) > 0)
-      call settle_pairs(problem, pairs, 0, modes%backward_error, modes%error_bound, modes%uncertainty)
+      call settle_pairs(problem, pairs, 0, errors, bounds, uncertainty)
+      where (.not. (better .or. pairs%paired(:k)))
+         pairs%lambda(:k) = before%lambda
+         errors(:k) = modes%backward_error
+         bounds(:k) = modes%error_bound
+         uncertainty(:k) = modes%uncertainty
+      end where
+      call move_alloc(errors, modes%backward_error)
+      call move_alloc(bounds, modes%error_bound)
+      call move_alloc(uncertainty, modes%uncertainty)
       call normalize_first(pairs, size(pairs%lambda))
       repeated = .false.
       do j = 1, k

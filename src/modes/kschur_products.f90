@@ -62,10 +62,10 @@ contains
       n = problem%unknowns()
       call pack_parts(pairs, first, last, phi, xi)
       call make_room(products, n, merge(1, 2, pairs%is_real()))
-      products%phi = transpose(phi)
       reaction = 0
       !$omp parallel do schedule(static) private(l, total) firstprivate(reaction) if (n > panel_rows)
       do i = 1, n
+         products%phi(i, :) = phi(:, i)
          call multiply_row(problem%mass, i, phi, total)
          products%mass(i, :) = real(total, wp)
          if (problem%damping_kind == damping_general) then
@@ -73,7 +73,9 @@ contains
             products%damping(i, :) = real(total, wp)
          end if
          call multiply_row(problem%stiffness, i, phi, total)
-         if (problem%damping_kind /= damping_general) products%damping(i, :) = real(total, wp)
+         ! R = alpha M + beta K.
+         if (problem%damping_kind /= damping_general) &
+            products%damping(i, :) = problem%alpha*products%mass(i, :) + problem%beta*real(total, wp)
          do l = 1, size(xi, 3)
             call multiply_row(transposed, i, xi(:, :, l), reaction(lanes*(l - 1) + 1:lanes*l))
          end do
@@ -89,9 +91,6 @@ contains
          end if
       end do
       !$omp end parallel do
-      ! R = alpha M + beta K, where K phi is what is there.
-      if (problem%damping_kind /= damping_general) &
-         products%damping = problem%alpha*products%mass + problem%beta*products%damping
       call measure(problem, phi, last - first + 1, products)
    end subroutine multiply_pairs
 
@@ -140,32 +139,39 @@ contains
 
    ! The parts of each entry side by side, of shapes (lanes x n) and of multipliers (lanes x m, one or two times), which
    ! have two parts always; zeros where there are fewer pairs.
-   pure subroutine pack_parts(pairs, first, last, phi, xi)
+   subroutine pack_parts(pairs, first, last, phi, xi)
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last
       real(wp), allocatable, intent(out) :: phi(:, :), xi(:, :, :)
-      integer :: j, l
+      integer :: i, j, l
 
-      allocate (phi(lanes, pairs%rows()), source=0.0_wp)
+      allocate (phi(lanes, pairs%rows()))
       allocate (xi(lanes, size(pairs%xi, 1), 2*pairs_at_once(pairs)/lanes), source=0.0_wp)
+      !$omp parallel do schedule(static) private(j) if (size(phi, 2) > panel_rows)
+      do i = 1, size(phi, 2)
+         phi(:, i) = 0
+         if (pairs%is_real()) then
+            phi(:last - first + 1, i) = pairs%real_phi(i, first:last)
+         else
+            do j = first, last
+               phi(2*(j - first) + 1, i) = real(pairs%phi(i, j), wp)
+               phi(2*(j - first) + 2, i) = aimag(pairs%phi(i, j))
+            end do
+         end if
+      end do
+      !$omp end parallel do
       do j = first, last
          l = j - first
-         if (pairs%is_real()) then
-            phi(l + 1, :) = pairs%real_phi(:, j)
-         else
-            phi(2*l + 1, :) = real(pairs%phi(:, j), wp)
-            phi(2*l + 2, :) = aimag(pairs%phi(:, j))
-         end if
          xi(2*mod(l, 2) + 1, :, l/2 + 1) = real(pairs%xi(:, j), wp)
          xi(2*mod(l, 2) + 2, :, l/2 + 1) = aimag(pairs%xi(:, j))
       end do
    end subroutine pack_parts
 
-   ! Row i of a matrix times columns that stand side by side.
+   ! Row i of a matrix times columns that stand side by side. Of a shape that the compiler knows: each sum is one product.
    pure subroutine multiply_row(matrix, i, x, total)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: i
-      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), intent(in) :: x(lanes, matrix%columns)
       real(xp), intent(out) :: total(lanes)
       real(xp) :: entry, first, second, third, fourth
       integer :: j, k
@@ -226,44 +232,62 @@ contains
       bilinear = cmplx(sums(1, 1) - sums(2, 2), sums(1, 2) + sums(2, 1), xp)
    end function bilinear
 
-   pure real(wp) function residual(self, l, lambda)
+   real(wp) function residual(self, l, lambda)
       class(products_type), intent(in) :: self
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
-      complex(wp) :: square
-      real(wp), allocatable :: rest(:, :)
 
-      square = lambda**2
-      allocate (rest(size(self%rest, 1), 2))
-      associate (m => self%mass(:, self%parts*(l - 1) + 1), r => self%damping(:, self%parts*(l - 1) + 1), &
-         f => self%rest(:, 2*l - 1:2*l))
-         rest(:, 1) = real(square, wp)*m + real(lambda, wp)*r + f(:, 1)
-         rest(:, 2) = aimag(square)*m + aimag(lambda)*r + f(:, 2)
-      end associate
-      if (self%parts == 2) then
-         associate (m => self%mass(:, 2*l), r => self%damping(:, 2*l))
-            rest(:, 1) = rest(:, 1) - aimag(square)*m - aimag(lambda)*r
-            rest(:, 2) = rest(:, 2) + real(square, wp)*m + real(lambda, wp)*r
-         end associate
-      end if
-      residual = norm_of(rest)
+      residual = norm_of_combination(self, l, [lambda**2, lambda], 1.0_wp)
    end function residual
 
-   pure real(wp) function slope(self, l, lambda)
+   real(wp) function slope(self, l, lambda)
       class(products_type), intent(in) :: self
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
-      type(products_type) :: derivative
 
-      associate (first => self%parts*(l - 1) + 1, last => self%parts*l)
-         derivative%parts = self%parts
-         allocate (derivative%mass(size(self%mass, 1), self%parts), source=0.0_wp)
-         allocate (derivative%damping, source=2*self%mass(:, first:last))
-         allocate (derivative%rest(size(self%mass, 1), 2), source=0.0_wp)
-         derivative%rest(:, :self%parts) = self%damping(:, first:last)
-      end associate
-      slope = derivative%residual(1, lambda)
+      slope = norm_of_combination(self, l, [2*lambda, (1.0_wp, 0.0_wp)], 0.0_wp)
    end function slope
+
+   ! Of weights(1) M phi + weights(2) R phi + weight (K phi + Cq^T xi) of pair l. The sums of panels are added up in order.
+   real(wp) function norm_of_combination(self, l, weights, weight) result(norm)
+      type(products_type), intent(in) :: self
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: weights(2)
+      real(wp), intent(in) :: weight
+      real(xp), allocatable :: squares(:)
+      integer :: n, i
+
+      n = size(self%rest, 1)
+      allocate (squares((n + panel_rows - 1)/panel_rows))
+      !$omp parallel do schedule(static) if (n > panel_rows)
+      do i = 1, size(squares)
+         squares(i) = square_of_combination(self, l, weights, weight, (i - 1)*panel_rows + 1, min(i*panel_rows, n))
+      end do
+      !$omp end parallel do
+      norm = real(sqrt(sum(squares)), wp)
+   end function norm_of_combination
+
+   ! Of rows first ... last.
+   pure real(xp) function square_of_combination(self, l, weights, weight, first, last) result(square)
+      type(products_type), intent(in) :: self
+      integer, intent(in) :: l, first, last
+      complex(wp), intent(in) :: weights(2)
+      real(wp), intent(in) :: weight
+      real(wp) :: sums(last - first + 1, 2)
+
+      associate (m => self%mass(first:last, self%parts*(l - 1) + 1), r => self%damping(first:last, self%parts*(l - 1) + 1), &
+         f => self%rest(first:last, 2*l - 1:2*l))
+         sums(:, 1) = real(weights(1), wp)*m + real(weights(2), wp)*r + weight*f(:, 1)
+         sums(:, 2) = aimag(weights(1))*m + aimag(weights(2))*r + weight*f(:, 2)
+      end associate
+      if (self%parts == 2) then
+         associate (m => self%mass(first:last, 2*l), r => self%damping(first:last, 2*l))
+            sums(:, 1) = sums(:, 1) - aimag(weights(1))*m - aimag(weights(2))*r
+            sums(:, 2) = sums(:, 2) + real(weights(1), wp)*m + real(weights(2), wp)*r
+         end associate
+      end if
+      square = dot(sums(:, 1), sums(:, 1)) + dot(sums(:, 2), sums(:, 2))
+   end function square_of_combination
 
    pure real(wp) function inertia(self, l)
       class(products_type), intent(in) :: self

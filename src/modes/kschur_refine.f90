@@ -118,7 +118,7 @@ contains
    end subroutine put
 
    !> Which of the doubtful pairs are eigenpairs: one step of inverse iteration beside them comes back to the eigenvalue,
-   !> or to a shape that has it, as where the stiffness of a fine mesh rounds low eigenvalues away.
+   !> or to a shape that has it, as where the stiffness of a fine mesh rounds low eigenvalues away, and is none of the others.
    !> Where the matrices hardly see a shape, as that of an infinite eigenvalue, its backward error is small wherever
    !> rounding put it.
    subroutine confirm(problem, scaling, solver, pairs, doubtful, confirmed, effort, error, monitor)
@@ -157,6 +157,7 @@ contains
          if (.not. allocated(error)) then
             confirmed(j) = any(abs([returned, settled(problem, s, y, factors)] - pairs%lambda(j)) <= &
                same_value*abs(pairs%lambda(j)))
+            if (confirmed(j)) confirmed(j) = .not. turns_into_another(pairs, confirmed, j, y)
          else if (any(error%code == [error_singular, error_convergence, error_cancelled])) then
             deallocate (error)
          else
@@ -164,6 +165,29 @@ contains
          end if
       end do
    end subroutine confirm
+
+   ! Whether the shape y at the end of a step is one of those with the eigenvalue of pair j, as its own was not.
+   logical function turns_into_another(pairs, confirmed, j, y)
+      type(eigenpairs_type), intent(in) :: pairs
+      logical, intent(in) :: confirmed(:)
+      integer, intent(in) :: j
+      complex(wp), intent(in) :: y(:, :)
+      type(eigenpairs_type) :: neighbours
+      logical :: chosen(size(confirmed))
+      logical, allocatable :: others(:)
+      integer :: i
+
+      chosen = confirmed .and. abs(pairs%lambda - pairs%lambda(j)) <= same_value*abs(pairs%lambda(j))
+      chosen(j) = .true.
+      neighbours = chosen_pairs(pairs, chosen)
+      call neighbours%make_complex()
+      i = count(chosen(:j))
+      allocate (others(count(chosen)), source=.true.)
+      others(i) = .false.
+      turns_into_another = .not. depends(neighbours, others, i)
+      neighbours%phi(:, i) = y(:pairs%rows(), 1)
+      if (turns_into_another) turns_into_another = depends(neighbours, others, i)
+   end function turns_into_another
 
    ! The eigenvalue of the shape y at the end of a step, where it is near s; else s.
    complex(wp) function settled(problem, s, y, factors)

@@ -34,7 +34,7 @@ module kschur_result
    !> No note is longer.
    integer, parameter, public :: note_length = 200
 
-   !> The modes, nearest to the target first, and what they took.
+   !> The modes, nearest to the target first, of a band by frequency, and what they took.
    type, extends(effort_type) :: modal_result_type
       !> Eigenvalues lambda (1/s), Im >= 0: a conjugate pair stands once.
       complex(wp), allocatable :: eigenvalues(:)

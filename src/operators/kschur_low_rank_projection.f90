@@ -105,7 +105,7 @@ contains
       if (allocated(error)) return
       ! LAPACK may never end on what is no number.
       if (.not. all(abs(operator%matrix) <= huge(1.0_wp))) then
-         call new_error(error, error_singular, "the projected problem is singular at the shift: move it a little")
+         call new_error(error, error_singular, "the projected problem is singular at the shift: move the shift a little")
          return
       end if
       ! As in `new_energy_basis`: positions and velocities of equal energy, the slowest motions first.
@@ -175,7 +175,8 @@ contains
          end do
          if (r > 0) then
             call dgesv(r, 2*k, g, r, pivots, g(:, r + 1:), r, info)
-            if (info /= 0) call new_error(error, error_singular, "the projected problem is singular at the shift: move it a little")
+            if (info /= 0) call new_error(error, error_singular, &
+               "the projected problem is singular at the shift: move the shift a little")
             if (allocated(error)) return
          end if
          allocate (inverse, source=-matmul(df, g(:, r + 1:r + k)))

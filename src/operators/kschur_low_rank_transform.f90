@@ -22,6 +22,7 @@ module kschur_low_rank_transform
    use kschur_outcome, only: history_type, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
+   use kschur_projected, only: keep_one_of_pairs
    use kschur_selection, only: order_by_preference
    use kschur_spectral_map, only: spectral_map_type
    use kschur_symmetric_transform, only: new_symmetric_transform, symmetric_transform_type
@@ -280,21 +281,26 @@ contains
       allocate (ritz%vectors(0, found))
    end subroutine take_undamped
 
-   ! The wanted pairs, of a conjugate pair one.
+   ! The wanted pairs, of a conjugate pair one: shapes of both would take twice the time and room.
    subroutine extract(self, seen, ritz)
       class(low_rank_transform_type), intent(in) :: self
       type(look_type), intent(in) :: seen
       type(ritz_pairs_type), intent(inout) :: ritz
       complex(wp), allocatable :: y(:, :)
-      integer :: k
+      integer, allocatable :: chosen(:)
+      integer :: k, before
 
       k = self%space%expanded
       if (.not. allocated(seen%pairs%values)) then
          allocate (ritz%mu(0), ritz%vectors(size(self%space%basis, 1), 0))
          return
       end if
-      allocate (ritz%mu(size(seen%chosen)), source=seen%pairs%values(seen%chosen))
-      allocate (y, source=seen%pairs%vectors(seen%chosen))
+      before = size(seen%pairs%schur, 1) - size(seen%pairs%values)
+      allocate (chosen, source=before + seen%chosen)
+      call keep_one_of_pairs(seen%pairs%schur, chosen, ritz%paired)
+      chosen = chosen - before
+      allocate (ritz%mu(size(chosen)), source=seen%pairs%values(chosen))
+      allocate (y, source=seen%pairs%vectors(chosen))
       allocate (ritz%vectors(size(self%space%basis, 1), size(ritz%mu)))
       call combine(size(self%space%basis, 1), k, self%space%basis, seen%undamped%vectors, y(:k, :), ritz%vectors)
    end subroutine extract

@@ -133,23 +133,30 @@ contains
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: name
 
-      name = "the formulation "//trim(formulation_names(formulation))//" does not fit the problem: "
       select case (formulation)
       case (formulation_undamped, formulation_undamped_negative, formulation_undamped_constrained, &
          formulation_undamped_constrained_zero)
-         if (problem%damping_kind /= damping_none) call new_error(error, error_usage, name//"it has damping")
+         if (problem%damping_kind /= damping_none) call refuse("it has damping")
       case (formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero)
          continue
       case default
-         call new_error(error, error_usage, "this is not a pencil")
+         call refuse("it is not a pencil of Table 1")
       end select
       if (allocated(error)) return
       select case (formulation)
       case (formulation_undamped, formulation_undamped_negative, formulation_damped)
-         if (problem%multipliers() > 0) call new_error(error, error_usage, name//"it has constraints")
+         if (problem%multipliers() > 0) call refuse("it has constraints")
       end select
+
+   contains
+
+      subroutine refuse(why)
+         character(len=*), intent(in) :: why
+
+         call new_error(error, error_usage, "the formulation "//trim(formulation_names(formulation))// &
+            " does not fit the problem: "//why)
+      end subroutine refuse
    end subroutine check_fit
 
    ! Puts coefficient * block, or its transpose, behind `rows` rows and `columns` columns.

@@ -59,7 +59,7 @@ contains
       operator%shift = shift
       call move_alloc(solver, operator%solver)
       if (pencil%has_spurious_zeros() .and. pencil%multipliers > 0 .and. .not. abs(shift) > 0) &
-         call new_error(error, error_singular, "the shift must not be 0 in a formulation with spurious zeros")
+         call new_error(error, error_singular, "the shift must not be 0 in a formulation with spurious zeros: take another one")
       call require_memory(4*(pencil%a%bytes() + pencil%b%bytes()), "the shifted pencil", error)
       if (allocated(error)) return
       shifted = complex_combination([(1.0_wp, 0.0_wp), -shift], [csr_matrix_type :: pencil%a, pencil%b])

@@ -25,6 +25,7 @@ module kschur_symmetric_transform
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
+   use kschur_threads, only: panel_rows
    implicit none
    private
    public :: symmetric_transform_type, new_symmetric_transform, purify
@@ -224,13 +225,14 @@ contains
       integer, parameter :: block = 4
       real(wp), allocatable :: y(:, :), work(:, :, :)
       real(wp) :: theta, shift, level_of_mass, level_of_stiffness
-      logical :: pure
+      logical :: impure(size(values))
       integer :: first, last, n, j, k
       integer, allocatable :: chosen(:)
 
       shift = real(self%shift, wp)
       n = size(shapes, 1)
-      allocate (chosen(0), work(n, block, 2))
+      allocate (work(n, block, 2))
+      impure = .false.
       associate (mass => self%operator%problem%mass, stiffness => self%operator%problem%stiffness)
          level_of_mass = mass%infinity_norm()
          level_of_stiffness = stiffness%infinity_norm()
@@ -239,18 +241,22 @@ contains
             work = 0
             call stiffness%add_product(1.0_wp, shapes(:, first:last), work(:, :last - first + 1, 1))
             call mass%add_product(1.0_wp, shapes(:, first:last), work(:, :last - first + 1, 2))
+            !$omp parallel do schedule(static) private(theta) if (n > panel_rows)
             do j = first, last
                if (.not. abs(values(j)) > tiny(1.0_wp)) cycle
                theta = shift + 1/values(j)
                associate (force => work(:, j - first + 1, 1), inertia => work(:, j - first + 1, 2))
                   force = force - theta*inertia
-                  pure = dnrm2(n, force, 1) <= accurate*dnrm2(n, shapes(:, j), 1)*(level_of_stiffness + abs(theta)*level_of_mass)
+                  impure(j) = .not. dnrm2(n, force, 1) <= &
+                     accurate*dnrm2(n, shapes(:, j), 1)*(level_of_stiffness + abs(theta)*level_of_mass)
                end associate
-               if (.not. pure .or. abs(theta) <= nearly_zero*abs(shift)) chosen = [chosen, j]
+               impure(j) = impure(j) .or. abs(theta) <= nearly_zero*abs(shift)
             end do
+            !$omp end parallel do
          end do
       end associate
       deallocate (work)
+      allocate (chosen, source=pack([(j, j=1, size(values))], impure))
       if (size(chosen) == 0) return
       allocate (y(size(shapes, 1), size(chosen)))
       call self%operator%apply(shapes(:, chosen), y, error)
@@ -281,6 +287,7 @@ contains
          call move_alloc(y, pairs%real_phi)
       end if
       allocate (pairs%xi(size(multipliers, 1), k))
+      !$omp parallel do schedule(static) private(length) if (pairs%rows() > panel_rows)
       do j = 1, k
          associate (phi => pairs%real_phi(:, j))
             length = max(dnrm2(size(phi), phi, 1), tiny(1.0_wp))
@@ -288,6 +295,7 @@ contains
          end associate
          pairs%xi(:, j) = multipliers(:, j)/length
       end do
+      !$omp end parallel do
    end subroutine recover
 
    function linear_solver(self) result(solver)

@@ -215,7 +215,7 @@ contains
 
       low = least
       high = max(maxval([0.0_wp, numbers]), 2*least)
-      do step = 1, 30
+      do step = 1, 20
          median = sqrt(low*high)
          if (2*count(numbers <= median) >= size(numbers)) then
             high = median

@@ -1,10 +1,10 @@
 !> Motions that are known, kept out of an iteration.
 module kschur_deflation
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dnrm2, dsygv
+   use kschur_lapack, only: dsygv
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_root_space, only: root_space_type
-   use kschur_tall_products_real, only: inner_products, subtract_combinations
+   use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
    implicit none
    private
    public :: deflation_type, new_deflation
@@ -145,11 +145,11 @@ contains
 
       if (size(self%decay) == 0) return
       do j = 1, size(x, 2)
-         before(j) = dnrm2(size(x, 1), x(:, j), 1)
+         before(j) = column_length(x(:, j:j))
       end do
       call subtract(self%images, self%shapes, x)
       do j = 1, size(x, 2)
-         if (dnrm2(size(x, 1), x(:, j), 1) <= nothing_left*before(j)) x(:, j) = 0
+         if (column_length(x(:, j:j)) <= nothing_left*before(j)) x(:, j) = 0
       end do
    end subroutine project_real
 

@@ -52,7 +52,7 @@ contains
       else if (.not. all(ieee_is_finite(mesh%coordinates))) then
          call new_error(error, error_input, "the coordinates hold what is not a finite number")
       else if (allocated(mesh%unknown_node) .neqv. allocated(mesh%unknown_component)) then
-         call new_error(error, error_input, "of the unknowns' nodes and components one is missing")
+         call new_error(error, error_input, "of the unknowns' nodes and components one is missing: give both or none")
       else if (.not. allocated(mesh%unknown_node)) then
          call number_in_order(mesh, n, error)
       else
@@ -106,10 +106,11 @@ contains
          associate (node => mesh%unknown_node(i), component => mesh%unknown_component(i))
             if (node == 0) cycle
             if (node < 0 .or. node > mesh%nodes() .or. component < 0 .or. component > 5) then
-               call new_error(error, error_input, "an unknown has no place in the mesh: node "//text(node)//" of "// &
-                  text(mesh%nodes())//", component "//text(component))
+               call new_error(error, error_input, "unknown "//text(i)//" is component "//text(component)// &
+                  " of node "//text(node)//", but there are components 0 to 5 and "//text(mesh%nodes())//" nodes (counted from 1)")
             else if (taken(component, node)) then
-               call new_error(error, error_input, "two unknowns are component "//text(component)//" of the same node")
+               call new_error(error, error_input, "two unknowns are component "//text(component)// &
+                  " of node "//text(node)//" (counted from 1)")
             else
                taken(component, node) = .true.
             end if

@@ -9,8 +9,8 @@ module kschur_presolve
    use kschur_elimination, only: eliminate, ties_type
    use kschur_error, only: error_type, new_error, add_context, error_input
    use kschur_kinds, only: wp
-   use kschur_problem, only: modal_problem_type, settle_modal_problem, damping_general
-   use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
+   use kschur_problem, only: modal_problem_type, settle_modal_problem
+   use kschur_sparse, only: complete_pattern, csr_matrix_type, linear_combination, new_csr_from_triplets
    use kschur_threads, only: panel_rows
    implicit none
    private
@@ -32,8 +32,6 @@ module kschur_presolve
       procedure :: contract
       !> T^T f: forces on the reduced unknowns.
       procedure :: restrict
-      !> Multipliers of all constraints of the problem from those of the reduced one.
-      procedure :: expand_multipliers
       !> Of each unknown the reciprocal of the unit that balance measures it in, n numbers; 0 of clamped ones.
       procedure :: weights
       !> The largest unit of a reduced unknown in those as given over the smallest.
@@ -74,6 +72,11 @@ contains
             "the constraints leave no motion: as many of them are independent as there are unknowns")
       else if (plan%eliminated == 0) then
          reduced = problem
+         if (short_rows .and. problem%symmetric) then
+            call complete_pattern(reduced%mass)
+            call complete_pattern(reduced%damping)
+            call complete_pattern(reduced%stiffness)
+         end if
       end if
       if (min(plan%unknowns_after, plan%eliminated) == 0) return
       call reduce(plan, problem%mass, problem%symmetric, reduced%mass, error)
@@ -291,114 +294,4 @@ contains
          end do
       end do
    end function restrict
-
-   !> The multipliers xi, m x k, of the problem that was reduced, such that
-   !> P(lambda) phi + Cq^T xi = 0 as far as those of the reduced one satisfy its
-   !> equations: what these leave shows at the masters. Redundant constraints get 0.
-   subroutine expand_multipliers(self, problem, pairs, xi)
-      class(presolve_type), intent(in) :: self
-      type(modal_problem_type), intent(in) :: problem
-      !> Eigenvalues and multipliers of the reduced problem, with the shapes that `expand_shapes` gave.
-      class(eigenpairs_type), intent(in) :: pairs
-      complex(wp), contiguous, intent(out) :: xi(:, :)
-      ! Columns that are multiplied at a time.
-      integer, parameter :: block = 4
-      complex(wp), allocatable :: forces(:, :)
-      real(wp), allocatable :: work(:, :, :)
-      integer :: first, last, j
-
-      xi = 0
-      do j = 1, size(xi, 2)
-         xi(self%kept, j) = pairs%xi(:, j)
-      end do
-      if (self%eliminated == 0) return
-      allocate (forces(problem%unknowns(), block), work(problem%unknowns(), 2*block, 3))
-      do first = 1, size(xi, 2), block
-         last = min(first + block - 1, size(xi, 2))
-         call make_forces(problem, pairs, first, last, work, forces)
-         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, first:last), forces(:, :last - first + 1))
-         !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
-         do j = first, last
-            call balance_forces(self, problem, forces(:, j - first + 1), xi(:, j))
-         end do
-         !$omp end parallel do
-      end do
-   end subroutine expand_multipliers
-
-   ! P(lambda) phi of pairs first..last.
-   subroutine make_forces(problem, pairs, first, last, work, forces)
-      type(modal_problem_type), intent(in) :: problem
-      class(eigenpairs_type), intent(in) :: pairs
-      integer, intent(in) :: first, last
-      real(wp), contiguous, intent(inout) :: work(:, :, :)
-      complex(wp), contiguous, intent(out) :: forces(:, :)
-      real(wp) :: columns(problem%unknowns(), (last - first + 1)*merge(1, 2, pairs%is_real()))
-      complex(wp) :: weights(3)
-      integer :: matrices, c, i, k, l
-
-      ! With R = alpha M + beta K, or what there is of it, the damping has no product of its own.
-      matrices = merge(3, 2, problem%damping_kind == damping_general)
-      k = last - first + 1
-      c = size(columns, 2)
-      if (pairs%is_real()) then
-         columns = pairs%real_phi(:, first:last)
-      else
-         columns(:, :k) = real(pairs%phi(:, first:last), wp)
-         columns(:, k + 1:) = aimag(pairs%phi(:, first:last))
-      end if
-      work = 0
-      call problem%mass%add_product(1.0_wp, columns, work(:, :c, 1))
-      call problem%stiffness%add_product(1.0_wp, columns, work(:, :c, 2))
-      if (matrices == 3) call problem%damping%add_product(1.0_wp, columns, work(:, :c, 3))
-      do i = 1, k
-         associate (lambda => pairs%lambda(first + i - 1), force => forces(:, i))
-            weights = [lambda*(lambda + problem%alpha), 1 + lambda*problem%beta, (0.0_wp, 0.0_wp)]
-            if (matrices == 3) weights = [lambda**2, (1.0_wp, 0.0_wp), lambda]
-            force = 0
-            do l = 1, matrices
-               if (pairs%is_real()) then
-                  force = force + weights(l)*work(:, i, l)
-               else
-                  force = force + weights(l)*cmplx(work(:, i, l), work(:, k + i, l), wp)
-               end if
-            end do
-         end associate
-      end do
-   end subroutine make_forces
-
-   ! The multipliers of the constraints that were eliminated.
-   pure subroutine balance_forces(self, problem, force, xi)
-      class(presolve_type), intent(in) :: self
-      type(modal_problem_type), intent(in) :: problem
-      !> P(lambda) phi + Cq^T xi; used up.
-      complex(wp), intent(inout) :: force(:)
-      complex(wp), intent(inout) :: xi(:)
-      complex(wp) :: step
-      integer :: above, e, i, k
-
-      ! From here on force(i) is that on unknown i and all that were tied to
-      ! it before it was tied itself: only its own row can balance it, once
-      ! those of later eliminations have done their part.
-      do e = 1, self%eliminated
-         i = self%unknown(e)
-         above = self%parent(i)
-         if (above > 0) force(above) = force(above) + self%ratio(i)*force(i)
-      end do
-      do e = self%eliminated, 1, -1
-         associate (row => self%row(e), start => problem%constraints%row_start)
-            xi(row) = -force(self%unknown(e))/self%pivot(e)
-            do k = start(row), start(row + 1) - 1
-               step = problem%constraints%value(k)*xi(row)
-               above = problem%constraints%column(k)
-               do while (above > 0)
-                  i = above
-                  force(i) = force(i) + step
-                  step = self%ratio(i)*step
-                  above = self%parent(i)
-                  if (above == i) exit
-               end do
-            end do
-         end associate
-      end do
-   end subroutine balance_forces
 end module kschur_presolve

@@ -4,11 +4,12 @@
 module kschur_rigid
    use kschur_error, only: error_type, error_library, error_singular, new_error
    use kschur_kinds, only: wp, long
-   use kschur_lapack, only: dgemv, dgesvd
+   use kschur_lapack, only: dgesvd
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
    use kschur_scaled_stiffness, only: scaled_stiffness_type
    use kschur_sparse, only: csr_matrix_type
+   use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
    implicit none
    private
    public :: find_rigid_motions, check_inertia
@@ -197,17 +198,17 @@ contains
 
       do i = 1, size(x, 2)
          do pass = 1, 2
-            x(:, i) = x(:, i)/max(norm2(x(:n, i)), tiny(1.0_wp))
-            call subtract(found, n, x(:, i))
-            call subtract(x(:, :i - 1), n, x(:, i))
-            if (.not. norm2(x(:n, i)) < dependent) cycle
+            x(:, i) = x(:, i)/max(column_length(x(:, i:i), n), tiny(1.0_wp))
+            call subtract(found, n, x(:, i:i))
+            call subtract(x(:, :i - 1), n, x(:, i:i))
+            if (.not. column_length(x(:, i:i), n) < dependent) cycle
             x(:, i) = 0
             if (.not. present(state)) cycle
             call random_vector(state, x(:n, i))
-            call subtract(found, n, x(:, i))
-            call subtract(x(:, :i - 1), n, x(:, i))
+            call subtract(found, n, x(:, i:i))
+            call subtract(x(:, :i - 1), n, x(:, i:i))
          end do
-         x(:, i) = x(:, i)/max(norm2(x(:n, i)), tiny(1.0_wp))
+         x(:, i) = x(:, i)/max(column_length(x(:, i:i), n), tiny(1.0_wp))
       end do
    end subroutine orthonormalize
 
@@ -215,17 +216,11 @@ contains
    subroutine subtract(others, n, x)
       real(wp), contiguous, intent(in) :: others(:, :)
       integer, intent(in) :: n
-      real(wp), contiguous, intent(inout) :: x(:)
-      ! OpenBLAS reads a few entries beyond the end.
-      real(wp) :: coefficients(size(others, 2) + 4)
-      integer :: rows, k
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      real(wp) :: components(size(others, 2), size(x, 2))
 
-      rows = size(others, 1)
-      k = size(others, 2)
-      if (k == 0) return
-      coefficients = 0
-      call dgemv("T", n, k, 1.0_wp, others, rows, x, 1, 0.0_wp, coefficients, 1)
-      call dgemv("N", rows, k, -1.0_wp, others, rows, coefficients, 1, 1.0_wp, x, 1)
+      call inner_products(others, x, components, n)
+      call subtract_combinations(others, components, x)
    end subroutine subtract
 
    ! The combinations of columns that are smaller than others, the smallest first.

@@ -75,7 +75,7 @@ contains
          ! No eigenvalue is there more often than all of them together: the links are rounding.
          if (size(space%x, 2) + size(fresh, 2) > 2*size(space%x, 1)) then
             call new_error(error, error_singular, "rounding hides how often zero or infinity is an eigenvalue: "// &
-               "the problem is singular for every lambda, or nearly so")
+               "the problem is singular for every lambda, or nearly so; look for motions with neither mass nor stiffness")
             return
          end if
          call extend(space, factored, motions, matmul(forces, fresh), fresh, error)

@@ -38,9 +38,9 @@ contains
 
    !> Computes all modes with first <= frequency_hz <= last, where `frequency_hz` is
    !> that of `modal_result_type`: of both roots of an overdamped oscillator its undamped
-   !> one. Either edge takes in what is within 1e-6 of it, relative to it. The result has
-   !> the target i 2 pi first, so that the modes come in the order of their frequencies
-   !> where damping is light. No mode in the band is a success with no modes.
+   !> one. Either edge takes in what is within 1e-6 of it, relative to it. The modes come in
+   !> the order of their frequencies; the result has the target i 2 pi first. No mode in the
+   !> band is a success with no modes.
    !>
    !> Undamped and proportionally damped symmetric problems with nothing unstable are
    !> counted, cut into parts at gaps of the spectrum and solved part by part:
@@ -157,7 +157,7 @@ contains
       if (allocated(error)) return
       own%modes = size(modes%lambda)
       if (counted) own%modes = modes%found
-      call report(s, own, modes, result, error)
+      call report(s, own, modes, result, error, by_frequency=.true.)
       allocate (result%band(2), source=[first, last])
    end subroutine solve_band_prepared
 
@@ -169,11 +169,12 @@ contains
       if (.not. (first >= 0 .and. last > first .and. ieee_is_finite(last))) then
          call new_error(error, error_usage, "a band wants two frequencies, the first at least 0, the second above the first")
       else if (options%method /= method_krylov_schur) then
-         call new_error(error, error_usage, "the modes of a band are found by krylov-schur only")
+         call new_error(error, error_usage, "the modes of a band are found by krylov-schur: leave out the method")
       else if (options%formulation == formulation_dense) then
-         call new_error(error, error_usage, "the modes of a band are found by an iteration, not by the formulation dense")
+         call new_error(error, error_usage, "the modes of a band are found by an iteration: leave out the formulation dense")
       else if (options%certify) then
-         call new_error(error, error_usage, "certify counts about a target, and a band has none")
+         call new_error(error, error_usage, &
+            "certify counts about a target, and a band has none: leave it out, or ask for modes near a target")
       end if
    end subroutine check_band
 end module kschur_band

@@ -4,7 +4,6 @@ module kschur_band_disc
    use kschur_description, only: describe
    use kschur_error, only: error_type, new_error, error_usage, take_cancelled
    use kschur_kinds, only: wp
-   use kschur_mode_selection, only: nearest_first
    use kschur_modes, only: modes_type, no_modes
    use kschur_options, only: modal_options_type
    use kschur_outcome, only: certified_unknown, history_type, reason_cancelled, reason_converged, reason_fewer_modes
@@ -70,7 +69,6 @@ contains
       modes%certified = certified_unknown
       call tell_frequencies(s, modes, omega)
       order = pack([(i, i=1, size(omega))], abs(modes%lambda) <= band(2) .and. omega >= band(1) .and. omega <= band(2))
-      order = order(nearest_first(modes%lambda(order), asked%target))
       call modes%take(order)
    end subroutine solve_disc
 

@@ -4,7 +4,6 @@ module kschur_bands
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
    use kschur_modal_solver, only: modal_solver_type
-   use kschur_mode_selection, only: nearest_first
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type
    use kschur_outcome, only: certified_no, certified_unknown, reason_converged
@@ -112,7 +111,6 @@ contains
       part%band = band
       call part%take(pack([(i, i=1, size(found%eigenvalues))], &
          found%frequency_hz >= (1 - edge)*band(1) .and. found%frequency_hz <= (1 + edge)*band(2)))
-      call part%take(nearest_first(part%eigenvalues, part%target))
       part%modes_asked = size(part%eigenvalues)
       part%options%modes = part%modes_asked
    end function part_of

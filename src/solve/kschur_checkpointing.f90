@@ -28,9 +28,10 @@ contains
          if (options%method /= method_krylov_schur) then
             call new_error(error, error_usage, "the iteration of ARPACK has no checkpoint: leave out the method")
          else if (s%processes%number > 1 .and. size(edges) > 0) then
-            call new_error(error, error_usage, "several processes keep no checkpoint of a band: each has parts of it")
+            call new_error(error, error_usage, &
+               "several processes keep no checkpoint of a band, as each has parts of it: take one process")
          else if (s%dense) then
-            call new_error(error, error_usage, "the formulation dense iterates nothing and has no checkpoint")
+            call new_error(error, error_usage, "the formulation dense iterates nothing: leave out the checkpoint")
          else
             call checkpoint%begin(digest_of_problem(s%problem), digest_of_options(options, edges), error, &
                options%checkpoint, options%resume)

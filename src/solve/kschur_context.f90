@@ -3,6 +3,7 @@ module kschur_context
    use kschur_checkpoint, only: checkpoint_type
    use kschur_effort, only: effort_type
    use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_eliminated_multipliers, only: expand_multipliers
    use kschur_error, only: error_type, error_usage, new_error
    use kschur_examination, only: examination_type
    use kschur_formulation, only: choose_formulation
@@ -55,6 +56,8 @@ module kschur_context
       real(wp) :: scale = 0
       !> Modes of what is iterated, of a solve before of nearly the same; not allocated where there was none.
       type(eigenpairs_type), allocatable :: last
+      !> The dimension of the space in which an iteration that begins with such modes is expected to converge; 0: not known.
+      integer :: dimension = 0
       !> What all that took.
       type(effort_type) :: effort
       character(len=note_length), allocatable :: notes(:)
@@ -165,7 +168,7 @@ contains
       if (present(more)) l = size(more%lambda)
       call self%plan%expand_shapes(pairs, more)
       allocate (xi(self%problem%multipliers(), k + l))
-      call self%plan%expand_multipliers(self%problem, pairs, xi(:, :k))
+      call expand_multipliers(self%plan, self%problem, pairs, xi(:, :k))
       call move_alloc(xi, pairs%xi)
       pairs%weights = self%plan%weights()
       if (l == 0) return

@@ -54,7 +54,7 @@ contains
       else if (formulation == formulation_quadratic .and. .not. abs(aimag(s%shift)) > 0) then
          call factor_real_quadratic(s, placement, error)
       else if (s%options%inner == inner_ldl) then
-         call new_error(error, error_usage, "the inner solver ldl does not fit: the formulation "// &
+         call new_error(error, error_usage, "the inner solver ldl does not fit, take auto or mumps: the formulation "// &
             trim(formulation_names(formulation))//" factors a complex matrix here")
       else
          call factor_complex(s, placement, error)

@@ -49,6 +49,7 @@ contains
          count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
       if (allocated(s%last)) call s%transform%begin_with(s%last, options%block, options%start)
       if (allocated(options%start)) options%verify = options%block == 1 .or. any_copies(s%last%lambda)
+      if (allocated(options%start)) options%expected = s%dimension
       if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
       options%checkpoint => s%checkpoint
       call s%announce_phase("iteration")
@@ -64,6 +65,7 @@ contains
       call require_memory(s%bytes_of_shapes(3*size(ritz%mu)), "mode shapes", error)
       if (allocated(error)) return
       statistics = ritz%statistics
+      s%dimension = expected_dimension(statistics, options)
       if (s%transform%recover_applies) s%effort%operator_applications = s%effort%operator_applications + size(ritz%mu)
       call s%end_step(phase_iterate)
       if (allocated(ritz%paired)) then
@@ -80,6 +82,22 @@ contains
       call set_eigenvalues(s%transform, ritz%mu, paired, pairs)
       call s%end_step(phase_recover)
    end subroutine iterate
+
+   ! Where another iteration that begins with modes is expected to converge; 0: not known. A step less would have done where
+   ! the residuals are far below what is asked.
+   pure integer function expected_dimension(statistics, options) result(dimension)
+      type(krylov_statistics_type), intent(in) :: statistics
+      class(krylov_options_type), intent(in) :: options
+      real(wp), parameter :: far_below = 0.1_wp
+      integer :: looks
+
+      dimension = 0
+      if (.not. allocated(options%start) .or. statistics%restarts > 0 .or. statistics%reason /= reason_converged) return
+      looks = size(statistics%history%residual)
+      if (looks == 0) return
+      dimension = statistics%history%operator_applications(looks) - options%block
+      if (statistics%history%residual(looks) < far_below*options%tolerance) dimension = dimension - options%block
+   end function expected_dimension
 
    subroutine account(s, statistics)
       type(solve_context_type), intent(inout) :: s

@@ -99,7 +99,7 @@ contains
       if (allocated(error)) return
       if (estimate%total() > real(options%memory, wp)) call new_error(error, error_memory, "the solve is estimated to take "// &
          text(ceiling(estimate%total()/megabyte, long))//" MB, and the limit of memory is "// &
-         text(floor(real(options%memory, wp)/megabyte, long))//" MB")
+         text(floor(real(options%memory, wp)/megabyte, long))//" MB: raise it, or ask for fewer modes")
    end subroutine check_memory
 
    subroutine make_plan(work, settings, plan, error)

@@ -124,6 +124,7 @@ contains
       class(complex_linear_solver_type), allocatable :: solver
       type(eigenpairs_type) :: pairs
       real(wp), allocatable :: errors(:)
+      logical :: poor(size(modes%lambda))
       real(wp) :: good_enough
       integer :: before
 
@@ -132,7 +133,8 @@ contains
       pairs = s%contract(modes)
       allocate (errors, source=backward_errors(s%work, pairs))
       where (modes%backward_error > good_enough) errors = max(errors, modes%backward_error)
-      if (.not. any(errors > good_enough)) return
+      poor = errors > good_enough
+      if (.not. any(poor)) return
       before = s%effort%factorizations
       allocate (solver, source=s%inner%complex)
       call refine(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough, &
@@ -141,6 +143,6 @@ contains
       call s%effort%add_solves(solver)
       if (s%effort%factorizations == before) return
       call s%expand(pairs)
-      call replace_pairs(s%problem, s%options%modes, pairs, modes)
+      call replace_pairs(s%problem, s%options%modes, poor, pairs, modes)
    end subroutine polish
 end module kschur_mending

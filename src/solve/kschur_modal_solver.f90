@@ -168,6 +168,7 @@ contains
          call new_error(error, error_input, "the matrices have other numbers of unknowns or constraints than those before")
          return
       end if
+      problem%index_base = self%problem%index_base
       if (allocated(self%problem%mesh)) allocate (problem%mesh, source=self%problem%mesh)
       if (allocated(self%context)) then
          if (may_stay(self%context, self%problem, problem)) then
@@ -250,6 +251,7 @@ contains
          self%context%problem => self%problem
          if (.not. (kept .and. same_target(self%context%options, options)) .and. allocated(self%context%last)) &
             deallocate (self%context%last)
+         if (options%modes /= self%context%options%modes) self%context%dimension = 0
          call resume(self%context, options, error, monitor)
          if (.not. allocated(error)) allocate (self%context%notes, source=self%notes)
          if (kept .and. .not. allocated(error)) call reduce_again(self%context, error)

@@ -8,6 +8,7 @@ module kschur_report
    use kschur_memory, only: require_memory
    use kschur_linear_solver, only: linear_solver_type
    use kschur_mesh, only: join_nodes
+   use kschur_mode_selection, only: nearest_first
    use kschur_modes, only: modes_type
    use kschur_normalisation, only: normalise_shapes
    use kschur_notes, only: note_inaccurate, note_modes
@@ -21,13 +22,15 @@ module kschur_report
 contains
 
    !> Fills the result from modes, which are used up, and from the context.
-   subroutine report(s, options, modes, result, error)
+   subroutine report(s, options, modes, result, error, by_frequency)
       type(solve_context_type), intent(inout) :: s
       !> As the caller gave them.
       type(modal_options_type), intent(in) :: options
       type(modes_type), intent(inout) :: modes
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
+      !> Present: in the order of frequencies, not of distances from the target.
+      logical, intent(in), optional :: by_frequency
       real(wp), allocatable :: rigid(:, :)
 
       call require_memory(s%bytes_of_shapes(2*size(modes%lambda)), "the result", error)
@@ -40,12 +43,20 @@ contains
       call move_alloc(s%notes, result%notes)
       call s%known%rigid_motions(rigid)
       call describe(s%problem, rigid, result)
+      if (present(by_frequency)) call order_by_frequency(result)
       call note_inaccurate(s%problem, modes%inaccurate, result)
       if (size(result%eigenvalues) > 0) call note_modes(s%problem, result, error)
       if (.not. allocated(error)) call normalise_shapes(s%problem, result)
       call s%end_step(phase_judge)
       result%effort_type = s%effort
    end subroutine report
+
+   subroutine order_by_frequency(result)
+      type(modal_result_type), intent(inout) :: result
+
+      if (any(result%frequency_hz(2:) < result%frequency_hz(:size(result%frequency_hz) - 1))) &
+         call result%take(nearest_first(cmplx(0, result%frequency_hz, wp), (0.0_wp, 0.0_wp)))
+   end subroutine order_by_frequency
 
    subroutine report_problem(s, options, result)
       type(solve_context_type), intent(in) :: s

@@ -1,5 +1,6 @@
 !> The search for the wanted modes: it ends when they are there, or when it is known that there are no more.
 module kschur_search
+   use kschur_backward_error, only: backward_errors
    use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type
    use kschur_effort, only: phase_judge, phase_recover
@@ -193,8 +194,8 @@ contains
       if (.not. allocated(error)) call modes%drop(modes%backward_error > inaccurate_above)
    end subroutine search_elsewhere
 
-   ! What may be anything is what is missing, where nothing else was found anywhere and one eigenvalue is missing; of
-   ! several nobody knows which they are.
+   ! What may be anything is what is missing, where it is an eigenpair, nothing else was found anywhere and one eigenvalue is
+   ! missing; of several nobody knows which they are.
    subroutine take_back(s, aside, modes)
       type(solve_context_type), intent(inout) :: s
       type(eigenpairs_type), intent(inout) :: aside
@@ -202,6 +203,7 @@ contains
 
       if (.not. s%known%total%exact .or. modes%found + 1 /= s%known%total%number) return
       if (eigenvalues_of(aside%lambda, spread(.true., 1, size(aside%lambda))) /= 1) return
+      if (any(backward_errors(s%problem, aside) > inaccurate_above)) return
       allocate (aside%paired(1), source=.false.)
       call add_pairs(s, aside, abs(s%shift), modes)
       modes%unsure = .true.

@@ -4,12 +4,13 @@ module kschur_settings
    use kschur_arpack_options, only: arpack_options_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_formulation, only: is_structured
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, subspace_dimension
    use kschur_options, only: modal_options_type, arpack_names, formulation_auto, formulation_damped_constrained, &
       formulation_damped_constrained_zero, formulation_dense, formulation_low_rank, formulation_names, inner_names, &
       normalisation_names, scaling_names, &
       formulation_undamped_constrained_zero, method_arpack, method_krylov_schur, method_names, scaling_none
+   use kschur_text, only: text
    implicit none
    private
    public :: check_options, set_iteration_options, method_name, settings_of
@@ -20,46 +21,58 @@ contains
    subroutine check_options(options, error)
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: largest = 1.0e100_wp
-
-      if (options%modes < 1) then
-         call new_error(error, error_usage, "the number of modes must be at least 1")
-      else if (.not. (options%tolerance > 0 .and. options%tolerance < 1)) then
-         call new_error(error, error_usage, "the tolerance must lie between 0 and 1")
-      else if (.not. abs(options%target) <= largest) then
-         call new_error(error, error_usage, "the target must be a number below 1e100")
-      else if (options%subspace < 0) then
-         call new_error(error, error_usage, "the subspace dimension must not be negative")
-      else if (options%block < 0) then
-         call new_error(error, error_usage, "the number of vectors of a block must not be negative")
-      else if (options%threads < 0) then
-         call new_error(error, error_usage, "the number of threads must not be negative")
-      else if (options%memory < 0) then
-         call new_error(error, error_usage, "the limit of memory must not be negative")
-      else if (options%distribute < 1) then
-         call new_error(error, error_usage, "a matrix that is distributed has at least one row")
-      else if (options%groups < 0) then
-         call new_error(error, error_usage, "the number of groups must not be negative")
-      else if (options%max_restarts < 1) then
-         call new_error(error, error_usage, "the number of restarts must be at least 1")
-      else if (options%formulation < 0 .or. options%formulation > ubound(formulation_names, 1)) then
-         call new_error(error, error_usage, "there is no such formulation")
-      else if (options%constraint_scaling < 0 .or. options%constraint_scaling > ubound(scaling_names, 1)) then
-         call new_error(error, error_usage, "there is no such constraint scaling")
-      else if (options%inner < 0 .or. options%inner > ubound(inner_names, 1)) then
-         call new_error(error, error_usage, "there is no such inner solver")
-      else if (options%normalisation < 0 .or. options%normalisation > ubound(normalisation_names, 1)) then
-         call new_error(error, error_usage, "there is no such normalisation")
-      else if (allocated(options%shift)) then
-         if (.not. abs(options%shift) <= largest) &
-            call new_error(error, error_usage, "the shift must be a number below 1e100")
-      end if
+      call at_least("number of modes", int(options%modes, long), 1, error)
+      if (.not. (allocated(error) .or. (options%tolerance > 0 .and. options%tolerance < 1))) call new_error(error, error_usage, &
+         "the tolerance is "//text(options%tolerance)//" but must lie between 0 and 1")
+      call check_place("target", options%target, error)
+      if (allocated(options%shift)) call check_place("shift", options%shift, error)
+      call at_least("subspace dimension", int(options%subspace, long), 0, error)
+      call at_least("number of vectors of a block", int(options%block, long), 0, error)
+      call at_least("number of threads", int(options%threads, long), 0, error)
+      call at_least("limit of memory", options%memory, 0, error)
+      call at_least("number of rows from which a matrix is distributed", int(options%distribute, long), 1, error)
+      call at_least("number of groups", int(options%groups, long), 0, error)
+      call at_least("number of restarts", int(options%max_restarts, long), 1, error)
+      call one_of("formulation", options%formulation, formulation_names, error)
+      call one_of("constraint scaling", options%constraint_scaling, scaling_names, error)
+      call one_of("inner solver", options%inner, inner_names, error)
+      call one_of("normalisation", options%normalisation, normalisation_names, error)
+      call one_of("method", options%method, method_names, error)
+      call one_of("setting of ARPACK", options%arpack, arpack_names, error)
       if (.not. allocated(error)) call check_method(options, error)
-      if (.not. allocated(error) .and. options%formulation == formulation_low_rank .and. &
-         options%method /= method_krylov_schur) call new_error(error, error_usage, &
-         "the formulation low-rank has an iteration of its own: leave out the method")
       if (.not. allocated(error) .and. options%formulation == formulation_dense) call check_dense(options, error)
    end subroutine check_options
+
+   subroutine at_least(name, value, least, error)
+      character(len=*), intent(in) :: name
+      integer(long), intent(in) :: value
+      integer, intent(in) :: least
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (.not. allocated(error) .and. value < least) call new_error(error, error_usage, "the "//name//" is "//text(value)// &
+         " but must be at least "//text(least))
+   end subroutine at_least
+
+   subroutine check_place(name, value, error)
+      character(len=*), intent(in) :: name
+      complex(wp), intent(in) :: value
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), parameter :: largest = 1.0e100_wp
+
+      if (.not. (allocated(error) .or. abs(value) <= largest)) &
+         call new_error(error, error_usage, "the "//name//" must be a number below 1e100")
+   end subroutine check_place
+
+   subroutine one_of(name, value, names, error)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: value
+      !> From number 0 on.
+      character(len=*), intent(in) :: names(0:)
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (.not. allocated(error) .and. (value < 0 .or. value > ubound(names, 1))) call new_error(error, error_usage, &
+         "there is no "//name//" number "//text(value)//", only 0 to "//text(ubound(names, 1)))
+   end subroutine one_of
 
    ! Fails on options of an iteration.
    subroutine check_dense(options, error)
@@ -67,9 +80,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       if (allocated(options%shift)) then
-         call new_error(error, error_usage, "the formulation dense computes all eigenvalues and takes no shift")
+         call new_error(error, error_usage, "the formulation dense computes all eigenvalues: leave out the shift")
       else if (options%subspace > 0) then
-         call new_error(error, error_usage, "the formulation dense iterates nothing and takes no subspace")
+         call new_error(error, error_usage, "the formulation dense iterates nothing: leave out the subspace")
       else if (options%method /= method_krylov_schur) then
          call new_error(error, error_usage, "the formulation dense iterates nothing: leave out the method")
       end if
@@ -80,21 +93,20 @@ contains
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(out) :: error
 
-      if (options%method < 0 .or. options%method > ubound(method_names, 1)) then
-         call new_error(error, error_usage, "there is no such method")
-      else if (options%arpack < 0 .or. options%arpack > ubound(arpack_names, 1)) then
-         call new_error(error, error_usage, "there is no such setting of ARPACK")
-      else if (.not. options%is_plain() .or. options%formulation == formulation_auto) then
+      if (options%formulation == formulation_low_rank .and. options%method /= method_krylov_schur) then
+         call new_error(error, error_usage, "the formulation low-rank has an iteration of its own: leave out the method")
+      else if (.not. options%is_plain()) then
          continue
-      else if (is_structured(options%formulation) .or. any(options%formulation == &
-         [formulation_undamped_constrained_zero, formulation_damped_constrained_zero])) then
-         call new_error(error, error_usage, "plain ARPACK knows the pencils whose spurious eigenvalues are infinite, not "// &
-            trim(formulation_names(options%formulation)))
+      else if (options%formulation /= formulation_auto .and. (is_structured(options%formulation) .or. any(options%formulation == &
+         [formulation_undamped_constrained_zero, formulation_damped_constrained_zero]))) then
+         call new_error(error, error_usage, "plain ARPACK iterates pencils whose spurious eigenvalues are infinite, not "// &
+            trim(formulation_names(options%formulation))//": leave out the formulation, or take damped-constrained")
+      else if (options%left) then
+         call new_error(error, error_usage, "plain ARPACK gives no left vectors: take the fair setting")
+      else if (options%certify) then
+         call new_error(error, error_usage, &
+            "plain ARPACK is not certified, as it does not know the zeros of rigid motions: take the fair setting")
       end if
-      if (.not. allocated(error) .and. options%is_plain() .and. options%left) &
-         call new_error(error, error_usage, "plain ARPACK gives no left vectors")
-      if (.not. allocated(error) .and. options%is_plain() .and. options%certify) &
-         call new_error(error, error_usage, "plain ARPACK is not certified: it does not know the zeros of rigid motions")
    end subroutine check_method
 
    !> The options that a method solves with.

@@ -183,6 +183,8 @@ contains
       if (.not. allocated(s%decision)) s%decision = ""
       none = no_modes(s%problem%unknowns(), s%problem%multipliers())
       none%reason = reason_cancelled
+      if (options%left) allocate (none%left_phi(s%problem%unknowns(), 0), none%left_xi(s%problem%multipliers(), 0), &
+         none%condition(0))
       call report(s, options, none, result, error)
    end subroutine report_none
 

@@ -1,9 +1,10 @@
 !> What harmonic forces do at given frequencies.
 module kschur_frequency_response
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use kschur_error, only: error_type, new_error, error_singular, error_usage
+   use kschur_error, only: error_memory, error_singular, error_type, error_usage, new_error, take_cancelled
    use kschur_kinds, only: wp
    use kschur_memory, only: complex_bytes, require_memory
+   use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_options, only: scaling_row
    use kschur_problem, only: modal_problem_type
@@ -21,25 +22,29 @@ module kschur_frequency_response
 contains
 
    !> Solves (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0 for lambda = i 2 pi frequency: one complex factorisation a
-   !> frequency, in one order of elimination. Fails where forces do not fit the problem, and where an undamped mode has the
+   !> frequency, by one analysis of the pattern. Fails where forces do not fit the problem, and where an undamped mode has the
    !> frequency.
-   subroutine frequency_response(problem, frequencies, forces, response, error, multipliers, unknowns)
+   subroutine frequency_response(problem, frequencies, forces, response, error, multipliers, unknowns, monitor)
       type(modal_problem_type), intent(in) :: problem
       !> Hz.
       real(wp), intent(in) :: frequencies(:)
       !> f, n x forces.
       complex(wp), intent(in) :: forces(:, :)
-      !> x, unknowns x forces x frequencies.
+      !> x, unknowns x forces x frequencies: those before the monitor ended it.
       complex(wp), allocatable, intent(out) :: response(:, :, :)
       type(error_type), allocatable, intent(out) :: error
-      !> xi, m x forces x frequencies.
+      !> xi, m x forces x frequencies, as many.
       complex(wp), allocatable, intent(out), optional :: multipliers(:, :, :)
       !> Those whose response is wanted. Absent: all n.
       integer, intent(in), optional :: unknowns(:)
+      !> Told which frequency begins; asked before each analysis and each factorisation.
+      class(monitor_type), target, intent(inout), optional :: monitor
       type(modal_problem_type) :: ordered
+      type(mumps_complex_type) :: solver
       integer, allocatable :: wanted(:)
       complex(wp) :: x(problem%unknowns(), size(forces, 2)), xi(problem%multipliers(), size(forces, 2))
-      integer :: threads_before, i
+      integer :: threads_before, i, done
+      logical :: cancelled
 
       if (present(unknowns)) then
          wanted = unknowns
@@ -56,15 +61,40 @@ contains
       if (.not. allocated(error)) call order_elimination(ordered, error)
       allocate (response(size(wanted), size(forces, 2), size(frequencies)))
       if (present(multipliers)) allocate (multipliers(problem%multipliers(), size(forces, 2), size(frequencies)))
+      done = 0
+      if (present(monitor)) solver%monitor => monitor
       do i = 1, size(frequencies)
          if (allocated(error)) exit
-         call respond(ordered, cmplx(0, two_pi*frequencies(i), wp), forces, x, xi, error)
+         if (present(monitor)) call monitor%begins("frequency "//text(i)//" of "//text(size(frequencies)))
+         call respond(ordered, cmplx(0, two_pi*frequencies(i), wp), forces, solver, x, xi, error)
          if (allocated(error)) exit
          response(:, :, i) = x(wanted, :)
          if (present(multipliers)) multipliers(:, :, i) = xi
+         done = i
       end do
+      cancelled = .false.
+      if (present(monitor)) call take_cancelled(error, cancelled)
+      if (cancelled) call keep_first(done, response, error)
+      if (cancelled .and. present(multipliers) .and. .not. allocated(error)) call keep_first(done, multipliers, error)
       call leave_solve(threads_before)
    end subroutine frequency_response
+
+   ! Of the last dimension.
+   subroutine keep_first(count, values, error)
+      integer, intent(in) :: count
+      complex(wp), allocatable, intent(inout) :: values(:, :, :)
+      type(error_type), allocatable, intent(out) :: error
+      complex(wp), allocatable :: kept(:, :, :)
+      integer :: status
+
+      allocate (kept(size(values, 1), size(values, 2), count), stat=status)
+      if (status /= 0) then
+         call new_error(error, error_memory, "no memory for the part of the response that was computed")
+         return
+      end if
+      kept = values(:, :, :count)
+      call move_alloc(kept, values)
+   end subroutine keep_first
 
    subroutine check_request(problem, frequencies, length, wanted, error)
       type(modal_problem_type), intent(in) :: problem
@@ -82,21 +112,25 @@ contains
          if (wanted(i) < 1 .or. wanted(i) > problem%unknowns()) call new_error(error, error_usage, "there is no unknown "// &
             text(wanted(i) + problem%index_base - 1)//" of "//text(problem%unknowns()))
       end do
-      if (.not. (allocated(error) .or. all(ieee_is_finite(frequencies)))) &
-         call new_error(error, error_usage, "the frequencies hold what is not a finite number")
+      do i = 1, size(frequencies)
+         if (allocated(error)) return
+         if (.not. ieee_is_finite(frequencies(i))) call new_error(error, error_usage, "frequency number "//text(i)//" of "// &
+            text(size(frequencies))//" is not a finite number")
+      end do
    end subroutine check_request
 
    ! At one lambda.
-   subroutine respond(problem, lambda, forces, x, xi, error)
+   subroutine respond(problem, lambda, forces, solver, x, xi, error)
       type(modal_problem_type), intent(in) :: problem
       complex(wp), intent(in) :: lambda
       complex(wp), intent(in) :: forces(:, :)
+      !> It knows the pattern where it has factored before.
+      type(mumps_complex_type), intent(inout) :: solver
       complex(wp), contiguous, intent(out) :: x(:, :), xi(:, :)
       type(error_type), allocatable, intent(out) :: error
       ! What a step of refinement may change: it does as much as rounding of the matrices can.
       real(wp), parameter :: acceptable = 1.0e-6_wp
       integer, parameter :: steps = 2
-      type(mumps_complex_type) :: solver
       type(csr_matrix_type) :: blocks(3)
       real(wp) :: factors(problem%multipliers())
       complex(wp), allocatable :: y(:, :)

@@ -19,11 +19,13 @@ contains
       real(wp), allocatable, intent(out) :: mac(:, :)
       type(error_type), allocatable, intent(out) :: error
 
-      if (.not. (allocated(first%eigenvectors) .and. allocated(second%eigenvectors))) then
-         call new_error(error, error_usage, "a result holds no modes")
+      if (.not. allocated(first%eigenvectors)) then
+         call new_error(error, error_usage, "the first result holds no modes")
+      else if (.not. allocated(second%eigenvectors)) then
+         call new_error(error, error_usage, "the second result holds no modes")
       else if (size(first%eigenvectors, 1) /= size(second%eigenvectors, 1)) then
          call new_error(error, error_usage, "the shapes of the results have "//text(size(first%eigenvectors, 1))// &
-            " and "//text(size(second%eigenvectors, 1))//" unknowns")
+            " and "//text(size(second%eigenvectors, 1))//" unknowns but must have as many")
       end if
       if (allocated(error)) return
       call require_memory(3*real_bytes*size(first%eigenvectors, 2)*(size(second%eigenvectors, 2) + 1), "the criterion", error)

@@ -162,7 +162,7 @@ contains
       logical :: singular
 
       call solve_small(a, factor, singular)
-      if (singular) factor = ieee_value(1.0_wp, ieee_quiet_nan)
+      if (singular) factor = cmplx(ieee_value(1.0_wp, ieee_quiet_nan), ieee_value(1.0_wp, ieee_quiet_nan), wp)
    end subroutine share
 
    ! Rigid motions that nothing damps are double zeros and have all their mass; of the others the mass is with their decays.

@@ -36,12 +36,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       if (.not. (allocated(result%eigenvectors) .and. allocated(result%multipliers))) then
-         call new_error(error, error_usage, "the result holds no modes")
+         call new_error(error, error_usage, "the result holds no modes: solve first")
       else if (any([size(result%eigenvectors, 1), size(result%multipliers, 1)] /= &
          [problem%unknowns(), problem%multipliers()])) then
          call new_error(error, error_usage, "the result is not one of this problem: its shapes have other lengths")
       else if (.not. (problem%symmetric .or. allocated(result%left_eigenvectors))) then
-         call new_error(error, error_usage, "the problem is unsymmetric: its left vectors are needed, ask for them as well")
+         call new_error(error, error_usage, &
+            "the problem is unsymmetric, and the result has no left vectors: ask the solve for them (left)")
       end if
    end subroutine check_modes_of
 

@@ -9,6 +9,7 @@ module kschur_sensitivity
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
    use kschur_sparse, only: csr_matrix_type, linear_combination
+   use kschur_text, only: text
    implicit none
    private
    public :: problem_rate_type, eigenvalue_rates, rate_between
@@ -90,7 +91,8 @@ contains
 
          if (allocated(error) .or. .not. allocated(matrix)) return
          if (matrix%rows /= given%rows .or. matrix%columns /= given%columns) call new_error(error, error_usage, &
-            "the derivative of the "//name//" has another shape than the matrix")
+            "the derivative of the "//name//" is "//text(matrix%rows)//" x "//text(matrix%columns)//" but must be "// &
+            text(given%rows)//" x "//text(given%columns)//" to fit the problem")
       end subroutine check
    end subroutine check_rate
 
@@ -105,7 +107,7 @@ contains
       logical :: no_order(1), singular
       integer :: info, unused
 
-      rates = ieee_value(1.0_wp, ieee_quiet_nan)
+      rates = cmplx(ieee_value(1.0_wp, ieee_quiet_nan), ieee_value(1.0_wp, ieee_quiet_nan), wp)
       change = 0
       if (allocated(rate%mass)) change = change + group%lambda**2*form_between(group%chi, rate%mass, group%phi)
       if (allocated(rate%damping)) change = change + group%lambda*form_between(group%chi, rate%damping, group%phi)

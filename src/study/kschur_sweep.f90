@@ -1,7 +1,7 @@
 !> Modes over a parameter, followed from point to point.
 module kschur_sweep
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use kschur_error, only: error_type, add_context
+   use kschur_error, only: error_cancelled, error_type, new_error, take_cancelled
    use kschur_following, only: are_equal, is_ambiguous, match_modes, mode_shares, swapping_pair
    use kschur_kinds, only: wp
    use kschur_modal_solver, only: modal_solver_type, new_modal_solver
@@ -9,7 +9,7 @@ module kschur_sweep
    use kschur_options, only: modal_options_type
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type, reason_cancelled
-   use kschur_sparse, only: linear_combination
+   use kschur_sparse, only: csr_matrix_type, linear_combination
    implicit none
    private
    public :: sweep_type, sweep_event_type, new_sweep, event_names, event_crossing, event_veering, event_unsure
@@ -38,6 +38,12 @@ module kschur_sweep
       logical :: unsure = .false.
    end type point_type
 
+   ! A problem and its modes.
+   type :: place_type
+      type(modal_problem_type) :: problem
+      type(modal_result_type) :: result
+   end type place_type
+
    !> Made by `new_sweep`, filled by `add`, point after point, and by `finish`.
    type :: sweep_type
       !> Values of the parameter, one a point, in their order.
@@ -52,9 +58,11 @@ module kschur_sweep
       ! How it is solved, and the last point.
       type(modal_options_type), private :: options
       type(modal_solver_type), private :: solver
-      type(modal_problem_type), private :: problem
-      type(modal_result_type), private :: result
+      type(place_type), allocatable, private :: last
+      ! Who watches the point that is added.
+      class(monitor_type), pointer, private :: monitor => null()
       type(point_type), allocatable, private :: points(:)
+      logical, private :: unsure = .false.
       integer, private :: branches = 0
    contains
       !> The modes at the next point.
@@ -76,8 +84,8 @@ contains
    end subroutine new_sweep
 
    !> Solves at the next point and finds out which mode is which. Where that is not clear, and where two cross, the
-   !> matrices between the two points are looked at, as if they were linear in the parameter. A point whose solve is cancelled
-   !> is not added. Fails as `solve_modes`.
+   !> matrices between the two points are looked at, as if they were linear in the parameter. A point that the monitor ends
+   !> is not added: the reason of its result is `reason_cancelled`. Fails as `solve_modes`.
    subroutine add(self, value, problem, error, result, monitor)
       class(sweep_type), target, intent(inout) :: self
       !> Of the parameter: above that of the point before, or below it all the way.
@@ -90,29 +98,40 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       ! Between two points each halving is a solve more.
       integer, parameter :: halvings = 8
-      type(modal_result_type) :: found
+      type(place_type), allocatable :: here
       type(point_type) :: point
       integer, allocatable :: match(:)
       integer :: i
+      logical :: cancelled
 
-      if (size(self%values) == 0) then
-         call new_modal_solver(self%solver, problem)
-      else
+      if (allocated(self%last)) then
          call update(self%solver, problem, error)
+      else
+         call new_modal_solver(self%solver, problem)
       end if
-      if (.not. allocated(error)) call self%solver%solve(self%options, found, error, monitor)
       if (allocated(error)) return
-      if (present(result)) result = found
-      if (found%reason == reason_cancelled) return
-      point%lambda = found%eigenvalues
-      point%frequency_hz = found%frequency_hz
-      point%damping_ratio = found%damping_ratio
-      allocate (point%branch(size(found%eigenvalues)), source=0)
+      allocate (here)
+      call self%solver%solve(self%options, here%result, error, monitor)
+      if (allocated(error)) return
+      here%problem = problem
       allocate (match(0))
-      if (size(self%values) > 0) then
-         point%shares = mode_shares(self%problem, self%result, found)
-         call link(self, self%problem, self%result, problem, found, halvings, match, point%unsure, error)
-         if (allocated(error)) return
+      if (allocated(self%last) .and. here%result%reason /= reason_cancelled) then
+         point%shares = shares_between(self%last, here)
+         if (present(monitor)) self%monitor => monitor
+         self%unsure = .false.
+         call link(self, self%last, here, point%shares, halvings, match, error)
+         nullify (self%monitor)
+         call take_cancelled(error, cancelled)
+         if (cancelled) here%result%reason = reason_cancelled
+      end if
+      if (present(result)) result = here%result
+      if (allocated(error) .or. here%result%reason == reason_cancelled) return
+      point%lambda = here%result%eigenvalues
+      point%frequency_hz = here%result%frequency_hz
+      point%damping_ratio = here%result%damping_ratio
+      allocate (point%branch(size(point%lambda)), source=0)
+      if (allocated(self%last)) then
+         point%unsure = self%unsure
          associate (before => self%points(size(self%points)))
             do i = 1, size(match)
                if (match(i) > 0) point%branch(match(i)) = before%branch(i)
@@ -126,8 +145,7 @@ contains
       end do
       self%values = [self%values, value]
       self%points = [self%points, point]
-      self%problem = problem
-      self%result = found
+      call move_alloc(here, self%last)
    end subroutine add
 
    subroutine update(solver, problem, error)
@@ -138,63 +156,71 @@ contains
       call solver%update_values(problem%mass, problem%stiffness, error, problem%damping, problem%constraints)
    end subroutine update
 
-   ! For each mode of a result that of another one, by points between where that is needed.
-   recursive subroutine link(self, problem, before, other_problem, after, halvings, match, unsure, error)
+   ! For each mode at a place that at another one, by places between where that is needed.
+   recursive subroutine link(self, before, after, shares, halvings, match, error)
       class(sweep_type), target, intent(inout) :: self
-      type(modal_problem_type), intent(in) :: problem, other_problem
-      type(modal_result_type), intent(in) :: before, after
+      type(place_type), intent(in) :: before, after
+      !> Between them.
+      real(wp), intent(in) :: shares(:, :)
       integer, intent(in) :: halvings
       integer, allocatable, intent(out) :: match(:)
-      logical, intent(inout) :: unsure
       type(error_type), allocatable, intent(out) :: error
-      type(modal_problem_type) :: between
-      type(modal_result_type) :: middle
+      type(place_type) :: middle
+      real(wp), allocatable :: shares_first(:, :), shares_second(:, :)
       integer, allocatable :: first(:), second(:)
       real(wp) :: part
       integer :: pair(2), i
       logical :: clear
 
-      call match_clearly(problem, before, after, match, clear)
-      call swapping_pair(before%eigenvalues, after%eigenvalues, match, pair, part)
+      call match_clearly(shares, before, after, match, clear)
+      call swapping_pair(before%result%eigenvalues, after%result%eigenvalues, match, pair, part)
       if (.not. clear) then
          part = 0.5_wp
       else if (pair(1) == 0) then
          return
       end if
       if (halvings == 0) then
-         unsure = unsure .or. .not. clear
+         self%unsure = self%unsure .or. .not. clear
          return
       end if
       part = min(max(part, 0.02_wp), 0.98_wp)
-      call interpolate(problem, other_problem, part, between, error)
-      if (.not. allocated(error)) call update(self%solver, between, error)
-      if (.not. allocated(error)) call self%solver%solve(self%options, middle, error)
+      call interpolate(before%problem, after%problem, part, middle%problem)
+      call update(self%solver, middle%problem, error)
+      if (.not. allocated(error)) call self%solver%solve(self%options, middle%result, error, self%monitor)
+      if (.not. allocated(error) .and. middle%result%reason == reason_cancelled) &
+         call new_error(error, error_cancelled, "the sweep was ended by who watches it")
       if (allocated(error)) return
+      shares_first = shares_between(before, middle)
+      shares_second = shares_between(middle, after)
       ! Where two cross their shapes are as they were, or their eigenvalues are the same.
       if (clear) then
-         call match_clearly(problem, before, middle, first, clear)
-         if (clear) call match_clearly(between, middle, after, second, clear)
+         call match_clearly(shares_first, before, middle, first, clear)
+         if (clear) call match_clearly(shares_second, middle, after, second, clear)
          if (clear) then
             if (all([(chained(first, second, i) == match(i), i=1, size(match))])) return
          end if
       end if
-      call link(self, problem, before, between, middle, halvings - 1, first, unsure, error)
-      if (.not. allocated(error)) &
-         call link(self, between, middle, other_problem, after, halvings - 1, second, unsure, error)
+      call link(self, before, middle, shares_first, halvings - 1, first, error)
+      if (.not. allocated(error)) call link(self, middle, after, shares_second, halvings - 1, second, error)
       if (.not. allocated(error)) match = [(chained(first, second, i), i=1, size(match))]
    end subroutine link
 
+   function shares_between(before, after) result(shares)
+      type(place_type), intent(in) :: before, after
+      real(wp) :: shares(size(before%result%eigenvalues), size(after%result%eigenvalues))
+
+      shares = mode_shares(before%problem, before%result, after%result)
+   end function shares_between
+
    ! Matches modes, and says whether there is no doubt about it.
-   subroutine match_clearly(problem, before, after, match, clear)
-      type(modal_problem_type), intent(in) :: problem
-      type(modal_result_type), intent(in) :: before, after
+   subroutine match_clearly(shares, before, after, match, clear)
+      real(wp), intent(in) :: shares(:, :)
+      type(place_type), intent(in) :: before, after
       integer, allocatable, intent(out) :: match(:)
       logical, intent(out) :: clear
-      real(wp) :: shares(size(before%eigenvalues), size(after%eigenvalues))
 
-      shares = mode_shares(problem, before, after)
       allocate (match, source=match_modes(shares))
-      clear = .not. is_ambiguous(shares, match, before%eigenvalues, after%eigenvalues)
+      clear = .not. is_ambiguous(shares, match, before%result%eigenvalues, after%result%eigenvalues)
    end subroutine match_clearly
 
    pure integer function chained(first, second, i)
@@ -205,19 +231,26 @@ contains
    end function chained
 
    ! The matrices a part of the way from one problem to another.
-   subroutine interpolate(from, to, part, problem, error)
+   pure subroutine interpolate(from, to, part, problem)
       type(modal_problem_type), intent(in) :: from, to
       real(wp), intent(in) :: part
       type(modal_problem_type), intent(out) :: problem
-      type(error_type), allocatable, intent(out) :: error
 
-      if (allocated(error)) return
       problem%symmetric = from%symmetric .and. to%symmetric
-      problem%mass = linear_combination(1 - part, from%mass, part, to%mass)
-      problem%damping = linear_combination(1 - part, from%damping, part, to%damping)
-      problem%stiffness = linear_combination(1 - part, from%stiffness, part, to%stiffness)
-      problem%constraints = linear_combination(1 - part, from%constraints, part, to%constraints)
+      problem%mass = between(from%mass, to%mass, part)
+      problem%damping = between(from%damping, to%damping, part)
+      problem%stiffness = between(from%stiffness, to%stiffness, part)
+      problem%constraints = between(from%constraints, to%constraints, part)
    end subroutine interpolate
+
+   ! What does not change stays as it is, to the last digit.
+   pure function between(from, to, part) result(matrix)
+      type(csr_matrix_type), intent(in) :: from, to
+      real(wp), intent(in) :: part
+      type(csr_matrix_type) :: matrix
+
+      matrix = linear_combination(1.0_wp, from, part, linear_combination(1.0_wp, to, -1.0_wp, from))
+   end function between
 
    !> Puts the branches together, those of the first point first, and looks for crossings and veerings.
    subroutine finish(self)

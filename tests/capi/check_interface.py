@@ -1,7 +1,7 @@
 """Checks the C library against its headers: check_interface.py NM kschur.h libkschur_capi.so libkschur.so fpm.toml...
 
-What the library exports is what kschur.h and its parts declare; every declaration has a comment; the versions are the same;
-and no procedure keeps a variable in static memory, where two threads would meet. gfortran does that with large local
+What the library exports is what kschur.h and its parts declare, and below it libkschur.so only what is of Fortran modules and
+the lock that C takes too; every declaration has a comment; the versions are the same; and no procedure keeps a variable in static memory, where two threads would meet. gfortran does that with large local
 arrays, and with the length of a function's result where that is deferred.
 """
 import re
@@ -30,6 +30,12 @@ if len(declared) < 50:
     problems.append(f"only {len(declared)} functions were found in {header}")
 problems += [f"{name} is declared but not exported" for name in sorted(declared - exported)]
 problems += [f"{name} is exported but not declared" for name in sorted(exported - declared)]
+
+below = {name for kind, name in symbols("-D", "--defined-only", library)}
+if not any(re.match("__kschur_solver_MOD_", name) for name in below):
+    problems.append(f"{library} does not export its modules")
+problems += [f"{library} exports {name}" for name in sorted(below)
+             if not re.match("__kschur", name) and name not in ("kschur_acquire_lock", "kschur_release_lock")]
 
 for name in sorted(declared):
     before = text[: re.search(rf"^int {name}\(", text, re.M).start()].rstrip()

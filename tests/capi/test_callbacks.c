@@ -55,6 +55,49 @@ static void a_progress_report_can_cancel(void)
    kschur_result_destroy(&result);
 }
 
+typedef struct {
+   int asked, last;
+} stopwatch;
+
+static int stop(void *context)
+{
+   stopwatch *seen = context;
+
+   return ++seen->asked >= seen->last;
+}
+
+static void a_stop_is_asked_in_every_phase(void)
+{
+   kschur_problem *problem = new_chain_with_dashpot(100, 5);
+   kschur_options *options = new_options(8);
+   kschur_result *result = new_result();
+   watch reports = {0, -1, 0, 0};
+   stopwatch seen = {0, 1 << 30};
+   int reason, needed;
+
+   CHECK_OK(kschur_options_set_progress(options, progress, &reports));
+   CHECK_OK(kschur_options_set_stop(options, stop, &seen));
+   CHECK_OK(kschur_solve(problem, options, result));
+   CHECK_OK(kschur_result_get_reason(result, &reason));
+   CHECK(reason == KSCHUR_REASON_CONVERGED && seen.asked > reports.calls);
+   needed = seen.asked;
+   for (int k = 1; k <= needed; k++) {
+      seen = (stopwatch){0, k};
+      reports.calls = 0;
+      CHECK_OK(kschur_solve(problem, options, result));
+      CHECK_OK(kschur_result_get_reason(result, &reason));
+      CHECK(reason == KSCHUR_REASON_CANCELLED && seen.asked == k && (k > 1 || reports.calls == 0));
+   }
+
+   CHECK_OK(kschur_options_set_stop(options, NULL, NULL));
+   CHECK_OK(kschur_solve(problem, options, result));
+   CHECK_OK(kschur_result_get_reason(result, &reason));
+   CHECK(reason == KSCHUR_REASON_CONVERGED);
+   kschur_problem_destroy(&problem);
+   kschur_options_destroy(&options);
+   kschur_result_destroy(&result);
+}
+
 /* Solves a problem of its own in the middle of another one's iteration. */
 static int solve_another(void *context, int64_t restart, int64_t converged, int64_t wanted, double residual)
 {
@@ -458,6 +501,7 @@ static void solvers_that_fail(void)
 int main(void)
 {
    a_progress_report_can_cancel();
+   a_stop_is_asked_in_every_phase();
    a_callback_may_solve();
    operators_without_a_matrix();
    operators_that_fail();

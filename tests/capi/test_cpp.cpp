@@ -106,7 +106,12 @@ static void callbacks()
    CHECK(kschur::solve(problem, options).converged() && calls > 1);
    options.set_progress([](const kschur::progress &) { return false; });
    CHECK(kschur::solve(problem, options).text("reason") == "cancelled");
-   options.set_progress([](const kschur::progress &) -> bool { throw thrown(); });
+   options.set_progress([](const kschur::progress &) { return true; });
+   options.set_stop([&] { return calls > 0; });
+   CHECK(kschur::solve(problem, options).text("reason") == "cancelled");
+   options.set_stop([&] { return false; });
+   CHECK(kschur::solve(problem, options).converged());
+   options.set_stop([]() -> bool { throw thrown(); });
    bool caught = false;
    const auto moved = std::move(options);
    for (int k = 0; k < 2; k++) {

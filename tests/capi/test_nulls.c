@@ -112,6 +112,7 @@ static void null_handles(void)
    CHECK_STATUS(kschur_options_set_resume(NULL, "file"), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_normalisation(NULL, "mass"), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_progress(NULL, NULL, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_options_set_stop(NULL, NULL, NULL), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_real_solver(NULL, factorize, substitute, NULL, NULL), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_options_set_complex_solver(NULL, factorize, substitute, NULL, NULL), KSCHUR_ERROR_NULL);
 

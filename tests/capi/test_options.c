@@ -8,7 +8,7 @@ static void refused(void)
    kschur_options *options = new_options(3);
 
    CHECK_STATUS(kschur_options_set_modes(options, 0), KSCHUR_ERROR_USAGE);
-   CHECK_MESSAGE(options, options, "the number of modes must be at least 1");
+   CHECK_MESSAGE(options, options, "the number of modes is 0 but must be at least 1");
    CHECK_STATUS(kschur_options_set_modes(options, 5000000000), KSCHUR_ERROR_USAGE);
    CHECK_MESSAGE(options, options, "the number of modes is 5000000000");
    CHECK_STATUS(kschur_options_set_modes(options, INT64_MIN), KSCHUR_ERROR_USAGE);
@@ -31,7 +31,7 @@ static void refused(void)
    CHECK_STATUS(kschur_options_set_block(options, -1), KSCHUR_ERROR_USAGE);
    CHECK_OK(kschur_options_set_block(options, 3));
    CHECK_STATUS(kschur_options_set_threads(options, -1), KSCHUR_ERROR_USAGE);
-   CHECK_MESSAGE(options, options, "the number of threads must not be negative");
+   CHECK_MESSAGE(options, options, "the number of threads is -1 but must be at least 0");
    CHECK_OK(kschur_options_set_threads(options, 2));
    CHECK_STATUS(kschur_options_set_distribute(options, 0), KSCHUR_ERROR_USAGE);
    CHECK_OK(kschur_options_set_distribute(options, 100));

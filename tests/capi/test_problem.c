@@ -143,6 +143,12 @@ static void wrong_arrays(void)
    CHECK_STATUS(kschur_problem_set_csr(problem, KSCHUR_MASS, 3, -3, 3, 0, start, index, value), KSCHUR_ERROR_INPUT);
    CHECK_STATUS(kschur_problem_set_csr(problem, KSCHUR_MASS, 3, 3, -3, 0, start, index, value), KSCHUR_ERROR_INPUT);
    CHECK_MESSAGE(problem, problem, "not be 3, 3 and -3");
+   for (int k = 0; k < 3; k++) {
+      const int64_t most = INT32_MAX;
+      CHECK_STATUS(kschur_problem_set_csr64(problem, KSCHUR_MASS, k == 0 ? most : 3, k == 1 ? most : 3, k == 2 ? most : 3, 0,
+                                            huge_index, huge_index, value), KSCHUR_ERROR_INPUT);
+      CHECK_MESSAGE(problem, problem, "must lie between 0 and 2147483646");
+   }
    CHECK_STATUS(kschur_problem_set_csr64(problem, KSCHUR_MASS, INT64_MAX, 3, 3, 0, huge_index, huge_index, value),
                 KSCHUR_ERROR_INPUT);
    CHECK_STATUS(kschur_problem_set_triplets(problem, KSCHUR_MASS, 2000000000, 2000000000, 3, 0, index, index, value),

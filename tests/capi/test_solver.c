@@ -75,6 +75,8 @@ static void several_targets(void)
    CHECK_STATUS(kschur_solver_solve_targets(solver, 1, targets, options, none), KSCHUR_ERROR_NULL);
    CHECK_MESSAGE(solver, solver, "results[0]");
    CHECK_STATUS(kschur_solver_solve_targets(solver, 0, targets, options, results), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_solver_solve_targets(solver, (int64_t)1 << 31, targets, options, results), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(solver, solver, "between 1 and 2147483647, not be 2147483648");
    CHECK_OK(kschur_solver_solve_targets(solver, count, targets, options, results));
    for (int i = 0; i < count; i++) {
       double frequency[modes], wanted = targets[2 * i + 1], furthest = 0;

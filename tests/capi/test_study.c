@@ -27,6 +27,8 @@ static void properties(void)
    CHECK_STATUS(kschur_result_find_properties(result, problem, NULL, 1), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_find_properties(result, NULL, NULL, 0), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_result_find_properties(result, problem, direction, -1), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_result_find_properties(result, problem, direction, (int64_t)1 << 32), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(result, result, "between 0 and 2147483647, not be 4294967296");
    CHECK_OK(kschur_result_find_properties(result, problem, NULL, 0));
    CHECK_OK(kschur_result_get_generalised_masses(result, mass, n));
    CHECK_OK(kschur_result_get_effective_masses(result, NULL, 0));
@@ -143,8 +145,19 @@ static void response(void)
    CHECK_STATUS(kschur_problem_get_response(rigid, (double[1]){0}, 1, (double *)f, 1, (double *)&single, NULL),
                 KSCHUR_ERROR_SINGULAR);
    CHECK_MESSAGE(problem, rigid, "no response at");
+   for (int k = 0; k < 2; k++) {
+      const int64_t many = ((int64_t)1 << 31) + k;
+      CHECK_STATUS(kschur_problem_get_response(rigid, hz, k ? many : 1, (double *)f, k ? 1 : many, (double *)&single, NULL),
+                   KSCHUR_ERROR_USAGE);
+      CHECK_MESSAGE(problem, rigid, k ? "not be 2147483649 and 1" : "not be 1 and 2147483648");
+   }
    kschur_problem_destroy(&problem);
    kschur_problem_destroy(&rigid);
+}
+
+static int stop(void *context)
+{
+   return *(int *)context;
 }
 
 /* Two oscillators of 1 + p and 2 - p, coupled: they veer at 1/2. */
@@ -157,7 +170,9 @@ static void sweep(void)
    double complex lambda[6][2];
    double kind[3], first[3], at[3];
    int64_t branches, points, events;
+   int stopped = 0;
 
+   CHECK_OK(kschur_options_set_stop(options, stop, &stopped));
    CHECK_OK(kschur_sweep_create(&swept));
    CHECK_STATUS(kschur_sweep_get_size(swept, &branches, &points, &events), KSCHUR_ERROR_ORDER);
    CHECK_MESSAGE(sweep, swept, "kschur_sweep_add");
@@ -167,6 +182,11 @@ static void sweep(void)
       CHECK_OK(kschur_problem_create(&problem));
       CHECK_OK(kschur_problem_set_triplets(problem, KSCHUR_MASS, 2, 2, 4, 0, row, column, mass));
       CHECK_OK(kschur_problem_set_triplets(problem, KSCHUR_STIFFNESS, 2, 2, 4, 0, row, column, stiffness));
+      stopped = 1;
+      CHECK_OK(kschur_sweep_add(swept, p, problem, options));
+      CHECK_OK(kschur_sweep_get_size(swept, NULL, &points, NULL));
+      CHECK(points == i);
+      stopped = 0;
       CHECK_OK(kschur_sweep_add(swept, p, problem, options));
       CHECK_STATUS(kschur_sweep_add(swept, p, problem, NULL), KSCHUR_ERROR_NULL);
       CHECK_STATUS(kschur_sweep_add(NULL, p, problem, options), KSCHUR_ERROR_NULL);

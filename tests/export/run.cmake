@@ -1,16 +1,11 @@
-# Installs into a fresh prefix, moves the tree to another folder, then builds and runs consumers in C, C++ and Fortran
-# twice: by find_package(kschur) and by pkg-config, each as somebody would who knows nothing but where kschur is.
+# Installs by DESTDIR, moves the tree to another folder, with a blank in its name, then builds and runs consumers in C, C++
+# and Fortran twice: by find_package(kschur) and by pkg-config, each as somebody would who knows nothing but where kschur is.
 #
 # With OPTIONS, kschur is configured with them and built first, without optimisation. LIB_DIR is the folder of the
-# libraries where the options say so; what is installed stays where it is then.
+# libraries where the options say so; what is installed stays where it is then. REFERENCE are the folders, `:` between them, of
+# the reference BLAS and LAPACK where these are to be loaded: OpenBLAS may have their names elsewhere.
 
-function(run)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
-  if(NOT status EQUAL 0)
-    message(FATAL_ERROR "${ARGV} failed:\n${output}")
-  endif()
-  set(output "${output}" PARENT_SCOPE)
-endfunction()
+include("${CMAKE_CURRENT_LIST_DIR}/commands.cmake")
 
 function(check_answer)
   run(${ARGV})
@@ -46,25 +41,27 @@ function(build_by_pkg_config package compiler source)
   run(pkg-config --cflags --libs ${STATIC} ${package})
   separate_arguments(flags UNIX_COMMAND "${output}")
   run("${compiler}" ${FLAGS} "${SOURCE_DIR}/${source}" ${flags} -o "${WORK_DIR}/by_pkg_config")
-  check_answer("${CMAKE_COMMAND}" -E env "LD_LIBRARY_PATH=${lib_dir}" "${WORK_DIR}/by_pkg_config")
+  check_answer("${CMAKE_COMMAND}" -E env "LD_LIBRARY_PATH=${lib_dir}:${REFERENCE}" "${WORK_DIR}/by_pkg_config")
 endfunction()
 
 file(REMOVE_RECURSE "${WORK_DIR}")
+get_filename_component(top "${SOURCE_DIR}/../.." ABSOLUTE)
+set(ENV{LD_LIBRARY_PATH} "${REFERENCE}")
 if(OPTIONS)
   separate_arguments(OPTIONS UNIX_COMMAND "${OPTIONS}")
   set(BUILD_DIR "${WORK_DIR}/build")
-  run("${CMAKE_COMMAND}" -S "${SOURCE_DIR}/../.." -B "${BUILD_DIR}" -G "${GENERATOR}" -DCMAKE_C_COMPILER=${C_COMPILER}
+  run("${CMAKE_COMMAND}" -S "${top}" -B "${BUILD_DIR}" -G "${GENERATOR}" -DCMAKE_C_COMPILER=${C_COMPILER}
       -DCMAKE_Fortran_COMPILER=${Fortran_COMPILER} -DCMAKE_Fortran_FLAGS_RELEASE=-O0 -DKSCHUR_BUILD_TESTS=OFF
-      "-DCMAKE_INSTALL_PREFIX=${WORK_DIR}/prefix" ${OPTIONS})
+      "-DCMAKE_INSTALL_PREFIX=${WORK_DIR}/the prefix" ${OPTIONS})
   run("${CMAKE_COMMAND}" --build "${BUILD_DIR}")
 endif()
-set(prefix "${WORK_DIR}/prefix")
+set(prefix "${WORK_DIR}/the prefix")
 if(LIB_DIR)
   run("${CMAKE_COMMAND}" --install "${BUILD_DIR}")
   set(package "-Dkschur_DIR=${LIB_DIR}/cmake/kschur")
 else()
-  run("${CMAKE_COMMAND}" --install "${BUILD_DIR}" --prefix "${WORK_DIR}/first place")
-  file(RENAME "${WORK_DIR}/first place" "${prefix}")
+  run("${CMAKE_COMMAND}" -E env "DESTDIR=${WORK_DIR}/staging" "${CMAKE_COMMAND}" --install "${BUILD_DIR}" --prefix /first/place)
+  file(RENAME "${WORK_DIR}/staging/first/place" "${prefix}")
   set(package "-DCMAKE_PREFIX_PATH=${prefix}")
 endif()
 build_projects()
@@ -82,6 +79,10 @@ if(EXISTS "${prefix}/bin/kschur")
   run("${prefix}/bin/kschur" --version)
   run("${prefix}/bin/kschur" scene grid --cells 2x1 --output "${WORK_DIR}/grid")
   run("${prefix}/bin/kschur" solve "${WORK_DIR}/grid")
+  run(ldd "${prefix}/bin/kschur")
+  if(REFERENCE AND output MATCHES "openblas")
+    message(FATAL_ERROR "OpenBLAS in the place of the reference BLAS:\n${output}")
+  endif()
 endif()
 # What is left out says so.
 foreach(part HDF5 ARPACK)
@@ -97,15 +98,11 @@ foreach(part HDF5 ARPACK)
     endif()
   endif()
 endforeach()
-# No folder of this machine stands in what is installed, but that of the libraries in the CMake and pkg-config files.
-file(GLOB binaries "${prefix}/bin/kschur" "${lib_dir}/libkschur*")
-foreach(binary IN LISTS binaries)
-  file(STRINGS "${binary}" paths REGEX "${SOURCE_DIR}|/src/(linear|solve)/")
-  if(RELEASE AND paths)
-    message(FATAL_ERROR "${binary} names ${paths}")
+# A build with all run-time checks names its lines.
+if(RELEASE OR OPTIONS)
+  set(fixed)
+  if(LIB_DIR)
+    set(fixed "${prefix}" "${LIB_DIR}")
   endif()
-endforeach()
-file(GLOB_RECURSE license "${prefix}/share/doc/*/LICENSE")
-if(license STREQUAL "")
-  message(FATAL_ERROR "no LICENSE is installed")
+  run("${PYTHON}" "${SOURCE_DIR}/check_tree.py" "${prefix}" "${top}" "${NM}" ${fixed})
 endif()

@@ -5,6 +5,7 @@ Runs are killed once their checkpoint is there, and go on from it: what they wri
 that nobody killed, but for seconds and memory.
 """
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import time
 from pathlib import Path
 
 import h5py
+import numpy as np
 
 from checks import check, finish
 
@@ -72,11 +74,22 @@ def test_resumed(folder, name, problem, *options):
     return checkpoint
 
 
+def with_checksum(data):
+    """The same words with the checksum that belongs to them."""
+    words = np.frombuffer(data, "u8")[:-1]
+    total, prime, mask = 14695981039346656037, 1099511628211, 2**64 - 1
+    for word in words.tolist():
+        total = (total ^ word)*prime & mask
+        total ^= total >> 32
+    return words.tobytes() + total.to_bytes(8, "little")
+
+
 def test_refused(folder, checkpoint, problem, other, *options):
     """What is not the checkpoint of this solve ends in one line and exit status 2."""
-    def refused(what, path, problem=problem, options=options):
+    def refused(what, path, problem=problem, options=options, says=""):
         status, errors = run("solve", problem, "--quiet", *options, "--resume", path)
-        check(f"refused: {what}", status == 2 and errors.count("\n") == 1 and str(path) in errors, f"{status} {errors}")
+        check(f"refused: {what}", status == 2 and errors.count("\n") == 1 and str(path) in errors and says in errors,
+              f"{status} {errors}")
 
     data = checkpoint.read_bytes()
     damaged = folder/"damaged"
@@ -86,14 +99,18 @@ def test_refused(folder, checkpoint, problem, other, *options):
     for length in (0, 7, 8, 400, len(data)//2, len(data) - 8, len(data) - 1):
         damaged.write_bytes(data[:length])
         refused(f"cut to {length} bytes", damaged)
+    check("checkpoint: the checksum of kschur_archive.c", with_checksum(data) == data)
+    version = re.search(rb"(?:\d\0{7})(?:\.\0{7}\d\0{7}){2}", data)
+    damaged.write_bytes(with_checksum(data[:version.start()] + b"9" + data[version.start() + 1:]))
+    refused("of another version", damaged, says="not a checkpoint of this version")
     damaged.write_bytes(data + b"12345678")
     refused("something behind it", damaged)
     refused("a problem in its place", problem)
     refused("no file", folder/"none")
     refused("a folder", folder)
     refused("a pipe", "/dev/stdin")
-    refused("another problem", checkpoint, problem=other)
-    refused("other options", checkpoint, options=(*options[:-1], "13"))
+    refused("another problem", checkpoint, problem=other, says="another problem")
+    refused("other options", checkpoint, options=(*options[:-1], "13"), says="other options")
     for words in (("--formulation", "dense"), ("--method", "arpack")):
         status, errors = run("solve", other, "--quiet", "--checkpoint", folder/"none", *words)
         check(f"refused: {words[1]}", status == 1 and errors.count("\n") == 1 and "checkpoint" in errors, f"{status} {errors}")

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Damaged HDF5 files, by hand and at random: test_damaged.py KSCHUR [--files N] [--seed S] [--megabytes M] [--keep FOLDER]
+"""Damaged HDF5 files, by hand and at random: test_damaged.py KSCHUR [--files N] [--seed S] [--megabytes M] [--seconds T] [--keep FOLDER]
 
 Whatever is in a file, `kschur info` and `kschur solve` end with exit status 2 and one line, or, where the damage does no
 harm, with 0 (info) or 0, 3 or 4 (solve); soon, with little memory, and without a word of HDF5's. N files of each kind
@@ -8,6 +8,7 @@ are damaged at random (default 40); those that fail are kept in FOLDER. Exit sta
 import argparse
 import os
 import random
+import struct
 import subprocess
 import sys
 import tempfile
@@ -22,7 +23,7 @@ failures = []
 
 
 def run(*words, seconds=SECONDS):
-    """Exit status (of a signal below zero, None: it had to be stopped), standard error, most memory in bytes."""
+    """Exit status (of a signal below zero, None: it had to be stopped), standard error, most memory in bytes, processor time."""
     with tempfile.TemporaryFile() as errors:
         child = subprocess.Popen([arguments.kschur, *map(str, words)], stdout=subprocess.DEVNULL, stderr=errors,
                                  env=dict(os.environ, OPENBLAS_NUM_THREADS="1"))
@@ -31,11 +32,12 @@ def run(*words, seconds=SECONDS):
             pid, status, usage = os.wait4(child.pid, os.WNOHANG)
             if pid:
                 errors.seek(0)
-                return os.waitstatus_to_exitcode(status), errors.read().decode(errors="replace"), 1024*usage.ru_maxrss
+                return (os.waitstatus_to_exitcode(status), errors.read().decode(errors="replace"), 1024*usage.ru_maxrss,
+                        usage.ru_utime + usage.ru_stime)
             time.sleep(0.002)
         child.kill()
         os.wait4(child.pid, 0)
-        return None, "", 0
+        return None, "", 0, seconds
 
 
 def check(what, passed, detail=""):
@@ -46,18 +48,19 @@ def check(what, passed, detail=""):
 
 
 def ends_well(what, statuses, *words):
-    status, errors, memory = run(*words)
-    return check(what, status in statuses and errors.count("\n") == (status != 0) and memory < 1e6*arguments.megabytes,
-                 (status, errors[-300:], memory))
+    status, errors, memory, seconds = run(*words)
+    return check(what, status in statuses and errors.count("\n") == (status != 0) and memory < 1e6*arguments.megabytes
+                 and (status != 2 or seconds < arguments.seconds), (status, errors[-300:], memory, seconds))
 
 
 def refused(what, path, *parts, result=False):
     for command in ("info", "solve"):
-        status, errors, memory = run(command, path)
+        status, errors, memory, seconds = run(command, path)
         shown = command == "info" or not result
-        check(f"{command}: {what}", status == 2 and errors.count("\n") == 1 and memory < 1e6*arguments.megabytes and len(errors) < 300
+        check(f"{command}: {what}", status == 2 and errors.count("\n") == 1 and memory < 1e6*arguments.megabytes
+              and seconds < arguments.seconds and len(errors) < 300
               and path.name in errors and (not shown or all(part in errors for part in parts)),
-              (status, errors[-300:], memory))
+              (status, errors[-300:], memory, seconds))
 
 
 def write_problem(path, change=None, **options):
@@ -84,6 +87,9 @@ def by_hand(folder):
     path = folder/"hand.h5"
     huge = replaced("mass/indices", lambda file, name: file.create_dataset(name, (2**31 - 1,), "i4", chunks=(1024,)))
     refused("7 kB that declare 2^31-1 indices", write_problem(path, huge), "/mass/indices", "more values")
+    for extent in (2**31, 2**32 + 6):
+        huge = replaced("mass/indices", lambda file, name: file.create_dataset(name, (extent,), "i4", chunks=(1024,)))
+        refused(f"{extent} indices", write_problem(path, huge), "/mass/indices", "too long")
     outside = replaced("mass/data", lambda file, name: file.create_dataset(
         name, (6,), "f8", external=[(str(folder/"elsewhere"), 0, 48)]))
     (folder/"elsewhere").write_bytes(np.ones(6).tobytes())
@@ -111,6 +117,9 @@ def by_hand(folder):
     def ring(file, name):
         file[name], file["behind"] = h5py.SoftLink("/behind"), h5py.SoftLink(f"/{name}")
     refused("links in a ring", write_problem(path, replaced("mass", ring)), "/mass")
+    def own_root(file, name):
+        file[name] = file["/"]
+    refused("/mass that is the root again", write_problem(path, replaced("mass", own_root)), "/mass")
     def inside(file, name):
         file["behind"] = 1.0 + np.arange(6)
         file[name] = h5py.SoftLink("/behind")
@@ -157,7 +166,27 @@ def heaps(folder, problem, result):
                 ends_well(f"{source.name}, byte {place} is {value}", (0, 2), "info", path)
         size = heap + 24
         path.write_bytes(whole[:size] + b"\xff\xff\xff\xff\xff\xff\xff\xff" + whole[size + 8:])
-        refused(f"{source.name}, a string without end", path, *(["a damaged result"] if is_result else []), result=is_result)
+        words = ["a damaged result"] if is_result else []
+        refused(f"{source.name}, a string without end", path, *words, result=is_result)
+        # What is free after the strings; HDF5 goes round in a circle where it does not reach to the end of the heap.
+        free = heap + 16
+        while struct.unpack_from("<H", whole, free)[0] != 0:
+            free += 16 + (struct.unpack_from("<Q", whole, free + 8)[0] + 7)//8*8
+        for size in (0, struct.unpack_from("<Q", whole, free + 8)[0] - 50):
+            path.write_bytes(whole[:free + 8] + struct.pack("<Q", size) + whole[free + 16:])
+            refused(f"{source.name}, {size} bytes free after the strings", path, *words, result=is_result)
+
+
+def parts_of_numbers(folder, result):
+    """Complex numbers whose parts have other names."""
+    for names in (("\x01", "i"), ("r", "x"), ("x", "i"), ("x", "y")):
+        path = folder/"parts.h5"
+        path.write_bytes(result.read_bytes())
+        with h5py.File(path, "r+") as file:
+            eigenvectors = file["eigenvectors"][:]
+            del file["eigenvectors"]
+            file["eigenvectors"] = eigenvectors.view([(name, "<f8") for name in names]).reshape(eigenvectors.shape)
+        refused(f"parts {names}", path, "/eigenvectors does not hold complex numbers", result=True)
 
 
 def at_random(folder, source, number):
@@ -196,6 +225,7 @@ def main():
             file.visititems(zip_one)
         by_hand(folder)
         heaps(folder, plain, result)
+        parts_of_numbers(folder, result)
         for source in (problem, result, plain, newest, folder/"zipped.h5"):
             check(f"{source.name} itself is read", run("info", source)[0] == 0)
             for number in range(arguments.files):
@@ -209,6 +239,7 @@ parser.add_argument("kschur", type=os.path.abspath)
 parser.add_argument("--files", type=int, default=40)
 parser.add_argument("--seed", type=int, default=0)
 parser.add_argument("--megabytes", type=float, default=200, help="that a run may take; sanitizers take more")
+parser.add_argument("--seconds", type=float, default=1, help="of the processor that a refusal may take; sanitizers take more")
 parser.add_argument("--keep", type=os.path.abspath)
 arguments = parser.parse_args()
 main()

@@ -16,6 +16,8 @@ import tempfile
 import time
 from pathlib import Path
 
+import h5py
+
 parser = argparse.ArgumentParser()
 parser.add_argument("kschur")
 parser.add_argument("--all", action="store_true")
@@ -151,6 +153,59 @@ def test_compare(problem):
     print(f"compare: {seconds:.2f} s; {ended} of 3 interrupted, the longest went on for {longest:.2f} s", flush=True)
 
 
+def test_response(folder, problem):
+    """A signal ends a response with the frequencies before, which are those of the whole run."""
+    output = folder/"response.h5"
+    words = ("response", problem, "--frequencies", "0.1:2:20", "--input", "7", "--format", "csv", "--output", str(output))
+    whole, errors, seconds = finish(start(words))
+    whole = whole.splitlines()
+    check("response: the whole run", len(whole) == 21 and not errors, errors)
+    ended = longest = 0
+    for i in range(4):
+        output.unlink()
+        child, out, errors, after, wall = interrupt(words, seconds*(i + 1)/5, (signal.SIGINT, signal.SIGTERM)[i % 2])
+        lines = out.splitlines()
+        if child.returncode == 0:
+            check("response: whole, or not", lines == whole)
+            continue
+        ended += 1
+        longest = max(longest, after)
+        with h5py.File(output) as file:
+            check(f"response: after {i + 1} fifths, {len(lines) - 1} frequencies", child.returncode == 3
+                  and errors.count("\n") == 1 and f"interrupted after {len(lines) - 1} of 20" in errors
+                  and lines == whole[:len(lines)] and file["response"].shape[0] == len(file["frequency_hz"]) == len(lines) - 1,
+                  (child.returncode, errors, out))
+    check("response: some runs were interrupted", ended > 0)
+    print(f"response: {seconds:.2f} s; {ended} of 4 interrupted, the longest went on for {longest:.2f} s", flush=True)
+
+
+def test_sensitivity(label, problem, changed, modes):
+    """A signal ends it with the rates of the modes that have converged."""
+    words = ("sensitivity", problem, changed, "--modes", str(modes), "--threads", "1", "--format", "json")
+    whole, errors, seconds = finish(start(words))
+    known = [complex(mode["eigenvalue_re"], mode["eigenvalue_im"]) for mode in json.loads(whole)]
+    check(f"{label}: the whole run", len(known) == modes and not errors, errors)
+    ended = longest = 0
+    for i in range(9):
+        child, out, errors, after, wall = interrupt(words, seconds*(i + 1)/10, (signal.SIGINT, signal.SIGTERM)[i % 2])
+        what = f"{label}: after {i + 1} tenths"
+        if child.returncode < 0:
+            check(f"{what}, nothing is said while it reads", not out)
+            continue
+        if child.returncode == 0:
+            continue
+        ended += 1
+        longest = max(longest, after)
+        whole = out.startswith("[") and out.endswith("]\n")
+        check(what, whole and child.returncode == 3 and errors.count("\n") == 1 and "interrupted" in errors,
+              (child.returncode, errors, out))
+        for mode in json.loads(out if whole else "[]"):
+            value = complex(mode["eigenvalue_re"], mode["eigenvalue_im"])
+            check(f"{what}, a mode is one", min(abs(value - other) for other in known) <= 1e-6*max(map(abs, known)), value)
+    check(f"{label}: some runs were interrupted", ended > 0)
+    print(f"{label}: {seconds:.2f} s; {ended} of 9 interrupted, the longest went on for {longest:.2f} s", flush=True)
+
+
 def scene(folder, name, *options):
     path = folder/f"{name}.h5"
     subprocess.run([KSCHUR, "scene", name, *options, "--output", str(path)], check=True, stdout=subprocess.DEVNULL)
@@ -177,6 +232,11 @@ with tempfile.TemporaryDirectory() as name:
         test_sweep(place)
         grid = scene(place, "grid", "--cells", "20x14")
         test_compare(grid)
+        test_response(place, grid)
+        (place/"changed").mkdir()
+        test_sensitivity("sensitivity of a grid", grid, scene(place/"changed", "grid", "--cells", "20x14", "--mass", "lumped"), 20)
+        rotor = ("rotor", "--elements", "600")
+        test_sensitivity("sensitivity of a rotor", scene(place, *rotor), scene(place/"changed", *rotor, "--speed", "3100"), 10)
         for options in ([], ["--formulation", "quadratic", "--certify"], ["--formulation", "damped-constrained"],
                         ["--band", "0.2,1"]):
             test_solve(" ".join(["grid", *options]), [grid, *(options if "--band" in options else [*options, "--modes", "20"])],

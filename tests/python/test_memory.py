@@ -100,7 +100,8 @@ def check_estimate(problem, folder, *words):
     wrong = [] if 0.5 <= facts["total"]/taken <= 2 else [f"{facts['total']} bytes are told, {taken} taken"]
     megabytes = facts["total"]//10**6
     status, out, errors = run(("solve", problem, *words, "--output", folder/"refused.h5", "--memory", f"{megabytes}M"))
-    expected = f"kschur: the solve is estimated to take {megabytes + 1} MB, and the limit of memory is {megabytes} MB\n"
+    expected = f"kschur: the solve is estimated to take {megabytes + 1} MB, and the limit of memory is "
+    expected += f"{megabytes} MB: raise it, or ask for fewer modes\n"
     if (status, out, errors) != (4, "", expected) or (folder/"refused.h5").exists():
         wrong.append(f"below the estimate: {status} {errors}")
     if run(("solve", problem, *words, "--memory", f"{megabytes + 1}M"))[0] != 0:

@@ -21,7 +21,7 @@ KINDS = {
         "Singular matrices (exit status 4)",
         "Some motion has neither mass nor stiffness, or the shift is an eigenvalue: look at `kschur info PROBLEM`, or take another `--shift`.",
     ),
-    "error_library": ("Another library failed (exit status 4)", "`--inner mumps` or `--inner ldl` takes another solver."),
+    "error_library": ("Another library failed (exit status 4)", "Where a linear solver failed, `--inner mumps` or `--inner ldl` takes another one."),
     "error_convergence": ("An iteration did not end well (exit status 4)", ""),
     "status": ("Calls of the C interface that do not fit (the status of the function)", "[c_api.md](c_api.md) and the header say what each takes."),
 }

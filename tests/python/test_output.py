@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""What is written is whole or not there: test_output.py KSCHUR. Exit status 0: all is well.
+"""What is written is whole or not there: test_output.py KSCHUR LOG_CALLS. Exit status 0: all is well.
 
-Runs are killed while they write, two write the same output, names are planted in their way, the disk is full.
+Runs are killed while they write, two write the same output, names are planted in their way, the disk is full. What they ask
+of the system is told by the library LOG_CALLS (tests/support/log_calls.c).
 """
 import os
 import random
@@ -15,7 +16,7 @@ from pathlib import Path
 
 from checks import check, finish
 
-KSCHUR = os.path.abspath(sys.argv[1])
+KSCHUR, LOG_CALLS = map(os.path.abspath, sys.argv[1:])
 
 
 def start(*words, **options):
@@ -92,9 +93,36 @@ def test_planted(folder):
     check("a new folder has the permissions of any other", run(*scene(matrices, "2x1"))[0] == 0
           and matrices.stat().st_mode == plain.stat().st_mode)
     output.unlink()
+    os.mkfifo(output)
+    status, errors = run(*scene(output, "2x1"))
+    check("an output that is a pipe is refused", status == 4 and errors.count("\n") == 1 and "a pipe or a device" in errors
+          and output.is_fifo(), (status, errors))
+    output.unlink()
     output.symlink_to(victim)
     check("an output that is a link is replaced", run(*scene(output, "2x1"))[0] == 0 and not output.is_symlink()
           and victim.read_text() == "stays")
+
+
+def test_order(folder):
+    """Under a random name, and on the disk, before it gets its own; then the folder that has the name."""
+    for output, names in ((folder/"grid.h5", [""]), (folder/"grid", ["", *(f"/{name}.mtx" for name in ("M", "K", "R", "Cq"))])):
+        log, stagings = folder/f"{output.name}.calls", []
+        for _ in range(2):
+            log.unlink(missing_ok=True)
+            status, errors = run(*scene(output, "2x1"), more={"LD_PRELOAD": LOG_CALLS, "LOG_CALLS": str(log),
+                                                              "ASAN_OPTIONS": "verify_asan_link_order=0"})
+            check(f"order: {output.name} is written", status == 0, errors)
+            calls = [line.split("\t") for line in log.read_text().splitlines()]
+            stagings.append(calls[0][1])
+            whole = f"{stagings[-1]}/whole"
+            check(f"order: {output.name}, a random name beside it", calls[0][0] == "mkdtemp"
+                  and os.path.dirname(whole[:-6]) == str(folder) and not os.path.exists(stagings[-1]), calls)
+            renamed = calls.index(["rename", whole, str(output)])
+            check(f"order: {output.name}, all of it on the disk before", {call[1] for call in calls[1:renamed]}
+                  == {whole + name for name in names} and all(call[0] == "fsync" for call in calls[1:renamed]), calls)
+            check(f"order: {output.name}, the folder on the disk after", calls[renamed + 1:] == [["fsync", str(folder), ""]], calls)
+            subprocess.run(["rm", "-r", str(output)], check=True)
+        check(f"order: {output.name}, another name each time", stagings[0] != stagings[1], stagings)
 
 
 def test_folders(folder):
@@ -119,7 +147,7 @@ def test_full_disk(folder):
         check(f"a full disk: no {name}", not (folder/name).exists() and not strays(folder), os.listdir(folder))
 
 
-for test in (test_killed, test_two_writers, test_planted, test_folders, test_full_disk):
+for test in (test_killed, test_two_writers, test_planted, test_order, test_folders, test_full_disk):
     with tempfile.TemporaryDirectory() as name:
         test(Path(name))
 finish()

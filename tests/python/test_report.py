@@ -250,6 +250,25 @@ def test_page(folder):
         run.returncode == 0 and (folder / "index.html").read_text() == before,
         run.stderr,
     )
+    test_again(folder)
+
+
+def test_again(folder):
+    """One study once more: the others stay as they are."""
+    before = read_campaign(folder / "data.h5")
+    run = report("--again", "blocks", "--no-peers", "--output", folder)
+    after = read_campaign(folder / "data.h5")
+    check("again: exit status 0", run.returncode == 0, run.stderr)
+    check("again: as many runs", len(after.runs) == len(before.runs), (len(after.runs), len(before.runs)))
+
+    def seconds(campaign, chosen):
+        return [tuple(run.seconds) for run in campaign.runs if (run.study == "blocks") == chosen]
+
+    check("again: that study is another measurement", not set(seconds(before, True)) & set(seconds(after, True)))
+    check("again: the others are kept", seconds(before, False) == seconds(after, False))
+    check("again: the page says so", "(blocks again on " in (folder / "results.md").read_text())
+    run = report("--again", "colours", "--output", folder)
+    check("again: an unknown study is refused", run.returncode == 2 and "accuracy" in run.stderr, run.stderr)
 
 
 def test_ended_early(folder):
@@ -438,6 +457,7 @@ def test_refusals(folder):
         ("no HDF5", 2, ["--problem", folder / "empty.h5"], "empty.h5"),
         ("no CSR group", 2, ["--problem", folder / "other.h5"], "/mass"),
         ("no modes", 1, ["--problem", folder / "chain.h5", "--modes", "0"], "--modes"),
+        ("nothing to measure again", 2, ["--again", "accuracy", "--output", folder / "nowhere"], "data.h5"),
         ("nothing to redraw", 2, ["--redraw", "--output", folder / "nowhere"], "data.h5"),
         ("an unknown option", 1, ["--best"], "--best"),
     ):

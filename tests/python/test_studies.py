@@ -12,6 +12,7 @@ import sys
 import tempfile
 
 import h5py
+import matplotlib.image
 import numpy as np
 
 from checks import check, finish
@@ -235,6 +236,19 @@ def test_sweep_of_files(folder):
         picture = f"{folder}/{kind}.png"
         subprocess.run([CAMPBELL, folder + "/s.h5", picture], check=True)
         check(kind + ": a picture", open(picture, "rb").read(4) == b"\x89PNG")
+    # The last picture has a crossing. Black within its axes is the mark alone.
+    kschur("sweep", *problems[::-1], "--values", ",".join(map(str, values[::-1])), "--modes", 2, "--output", folder + "/falling.h5")
+    subprocess.run([CAMPBELL, folder + "/falling.h5", folder + "/falling.png"], check=True)
+    marks = [np.argwhere(matplotlib.image.imread(path)[40:540, 80:670, :3].sum(2) < 0.3) for path in (picture, folder + "/falling.png")]
+    check("a crossing is marked where it is, also of a falling sweep", min(map(len, marks)) > 0
+          and np.allclose(marks[0].mean(0), marks[1].mean(0), atol=1), [mark.mean(0) for mark in marks])
+    h5py.File(folder + "/other.h5", "w").close()
+    before = sorted(os.listdir(folder))
+    for path, picture, *parts in (("s.h5", "nowhere/p.png", "nowhere"), ("s.h5", "p.nonsense", "nonsense"), ("none.h5", "p.png", "none.h5"),
+                                  ("other.h5", "p.png", "not a sweep")):
+        run = subprocess.run([CAMPBELL, path, picture], cwd=folder, capture_output=True, text=True)
+        check(f"a picture {picture} of {path} is refused", run.returncode == 1 and run.stderr.count("\n") == 1
+              and all(part in run.stderr for part in parts) and sorted(os.listdir(folder)) == before, run.stderr)
     for words, message in ((problems[:1], "two problems or more"), ([*problems, "--values", "1,2"], "a number for each problem"),
                            ([*problems[:3], "--values", "1,3,2"], "rising or falling"),
                            ([*problems[:2], "--vary", "p=1:2:3", "--values", "1,2"], "for problem files"),

@@ -1,0 +1,137 @@
+!> Reactions of the constraints that presolve eliminated.
+module kschur_eliminated_multipliers
+   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_elimination, only: ties_type
+   use kschur_kinds, only: wp
+   use kschur_problem, only: modal_problem_type, damping_general
+   use kschur_sparse, only: csr_matrix_type, rows_of_csr
+   use kschur_threads, only: panel_rows
+   implicit none
+   private
+   public :: expand_multipliers
+
+contains
+
+   !> The multipliers xi, m x k, of the problem that was reduced, such that
+   !> P(lambda) phi + Cq^T xi = 0 as far as those of the reduced one satisfy its
+   !> equations: what these leave shows at the masters. Redundant constraints get 0.
+   subroutine expand_multipliers(ties, problem, pairs, xi)
+      class(ties_type), intent(in) :: ties
+      type(modal_problem_type), intent(in) :: problem
+      !> Eigenvalues and multipliers of the reduced problem, with the shapes that `expand_shapes` gave.
+      class(eigenpairs_type), intent(in) :: pairs
+      complex(wp), contiguous, intent(out) :: xi(:, :)
+      ! Columns that are multiplied at a time.
+      integer, parameter :: block = 4
+      complex(wp), allocatable :: forces(:, :)
+      type(csr_matrix_type), allocatable :: matrices(:)
+      integer :: first, last, j
+
+      xi = 0
+      do j = 1, size(xi, 2)
+         xi(ties%kept, j) = pairs%xi(:, j)
+      end do
+      if (ties%eliminated == 0) return
+      call take_rows(ties, problem, matrices)
+      allocate (forces(problem%unknowns(), block))
+      do first = 1, size(xi, 2), block
+         last = min(first + block - 1, size(xi, 2))
+         call make_forces(ties, problem, matrices, pairs, first, last, forces)
+         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, first:last), forces(:, :last - first + 1))
+         !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
+         do j = first, last
+            call balance_forces(ties, problem, forces(:, j - first + 1), xi(:, j))
+         end do
+         !$omp end parallel do
+      end do
+   end subroutine expand_multipliers
+
+   ! What acts on the eliminated unknowns, of M, K and R: their constraints balance nothing else. With R = alpha M + beta K,
+   ! or what there is of it, the damping has no product of its own.
+   subroutine take_rows(ties, problem, matrices)
+      class(ties_type), intent(in) :: ties
+      type(modal_problem_type), intent(in) :: problem
+      type(csr_matrix_type), allocatable, intent(out) :: matrices(:)
+
+      allocate (matrices(merge(3, 2, problem%damping_kind == damping_general)))
+      associate (unknown => ties%unknown(:ties%eliminated))
+         matrices(1) = rows_of_csr(problem%mass, unknown)
+         matrices(2) = rows_of_csr(problem%stiffness, unknown)
+         if (size(matrices) == 3) matrices(3) = rows_of_csr(problem%damping, unknown)
+      end associate
+   end subroutine take_rows
+
+   ! P(lambda) phi of pairs first..last on the eliminated unknowns, zero on the others.
+   subroutine make_forces(ties, problem, matrices, pairs, first, last, forces)
+      class(ties_type), intent(in) :: ties
+      type(modal_problem_type), intent(in) :: problem
+      type(csr_matrix_type), intent(in) :: matrices(:)
+      class(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: first, last
+      complex(wp), contiguous, intent(out) :: forces(:, :)
+      real(wp) :: columns(problem%unknowns(), (last - first + 1)*merge(1, 2, pairs%is_real()))
+      real(wp) :: products(ties%eliminated, size(columns, 2))
+      complex(wp) :: weights(3)
+      integer :: i, k, l
+
+      k = last - first + 1
+      if (pairs%is_real()) then
+         columns = pairs%real_phi(:, first:last)
+      else
+         columns(:, :k) = real(pairs%phi(:, first:last), wp)
+         columns(:, k + 1:) = aimag(pairs%phi(:, first:last))
+      end if
+      forces = 0
+      do l = 1, size(matrices)
+         products = 0
+         call matrices(l)%add_product(1.0_wp, columns, products)
+         do i = 1, k
+            associate (lambda => pairs%lambda(first + i - 1), unknown => ties%unknown(:ties%eliminated))
+               weights = [lambda*(lambda + problem%alpha), 1 + lambda*problem%beta, (0.0_wp, 0.0_wp)]
+               if (size(matrices) == 3) weights = [lambda**2, (1.0_wp, 0.0_wp), lambda]
+               if (pairs%is_real()) then
+                  forces(unknown, i) = forces(unknown, i) + weights(l)*products(:, i)
+               else
+                  forces(unknown, i) = forces(unknown, i) + weights(l)*cmplx(products(:, i), products(:, k + i), wp)
+               end if
+            end associate
+         end do
+      end do
+   end subroutine make_forces
+
+   ! The multipliers of the constraints that were eliminated.
+   pure subroutine balance_forces(ties, problem, force, xi)
+      class(ties_type), intent(in) :: ties
+      type(modal_problem_type), intent(in) :: problem
+      !> P(lambda) phi + Cq^T xi; used up.
+      complex(wp), intent(inout) :: force(:)
+      complex(wp), intent(inout) :: xi(:)
+      complex(wp) :: step
+      integer :: above, e, i, k
+
+      ! From here on force(i) is that on unknown i and all that were tied to
+      ! it before it was tied itself: only its own row can balance it, once
+      ! those of later eliminations have done their part.
+      do e = 1, ties%eliminated
+         i = ties%unknown(e)
+         above = ties%parent(i)
+         if (above > 0) force(above) = force(above) + ties%ratio(i)*force(i)
+      end do
+      do e = ties%eliminated, 1, -1
+         associate (row => ties%row(e), start => problem%constraints%row_start)
+            xi(row) = -force(ties%unknown(e))/ties%pivot(e)
+            do k = start(row), start(row + 1) - 1
+               step = problem%constraints%value(k)*xi(row)
+               above = problem%constraints%column(k)
+               do while (above > 0)
+                  i = above
+                  force(i) = force(i) + step
+                  step = ties%ratio(i)*step
+                  above = ties%parent(i)
+                  if (above == i) exit
+               end do
+            end do
+         end associate
+      end do
+   end subroutine balance_forces
+end module kschur_eliminated_multipliers
