@@ -14,6 +14,8 @@ module kschur_threads
 
    !> Rows of a panel: with fewer rows than two of them nothing is worth a thread.
    integer, parameter, public :: panel_rows = 2048
+   !> For `enter_solve`, where there is little to do.
+   integer, parameter, public :: one_thread = 1
 
    ! Unknowns of a problem. Threads wait for each other some thousand times in a solve; where others use the cores as well,
    ! that takes longer than all that there is to do in a smaller one.

@@ -12,6 +12,7 @@ module kschur_modal_properties
    use kschur_properties, only: direction_length, modal_properties_type
    use kschur_result, only: modal_result_type
    use kschur_text, only: text
+   use kschur_threads, only: enter_solve, leave_solve, one_thread
    implicit none
    private
    public :: find_modal_properties
@@ -35,7 +36,7 @@ contains
       type(mode_group_type) :: group
       complex(wp) :: value
       real(wp) :: terms
-      integer :: k, j, d
+      integer :: k, j, d, threads_before
 
       if (allocated(result%properties)) deallocate (result%properties)
       call check_modes_of(problem, result, error)
@@ -59,7 +60,9 @@ contains
       allocate (properties%mass(k), properties%damping(k), properties%stiffness(k), properties%a(k), properties%b(k))
       allocate (properties%participation(k, d), properties%effective_mass(k, d))
       allocate (pending(k), source=.true.)
+      call enter_solve(one_thread, problem%unknowns(), threads_before, error)
       do j = 1, k
+         if (allocated(error)) exit
          call form(problem%mass, result%eigenvectors(:, j), value, terms)
          properties%mass(j) = real(value, wp)
          call form(problem%damping, result%eigenvectors(:, j), value, terms)
@@ -71,7 +74,8 @@ contains
          pending(group%member) = .false.
          call add_group(problem, group, momenta, properties)
       end do
-      call move_alloc(properties, result%properties)
+      call leave_solve(threads_before)
+      if (.not. allocated(error)) call move_alloc(properties, result%properties)
    end subroutine find_modal_properties
 
    pure function numbers(count) result(names)

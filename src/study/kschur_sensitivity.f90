@@ -10,6 +10,7 @@ module kschur_sensitivity
    use kschur_result, only: modal_result_type
    use kschur_sparse, only: csr_matrix_type, linear_combination
    use kschur_text, only: text
+   use kschur_threads, only: enter_solve, leave_solve, one_thread
    implicit none
    private
    public :: problem_rate_type, eigenvalue_rates, rate_between
@@ -56,7 +57,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       logical, allocatable :: pending(:)
       type(mode_group_type) :: group
-      integer :: j
+      integer :: j, threads_before
 
       call check_modes_of(problem, result, error)
       if (.not. allocated(error)) call check_rate(problem, rate, error)
@@ -64,12 +65,15 @@ contains
       if (allocated(error)) return
       allocate (rates(size(result%eigenvalues)))
       allocate (pending(size(rates)), source=.true.)
+      call enter_solve(one_thread, problem%unknowns(), threads_before, error)
       do j = 1, size(rates)
+         if (allocated(error)) exit
          if (.not. pending(j)) cycle
          group = group_of(problem, result, j)
          pending(group%member) = .false.
          rates(group%member) = rates_of(problem, group, rate)
       end do
+      call leave_solve(threads_before)
    end subroutine eigenvalue_rates
 
    subroutine check_rate(problem, rate, error)

@@ -74,6 +74,19 @@ def interrupt(words, at, number):
     return child, out, errors, total - before, time.monotonic() - began
 
 
+def interrupts(words, seconds, points, prepare=lambda: None):
+    """Signals at even parts of a run that took so many seconds: each part, and what `interrupt` says. Where others use the
+    machine the first run may have computed longer than this one: what came to its end says how long it takes, and is done again."""
+    for i in range(1, points + 1):
+        for _ in range(4):
+            prepare()
+            child, out, errors, after, wall = interrupt(words, seconds*i/(points + 1), (signal.SIGINT, signal.SIGTERM)[i % 2])
+            if child.returncode != 0:
+                break
+            seconds *= 0.8
+        yield i/(points + 1), child, out, errors, after, wall
+
+
 def test_solve(label, words, points, folder):
     """Signals during a solve: the modes that had converged are those of the whole run."""
     output = folder/"modes.h5"
@@ -83,10 +96,7 @@ def test_solve(label, words, points, folder):
     check(f"{label}: the whole run", child.returncode in (0, 3), errors)
     known = eigenvalues(json.loads(out))
     worst, ended, most = (0, 0, 0), 0, 0
-    for i in range(1, points + 1):
-        output.unlink(missing_ok=True)
-        share = i/(points + 1)
-        child, out, errors, after, wall = interrupt(words, share*seconds, (signal.SIGINT, signal.SIGTERM)[i % 2])
+    for share, child, out, errors, after, wall in interrupts(words, seconds, points, lambda: output.unlink(missing_ok=True)):
         what = f"{label}: at {share:.0%}"
         if child.returncode < 0:
             # While it read there was nothing to keep.
@@ -123,14 +133,12 @@ def test_sweep(folder):
     whole, errors, seconds = finish(start(words))
     whole = whole.splitlines()
     ended = 0
-    for i in range(3):
-        child, out, errors, after, wall = interrupt((*words, "--output", str(folder/"sweep.h5")), seconds*(i + 1)/4,
-                                                    (signal.SIGINT, signal.SIGTERM)[i % 2])
+    for share, child, out, errors, after, wall in interrupts((*words, "--output", str(folder/"sweep.h5")), seconds, 3):
         if child.returncode == 0:
             continue
         ended += 1
         points = [line.split(",")[1] for line in out.splitlines()[1:]]
-        check(f"sweep interrupted after {i + 1} quarters: {len(points)} points", child.returncode == 3
+        check(f"sweep interrupted at {share:.0%}: {len(points)} points", child.returncode == 3
               and errors.count("\n") == 1 and "interrupted" in errors and 0 < len(points) <= 41 and (folder/"sweep.h5").exists()
               and points == [line.split(",")[1] for line in whole[1:len(points) + 1]], errors)
     check("sweep: some runs were interrupted", ended > 0)
@@ -141,13 +149,12 @@ def test_compare(problem):
     words = ("compare", problem, "--modes", "10", "--threads", "1")
     whole, errors, seconds = finish(start(words))
     ended = longest = 0
-    for i in range(3):
-        child, out, errors, after, wall = interrupt(words, seconds*(i + 1)/4, (signal.SIGINT, signal.SIGTERM)[i % 2])
+    for share, child, out, errors, after, wall in interrupts(words, seconds, 3):
         if child.returncode == 0:
             continue
         ended += 1
         longest = max(longest, after)
-        check(f"compare: after {i + 1} quarters", child.returncode == 3 and errors.count("\n") == 1
+        check(f"compare: at {share:.0%}", child.returncode == 3 and errors.count("\n") == 1
               and "interrupted" in errors and "method" in out, (child.returncode, errors, out))
     check("compare: some runs were interrupted", ended > 0)
     print(f"compare: {seconds:.2f} s; {ended} of 3 interrupted, the longest went on for {longest:.2f} s", flush=True)
@@ -161,9 +168,7 @@ def test_response(folder, problem):
     whole = whole.splitlines()
     check("response: the whole run", len(whole) == 21 and not errors, errors)
     ended = longest = 0
-    for i in range(4):
-        output.unlink()
-        child, out, errors, after, wall = interrupt(words, seconds*(i + 1)/5, (signal.SIGINT, signal.SIGTERM)[i % 2])
+    for share, child, out, errors, after, wall in interrupts(words, seconds, 4, lambda: output.unlink(missing_ok=True)):
         lines = out.splitlines()
         if child.returncode == 0:
             check("response: whole, or not", lines == whole)
@@ -171,7 +176,7 @@ def test_response(folder, problem):
         ended += 1
         longest = max(longest, after)
         with h5py.File(output) as file:
-            check(f"response: after {i + 1} fifths, {len(lines) - 1} frequencies", child.returncode == 3
+            check(f"response: at {share:.0%}, {len(lines) - 1} frequencies", child.returncode == 3
                   and errors.count("\n") == 1 and f"interrupted after {len(lines) - 1} of 20" in errors
                   and lines == whole[:len(lines)] and file["response"].shape[0] == len(file["frequency_hz"]) == len(lines) - 1,
                   (child.returncode, errors, out))
@@ -186,9 +191,8 @@ def test_sensitivity(label, problem, changed, modes):
     known = [complex(mode["eigenvalue_re"], mode["eigenvalue_im"]) for mode in json.loads(whole)]
     check(f"{label}: the whole run", len(known) == modes and not errors, errors)
     ended = longest = 0
-    for i in range(9):
-        child, out, errors, after, wall = interrupt(words, seconds*(i + 1)/10, (signal.SIGINT, signal.SIGTERM)[i % 2])
-        what = f"{label}: after {i + 1} tenths"
+    for share, child, out, errors, after, wall in interrupts(words, seconds, 9):
+        what = f"{label}: at {share:.0%}"
         if child.returncode < 0:
             check(f"{what}, nothing is said while it reads", not out)
             continue
