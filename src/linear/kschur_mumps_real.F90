@@ -12,6 +12,7 @@ module kschur_mumps_real
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
    use kschur_processes, only: processes_type
+   use kschur_row_ranges, only: row_ranges, row_ranges_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: text
    use kschur_threads, only: set_blas_threads, team_size
