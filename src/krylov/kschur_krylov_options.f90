@@ -28,6 +28,8 @@ module kschur_krylov_options
       !> Whether to look for copies of multiple eigenvalues with fresh random
       !> vectors: one vector finds one copy, and others through rounding only.
       logical :: verify = .true.
+      !> Whether eigenvectors are wanted too; Krylov-Schur makes none where they are not.
+      logical :: vectors = .true.
       !> What the Krylov space begins with, as many columns as a block has; not allocated: random vectors. Lanczos does not
       !> look at it.
       real(wp), allocatable :: start(:, :)

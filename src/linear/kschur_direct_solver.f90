@@ -6,6 +6,7 @@ module kschur_direct_solver
    use kschur_error, only: error_type, new_error, add_context, error_cancelled, error_library, error_memory, &
       error_usage
    use kschur_kinds, only: wp, long
+   use kschur_last_analysis, only: last_analysis_type
    use kschur_ldl, only: ldl_real_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_mumps_real, only: mumps_real_type
@@ -32,6 +33,8 @@ module kschur_direct_solver
       integer :: refinements = 0
       !> Who may factor a matrix together; not associated: this process alone.
       type(processes_type), pointer :: processes => null()
+      !> What solvers share that factor one after the other; not associated: this one analyses each matrix.
+      type(last_analysis_type), pointer :: last => null()
       class(real_linear_solver_type), allocatable, private :: solver
    contains
       procedure :: factorize
@@ -100,9 +103,11 @@ contains
 
       if (structure%multipliers > 0 .and. self%refinements == 0) then
          if (self%inner == inner_auto) compliant%most_entries = low_fill
+         compliant%last => self%last
          allocate (ldl, source=compliant)
       else
          plain%quasi_definite = structure%multipliers > 0
+         plain%last => self%last
          allocate (ldl, source=plain)
       end if
       ldl%monitor => self%monitor

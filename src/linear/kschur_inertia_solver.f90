@@ -3,13 +3,14 @@ module kschur_inertia_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, error_cancelled, error_memory, new_error, error_usage
    use kschur_kinds, only: wp, long
+   use kschur_last_analysis, only: analyze_once, last_analysis_type
    use kschur_ldl, only: ldl_real_type
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_mumps_real, only: mumps_real_type
    use kschur_processes, only: are_several, processes_type
    use kschur_proved_inertia, only: bound_negative_eigenvalues
    use kschur_sparse, only: csr_matrix_type
-   use kschur_symbolic, only: analyze, symbolic_type
+   use kschur_symbolic, only: symbolic_type
    implicit none
    private
    public :: inertia_real_type
@@ -20,6 +21,8 @@ module kschur_inertia_solver
    type, extends(real_linear_solver_type) :: inertia_real_type
       !> Who may factor a matrix together; not associated: this process alone.
       type(processes_type), pointer :: processes => null()
+      !> What solvers share that factor one after the other; not associated: this one analyses each matrix.
+      type(last_analysis_type), pointer :: last => null()
    contains
       procedure :: factorize
       procedure :: solve
@@ -69,7 +72,7 @@ contains
       proved = .false.
       if (.not. structure%symmetric .or. matrix%rows /= matrix%columns) return
       started = clock()
-      call analyze(matrix, structure, huge(1), symbolic, error)
+      call analyze_once(self%last, matrix, structure, huge(1), symbolic, error)
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
          started = clock()

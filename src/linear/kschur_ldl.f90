@@ -4,6 +4,7 @@ module kschur_ldl
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
    use kschur_kinds, only: wp, long
+   use kschur_last_analysis, only: analyze_once, last_analysis_type
    use kschur_left_looking, only: supernodal_factors_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_memory, only: real_bytes, require_memory
@@ -28,6 +29,8 @@ module kschur_ldl
       integer :: most_entries = huge(1)
       !> Takes multipliers: their pivots have to come out negative, all others positive.
       logical :: quasi_definite = .false.
+      !> What solvers share that factor one after the other; not associated: this one analyses each matrix.
+      type(last_analysis_type), pointer :: last => null()
       ! The matrix has been factored.
       logical, private :: factored = .false.
       type(symbolic_type), private :: symbolic
@@ -65,7 +68,7 @@ contains
       if (.not. allocated(error)) call ask_monitor(self%monitor, error)
       if (allocated(error)) return
       started = clock()
-      call analyze(matrix, structure, self%most_entries, self%symbolic, error)
+      call analyze_once(self%last, matrix, structure, self%most_entries, self%symbolic, error)
       if (.not. allocated(error)) self%subtrees = cut_subtrees(self%symbolic)
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then

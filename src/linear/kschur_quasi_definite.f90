@@ -9,6 +9,7 @@ module kschur_quasi_definite
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_kinds, only: wp, xp, long
+   use kschur_last_analysis, only: last_analysis_type
    use kschur_ldl, only: ldl_real_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
@@ -25,6 +26,8 @@ module kschur_quasi_definite
    type, extends(real_linear_solver_type) :: quasi_definite_type
       !> A matrix that needs compliance is refused where its factor has more entries a column (error_library).
       integer :: most_entries = huge(1)
+      !> As that of LDL.
+      type(last_analysis_type), pointer :: last => null()
       type(ldl_real_type), private :: ldl
       ! A.
       type(csr_matrix_type), private :: matrix
@@ -51,6 +54,7 @@ contains
       self%matrix = matrix
       self%ldl%quasi_definite = .true.
       self%ldl%most_entries = huge(1)
+      self%ldl%last => self%last
       self%ldl%monitor => self%monitor
       call self%ldl%factorize(matrix, structure, error)
       self%analyze_seconds = self%ldl%analyze_seconds

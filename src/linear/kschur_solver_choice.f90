@@ -7,6 +7,7 @@ module kschur_solver_choice
    use kschur_iterative_complex, only: iterative_complex_type
    use kschur_iterative_real, only: acceptable, iterative_real_type
    use kschur_kinds, only: wp
+   use kschur_last_analysis, only: last_analysis_type
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
@@ -36,6 +37,8 @@ module kschur_solver_choice
    contains
       !> Sets who is asked while they factor.
       procedure :: set_monitor
+      !> Sets what those of the library share.
+      procedure :: set_last_analysis
    end type inner_solvers_type
 
 contains
@@ -50,6 +53,29 @@ contains
       if (allocated(self%unshifted)) self%unshifted%monitor => monitor
       if (allocated(self%counting)) self%counting%monitor => monitor
    end subroutine set_monitor
+
+   subroutine set_last_analysis(self, last)
+      class(inner_solvers_type), intent(inout) :: self
+      type(last_analysis_type), pointer, intent(in) :: last
+
+      call tell(self%real)
+      call tell(self%unshifted)
+      call tell(self%counting)
+
+   contains
+
+      subroutine tell(solver)
+         class(real_linear_solver_type), allocatable, intent(inout) :: solver
+
+         if (.not. allocated(solver)) return
+         select type (solver)
+         type is (direct_real_type)
+            solver%last => last
+         type is (inertia_real_type)
+            solver%last => last
+         end select
+      end subroutine tell
+   end subroutine set_last_analysis
 
    !> The solvers that options ask for, a user's own in their places. Fails where there
    !> are both an own solver and an `inner` option.

@@ -12,7 +12,7 @@ module kschur_symbolic
    use kschur_text, only: text
    implicit none
    private
-   public :: symbolic_type, analyze
+   public :: symbolic_type, analyze, check_fill
 
    ! At more multiplications for each entry of a matrix METIS is tried too: nested dissection, which takes as long as some
    ! thousand for each, pays in solids.
@@ -82,13 +82,21 @@ contains
             if (allocated(error)) return
          end if
       end if
-      if (symbolic%entries_a_column() > most_entries) then
-         call new_error(error, error_library, "high fill, "//text(symbolic%entries_a_column())//" entries a column")
-         return
-      end if
+      call check_fill(symbolic, most_entries, error)
+      if (allocated(error)) return
       call find_structure(matrix, parent, entries, symbolic, status)
       if (status /= 0) call no_memory(error)
    end subroutine analyze
+
+   !> Fails where a column has more than so many entries (error_library).
+   subroutine check_fill(symbolic, most_entries, error)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: most_entries
+      type(error_type), allocatable, intent(out) :: error
+
+      if (symbolic%entries_a_column() > most_entries) call new_error(error, error_library, &
+         "high fill, "//text(symbolic%entries_a_column())//" entries a column")
+   end subroutine check_fill
 
    ! The elimination tree, and the entries of each column, in a postorder of it.
    subroutine find_tree(matrix, symbolic, parent, entries, error)

@@ -46,14 +46,14 @@ contains
       integer, parameter :: block = 4, filter = 2
       type(flexibility_type) :: flexibility
       type(krylov_statistics_type) :: statistics
-      complex(wp), allocatable :: mu(:), vectors(:, :)
+      complex(wp), allocatable :: mu(:), none(:, :)
 
       flexibility%problem => problem
       flexibility%deflation => known%deflation
       flexibility%stiffness => known%stiffness
       call krylov_schur(flexibility, modal_selection_type(modes, spectral_map_type(oscillator=.true.), &
          known=known%deflation%eigenvalues()), krylov_options_type(tolerance=roughly, max_restarts=1, seed=seed, &
-         filter=filter, block=block, verify=.false.), mu, vectors, statistics, error)
+         filter=filter, block=block, verify=.false., vectors=.false.), mu, none, statistics, error)
       effort%operator_applications = effort%operator_applications + statistics%operator_applications
       if (allocated(error)) return
       effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds

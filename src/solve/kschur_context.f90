@@ -9,6 +9,7 @@ module kschur_context
    use kschur_formulation, only: choose_formulation
    use kschur_solver_choice, only: choose_inner_solvers, inner_solvers_type
    use kschur_kinds, only: wp
+   use kschur_last_analysis, only: last_analysis_type
    use kschur_linear_solver, only: linear_solver_type
    use kschur_memory, only: complex_bytes
    use kschur_memory_estimate, only: check_memory
@@ -30,6 +31,8 @@ module kschur_context
       type(modal_problem_type), pointer :: problem => null()
       type(modal_options_type) :: options
       type(inner_solvers_type) :: inner
+      !> What these solvers share.
+      type(last_analysis_type) :: last_analysis
       class(monitor_type), pointer :: monitor => null()
       !> Where the state of iterations is kept; not associated: nowhere.
       type(checkpoint_type), pointer :: checkpoint => null()
@@ -92,7 +95,7 @@ contains
 
    !> Checks the options and chooses solvers and formulation.
    subroutine begin(s, problem, options, error, monitor, solvers, processes)
-      type(solve_context_type), intent(out) :: s
+      type(solve_context_type), target, intent(out) :: s
       type(modal_problem_type), target, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(out) :: error
@@ -114,6 +117,7 @@ contains
       if (.not. allocated(error)) call check_memory(problem, options, s%inner, error)
       if (allocated(error)) return
       call s%inner%set_monitor(s%monitor)
+      call s%inner%set_last_analysis(s%last_analysis)
       s%options = settings_of(options)
       call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort)
       if (allocated(error)) return
@@ -124,7 +128,7 @@ contains
 
    !> Begins another solve with a context that is prepared, and whose options make no difference to that.
    subroutine resume(s, options, error, monitor)
-      type(solve_context_type), intent(inout) :: s
+      type(solve_context_type), target, intent(inout) :: s
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, optional, intent(inout) :: monitor
@@ -135,6 +139,7 @@ contains
       nullify (s%monitor)
       if (present(monitor)) s%monitor => monitor
       call s%inner%set_monitor(s%monitor)
+      call s%inner%set_last_analysis(s%last_analysis)
       s%options = settings_of(options)
       s%effort = effort_type()
       call s%begin_step()
