@@ -8,6 +8,7 @@ module kschur_basis_complex
    use kschur_memory, only: complex_bytes, require_memory
    use kschur_lapack, only: zgemm
    use kschur_operator, only: complex_operator_type
+   use kschur_pages, only: prefer_large_pages
    use kschur_random, only: random_vector
    use kschur_tall_products_complex, only: form_combinations
    use kschur_text, only: text

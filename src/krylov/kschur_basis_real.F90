@@ -8,6 +8,7 @@ module kschur_basis_real
    use kschur_memory, only: complex_bytes, require_memory
    use kschur_lapack, only: dgemm
    use kschur_operator, only: real_operator_type
+   use kschur_pages, only: prefer_large_pages
    use kschur_random, only: random_vector
    use kschur_tall_products_real, only: form_combinations
    use kschur_text, only: text

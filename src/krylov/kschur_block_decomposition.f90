@@ -13,6 +13,7 @@ module kschur_block_decomposition
    use kschur_memory, only: real_bytes, require_memory
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_operator, only: symmetric_operator_type
+   use kschur_pages, only: prefer_large_pages
    use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
    use kschur_text, only: text
    use kschur_threads, only: panel_rows
@@ -114,6 +115,7 @@ contains
       end if
       call require_memory(beside*real_bytes*length, "vectors beside a Lanczos basis", error)
       if (allocated(error)) return
+      call prefer_large_pages(basis)
       allocate (couplings(vectors, vectors), source=0.0_wp)
       if (allocated(d%basis)) then
          basis(:, :d%vectors) = d%basis(:, :d%vectors)

@@ -8,6 +8,7 @@ module kschur_two_level_real
    use kschur_kinds, only: wp, long
    use kschur_memory, only: complex_bytes, require_memory
    use kschur_lapack, only: dgesvd
+   use kschur_pages, only: prefer_large_pages
    use kschur_quadratic_real, only: quadratic_operator_type
    use kschur_random, only: random_vector
    use kschur_tall_products_real, only: complete_and_combine, form_combinations
