@@ -57,9 +57,12 @@ int kschur_result_get_rates(kschur_result *result, kschur_problem *problem, ksch
 /* The response x to `count` harmonic forces f of all n unknowns, one after the other, at `points` frequencies (Hz):
  * (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0, lambda = 2 pi i frequency. Complex numbers are pairs of doubles.
  * `response` takes n * count * points of them and `multipliers`, which may be NULL, m * count * points: unknowns fastest,
- * then forces. KSCHUR_ERROR_SINGULAR where an undamped mode has one of the frequencies. */
+ * then forces. The stop callback of `options`, which may be NULL, ends it, which is no failure: `done`, which may be NULL, is
+ * the number of frequencies whose response is there; what lies behind them is left as it was. KSCHUR_ERROR_SINGULAR where an
+ * undamped mode has one of the frequencies. */
 int kschur_problem_get_response(kschur_problem *problem, const double *frequencies, int64_t points, const double *forces,
-                                int64_t count, double *response, double *multipliers);
+                                int64_t count, const kschur_options *options, double *response, double *multipliers,
+                                int64_t *done);
 
 /* ---- Solves one after the other ---------------------------------------------------------------------------------- */
 

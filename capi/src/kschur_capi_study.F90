@@ -3,7 +3,9 @@ module kschur_capi_study
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_double_complex, c_f_pointer, c_int, c_int64_t, c_ptr
    use kschur, only: eigenvalue_rates, error_type, find_modal_properties, frequency_response, modal_assurance, new_error, &
       problem_rate_type, rate_between, text, wp
-   use kschur_capi_arrays, only: give_array
+   use kschur_capi_arrays, only: give_array, put
+   use kschur_capi_callbacks, only: progress_type
+   use kschur_capi_options, only: options_handle_type, options_of
    use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
    use kschur_capi_result, only: result_handle_type, has_modes, result_of
    use kschur_capi_status, only: fail, outcome, require, status_null, status_order, status_usage
@@ -108,19 +110,24 @@ contains
       if (.not. allocated(error)) status = give_array(handle, rates, values, length)
    end function kschur_result_get_rates
 
-   integer(c_int) function kschur_problem_get_response(address, frequencies, points, forces, count, response, multipliers) &
-      bind(c) result(status)
-      type(c_ptr), value :: address, frequencies, forces, response, multipliers
+   integer(c_int) function kschur_problem_get_response(address, frequencies, points, forces, count, options, response, &
+      multipliers, done) bind(c) result(status)
+      type(c_ptr), value :: address, frequencies, forces, options, response, multipliers, done
       integer(c_int64_t), value :: points, count
       type(problem_handle_type), pointer :: handle
+      type(options_handle_type), pointer :: wanted
+      type(progress_type) :: progress
       type(error_type), allocatable :: error
       real(c_double), pointer :: hz(:)
       complex(c_double_complex), pointer :: f(:, :), place(:, :, :)
       complex(wp), allocatable :: x(:, :, :), xi(:, :, :)
 
       status = status_null
+      call put(done, 0_c_int64_t)
       handle => problem_of(address)
       if (.not. associated(handle)) return
+      wanted => options_of(options)
+      if (associated(wanted)) progress = wanted%progress
       call check_problem(handle, error)
       if (.not. allocated(error) .and. (min(points, count) < 1 .or. max(points, count) > huge(1))) call new_error(error, &
          status_usage, "the numbers of frequencies and forces must lie between 1 and "//text(huge(1))//", not be "// &
@@ -131,10 +138,11 @@ contains
       if (.not. allocated(error)) then
          call c_f_pointer(frequencies, hz, [points])
          call c_f_pointer(forces, f, [handle%problem%unknowns(), int(count)])
-         call frequency_response(handle%problem, hz, f, x, error, xi)
+         call frequency_response(handle%problem, hz, f, x, error, xi, monitor=progress)
       end if
       status = outcome(handle, error)
       if (allocated(error)) return
+      call put(done, size(x, 3, c_int64_t))
       call c_f_pointer(response, place, shape(x))
       place = x
       if (.not. c_associated(multipliers)) return

@@ -30,7 +30,7 @@ _ARGUMENTS = {
     "kschur_problem_set_csr64": [c_void_p, c_int, c_int64, c_int64, c_int64, c_int, c_void_p, c_void_p, c_void_p],
     "kschur_problem_set_nodes": [c_void_p, c_int64, c_void_p, c_int64, c_int, c_void_p, c_void_p],
     "kschur_problem_set_cells": [c_void_p, c_int64, c_int, c_void_p, c_void_p, c_void_p],
-    "kschur_problem_get_response": [c_void_p, c_void_p, c_int64, c_void_p, c_int64, c_void_p, c_void_p],
+    "kschur_problem_get_response": [c_void_p, c_void_p, c_int64, c_void_p, c_int64, c_void_p, c_void_p, c_void_p, c_void_p],
     "kschur_sweep_add": [c_void_p, c_double, c_void_p, c_void_p],
     "kschur_sweep_get_numbers": [c_void_p, c_char_p, c_void_p, c_int64],
     "kschur_options_set_progress": [c_void_p, PROGRESS, c_void_p],

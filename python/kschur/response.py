@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ._callbacks import Callbacks
+from ._options import new_options
 from ._problem import new_problem
 from .errors import UsageError
 
@@ -28,7 +30,7 @@ def frequency_response(M: Any, K: Any, R: Any = None, Cq: Any = None, *, frequen
     frequencies : one or more (Hz).
     forces : f, n entries, or n x forces; real or complex.
 
-    Raises SingularError where a mode without damping has one of the frequencies.
+    Ctrl-C ends it before its next factorisation. Raises SingularError where a mode without damping has one of the frequencies.
     """
     problem = new_problem(M, K, R, Cq)
     n, m = c_int64(), c_int64()
@@ -40,5 +42,8 @@ def frequency_response(M: Any, K: Any, R: Any = None, Cq: Any = None, *, frequen
                          f"{' x '.join(map(str, given.shape))} and {' x '.join(map(str, hz.shape))}")
     f = np.ascontiguousarray(given.reshape(n.value, -1).T)
     x, xi = (np.empty((len(hz), len(f), length), complex) for length in (n.value, m.value))
-    problem.call("get_response", hz.ctypes.data, len(hz), f.ctypes.data, len(f), x.ctypes.data, xi.ctypes.data)
+    options = new_options({})
+    with Callbacks(options, None, None):
+        problem.call("get_response", hz.ctypes.data, len(hz), f.ctypes.data, len(f), options.address, x.ctypes.data,
+                     xi.ctypes.data, None)
     return Response(hz, *((x[:, 0], xi[:, 0]) if given.ndim == 1 else (x, xi)))

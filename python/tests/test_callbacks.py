@@ -52,6 +52,22 @@ def test_an_interrupt_ends_a_solve_at_its_next_step(monkeypatch):
     assert 0 < len(asked) < whole and signal.getsignal(signal.SIGINT) is handler
 
 
+def test_an_interrupt_ends_a_response(monkeypatch):
+    M, K = chain(50)
+    asked, stop = [], Callbacks._stop
+
+    def interrupt_third(self, context):
+        asked.append(0)
+        if len(asked) == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+        return stop(self, context)
+
+    monkeypatch.setattr(Callbacks, "_stop", interrupt_third)
+    with pytest.raises(KeyboardInterrupt):
+        kschur.frequency_response(M, K, frequencies=np.linspace(0.3, 0.6, 50), forces=np.eye(50)[0])
+    assert 3 <= len(asked) < 10
+
+
 def test_a_sweep_ends_with_the_points_before():
     M, K = chain(200)
     ended = []

@@ -177,6 +177,7 @@ contains
       real(wp) :: before
       integer :: i, j
 
+      if (size(self%decay) == 0) return
       do j = 1, size(x, 2)
          before = norm2(abs(x(:, j)))
          do i = 1, size(self%decay)

@@ -8,7 +8,7 @@ module kschur_presolve
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_elimination, only: eliminate, ties_type
    use kschur_error, only: error_type, new_error, add_context, error_input
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: long, wp
    use kschur_problem, only: modal_problem_type, settle_modal_problem
    use kschur_sparse, only: complete_pattern, csr_matrix_type, linear_combination, new_csr_from_triplets
    use kschur_threads, only: panel_rows
@@ -126,9 +126,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer, allocatable :: row(:), column(:)
       real(wp), allocatable :: value(:)
-      integer :: r, k, i, j, entries
+      integer(long) :: entries
+      integer :: r, k, i, j
 
-      entries = merge(2, 1, symmetric)*matrix%nonzeros() + 1
+      entries = merge(2_long, 1_long, symmetric)*matrix%nonzeros() + 1
       allocate (row(entries), column(entries), value(entries))
       entries = 0
       do r = 1, matrix%rows

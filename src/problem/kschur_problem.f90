@@ -4,14 +4,14 @@ module kschur_problem
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur_damping, only: classify_damping, damping_general, damping_names, damping_none, damping_proportional
    use kschur_error, only: error_type, new_error, error_input
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: long, wp
    use kschur_memory, only: require_memory
    use kschur_mesh, only: mesh_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_text, only: text
    implicit none
    private
-   public :: modal_problem_type, new_modal_problem, settle_modal_problem
+   public :: check_sums, modal_problem_type, new_modal_problem, settle_modal_problem
    public :: damping_general, damping_names, damping_none, damping_proportional
 
    !> A checked problem; made by `new_modal_problem` or `settle_modal_problem`, not changed afterwards.
@@ -101,6 +101,9 @@ contains
             call check_matrix(problem%constraints, problem%constraints%rows, n, base, "constraint Jacobian Cq", error)
       end associate
       if (.not. allocated(error)) call check_mass_and_constraints(problem, present(kind_of), error)
+      if (.not. allocated(error)) call check_sums([int(n, long), int(problem%multipliers(), long)], &
+         [int(problem%mass%nonzeros(), long), int(problem%stiffness%nonzeros(), long), int(problem%damping%nonzeros(), long), &
+         int(problem%constraints%nonzeros(), long)], error)
       if (.not. allocated(error)) call require_memory(2*problem%bytes(), "transposed matrices", error)
       if (allocated(error)) return
 
@@ -116,6 +119,22 @@ contains
             problem%beta, problem%dampers)
       end if
    end subroutine settle_modal_problem
+
+   !> Fails where a matrix that is made of M, R, K and Cq may have more entries than a default integer counts. The damped
+   !> pencils have most: the entries of M, R and K, Cq twice, and two identities; with a diagonal for the multipliers it is more
+   !> than any other has.
+   pure subroutine check_sums(order, entries, error)
+      !> Numbers of unknowns and of multipliers.
+      integer(long), intent(in) :: order(2)
+      !> Of M, K, R and Cq.
+      integer(long), intent(in) :: entries(4)
+      type(error_type), allocatable, intent(out) :: error
+      integer(long) :: total
+
+      total = sum(entries) + entries(4) + 2*order(1) + order(2)
+      if (total >= huge(1)) call new_error(error, error_input, "the matrices are too large together: a sum of M, R and K with "// &
+         "Cq and its transpose has up to "//text(total)//" entries, and only "//text(huge(1) - 1)//" can be counted")
+   end subroutine check_sums
 
    subroutine check_matrix(matrix, rows, columns, base, name, error)
       type(csr_matrix_type), intent(in) :: matrix

@@ -111,6 +111,16 @@ static void rates(void)
    kschur_result_destroy(&result);
 }
 
+static int stop(void *context)
+{
+   return *(int *)context;
+}
+
+static int stop_after(void *context)
+{
+   return (*(int *)context)-- <= 0;
+}
+
 /* Of the chain on a spring and a dashpot: amplitudes in closed form of one mass, and by the equation of all. */
 static void response(void)
 {
@@ -123,7 +133,7 @@ static void response(void)
 
    f[0][0] = 1;
    f[1][4] = 2 * I;
-   CHECK_OK(kschur_problem_get_response(problem, hz, 2, (double *)f, 2, (double *)x, NULL));
+   CHECK_OK(kschur_problem_get_response(problem, hz, 2, (double *)f, 2, NULL, (double *)x, NULL, NULL));
    for (int p = 0; p < 2; p++) {
       double complex s = 2 * pi * hz[p] * I;
       for (int k = 0; k < 2; k++)
@@ -132,32 +142,58 @@ static void response(void)
             CHECK(cabs((s * s + 0.3 * s + 200) * x[p][k][i] - 100 * (left + right) - f[k][i]) < 1e-12);
          }
    }
-   CHECK_STATUS(kschur_problem_get_response(NULL, hz, 2, (double *)f, 2, (double *)x, NULL), KSCHUR_ERROR_NULL);
-   CHECK_STATUS(kschur_problem_get_response(problem, hz, 2, (double *)f, 2, NULL, NULL), KSCHUR_ERROR_NULL);
-   CHECK_STATUS(kschur_problem_get_response(problem, NULL, 2, (double *)f, 2, (double *)x, NULL), KSCHUR_ERROR_NULL);
-   CHECK_STATUS(kschur_problem_get_response(problem, hz, 2, (double *)f, 0, (double *)x, NULL), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_problem_get_response(NULL, hz, 2, (double *)f, 2, NULL, (double *)x, NULL, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_problem_get_response(problem, hz, 2, (double *)f, 2, NULL, NULL, NULL, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_problem_get_response(problem, NULL, 2, (double *)f, 2, NULL, (double *)x, NULL, NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_problem_get_response(problem, hz, 2, (double *)f, 0, NULL, (double *)x, NULL, NULL), KSCHUR_ERROR_USAGE);
    CHECK_OK(kschur_problem_create(&rigid));
-   CHECK_STATUS(kschur_problem_get_response(rigid, hz, 1, (double *)f, 1, (double *)x, NULL), KSCHUR_ERROR_ORDER);
+   CHECK_STATUS(kschur_problem_get_response(rigid, hz, 1, (double *)f, 1, NULL, (double *)x, NULL, NULL), KSCHUR_ERROR_ORDER);
    CHECK_OK(kschur_problem_set_csr(rigid, KSCHUR_MASS, 1, 1, 1, 0, row_start, column, &one));
    CHECK_OK(kschur_problem_set_csr(rigid, KSCHUR_STIFFNESS, 1, 1, 0, 0, (int32_t[2]){0, 0}, column, &one));
-   CHECK_OK(kschur_problem_get_response(rigid, hz, 1, (double *)f, 1, (double *)&single, NULL));
+   CHECK_OK(kschur_problem_get_response(rigid, hz, 1, (double *)f, 1, NULL, (double *)&single, NULL, NULL));
    CHECK(cabs(single * pi * pi + 1) < 1e-14);
-   CHECK_STATUS(kschur_problem_get_response(rigid, (double[1]){0}, 1, (double *)f, 1, (double *)&single, NULL),
+   CHECK_STATUS(kschur_problem_get_response(rigid, (double[1]){0}, 1, (double *)f, 1, NULL, (double *)&single, NULL, NULL),
                 KSCHUR_ERROR_SINGULAR);
    CHECK_MESSAGE(problem, rigid, "no response at");
    for (int k = 0; k < 2; k++) {
       const int64_t many = ((int64_t)1 << 31) + k;
-      CHECK_STATUS(kschur_problem_get_response(rigid, hz, k ? many : 1, (double *)f, k ? 1 : many, (double *)&single, NULL),
-                   KSCHUR_ERROR_USAGE);
+      CHECK_STATUS(kschur_problem_get_response(rigid, hz, k ? many : 1, (double *)f, k ? 1 : many, NULL, (double *)&single, NULL,
+                                               NULL), KSCHUR_ERROR_USAGE);
       CHECK_MESSAGE(problem, rigid, k ? "not be 2147483649 and 1" : "not be 1 and 2147483648");
    }
    kschur_problem_destroy(&problem);
    kschur_problem_destroy(&rigid);
 }
 
-static int stop(void *context)
+/* Ended each time that it is asked, a response has the frequencies before, which are those of a whole one. */
+static void response_that_is_ended(void)
 {
-   return *(int *)context;
+   kschur_problem *problem = new_chain(n, 0.3, 0);
+   kschur_options *options = new_options(1);
+   const double hz[5] = {0.5, 0.7, 0.9, 1.1, 1.3};
+   double complex f[n] = {1}, whole[5][n], x[5][n];
+   int64_t done = -1, before = 0;
+   int left;
+
+   CHECK_OK(kschur_options_set_stop(options, stop_after, &left));
+   CHECK_OK(kschur_problem_get_response(problem, hz, 5, (double *)f, 1, NULL, (double *)whole, NULL, &done));
+   CHECK(done == 5);
+   for (int asked = 0; before < 5; asked++) {
+      left = asked;
+      for (int p = 0; p < 5; p++)
+         for (int i = 0; i < n; i++) x[p][i] = -7;
+      CHECK_OK(kschur_problem_get_response(problem, hz, 5, (double *)f, 1, options, (double *)x, NULL, &done));
+      CHECK(done == before || done == before + 1);
+      CHECK(asked > 0 || done == 0);
+      for (int p = 0; p < 5; p++)
+         for (int i = 0; i < n; i++) CHECK(cabs(x[p][i] - (p < done ? whole[p][i] : -7)) <= 1e-13 * cabs(whole[p][i]));
+      if (done != before && done != before + 1) break;
+      before = done;
+   }
+   CHECK_STATUS(kschur_problem_get_response(problem, hz, 5, (double *)f, 0, NULL, (double *)x, NULL, &done), KSCHUR_ERROR_USAGE);
+   CHECK(done == 0);
+   kschur_problem_destroy(&problem);
+   kschur_options_destroy(&options);
 }
 
 /* Two oscillators of 1 + p and 2 - p, coupled: they veer at 1/2. */
@@ -214,6 +250,7 @@ int main(void)
 {
    sweep();
    response();
+   response_that_is_ended();
    properties();
    mac();
    rates();

@@ -216,8 +216,9 @@ def scene(folder, name, *options):
     return str(path)
 
 
-FORMULATIONS = {"grid": ["proportional", "quadratic", "damped-constrained"],
-                "crank": ["quadratic", "damped-constrained"]}
+# Of each model, and how many modes: the crank has no more that oscillate, but thousands that are overdamped alike.
+FORMULATIONS = {"grid": (40, ["proportional", "quadratic", "damped-constrained"]),
+                "crank": (20, ["quadratic", "damped-constrained"])}
 
 with tempfile.TemporaryDirectory() as name:
     place = Path(name)
@@ -227,8 +228,9 @@ with tempfile.TemporaryDirectory() as name:
     elif arguments.all:
         models = {"grid": scene(place, "grid", "--cells", "60x42"), "crank": scene(place, "crank", "--density", "5")}
         for model, path in models.items():
-            for formulation in FORMULATIONS[model]:
-                test_solve(f"{model}, {formulation}", [path, "--modes", "40", "--formulation", formulation], 19, place)
+            modes, formulations = FORMULATIONS[model]
+            for formulation in formulations:
+                test_solve(f"{model}, {formulation}", [path, "--modes", str(modes), "--formulation", formulation], 19, place)
         test_solve("grid, a band", [models["grid"], "--band", "0.2,2"], 19, place)
         test_solve("grid, certified, left vectors", [models["grid"], "--formulation", "quadratic", "--certify", "--left",
                                                      "--modes", "20"], 19, place)
