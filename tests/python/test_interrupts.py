@@ -27,6 +27,8 @@ parser.add_argument("--points", type=int)
 arguments = parser.parse_args()
 KSCHUR = os.path.abspath(arguments.kschur)
 TICKS = os.sysconf("SC_CLK_TCK")
+# What a shell starts in the background does not hear it, nor do its children.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 failures = []
 
 
