@@ -5,6 +5,7 @@ module kschur_backward_error
    use kschur_kinds, only: wp, xp
    use kschur_problem, only: damping_none, modal_problem_type
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
+   use kschur_residual_parts, only: residual_parts
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_tolerances, only: real_tolerance
    implicit none
@@ -19,6 +20,8 @@ module kschur_backward_error
    real(wp), parameter :: double_root = 8*epsilon(1.0_wp)
    ! The real part of a shape that was found roughly is polished afterwards.
    real(wp), parameter :: loose = 1.0e-8_wp
+   ! What is left of the terms of a residual where the pair is one for rounding.
+   real(wp), parameter :: cancelled = 1.0e-6_wp
 
 contains
 
@@ -177,6 +180,8 @@ contains
       integer :: i
 
       copy_errors = backward_errors(problem, copies)
+      if (allocated(pairs%weights)) copies%weights = pairs%weights
+      where (residual_parts(problem, copies, copy_errors < 1) > cancelled) copy_errors = 1
       do i = 1, size(doubled)
          associate (j => doubled(i))
             if (copy_errors(i) <= max(100*errors(j), 1.0e-12_wp) .and. .not. pairs%is_real()) cycle

@@ -5,6 +5,7 @@ module kschur_mode_selection
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type, take_columns
    use kschur_problem, only: modal_problem_type
+   use kschur_residual_parts, only: residual_parts
    use kschur_shapes, only: depends, repeats_zero
    use kschur_threads, only: panel_rows
    implicit none
@@ -63,7 +64,7 @@ contains
       if (allocated(pairs%again)) again = again .or. pairs%again
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference)
-      call drop_found_again(pairs, modes%backward_error, again, accepted)
+      call drop_found_again(problem, pairs, again, accepted)
       call judge(problem, wanted, k, pairs, modes, accepted, doubtful)
       modes%found = eigenvalues_of(pairs%lambda, accepted)
       call rank(wanted, pairs%lambda, accepted, order)
@@ -106,16 +107,16 @@ contains
    end subroutine normalize_first
 
    ! Of pairs that may be known already those that are.
-   subroutine drop_found_again(pairs, errors, again, accepted)
+   subroutine drop_found_again(problem, pairs, again, accepted)
+      type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
-      !> Backward errors.
-      real(wp), intent(in) :: errors(:)
       logical, intent(in) :: again(:)
       logical, intent(inout) :: accepted(:)
-      real(wp) :: split(size(again))
+      real(wp), dimension(size(again)) :: errors, split
       logical :: others(size(again))
       integer :: j
 
+      errors = residual_parts(problem, pairs, accepted .and. again)
       do j = 1, size(again)
          if (.not. (accepted(j) .and. again(j))) cycle
          ! Among each other those of a defective eigenvalue share a shape, but not the last digits of their places.

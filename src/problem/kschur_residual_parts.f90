@@ -1,0 +1,76 @@
+!> Residuals that do not depend on units.
+module kschur_residual_parts
+   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_kinds, only: wp
+   use kschur_problem, only: modal_problem_type
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: residual_parts
+
+contains
+
+   !> The residual of some pairs beside the products of entries that it is a sum of, both measured as shapes are compared:
+   !> unlike a backward error it does not depend on the units of the unknowns. Zero of the others.
+   function residual_parts(problem, pairs, chosen) result(parts)
+      type(modal_problem_type), intent(in) :: problem
+      class(eigenpairs_type), intent(in) :: pairs
+      logical, intent(in) :: chosen(:)
+      real(wp) :: parts(size(pairs%lambda))
+      complex(wp), dimension(pairs%rows(), 1) :: phi, residual
+      real(wp), dimension(pairs%rows()) :: units, terms
+      integer :: j
+
+      parts = 0
+      if (.not. any(chosen)) return
+      units = 1
+      if (allocated(pairs%weights)) then
+         units = 0
+         where (pairs%weights > 0) units = 1/pairs%weights
+      end if
+      do j = 1, size(parts)
+         if (.not. chosen(j)) cycle
+         phi(:, 1) = pairs%column(j)
+         residual = 0
+         call problem%mass%add_product(pairs%lambda(j)**2, phi, residual)
+         call problem%damping%add_product(pairs%lambda(j), phi, residual)
+         call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, residual)
+         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), residual)
+         terms = 0
+         call add_sizes(problem%mass, abs(pairs%lambda(j))**2, phi(:, 1), terms)
+         call add_sizes(problem%damping, abs(pairs%lambda(j)), phi(:, 1), terms)
+         call add_sizes(problem%stiffness, 1.0_wp, phi(:, 1), terms)
+         call add_transposed_sizes(problem%constraints, pairs%xi(:, j), terms)
+         parts(j) = norm2(units*abs(residual(:, 1)))/max(norm2(units*terms), tiny(1.0_wp))
+      end do
+   end function residual_parts
+
+   ! y := y + factor |A| |x|.
+   pure subroutine add_sizes(matrix, factor, x, y)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: factor
+      complex(wp), intent(in) :: x(:)
+      real(wp), intent(inout) :: y(:)
+      integer :: i, k
+
+      do i = 1, matrix%rows
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            y(i) = y(i) + factor*abs(matrix%value(k))*abs(x(matrix%column(k)))
+         end do
+      end do
+   end subroutine add_sizes
+
+   ! y := y + |A|^T |x|.
+   pure subroutine add_transposed_sizes(matrix, x, y)
+      type(csr_matrix_type), intent(in) :: matrix
+      complex(wp), intent(in) :: x(:)
+      real(wp), intent(inout) :: y(:)
+      integer :: i, k
+
+      do i = 1, matrix%rows
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            y(matrix%column(k)) = y(matrix%column(k)) + abs(matrix%value(k))*abs(x(i))
+         end do
+      end do
+   end subroutine add_transposed_sizes
+end module kschur_residual_parts
