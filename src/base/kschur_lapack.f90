@@ -3,8 +3,8 @@ module kschur_lapack
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: ddot, dnrm2, dznrm2, dgees, dgelsy, dgemm, dgemv, dgeqp3, dgesv, dgesvd, dorgqr, dpstrf, dsyevd, dsygv, dtrevc, &
-      dtrsen, dtrsm, zgees, zgemm, zgemv, zgesv, zgesvd, ztrevc, ztrsen
+   public :: ddot, dnrm2, dznrm2, dgees, dgelsy, dgemm, dgemv, dgeqp3, dgesv, dgesvd, dorgqr, dormqr, dpstrf, dsyevd, dsygv, &
+      dtrevc, dtrsen, dtrsm, zgees, zgemm, zgemv, zgesv, zgesvd, ztrevc, ztrsen
 
    interface
       !> C := alpha op(A) op(B) + beta C.
@@ -177,6 +177,17 @@ module kschur_lapack
          real(wp), intent(out) :: work(*)
          integer, intent(out) :: info
       end subroutine dorgqr
+
+      !> C := op(Q) C or C op(Q), Q from the reflectors of a QR factorisation.
+      subroutine dormqr(side, trans, m, n, k, a, lda, tau, c, ldc, work, lwork, info)
+         import :: wp
+         character, intent(in) :: side, trans
+         integer, intent(in) :: m, n, k, lda, ldc, lwork
+         real(wp), intent(in) :: a(lda, *), tau(*)
+         real(wp), intent(inout) :: c(ldc, *)
+         real(wp), intent(out) :: work(*)
+         integer, intent(out) :: info
+      end subroutine dormqr
 
       !> B := A^{-1} B by LU factors, in place of A.
       subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)

@@ -1,16 +1,15 @@
 !> All eigenpairs of an operator, from its matrix: LAPACK's, where a problem is so small that a Krylov space would be
 !> nearly all there is.
 module kschur_dense_eigenpairs
-   use kschur_allowed_motions, only: orthogonal_factors
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, error_library, new_error
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgemm, dpstrf, dtrsm
+   use kschur_lapack, only: dgemm, dgeqp3, dormqr, dpstrf, dtrsm
    use kschur_operator, only: real_operator_type, symmetric_operator_type
    use kschur_projected, only: independent_eigenvectors, schur_form, symmetric_eigenvectors
    implicit none
    private
-   public :: dense_eigenpairs_type, general_eigenpairs, symmetric_eigenpairs
+   public :: dense_eigenpairs_type, general_eigenpairs, matrix_eigenpairs, symmetric_eigenpairs
 
    !> Eigenvectors are combinations of the columns of a basis.
    type :: dense_eigenpairs_type
@@ -28,6 +27,16 @@ module kschur_dense_eigenpairs
       !> Some of the eigenvectors, of unit length; of a self-adjoint operator they are real.
       procedure :: vectors, real_vectors
    end type dense_eigenpairs_type
+
+   ! Q of a QR factorisation of a few columns, by reflections, and R.
+   type :: reflections_type
+      real(wp), allocatable :: vectors(:, :), tau(:), triangle(:, :)
+   contains
+      procedure :: apply
+   end type reflections_type
+
+   ! Of LAPACK.
+   integer, parameter :: block_size = 32
 
 contains
 
@@ -107,7 +116,8 @@ contains
       real(wp), intent(in) :: noise
       type(dense_eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: q(:, :), r(:, :), w(:, :), h(:, :), g(:, :), t(:, :), u(:, :)
+      type(reflections_type) :: known
+      real(wp), allocatable :: w(:, :), h(:, :), u(:, :)
       integer :: n, k, s, l
 
       n = size(basis, 1)
@@ -115,26 +125,114 @@ contains
       s = size(invariant%vectors, 2)
       l = k - s
       pairs%applications = l
-      call orthogonal_factors(matmul(transpose(dual), invariant%vectors), .false., q, r, error)
+      call factor(known, matmul(transpose(dual), invariant%vectors), error)
       if (allocated(error)) return
-      allocate (pairs%values(l), pairs%basis(n, k), pairs%schur(k, k), g(k, l), h(k, l), t(l, l), u(l, l), w(n, l))
+      allocate (pairs%basis, source=basis)
+      allocate (pairs%values(l), h(k, l), w(n, l))
       if (l == 0) return
-      call dgemm("N", "N", n, k, k, 1.0_wp, basis, n, q, k, 0.0_wp, pairs%basis, n)
+      call known%apply("R", "N", pairs%basis)
       call operator%apply(pairs%basis(:, s + 1:), w, error)
       if (allocated(error)) return
-      call dgemm("T", "N", k, l, n, 1.0_wp, dual, n, w, n, 0.0_wp, g, k)
-      call dgemm("T", "N", k, l, k, 1.0_wp, q, k, g, k, 0.0_wp, h, k)
-      t = h(s + 1:, :)
+      call dgemm("T", "N", k, l, n, 1.0_wp, dual, n, w, n, 0.0_wp, h, k)
+      call known%apply("L", "T", h)
+      call triangular_form(known, h, invariant, noise, pairs, u, error)
+      if (allocated(error)) return
+      w = pairs%basis(:, s + 1:)
+      call dgemm("N", "N", n, l, l, 1.0_wp, w, n, u, l, 0.0_wp, pairs%basis(:, s + 1:), n)
+   end subroutine general_eigenpairs
+
+   !> The same for a matrix, where the basis is that of its rows and columns.
+   subroutine matrix_eigenpairs(matrix, invariant, noise, pairs, error)
+      !> Square; used up.
+      real(wp), allocatable, intent(inout) :: matrix(:, :)
+      type(invariant_type), intent(in) :: invariant
+      real(wp), intent(in) :: noise
+      type(dense_eigenpairs_type), intent(out) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+      type(reflections_type) :: known
+      real(wp), allocatable :: u(:, :)
+      integer :: k, s, i
+
+      k = size(matrix, 1)
+      s = size(invariant%vectors, 2)
+      allocate (pairs%values(k - s))
+      call factor(known, invariant%vectors, error)
+      if (allocated(error)) return
+      call known%apply("R", "N", matrix)
+      call known%apply("L", "T", matrix)
+      call triangular_form(known, matrix(:, s + 1:), invariant, noise, pairs, u, error)
+      if (allocated(error)) return
+      call move_alloc(matrix, pairs%basis)
+      pairs%basis = 0
+      do i = 1, s
+         pairs%basis(i, i) = 1
+      end do
+      pairs%basis(s + 1:, s + 1:) = u
+      call known%apply("L", "N", pairs%basis)
+   end subroutine matrix_eigenpairs
+
+   ! The Schur form of [r T r^{-1}, H], and the Schur vectors of what is below the known.
+   subroutine triangular_form(known, h, invariant, noise, pairs, u, error)
+      type(reflections_type), intent(in) :: known
+      !> Q^T C Q2
+      real(wp), intent(in) :: h(:, :)
+      type(invariant_type), intent(in) :: invariant
+      real(wp), intent(in) :: noise
+      type(dense_eigenpairs_type), intent(inout) :: pairs
+      real(wp), allocatable, intent(out) :: u(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: t(:, :)
+      integer :: k, l, s
+
+      k = size(h, 1)
+      l = size(h, 2)
+      s = k - l
+      allocate (t, source=h(s + 1:, :))
+      allocate (u(l, l), pairs%schur(k, k))
       call schur_form(t, u, pairs%values, error)
       if (allocated(error)) return
       pairs%noise = noise
       pairs%schur = 0
-      pairs%schur(:s, :s) = similar(r(:s, :s), real(invariant%projected, wp))
+      pairs%schur(:s, :s) = similar(known%triangle, real(invariant%projected, wp))
       pairs%schur(:s, s + 1:) = matmul(h(:s, :), u)
       pairs%schur(s + 1:, s + 1:) = t
-      w = pairs%basis(:, s + 1:)
-      call dgemm("N", "N", n, l, l, 1.0_wp, w, n, u, l, 0.0_wp, pairs%basis(:, s + 1:), n)
-   end subroutine general_eigenpairs
+   end subroutine triangular_form
+
+   ! QR factors of a few columns.
+   subroutine factor(factors, columns, error)
+      type(reflections_type), intent(out) :: factors
+      real(wp), intent(in) :: columns(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: work(:)
+      integer :: n, s, i, info
+      integer, allocatable :: in_their_order(:)
+
+      n = size(columns, 1)
+      s = size(columns, 2)
+      allocate (factors%vectors, source=columns)
+      allocate (factors%tau(s), factors%triangle(s, s), work(block_size*(n + s + 3)))
+      allocate (in_their_order(s), source=1)
+      if (s > 0) call dgeqp3(n, s, factors%vectors, n, in_their_order, factors%tau, work, size(work), info)
+      do i = 1, s
+         factors%triangle(:i, i) = factors%vectors(:i, i)
+         factors%triangle(i + 1:, i) = 0
+      end do
+      if (s > 0 .and. info /= 0) call new_error(error, error_library, "LAPACK could not make orthogonal factors")
+   end subroutine factor
+
+   ! C := op(Q) C or C op(Q).
+   subroutine apply(self, side, trans, c)
+      class(reflections_type), intent(in) :: self
+      character, intent(in) :: side, trans
+      real(wp), contiguous, intent(inout) :: c(:, :)
+      real(wp), allocatable :: work(:)
+      integer :: info
+
+      if (size(self%tau) == 0 .or. size(c) == 0) return
+      allocate (work(block_size*(maxval(shape(c)) + block_size + 1)))
+      call dormqr(side, trans, size(c, 1), size(c, 2), size(self%tau), self%vectors, size(self%vectors, 1), self%tau, c, &
+         size(c, 1), work, size(work), info)
+   end subroutine apply
 
    ! R T R^{-1} of two triangular matrices.
    pure function similar(r, t)

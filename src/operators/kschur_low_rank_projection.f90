@@ -8,13 +8,12 @@
 !> how much is known from the decomposition of C alone.
 module kschur_low_rank_projection
    use kschur_block_decomposition, only: block_decomposition_type
-   use kschur_dense_eigenpairs, only: dense_eigenpairs_type, general_eigenpairs
+   use kschur_dense_eigenpairs, only: dense_eigenpairs_type, matrix_eigenpairs
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesv
    use kschur_local_forces, only: local_forces_type
-   use kschur_operator, only: real_operator_type
    use kschur_projected, only: symmetric_eigenvectors
    use kschur_root_invariant, only: zero_and_infinite
    use kschur_root_space, only: root_space_type
@@ -43,14 +42,6 @@ module kschur_low_rank_projection
       !> How large the residual of A^{-1} P(lambda) is, relative to 1 + beta lambda, for a combination of Ritz vectors.
       procedure :: residual
    end type projection_type
-
-   ! Shift-invert of the projected problem, by its matrix.
-   type, extends(real_operator_type) :: matrix_operator_type
-      real(wp), allocatable :: matrix(:, :)
-   contains
-      procedure :: order
-      procedure :: apply
-   end type matrix_operator_type
 
 contains
 
@@ -94,34 +85,39 @@ contains
       type(root_space_type), intent(in) :: zero
       type(dense_eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
-      type(matrix_operator_type) :: operator
       type(root_space_type) :: none
-      real(wp), allocatable :: basis(:, :), dual(:, :)
-      real(wp) :: factor
-      integer :: order(size(self%values)), k, j
+      type(invariant_type) :: known
+      real(wp), allocatable :: matrix(:, :), ordered(:, :)
+      real(wp) :: factors(2*size(self%values))
+      integer :: places(2*size(self%values)), k, j
 
       k = size(self%values)
-      call make_matrix(self, tau, unit, operator%matrix, error)
+      call make_matrix(self, tau, unit, matrix, error)
       if (allocated(error)) return
       ! LAPACK may never end on what is no number.
-      if (.not. all(abs(operator%matrix) <= huge(1.0_wp))) then
+      if (.not. all(abs(matrix) <= huge(1.0_wp))) then
          call new_error(error, error_singular, "the projected problem is singular at the shift: move the shift a little")
          return
       end if
       ! As in `new_energy_basis`: positions and velocities of equal energy, the slowest motions first.
-      allocate (basis(2*k, 2*k), dual(2*k, 2*k), source=0.0_wp)
-      order = descending(abs(self%values))
-      do j = 1, k
-         associate (i => order(j))
-            factor = sqrt(max(abs(self%values(i)), epsilon(1.0_wp)**2*maxval(abs(self%values)), tiny(1.0_wp)))
-            basis(i, 2*j - 1) = factor
-            dual(i, 2*j - 1) = 1/factor
-            basis(k + i, 2*j) = 1/unit
-            dual(k + i, 2*j) = unit
-         end associate
+      places(::2) = descending(abs(self%values))
+      places(2::2) = k + places(::2)
+      factors(::2) = sqrt(max(abs(self%values(places(::2))), epsilon(1.0_wp)**2*maxval(abs(self%values)), tiny(1.0_wp)))
+      factors(2::2) = 1/unit
+      allocate (ordered(2*k, 2*k))
+      do j = 1, 2*k
+         ordered(:, j) = matrix(places, places(j))*(factors(j)/factors)
       end do
-      call general_eigenpairs(operator, basis, dual, zero_and_infinite(zero, none, 2*k, &
-         cmplx(tau, 0, wp), unit, oscillator=.false.), noise, pairs, error)
+      known = zero_and_infinite(zero, none, 2*k, cmplx(tau, 0, wp), unit, oscillator=.false.)
+      do j = 1, size(known%vectors, 2)
+         known%vectors(:, j) = known%vectors(places, j)/factors
+      end do
+      call matrix_eigenpairs(ordered, known, noise, pairs, error)
+      if (allocated(error)) return
+      do j = 1, 2*k
+         matrix(places, j) = factors*pairs%basis(:, j)
+      end do
+      call move_alloc(matrix, pairs%basis)
    end subroutine eigenpairs
 
    ! Positions of numbers, the largest first.
@@ -209,19 +205,4 @@ contains
       beside = matmul(self%remainder, parts)
       residual = abs(c)*norm2(beside)/max(abs(p)*norm2(abs(x)), tiny(1.0_wp))
    end function residual
-
-   integer function order(self)
-      class(matrix_operator_type), intent(in) :: self
-
-      order = size(self%matrix, 1)
-   end function order
-
-   subroutine apply(self, x, y, error)
-      class(matrix_operator_type), intent(inout) :: self
-      real(wp), contiguous, intent(in) :: x(:, :)
-      real(wp), contiguous, intent(out) :: y(:, :)
-      type(error_type), allocatable, intent(out) :: error
-
-      y = matmul(self%matrix, x)
-   end subroutine apply
 end module kschur_low_rank_projection
