@@ -23,6 +23,9 @@ module kschur_archive
       generic :: carry => carry_integer, carry_long, carry_logical, carry_real, carry_text, carry_integers, carry_reals, &
          carry_complexes, carry_real_columns, carry_complex_columns
       procedure :: close => close_archive
+      !> Whether anything failed; that there is no memory for what is read.
+      procedure :: has_failed
+      procedure :: fail_of_memory
       procedure, private :: carry_integer
       procedure, private :: carry_long
       procedure, private :: carry_logical
@@ -109,6 +112,18 @@ contains
          call new_error(error, error_input, self%path//": cannot be read: "//trim(system_reason(self%failure)))
       end if
    end subroutine close_archive
+
+   pure logical function has_failed(self)
+      class(archive_type), intent(in) :: self
+
+      has_failed = self%failure /= 0
+   end function has_failed
+
+   pure subroutine fail_of_memory(self)
+      class(archive_type), intent(inout) :: self
+
+      self%failure = no_memory
+   end subroutine fail_of_memory
 
    subroutine carry_words(self, words, count)
       class(archive_type), intent(inout) :: self

@@ -2,6 +2,7 @@
 module kschur_tall_products_complex
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgemm, zgemv
+   use kschur_row_sums, only: row_sums_type
    use kschur_threads, only: panel_rows
    implicit none
    private

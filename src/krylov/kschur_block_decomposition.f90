@@ -6,16 +6,16 @@
 !> Freund and Malhotra, Linear Algebra Appl. 254 (1997).
 module kschur_block_decomposition
    use kschur_archive, only: archive_type
+   use kschur_basis_rows_real, only: basis_rows_type
    use kschur_clock, only: clock, seconds_since
-   use kschur_error, only: error_type, new_error, error_library, error_memory
+   use kschur_error, only: error_type, new_error, error_library
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: dtrsm
    use kschur_memory, only: real_bytes, require_memory
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_operator, only: symmetric_operator_type
-   use kschur_pages, only: prefer_large_pages
+   use kschur_processes, only: processes_type
    use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
-   use kschur_text, only: text
    use kschur_threads, only: panel_rows
    implicit none
    private
@@ -29,7 +29,7 @@ module kschur_block_decomposition
    !> C V = V T + W N, [V, W]^T B [V, W] = 1: V are the columns of the basis that were expanded, W those behind them.
    type :: block_decomposition_type
       !> Vectors as columns; room for more.
-      real(wp), allocatable :: basis(:, :)
+      type(basis_rows_type) :: basis
       !> B-products of C V with the basis, T above N, in columns 1..expanded.
       real(wp), allocatable :: couplings(:, :)
       !> Number of vectors, and how many of them were expanded.
@@ -66,7 +66,7 @@ contains
 
       call archive%carry(self%vectors)
       call archive%carry(self%expanded)
-      call archive%carry(self%basis, self%vectors)
+      call self%basis%carry(archive, self%vectors)
       call archive%carry(self%couplings)
       call archive%carry(self%images)
       call archive%carry(self%scale)
@@ -84,7 +84,7 @@ contains
    pure logical function full(self)
       class(block_decomposition_type), intent(in) :: self
 
-      full = self%vectors >= size(self%basis, 2)
+      full = self%vectors >= self%basis%room()
    end function full
 
    pure function outward(self)
@@ -95,33 +95,23 @@ contains
    end function outward
 
    !> Room for so many vectors of a length.
-   subroutine make_room(d, length, vectors, error)
+   subroutine make_room(d, length, vectors, processes, error)
       class(block_decomposition_type), intent(inout) :: d
       integer, intent(in) :: length, vectors
+      !> Who may share the rows; not associated: nobody.
+      type(processes_type), pointer, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
       ! Images, and what the operator takes.
       integer, parameter :: beside = 16
-      real(wp), allocatable :: basis(:, :), couplings(:, :)
-      integer :: status
+      real(wp), allocatable :: couplings(:, :)
 
-      if (allocated(d%basis)) then
-         if (size(d%basis, 2) >= vectors) return
-      end if
-      allocate (basis(length, vectors), stat=status)
-      if (status /= 0) then
-         call new_error(error, error_memory, "there is no memory for a Lanczos basis of "//text(vectors)// &
-            " vectors of length "//text(length))
-         return
-      end if
+      if (d%basis%room() >= vectors) return
+      call d%basis%reserve(length, vectors, d%vectors, processes, error)
+      if (allocated(error)) return
       call require_memory(beside*real_bytes*length, "vectors beside a Lanczos basis", error)
       if (allocated(error)) return
-      call prefer_large_pages(basis)
       allocate (couplings(vectors, vectors), source=0.0_wp)
-      if (allocated(d%basis)) then
-         basis(:, :d%vectors) = d%basis(:, :d%vectors)
-         couplings(:size(d%couplings, 1), :size(d%couplings, 2)) = d%couplings
-      end if
-      call move_alloc(basis, d%basis)
+      if (allocated(d%couplings)) couplings(:size(d%couplings, 1), :size(d%couplings, 2)) = d%couplings
       call move_alloc(couplings, d%couplings)
       if (.not. allocated(d%images)) allocate (d%images(length, 0))
    end subroutine make_room
@@ -180,8 +170,7 @@ contains
          negligible = max(negligible, limit*sqrt(maxval([0.0_wp, diagonal(gram)])))
          call separate(x(:, :q), images(:, :q), negligible, gram, triangle)
          total(:q, :) = matmul(triangle, total(:q, :))
-         call inner_products(d%basis, images(:, :q), c)
-         call subtract_combinations(d%basis(:, :k), c, x(:, :q))
+         call d%basis%take_out(images(:, :q), c, x(:, :q))
          ! What was taken out was none of the operator's, nor are the directions of the basis that went with it.
          if (.not. taken) coefficients(:k, :) = coefficients(:k, :) + matmul(c, total(:q, :))
          call factor_rest(gram, c, negligible, triangle, left)
@@ -213,7 +202,7 @@ contains
    end subroutine orthonormalize
 
    subroutine append(d, x, images)
-      class(block_decomposition_type), intent(inout) :: d
+      class(block_decomposition_type), target, intent(inout) :: d
       real(wp), contiguous, intent(in) :: x(:, :)
       !> As many columns at least; used up.
       real(wp), allocatable, intent(inout) :: images(:, :)
@@ -222,7 +211,8 @@ contains
 
       q = size(x, 2)
       before = size(d%images, 2)
-      call copy_columns(x, d%basis(:, d%vectors + 1:d%vectors + q))
+      call copy_columns(x, d%basis%place_for(d%vectors + 1, q))
+      call d%basis%store(d%vectors + 1, q)
       d%vectors = d%vectors + q
       if (before == 0 .and. size(images, 2) == q) then
          call move_alloc(images, d%images)

@@ -10,7 +10,7 @@ module kschur_block_lanczos
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_operator, only: symmetric_operator_type
    use kschur_random, only: random_vector, state_of_seed
-   use kschur_tall_products_real, only: inner_products, subtract_combinations
+   use kschur_tall_products_real, only: inner_products
    implicit none
    private
    public :: add_directions, add_random_directions, expand_block
@@ -51,7 +51,7 @@ contains
    !> Puts C^f R behind the basis, R random: C filters infinite eigenvalues. Nothing is added where there is no more.
    subroutine add_random_directions(operator, d, directions, filter, seed, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
-      class(block_decomposition_type), intent(inout) :: d
+      class(block_decomposition_type), target, intent(inout) :: d
       !> How many.
       integer, intent(in) :: directions
       !> f
@@ -60,12 +60,12 @@ contains
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: x(:, :), y(:, :)
-      real(wp) :: coefficients(size(d%basis, 2), directions)
+      real(wp) :: coefficients(d%basis%room(), directions)
       integer :: before, i, j
 
       if (d%random_state == 0) d%random_state = state_of_seed(seed)
       before = d%vectors
-      allocate (x(size(d%basis, 1), directions))
+      allocate (x(d%basis%length(), directions))
       do j = 1, directions
          call random_vector(d%random_state, x(:, j))
       end do
@@ -73,7 +73,7 @@ contains
       do i = 1, filter
          if (allocated(error) .or. d%vectors == before) return
          allocate (y(size(x, 1), d%vectors - before))
-         call operator%apply(d%basis(:, before + 1:d%vectors), y, error)
+         call operator%apply(d%basis%columns(before + 1, size(y, 2)), y, error)
          if (allocated(error)) return
          statistics%operator_applications = statistics%operator_applications + size(y, 2)
          call drop_last(d, before)
@@ -82,7 +82,7 @@ contains
          deallocate (y)
          ! What the metric does not see is no direction.
          do while (d%vectors > before)
-            if (breakdown*d%metric_scale*sum(d%basis(:, d%vectors)**2) <= 1) exit
+            if (breakdown*d%metric_scale*sum(d%basis%columns(d%vectors, 1)**2) <= 1) exit
             call drop_last(d, d%vectors - 1)
          end do
       end do
@@ -91,7 +91,7 @@ contains
    !> Expands vectors that were not, as far as there is room for what comes of them.
    subroutine expand_block(operator, d, statistics, error, noise)
       class(symmetric_operator_type), intent(inout) :: operator
-      class(block_decomposition_type), intent(inout) :: d
+      class(block_decomposition_type), target, intent(inout) :: d
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
       !> What C makes of them beside the basis is rounding below this, relative to its norm.
@@ -102,11 +102,11 @@ contains
       integer(long) :: started
 
       first = d%expanded + 1
-      last = min(d%vectors, size(d%basis, 2) - d%vectors + d%expanded)
+      last = min(d%vectors, d%basis%room() - d%vectors + d%expanded)
       b = last - first + 1
       if (b <= 0) return
-      allocate (x(size(d%basis, 1), b), coefficients(size(d%basis, 2), b))
-      call operator%apply(d%basis(:, first:last), x, error)
+      allocate (x(d%basis%length(), b), coefficients(d%basis%room(), b))
+      call operator%apply(d%basis%columns(first, b), x, error)
       if (allocated(error)) return
       statistics%operator_applications = statistics%operator_applications + b
       started = clock()
@@ -143,7 +143,7 @@ contains
       coefficients = 0
       allocate (own(b, b))
       call inner_products(d%images, x, own)
-      call subtract_combinations(d%basis(:, k + 1:k + b), own, x)
+      call d%basis%subtract(k + 1, own, x)
       coefficients(k + 1:k + b, :) = own
       ! From what earlier vectors have of these.
       do i = 1, k
@@ -153,6 +153,6 @@ contains
       do j = 1, b
          coefficients(i:k, j) = d%couplings(k + j, i:k)
       end do
-      call subtract_combinations(d%basis(:, i:k), coefficients(i:k, :), x)
+      call d%basis%subtract(i, coefficients(i:k, :), x)
    end subroutine subtract_known
 end module kschur_block_lanczos

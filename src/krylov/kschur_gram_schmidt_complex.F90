@@ -1,6 +1,7 @@
 !> Gram-Schmidt orthogonalisation of complex columns.
 module kschur_gram_schmidt_complex
    use kschur_kinds, only: wp
+   use kschur_row_sums, only: row_sums_type
    use kschur_tall_products_complex, only: column_length, complete_and_combine, inner_products, project_again, &
       subtract_combinations
    implicit none

@@ -5,6 +5,7 @@ module kschur_krylov_options
    use kschur_checkpoint, only: checkpoint_type
    use kschur_kinds, only: wp
    use kschur_outcome, only: history_type, reason_converged
+   use kschur_processes, only: processes_type
    implicit none
    private
    public :: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type, ritz_pairs_type, subspace_dimension
@@ -40,6 +41,8 @@ module kschur_krylov_options
       logical :: keep = .false.
       !> Where its state is kept, and from where it goes on; not associated: nowhere. ARPACK does not look at it.
       type(checkpoint_type), pointer :: checkpoint => null()
+      !> Who may share the rows of the basis; not associated: nobody. ARPACK does not look at it.
+      type(processes_type), pointer :: processes => null()
    end type krylov_options_type
 
    !> What it tells of itself.

@@ -120,7 +120,7 @@ contains
       m = max(min(m, operator%order()), 1)
       d%dimension = max(d%dimension, m)
       d%most = min(d%most, operator%order())
-      call make_room(d, operator%order(), d%dimension + options%block, error)
+      call make_room(d, operator%order(), d%dimension + options%block, options%processes, error)
       if (allocated(error)) return
       if (d%vectors == 0) then
          call find_fresh(operator, options, d, statistics, error)
@@ -143,7 +143,7 @@ contains
 
       do attempt = 1, attempts
          if (d%full()) exit
-         call add_random_directions(operator, d, min(options%block, size(d%basis, 2) - d%vectors), options%filter, &
+         call add_random_directions(operator, d, min(options%block, d%basis%room() - d%vectors), options%filter, &
             options%seed, statistics, error)
          if (allocated(error) .or. .not. d%closed()) return
       end do

@@ -2,7 +2,6 @@
 !>
 !> Source: Wu and Simon, SIAM J. Matrix Anal. Appl. 22 (2000).
 module kschur_lanczos_ritz
-   use kschur_basis_real, only: move_columns, rotate_columns
    use kschur_block_decomposition, only: block_decomposition_type, breakdown
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type
@@ -10,7 +9,6 @@ module kschur_lanczos_ritz
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type
    use kschur_projected, only: symmetric_eigenvectors
    use kschur_selection, only: selection_type, order_by_preference
-   use kschur_tall_products_real, only: form_combinations
    implicit none
    private
    public :: decomposition_type, extract, project, ritz_type, truncate
@@ -120,7 +118,7 @@ contains
          if (.not. ritz%locked_is_wanted(i)) cycle
          remaining = remaining + 1
          if (remaining == i) cycle
-         d%basis(:, remaining) = d%basis(:, i)
+         call d%basis%move(i, remaining, 1)
          d%couplings(remaining, remaining) = d%couplings(i, i)
       end do
       call rotate(d, ritz, remaining, [pack([(i, i=1, keep)], lockable(:keep)), &
@@ -145,8 +143,8 @@ contains
       width = merge(0, d%vectors - d%expanded, ritz%settled)
       allocate (outward, source=d%outward())
       outward = matmul(outward(:, d%locked + 1:), ritz%vectors(:, chosen))
-      call rotate_columns(d%basis, d%locked + 1, ritz%vectors(:, chosen), before + 1)
-      call move_columns(d%basis, d%expanded + 1, before + keep + 1, width)
+      call d%basis%rotate(d%locked + 1, ritz%vectors(:, chosen), before + 1)
+      call d%basis%move(d%expanded + 1, before + keep + 1, width)
       d%images = d%images(:, :width)
       d%couplings(:, before + 1:) = 0
       do i = 1, keep
@@ -170,7 +168,7 @@ contains
       integer(long) :: started
 
       started = clock()
-      n = size(d%basis, 1)
+      n = d%basis%length()
       k = d%expanded
       allocate (u(k, k), source=0.0_wp)
       allocate (values(k))
@@ -191,7 +189,7 @@ contains
       found = min(found, selection%needed(cmplx(values(:found), 0.0_wp, wp)))
       allocate (pairs%values, source=values(:found))
       allocate (pairs%vectors(n, found))
-      call form_combinations(d%basis, u(:, :found), pairs%vectors)
+      call d%basis%form(u(:, :found), pairs%vectors)
       pairs%statistics%orthogonalize_seconds = pairs%statistics%orthogonalize_seconds + seconds_since(started)
    end subroutine extract
 end module kschur_lanczos_ritz

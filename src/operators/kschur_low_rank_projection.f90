@@ -68,7 +68,7 @@ contains
       associate (u => projection%vectors)
          allocate (projection%remainder, source=matmul(d%couplings(k + 1:d%vectors, :k), u))
          allocate (projection%responses, source=matmul(transpose(u), responses(:k, :)))
-         allocate (motion, source=matmul(d%basis(forces%columns, :k), u))
+         allocate (motion, source=matmul(d%basis%rows(forces%columns, k), u))
          allocate (projection%damping, source=matmul(forces%damping, motion))
          allocate (projection%stiffness, source=matmul(forces%stiffness, motion))
       end associate

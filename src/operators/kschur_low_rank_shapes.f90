@@ -3,16 +3,16 @@ module kschur_low_rank_shapes
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgemm, zgesv
+   use kschur_lapack, only: zgesv
    use kschur_local_forces, only: local_forces_type
    use kschur_spectral_map, only: spectral_map_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    implicit none
    private
-   public :: combine, recover_shapes, responses_type
+   public :: recover_shapes, responses_type
 
-   ! Shapes that are computed at a time, and rows.
-   integer, parameter :: block = 8, panel = 256
+   ! Shapes that are computed at a time.
+   integer, parameter :: block = 8
 
    !> What unit local forces make.
    type :: responses_type
@@ -21,26 +21,6 @@ module kschur_low_rank_shapes
    end type responses_type
 
 contains
-
-   !> X = V U Y, Y complex, a panel of rows at a time.
-   subroutine combine(n, k, v, u, y, x)
-      integer, intent(in) :: n, k
-      real(wp), intent(in) :: v(n, k)
-      real(wp), intent(in) :: u(:, :)
-      complex(wp), intent(in) :: y(:, :)
-      complex(wp), intent(out) :: x(:, :)
-      real(wp) :: w(size(u, 1), 2*size(y, 2)), parts(panel, 2*size(y, 2))
-      integer :: c, first, rows
-
-      c = size(y, 2)
-      if (k == 0 .or. c == 0) return
-      w = matmul(u, reshape([real(y, wp), aimag(y)], [k, 2*c]))
-      do first = 1, n, panel
-         rows = min(panel, n - first + 1)
-         call dgemm("N", "N", rows, 2*c, k, 1.0_wp, v(first, 1), n, w, k, 0.0_wp, parts, panel)
-         x(first:first + rows - 1, :) = cmplx(parts(:rows, :c), parts(:rows, c + 1:), wp)
-      end do
-   end subroutine combine
 
    !> One more application of the undamped operator, which leaves nothing of infinite eigenvalues. With H = lambda S + T
    !> and p = 1 + beta lambda,

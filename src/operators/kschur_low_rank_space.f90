@@ -62,7 +62,7 @@ contains
       ! Each block of responses is as many vectors, which are solved for together.
       space%limit = z + options%subspace + merge(levels*r, 0, options%verify)
       room = 2*(r + z) + space%limit + 2
-      call make_room(space, n, room, error)
+      call make_room(space, n, room, options%processes, error)
       if (allocated(error) .or. .not. is_new) return
       allocate (space%zeros(room, z), space%responses(room, r))
       if (z > 0) call add_zeros(space, operator, statistics, error)

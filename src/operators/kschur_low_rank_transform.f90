@@ -15,7 +15,7 @@ module kschur_low_rank_transform
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type, real_linear_solver_type
    use kschur_local_forces, only: local_forces_type, new_local_forces, symmetric_stiffness
    use kschur_low_rank_projection, only: new_projection, projection_type
-   use kschur_low_rank_shapes, only: combine, recover_shapes
+   use kschur_low_rank_shapes, only: recover_shapes
    use kschur_low_rank_space, only: begin_or_continue, filter, low_rank_space_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: is_stopped, monitor_type
@@ -286,13 +286,15 @@ contains
       class(low_rank_transform_type), intent(in) :: self
       type(look_type), intent(in) :: seen
       type(ritz_pairs_type), intent(inout) :: ritz
-      complex(wp), allocatable :: y(:, :)
+      ! Vectors at a time: copies of all would take as much memory.
+      integer, parameter :: batch = 8
+      complex(wp), allocatable :: y(:, :), vectors(:, :)
       integer, allocatable :: chosen(:)
-      integer :: k, before
+      integer :: k, before, first, last
 
       k = self%space%expanded
       if (.not. allocated(seen%pairs%values)) then
-         allocate (ritz%mu(0), ritz%vectors(size(self%space%basis, 1), 0))
+         allocate (ritz%mu(0), ritz%vectors(self%space%basis%length(), 0))
          return
       end if
       before = size(seen%pairs%schur, 1) - size(seen%pairs%values)
@@ -301,8 +303,12 @@ contains
       chosen = chosen - before
       allocate (ritz%mu(size(chosen)), source=seen%pairs%values(chosen))
       allocate (y, source=seen%pairs%vectors(chosen))
-      allocate (ritz%vectors(size(self%space%basis, 1), size(ritz%mu)))
-      call combine(size(self%space%basis, 1), k, self%space%basis, seen%undamped%vectors, y(:k, :), ritz%vectors)
+      allocate (ritz%vectors(self%space%basis%length(), size(ritz%mu)))
+      do first = 1, size(ritz%mu), batch
+         last = min(first + batch - 1, size(ritz%mu))
+         call self%space%basis%combine(matmul(seen%undamped%vectors, y(:k, first:last)), vectors)
+         ritz%vectors(:, first:last) = vectors
+      end do
    end subroutine extract
 
    subroutine recover(self, ritz, pairs, error)

@@ -10,6 +10,7 @@ module kschur_lowest
    use kschur_modal_selection, only: modal_selection_type
    use kschur_operator, only: real_operator_type
    use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: processes_type
    use kschur_scaled_stiffness, only: scaled_stiffness_type
    use kschur_spectral_map, only: spectral_map_type
    implicit none
@@ -30,11 +31,13 @@ contains
 
    !> Those frequencies of the undamped problem, among so many modes nearest to zero, that twenty
    !> Krylov vectors tell to a tenth or so.
-   subroutine find_lowest_frequencies(problem, known, modes, seed, frequencies, effort, error)
+   subroutine find_lowest_frequencies(problem, known, modes, seed, processes, frequencies, effort, error)
       type(modal_problem_type), target, intent(in) :: problem
       !> Its rigid motions and its factored stiffness.
       type(examination_type), target, intent(inout) :: known
       integer, intent(in) :: modes, seed
+      !> Who may share the rows of vectors; not associated: nobody.
+      type(processes_type), pointer, intent(in) :: processes
       !> In 1/s, those that are found; rigid motions are none of them.
       real(wp), allocatable, intent(out) :: frequencies(:)
       class(effort_type), intent(inout) :: effort
@@ -53,7 +56,7 @@ contains
       flexibility%stiffness => known%stiffness
       call krylov_schur(flexibility, modal_selection_type(modes, spectral_map_type(oscillator=.true.), &
          known=known%deflation%eigenvalues()), krylov_options_type(tolerance=roughly, max_restarts=1, seed=seed, &
-         filter=filter, block=block, verify=.false., vectors=.false.), mu, none, statistics, error)
+         filter=filter, block=block, verify=.false., vectors=.false., processes=processes), mu, none, statistics, error)
       effort%operator_applications = effort%operator_applications + statistics%operator_applications
       if (allocated(error)) return
       effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds

@@ -1,17 +1,17 @@
 !> Two-level Krylov bases of complex quadratic operators.
 module kschur_two_level_complex
    use kschur_archive, only: archive_type
-   use kschur_basis_complex, only: basis_type, combine_columns, move_columns, rotate_columns
+   use kschur_basis_complex, only: basis_type
+   use kschur_basis_rows_complex, only: basis_rows_type
    use kschur_clock, only: clock, seconds_since
+   use kschur_columns_complex, only: combine_columns, move_columns, rotate_columns
    use kschur_error, only: error_type, new_error, error_memory
-   use kschur_gram_schmidt_complex, only: orthogonalize_but_last, orthonormalize, place_last
+   use kschur_gram_schmidt_complex, only: orthonormalize, place_last
    use kschur_kinds, only: wp, long
    use kschur_memory, only: complex_bytes, require_memory
    use kschur_lapack, only: zgesvd
-   use kschur_pages, only: prefer_large_pages
    use kschur_quadratic_complex, only: quadratic_operator_type
    use kschur_random, only: random_vector
-   use kschur_tall_products_complex, only: complete_and_combine, form_combinations
    use kschur_text, only: text
    implicit none
    private

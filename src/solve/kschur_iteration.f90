@@ -52,6 +52,7 @@ contains
       if (allocated(options%start)) options%expected = s%dimension
       if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
       options%checkpoint => s%checkpoint
+      options%processes => s%processes
       call s%announce_phase("iteration")
       do
          call s%transform%iterate(selection, options, ritz, error, s%monitor)

@@ -228,7 +228,8 @@ contains
       if (.not. allocated(s%known%stiffness)) return
       ! Rigid motions that stay in the iteration are all that it would see.
       if (s%known%deflation%others == 0) then
-         call find_lowest_frequencies(s%work, s%known, s%options%modes, s%options%seed, frequencies, s%effort, error)
+         call find_lowest_frequencies(s%work, s%known, s%options%modes, s%options%seed, s%processes, frequencies, s%effort, &
+            error)
          if (allocated(error)) then
             ! The stiffness may be nearer to singular than the problem is at any shift.
             if (all(error%code /= [error_convergence, error_singular])) return
@@ -262,7 +263,7 @@ contains
       stopper%of => s%monitor
       ! The search goes on from there, if it may have a space as large.
       call s%transform%iterate(selection, krylov_options_type(subspace=subspace, tolerance=roughly, max_restarts=1, &
-         seed=s%options%seed, verify=.false., &
+         seed=s%options%seed, verify=.false., processes=s%processes, &
          keep=s%options%subspace == 0 .or. s%options%subspace >= subspace), ritz, error, stopper)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications

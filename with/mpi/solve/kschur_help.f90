@@ -1,9 +1,11 @@
 !> What all processes but the first one do of a solve: what the first one says.
 module kschur_help
    use kschur_band_groups, only: lead_group
+   use kschur_basis_help, only: basis_instance_type, help_basis
    use kschur_error, only: error_type
    use kschur_mumps_help, only: help_mumps, mumps_instance_type
-   use kschur_processes, only: number_of_words, processes_type, word_end, word_memory, word_mumps, word_parts
+   use kschur_processes, only: number_of_words, processes_type, word_basis, word_end, word_memory, word_mumps, &
+      word_parts
    use mpi_f08, only: MPI_Comm
    implicit none
    private
@@ -12,13 +14,14 @@ module kschur_help
 contains
 
    recursive subroutine help(processes)
-      type(processes_type), intent(inout) :: processes
+      type(processes_type), target, intent(inout) :: processes
       type(mumps_instance_type), allocatable :: instances(:)
+      type(basis_instance_type), allocatable :: bases(:)
       ! The first process has it as well.
       type(error_type), allocatable :: none
       integer :: words(number_of_words)
 
-      allocate (instances(0))
+      allocate (instances(0), bases(0))
       do
          call processes%hear(words)
          select case (words(1))
@@ -26,6 +29,8 @@ contains
             call processes%require(words(2), none)
          case (word_mumps)
             call help_mumps(instances, processes, words)
+         case (word_basis)
+            call help_basis(bases, processes, words)
          case (word_parts)
             call work_in_group(processes, words(2))
          case (word_end)

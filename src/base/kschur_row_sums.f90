@@ -1,0 +1,46 @@
+!> Sums over the rows of vectors, which several processes may share. In this build one has them all; `with/mpi` has the
+!> module for several.
+module kschur_row_sums
+   use kschur_kinds, only: wp
+   implicit none
+   private
+   public :: row_sums_type
+
+   !> Who shares the rows.
+   type :: row_sums_type
+   contains
+      !> The sums of all become theirs together, the same in each.
+      generic :: add_up => add_up_real, add_up_complex
+      procedure, private :: add_up_real
+      procedure, private :: add_up_complex
+      !> The 2-norm of a vector whose rows here have one.
+      procedure :: length
+   end type row_sums_type
+
+contains
+
+   subroutine add_up_real(self, c)
+      class(row_sums_type), intent(in) :: self
+      real(wp), intent(inout) :: c(:, :)
+
+      associate (unused => self, unchanged => c)
+      end associate
+   end subroutine add_up_real
+
+   subroutine add_up_complex(self, c)
+      class(row_sums_type), intent(in) :: self
+      complex(wp), intent(inout) :: c(:, :)
+
+      associate (unused => self, unchanged => c)
+      end associate
+   end subroutine add_up_complex
+
+   real(wp) function length(self, here)
+      class(row_sums_type), intent(in) :: self
+      real(wp), intent(in) :: here
+
+      associate (unused => self)
+      end associate
+      length = here
+   end function length
+end module kschur_row_sums

@@ -1,0 +1,63 @@
+!> Sums over the rows of vectors, which several processes share.
+module kschur_row_sums
+   use kschur_kinds, only: wp
+   use mpi_f08, only: operator(==), MPI_Allgather, MPI_Bcast, MPI_Comm, MPI_COMM_NULL, MPI_Comm_size, MPI_DOUBLE_COMPLEX, &
+      MPI_DOUBLE_PRECISION, MPI_Reduce, MPI_SUM
+   implicit none
+   private
+   public :: row_sums_type
+
+   !> Who shares the rows.
+   type :: row_sums_type
+      !> MPI_COMM_NULL: this process has them all.
+      type(MPI_Comm) :: communicator = MPI_COMM_NULL
+   contains
+      !> The sums of all become theirs together, the same in each; to be called by all.
+      generic :: add_up => add_up_real, add_up_complex
+      procedure, private :: add_up_real
+      procedure, private :: add_up_complex
+      !> The 2-norm of a vector whose rows here have one; to be called by all.
+      procedure :: length
+   end type row_sums_type
+
+contains
+
+   ! Not by MPI_Allreduce, which may add up in another order in each process: they would go different ways.
+   subroutine add_up_real(self, c)
+      class(row_sums_type), intent(in) :: self
+      real(wp), intent(inout) :: c(:, :)
+      real(wp) :: here(size(c, 1), size(c, 2)), total(size(c, 1), size(c, 2))
+
+      if (self%communicator == MPI_COMM_NULL .or. size(c) == 0) return
+      here = c
+      call MPI_Reduce(here, total, size(c), MPI_DOUBLE_PRECISION, MPI_SUM, 0, self%communicator)
+      call MPI_Bcast(total, size(c), MPI_DOUBLE_PRECISION, 0, self%communicator)
+      c = total
+   end subroutine add_up_real
+
+   subroutine add_up_complex(self, c)
+      class(row_sums_type), intent(in) :: self
+      complex(wp), intent(inout) :: c(:, :)
+      complex(wp) :: here(size(c, 1), size(c, 2)), total(size(c, 1), size(c, 2))
+
+      if (self%communicator == MPI_COMM_NULL .or. size(c) == 0) return
+      here = c
+      call MPI_Reduce(here, total, size(c), MPI_DOUBLE_COMPLEX, MPI_SUM, 0, self%communicator)
+      call MPI_Bcast(total, size(c), MPI_DOUBLE_COMPLEX, 0, self%communicator)
+      c = total
+   end subroutine add_up_complex
+
+   real(wp) function length(self, here)
+      class(row_sums_type), intent(in) :: self
+      real(wp), intent(in) :: here
+      real(wp), allocatable :: parts(:)
+      integer :: processes
+
+      length = here
+      if (self%communicator == MPI_COMM_NULL) return
+      call MPI_Comm_size(self%communicator, processes)
+      allocate (parts(processes))
+      call MPI_Allgather(here, 1, MPI_DOUBLE_PRECISION, parts, 1, MPI_DOUBLE_PRECISION, self%communicator)
+      length = norm2(parts)
+   end function length
+end module kschur_row_sums
