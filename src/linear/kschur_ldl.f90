@@ -175,14 +175,14 @@ contains
       real(wp), contiguous, intent(out) :: y(:, :)
       integer :: i, j
 
-      do i = 1, size(x, 2)
-         !$omp parallel do schedule(static) if (size(order) > panel_rows)
-         do j = 1, size(order)
+      !$omp parallel do schedule(static) private(i) if (size(order) > panel_rows)
+      do j = 1, size(order)
+         do i = 1, size(x, 2)
             y(i, j) = x(order(j), i)
          end do
-         !$omp end parallel do
+         y(size(x, 2) + 1:, j) = 0
       end do
-      if (size(x, 2) < size(y, 1)) y(size(x, 2) + 1:, :) = 0
+      !$omp end parallel do
    end subroutine gather
 
    subroutine scatter(order, y, x)
@@ -191,12 +191,12 @@ contains
       real(wp), contiguous, intent(inout) :: x(:, :)
       integer :: i, j
 
-      do i = 1, size(x, 2)
-         !$omp parallel do schedule(static) if (size(order) > panel_rows)
-         do j = 1, size(order)
+      !$omp parallel do schedule(static) private(i) if (size(order) > panel_rows)
+      do j = 1, size(order)
+         do i = 1, size(x, 2)
             x(order(j), i) = y(i, j)
          end do
-         !$omp end parallel do
       end do
+      !$omp end parallel do
    end subroutine scatter
 end module kschur_ldl

@@ -100,16 +100,12 @@ contains
       real(wp), contiguous, intent(in) :: phi(:, :)
       integer, intent(in) :: pairs
       type(products_type), intent(inout) :: products
-      real(xp), dimension(lanes) :: violation, squares
+      real(xp) :: squares(lanes)
       real(wp), allocatable :: length(:)
       complex(xp), allocatable :: forms(:, :)
-      integer :: i, l
+      integer :: l
 
-      squares = 0
-      do i = 1, problem%multipliers()
-         call multiply_row(problem%constraints, i, phi, violation)
-         squares = squares + violation**2
-      end do
+      squares = squares_of_violations(problem%constraints, phi)
       associate (parts => products%parts)
          products%violation = [(real(sqrt(sum(squares(parts*(l - 1) + 1:parts*l))), wp), l=1, pairs)]
          allocate (length(pairs), forms(3, pairs))
@@ -123,6 +119,27 @@ contains
       call move_alloc(length, products%length)
       call move_alloc(forms, products%forms)
    end subroutine measure
+
+   ! Of each column: the sums of panels are added up in order.
+   function squares_of_violations(constraints, phi) result(squares)
+      type(csr_matrix_type), intent(in) :: constraints
+      real(wp), contiguous, intent(in) :: phi(:, :)
+      real(xp) :: squares(lanes), violation(lanes)
+      real(xp), allocatable :: parts(:, :)
+      integer :: panels, i, k
+
+      panels = (constraints%rows + panel_rows - 1)/panel_rows
+      allocate (parts(lanes, panels), source=0.0_xp)
+      !$omp parallel do schedule(static) private(k, violation) if (panels > 1)
+      do i = 1, panels
+         do k = (i - 1)*panel_rows + 1, min(i*panel_rows, constraints%rows)
+            call multiply_row(constraints, k, phi, violation)
+            parts(:, i) = parts(:, i) + violation**2
+         end do
+      end do
+      !$omp end parallel do
+      squares = sum(parts, 2)
+   end function squares_of_violations
 
    pure subroutine make_room(products, n, parts)
       type(products_type), intent(inout) :: products
@@ -146,7 +163,7 @@ contains
       integer :: i, j, l
 
       allocate (phi(lanes, pairs%rows()))
-      allocate (xi(lanes, size(pairs%xi, 1), 2*pairs_at_once(pairs)/lanes), source=0.0_wp)
+      allocate (xi(lanes, size(pairs%xi, 1), 2*pairs_at_once(pairs)/lanes))
       !$omp parallel do schedule(static) private(j) if (size(phi, 2) > panel_rows)
       do i = 1, size(phi, 2)
          phi(:, i) = 0
@@ -160,11 +177,16 @@ contains
          end if
       end do
       !$omp end parallel do
-      do j = first, last
-         l = j - first
-         xi(2*mod(l, 2) + 1, :, l/2 + 1) = real(pairs%xi(:, j), wp)
-         xi(2*mod(l, 2) + 2, :, l/2 + 1) = aimag(pairs%xi(:, j))
+      !$omp parallel do schedule(static) private(j, l) if (size(xi, 2) > panel_rows)
+      do i = 1, size(xi, 2)
+         xi(:, i, :) = 0
+         do j = first, last
+            l = j - first
+            xi(2*mod(l, 2) + 1, i, l/2 + 1) = real(pairs%xi(i, j), wp)
+            xi(2*mod(l, 2) + 2, i, l/2 + 1) = aimag(pairs%xi(i, j))
+         end do
       end do
+      !$omp end parallel do
    end subroutine pack_parts
 
    ! Row i of a matrix times columns that stand side by side. Of a shape that the compiler knows: each sum is one product.

@@ -85,14 +85,16 @@ contains
             if (.not. maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) <= rounding*level) separate(i) = .false.
          end associate
       end do
-      if (.not. all(separate)) separate = .false.
-      deflation%others = size(motions, 2) - count(separate)
-      k = count(separate)
-      allocate (deflation%shapes(n, k), source=shapes(:, pack([(i, i=1, size(separate))], separate)))
-      allocate (deflation%reactions, source=matmul(multipliers(:, :size(separate)), &
-         damping(:, pack([(i, i=1, size(separate))], separate))))
-      allocate (deflation%images(n, k), source=masses(:, pack([(i, i=1, size(separate))], separate)))
-      allocate (deflation%decay(k), source=pack(decay, separate))
+      allocate (deflation%reactions, source=matmul(multipliers(:, :k), damping))
+      if (.not. all(separate)) then
+         k = 0
+         deallocate (shapes, masses, decay, deflation%reactions)
+         allocate (shapes(n, k), masses(n, k), decay(k), deflation%reactions(size(multipliers, 1), k))
+      end if
+      deflation%others = size(motions, 2) - k
+      call move_alloc(shapes, deflation%shapes)
+      call move_alloc(masses, deflation%images)
+      call move_alloc(decay, deflation%decay)
       if (k < size(motions, 2)) deflation%blur = blur(problem, motions)
    end subroutine new_deflation
 

@@ -5,7 +5,7 @@ module kschur_eigenpairs
    use kschur_threads, only: panel_rows
    implicit none
    private
-   public :: append_pairs, chosen_pairs, eigenpairs_type, near, normalize
+   public :: append_pairs, chosen_pairs, eigenpairs_type, move_pairs, near, normalize
 
    !> Eigenpairs of a modal problem.
    type :: eigenpairs_type
@@ -63,6 +63,20 @@ contains
          column = self%phi(:, j)
       end if
    end function column
+
+   !> Leaves nothing behind.
+   subroutine move_pairs(from, to)
+      type(eigenpairs_type), intent(inout) :: from
+      type(eigenpairs_type), intent(out) :: to
+
+      call move_alloc(from%lambda, to%lambda)
+      call move_alloc(from%phi, to%phi)
+      call move_alloc(from%xi, to%xi)
+      call move_alloc(from%paired, to%paired)
+      call move_alloc(from%again, to%again)
+      call move_alloc(from%weights, to%weights)
+      call move_alloc(from%real_phi, to%real_phi)
+   end subroutine move_pairs
 
    subroutine make_complex(self)
       class(eigenpairs_type), intent(inout) :: self

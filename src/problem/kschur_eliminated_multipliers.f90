@@ -25,22 +25,25 @@ contains
       integer, parameter :: block = 4
       complex(wp), allocatable :: forces(:, :)
       type(csr_matrix_type), allocatable :: matrices(:)
-      integer :: first, last, j
+      integer :: first, last, j, k
 
-      xi = 0
+      !$omp parallel do schedule(static) if (size(xi, 1) > panel_rows)
       do j = 1, size(xi, 2)
+         xi(:, j) = 0
          xi(ties%kept, j) = pairs%xi(:, j)
       end do
+      !$omp end parallel do
       if (ties%eliminated == 0) return
       call take_rows(ties, problem, matrices)
       allocate (forces(problem%unknowns(), block))
       do first = 1, size(xi, 2), block
          last = min(first + block - 1, size(xi, 2))
          call make_forces(ties, problem, matrices, pairs, first, last, forces)
-         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, first:last), forces(:, :last - first + 1))
-         !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
+         !$omp parallel do schedule(static) private(k) if (problem%unknowns() > panel_rows)
          do j = first, last
-            call balance_forces(ties, problem, forces(:, j - first + 1), xi(:, j))
+            k = j - first + 1
+            call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, j:j), forces(:, k:k))
+            call balance_forces(ties, problem, forces(:, k), xi(:, j))
          end do
          !$omp end parallel do
       end do
@@ -69,22 +72,25 @@ contains
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last
       complex(wp), contiguous, intent(out) :: forces(:, :)
-      real(wp) :: columns(problem%unknowns(), (last - first + 1)*merge(1, 2, pairs%is_real()))
-      real(wp) :: products(ties%eliminated, size(columns, 2))
+      real(wp) :: products(ties%eliminated, (last - first + 1)*merge(1, 2, pairs%is_real()))
+      real(wp), allocatable :: columns(:, :)
       complex(wp) :: weights(3)
       integer :: i, k, l
 
       k = last - first + 1
-      if (pairs%is_real()) then
-         columns = pairs%real_phi(:, first:last)
-      else
+      if (.not. pairs%is_real()) then
+         allocate (columns(problem%unknowns(), 2*k))
          columns(:, :k) = real(pairs%phi(:, first:last), wp)
          columns(:, k + 1:) = aimag(pairs%phi(:, first:last))
       end if
       forces = 0
       do l = 1, size(matrices)
          products = 0
-         call matrices(l)%add_product(1.0_wp, columns, products)
+         if (pairs%is_real()) then
+            call matrices(l)%add_product(1.0_wp, pairs%real_phi(:, first:last), products)
+         else
+            call matrices(l)%add_product(1.0_wp, columns, products)
+         end if
          do i = 1, k
             associate (lambda => pairs%lambda(first + i - 1), unknown => ties%unknown(:ties%eliminated))
                weights = [lambda*(lambda + problem%alpha), 1 + lambda*problem%beta, (0.0_wp, 0.0_wp)]

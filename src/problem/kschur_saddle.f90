@@ -83,6 +83,10 @@ contains
       type(csr_matrix_type) :: scaled, columns
       integer :: i, n, entries
 
+      if (constraints%rows == 0) then
+         saddle = matrix
+         return
+      end if
       n = matrix%rows
       scaled = constraints
       call scaled%scale_entries(factors, spread(1.0_wp, 1, n))

@@ -4,7 +4,7 @@ module kschur_preparation
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: solve_context_type
    use kschur_dense_choice, only: consider_dense, settle_dense
-   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_eigenpairs, only: eigenpairs_type, move_pairs
    use kschur_eigenvalue_count, only: count_eigenvalues
    use kschur_error, only: error_type, error_input
    use kschur_examination, only: find_rigid, suppose_none
@@ -81,10 +81,10 @@ contains
       if (allocated(error)) return
       call require_memory(s%bytes_of_shapes(3*size(s%known%rigid%lambda)), "rigid motions", error)
       if (allocated(error)) return
-      rigid = s%known%rigid
+      call move_pairs(s%known%rigid, rigid)
       call s%expand(rigid)
       call orthonormalize_zeros(rigid)
-      s%known%rigid = rigid
+      call move_pairs(rigid, s%known%rigid)
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant, size(s%known%rigid%lambda))
       call settle_dense(s)
       call announce_number(s)
