@@ -3,6 +3,7 @@ module kschur_modes
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp
    use kschur_outcome, only: certified_unknown, history_type, reason_converged
+   use kschur_threads, only: panel_rows
    implicit none
    private
    public :: eigenvalues_of, modes_type, no_modes, take_columns
@@ -117,7 +118,7 @@ contains
       end do
    end subroutine take_real_columns
 
-   pure subroutine take_complex_columns(block, order)
+   subroutine take_complex_columns(block, order)
       complex(wp), allocatable, intent(inout) :: block(:, :)
       integer, intent(in) :: order(:)
       complex(wp), allocatable :: taken(:, :)
@@ -125,9 +126,11 @@ contains
 
       if (are_all(order, size(block, 2))) return
       allocate (taken(size(block, 1), size(order)))
+      !$omp parallel do schedule(static) if (size(block, 1) > panel_rows)
       do j = 1, size(order)
          taken(:, j) = block(:, order(j))
       end do
+      !$omp end parallel do
       call move_alloc(taken, block)
    end subroutine take_complex_columns
 

@@ -67,7 +67,9 @@ contains
       integer :: i, j, l
 
       repeats = .false.
-      if (rigid == 0) return
+      if (min(rigid, k) == 0) return
+      ! Seen against any of them.
+      if (minval(abs(pairs%lambda(:k))) > nearly_zero*max(reference, maxval(abs(pairs%lambda(:k))))) return
       allocate (zeros(pairs%rows(), rigid), shape(pairs%rows()))
       l = 0
       do i = k + 1, k + rigid

@@ -80,10 +80,10 @@ contains
       n = size(motions, 1)
       k = size(motions, 2)
       if (k == 0) return
-      allocate (forces(2*n, k), source=0.0_wp)
-      call problem%mass%add_product(1/problem%mass%infinity_norm(), motions, forces(:n, :))
+      allocate (forces(2*n, k + 1), source=0.0_wp)
+      call problem%mass%add_product(1/problem%mass%infinity_norm(), motions, forces(:n, :k))
       if (.not. problem%damping%is_zero()) &
-         call problem%damping%add_product(1/problem%damping%infinity_norm(), motions, forces(n + 1:, :))
+         call problem%damping%add_product(1/problem%damping%infinity_norm(), motions, forces(n + 1:, :k))
       call least_forces(forces, force, rotation, error)
       if (allocated(error)) return
       if (vanishes(problem%mass) .and. vanishes(problem%damping)) call new_error(error, error_singular, &
@@ -128,7 +128,7 @@ contains
       logical, intent(out) :: doubtful
       type(error_type), allocatable, intent(out) :: error
       ! Motions above their multipliers, and the forces K x + Cq^T xi above violations.
-      real(wp), allocatable :: x(:, :), rhs(:, :), forces(:, :), force(:), rotation(:, :), all(:, :)
+      real(wp), allocatable :: x(:, :), rhs(:, :), forces(:, :), of_own(:, :), force(:), rotation(:, :), all(:, :)
       integer, allocatable :: own(:)
       real(wp) :: negligible
       integer :: i, n, before, rigid
@@ -174,7 +174,12 @@ contains
          if (norm2(x(:n, i)) > 0.5_wp .and. norm2(forces(:, i)) < sqrt(real(n, wp))) own = [own, i]
       end do
       if (size(own) == 0) return
-      call least_forces(forces(:, own), force, rotation, error)
+      allocate (of_own(size(forces, 1), size(own) + 1))
+      do i = 1, size(own)
+         of_own(:, i) = forces(:, own(i))
+      end do
+      deallocate (forces)
+      call least_forces(of_own, force, rotation, error)
       if (allocated(error)) return
       rigid = count(force < negligible)
       doubtful = rigid < size(own)
@@ -223,22 +228,21 @@ contains
       call subtract_combinations(others, components, x)
    end subroutine subtract
 
-   ! The combinations of columns that are smaller than others, the smallest first.
+   ! The combinations of columns, of all but the last, that are smaller than others, the smallest first.
    subroutine least_forces(forces, force, rotation, error)
-      real(wp), intent(in) :: forces(:, :)
+      !> Used up. OpenBLAS reads a few entries of the last column.
+      real(wp), contiguous, intent(inout) :: forces(:, :)
       real(wp), allocatable, intent(out) :: force(:), rotation(:, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: a(:, :), vt(:, :), work(:)
+      real(wp), allocatable :: vt(:, :), work(:)
       real(wp) :: none(1, 1)
       integer :: n, k, info
 
       n = size(forces, 1)
-      k = size(forces, 2)
-      ! OpenBLAS reads a few entries beyond the end.
-      allocate (a(n, k + 1), source=0.0_wp)
-      a(:, :k) = forces
+      k = size(forces, 2) - 1
+      forces(:, k + 1) = 0
       allocate (force(k), vt(k, k), rotation(k, k), work(10*k + n))
-      call dgesvd("N", "S", n, k, a, n, force, none, 1, vt, k, work, size(work), info)
+      call dgesvd("N", "S", n, k, forces, n, force, none, 1, vt, k, work, size(work), info)
       if (info /= 0) call new_error(error, error_library, "LAPACK's dgesvd did not converge")
       rotation = transpose(vt(k:1:-1, :))
       force = force(k:1:-1)
