@@ -9,7 +9,7 @@ module kschur_mumps_single_real
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
    use kschur_memory, only: complex_bytes, integer_bytes, require_memory
    use kschur_monitor, only: ask_monitor
-   use kschur_mumps_caller, only: job_take_rows, mumps_caller_type, mumps_single_real
+   use kschur_mumps_caller, only: job_take_rows, job_take_vectors, mumps_caller_type, mumps_single_real
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
    use kschur_processes, only: processes_type
@@ -47,4 +47,5 @@ module kschur_mumps_single_real
 #define NULL_PIVOTS 0
 #define DESCRIPTION "mumps: in single precision"
 #include "kschur_mumps.inc"
+#include "kschur_mumps_solve.inc"
 end module kschur_mumps_single_real

@@ -4,7 +4,7 @@ module kschur_mumps_caller
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp
    use kschur_memory, only: megabyte
-   use kschur_processes, only: are_several, processes_type, word_mumps
+   use kschur_processes, only: are_several, processes_type, spread_error, word_mumps
    use kschur_text, only: text
    use mpi_f08, only: MPI_COMM_SELF, MPI_COMPLEX, MPI_Datatype, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, MPI_INTEGER, &
       MPI_LOGICAL, MPI_REAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
@@ -14,8 +14,8 @@ module kschur_mumps_caller
 
    !> Which of the four libraries of MUMPS it is: by the kind of scalar.
    integer, parameter, public :: mumps_real = 1, mumps_complex = 2, mumps_single_real = 3, mumps_single_complex = 4
-   !> A job beside those of MUMPS: the others get rows of the matrix.
-   integer, parameter, public :: job_take_rows = 0
+   !> Jobs beside those of MUMPS: the others get rows of the matrix, and of right-hand sides.
+   integer, parameter, public :: job_take_rows = 0, job_take_vectors = 4
 
    !> One factorisation.
    type :: mumps_caller_type
@@ -34,6 +34,13 @@ module kschur_mumps_caller
       procedure :: require
       !> Gives another process its rows of the matrix.
       procedure :: send_rows
+      !> Fails where one of them did.
+      procedure :: agree
+      !> Gives another process its rows of a right-hand side.
+      procedure :: send_vector
+      !> Which rows of solutions another process has, and of one of them the values.
+      procedure :: receive_rows
+      procedure :: receive_vector
    end type mumps_caller_type
 
 contains
@@ -60,9 +67,11 @@ contains
 
    subroutine announce(self, job)
       class(mumps_caller_type), intent(inout) :: self
-      integer, intent(in) :: job
+      !> And what it needs to know.
+      integer, intent(in) :: job(:)
 
-      if (associated(self%others)) call self%others%tell([word_mumps, self%number, job, self%library, self%symmetry])
+      if (associated(self%others)) &
+         call self%others%tell([word_mumps, self%number, job(1), self%library, self%symmetry, job(2:)])
    end subroutine announce
 
    subroutine require(self, bytes, error)
@@ -97,6 +106,51 @@ contains
          call MPI_Send(scalars, size(row), scalar_of(self%library), to, 0, communicator)
       end associate
    end subroutine send_rows
+
+   subroutine agree(self, error)
+      class(mumps_caller_type), intent(in) :: self
+      type(error_type), allocatable, intent(inout) :: error
+
+      call spread_error(self%others%communicator, error)
+   end subroutine agree
+
+   subroutine send_vector(self, to, values, number)
+      class(mumps_caller_type), intent(in) :: self
+      integer, intent(in) :: to
+      !> Scalars of the library, and how many.
+      type(c_ptr), intent(in) :: values
+      integer, intent(in) :: number
+      real(wp), pointer :: scalars(:)
+
+      call c_f_pointer(values, scalars, [1])
+      call MPI_Send(scalars, number, scalar_of(self%library), to, 0, self%others%communicator)
+   end subroutine send_vector
+
+   subroutine receive_rows(self, from, row)
+      class(mumps_caller_type), intent(in) :: self
+      integer, intent(in) :: from
+      integer, allocatable, intent(inout) :: row(:)
+      integer :: number
+
+      associate (communicator => self%others%communicator)
+         call MPI_Recv(number, 1, MPI_INTEGER, from, 0, communicator, MPI_STATUS_IGNORE)
+         if (allocated(row)) deallocate (row)
+         allocate (row(number))
+         call MPI_Recv(row, number, MPI_INTEGER, from, 0, communicator, MPI_STATUS_IGNORE)
+      end associate
+   end subroutine receive_rows
+
+   subroutine receive_vector(self, from, values, number)
+      class(mumps_caller_type), intent(in) :: self
+      integer, intent(in) :: from
+      !> Room for scalars of the library, and for how many.
+      type(c_ptr), intent(in) :: values
+      integer, intent(in) :: number
+      real(wp), pointer :: scalars(:)
+
+      call c_f_pointer(values, scalars, [1])
+      call MPI_Recv(scalars, number, scalar_of(self%library), from, 0, self%others%communicator, MPI_STATUS_IGNORE)
+   end subroutine receive_vector
 
    !> What a library of MUMPS computes with.
    function scalar_of(library)

@@ -1,8 +1,12 @@
 !> What the other processes do of the factorisations that the first one begins: the same jobs of MUMPS, which has its
-!> part of the factors there. Of the matrix each has some rows, right-hand sides are those of the first process.
+!> part of the factors there. Of the matrix and of right-hand sides each has some rows, of solutions those at its pivots.
 module kschur_mumps_help
-   use kschur_mumps_caller, only: job_take_rows, mumps_complex, mumps_real, mumps_single_complex, mumps_single_real, scalar_of
-   use kschur_processes, only: number_of_words, processes_type
+   use kschur_error, only: error_type, new_error, error_memory
+   use kschur_kinds, only: long
+   use kschur_mumps_caller, only: job_take_rows, job_take_vectors, mumps_complex, mumps_real, mumps_single_complex, &
+      mumps_single_real, scalar_of
+   use kschur_processes, only: number_of_words, processes_type, spread_error
+   use kschur_row_ranges, only: row_ranges, row_ranges_type
    use kschur_threads, only: set_blas_threads, team_size
    use mpi_f08, only: MPI_Comm, MPI_INTEGER, MPI_LOGICAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
    implicit none
@@ -21,7 +25,7 @@ module kschur_mumps_help
 #undef INCLUDE
 
    ! JOB of MUMPS.
-   integer, parameter :: job_begin = -1, job_end = -2, job_factorize = 2
+   integer, parameter :: job_begin = -1, job_end = -2, job_factorize = 2, job_solve = 3
 
    !> The part of one factorisation that is here.
    type :: mumps_instance_type
@@ -41,12 +45,12 @@ contains
       !> The factorisations that have begun and not ended.
       type(mumps_instance_type), allocatable, intent(inout) :: instances(:)
       type(processes_type), intent(in) :: processes
-      !> Number of the factorisation, job, library and symmetry, after the first word.
+      !> Number of the factorisation, job, library and symmetry, after the first word; of right-hand sides rows and columns.
       integer, intent(in) :: words(number_of_words)
       type(mumps_instance_type) :: new
       integer :: i
 
-      associate (number => words(2), job => words(3), symmetry => words(5))
+      associate (number => words(2), job => words(3))
          if (job == job_begin) then
             new%number = number
             instances = [instances, new]
@@ -55,13 +59,13 @@ contains
          if (job == job_factorize) call set_blas_threads(team_size())
          select case (words(4))
          case (mumps_real)
-            call help_real(instances(i)%real, job, processes, symmetry)
+            call help_real(instances(i)%real, processes, words)
          case (mumps_complex)
-            call help_complex(instances(i)%complex, job, processes, symmetry)
+            call help_complex(instances(i)%complex, processes, words)
          case (mumps_single_real)
-            call help_single_real(instances(i)%single_real, job, processes, symmetry)
+            call help_single_real(instances(i)%single_real, processes, words)
          case (mumps_single_complex)
-            call help_single_complex(instances(i)%single_complex, job, processes, symmetry)
+            call help_single_complex(instances(i)%single_complex, processes, words)
          end select
          if (job == job_factorize) call set_blas_threads(1)
          if (job == job_end) instances = pack(instances, instances%number /= number)
@@ -71,6 +75,9 @@ contains
 #define HELP help_real
 #define TAKE take_real
 #define FORGET forget_real
+#define TAKE_VECTORS take_real_vectors
+#define GIVE_VECTORS give_real_vectors
+#define FORGET_VECTORS forget_real_vectors
 #define LIBRARY mumps_real
 #define MUMPS_STRUC dmumps_struc
 #define MUMPS_NAME dmumps
@@ -79,6 +86,9 @@ contains
 #define HELP help_complex
 #define TAKE take_complex
 #define FORGET forget_complex
+#define TAKE_VECTORS take_complex_vectors
+#define GIVE_VECTORS give_complex_vectors
+#define FORGET_VECTORS forget_complex_vectors
 #define LIBRARY mumps_complex
 #define MUMPS_STRUC zmumps_struc
 #define MUMPS_NAME zmumps
@@ -87,6 +97,9 @@ contains
 #define HELP help_single_real
 #define TAKE take_single_real
 #define FORGET forget_single_real
+#define TAKE_VECTORS take_single_real_vectors
+#define GIVE_VECTORS give_single_real_vectors
+#define FORGET_VECTORS forget_single_real_vectors
 #define LIBRARY mumps_single_real
 #define MUMPS_STRUC smumps_struc
 #define MUMPS_NAME smumps
@@ -95,6 +108,9 @@ contains
 #define HELP help_single_complex
 #define TAKE take_single_complex
 #define FORGET forget_single_complex
+#define TAKE_VECTORS take_single_complex_vectors
+#define GIVE_VECTORS give_single_complex_vectors
+#define FORGET_VECTORS forget_single_complex_vectors
 #define LIBRARY mumps_single_complex
 #define MUMPS_STRUC cmumps_struc
 #define MUMPS_NAME cmumps
