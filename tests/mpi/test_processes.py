@@ -168,6 +168,20 @@ def check_lapack_band(folder):
     check("a band on 3 against LAPACK", len(got) == len(inside) and np.all(abs(got - inside) <= 1e-8 * got), f"{len(got)} {len(inside)}")
 
 
+def check_checkpoint(folder):
+    """What several processes wrote of their bases is gone on with by as many, to the same digits, and by others."""
+    problem, checkpoint = folder / "grid-band.h5", folder / "grid.checkpoint"
+    for options in (["--subspace", 60], ["--subspace", 100, "--formulation", "quadratic"]):
+        name = "checkpoint, " + " ".join(map(str, options))
+        status, whole = solve(2, problem, "--modes", 40, *options, "--checkpoint", checkpoint)
+        check(f"{name}: it is there", status == 0 and checkpoint.exists(), whole)
+        for processes in (2, 3):
+            status, answer = solve(processes, problem, "--modes", 40, *options, "--resume", checkpoint)
+            check(f"{name}: gone on with by {processes}", status == 0 and len(answer["modes"]) == len(whole["modes"]) and
+                  np.all(abs(values(answer) - values(whole)) <= (0 if processes == 2 else bounds(whole))), f"{status} {answer}"[:300])
+        checkpoint.unlink(missing_ok=True)
+
+
 def check_errors(folder):
     """Every process ends with the status of the first one, and one line is said."""
     problem = folder / "crank.h5"
@@ -247,6 +261,7 @@ def main():
         check_methods(folder)
         check_bands(folder)
         check_lapack_band(folder)
+        check_checkpoint(folder)
         check_limits(folder)
         check_killed(folder)
         check_memory_ends(folder)
