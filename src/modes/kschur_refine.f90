@@ -139,9 +139,12 @@ contains
       real(wp) :: factors(problem%multipliers())
       complex(wp), allocatable :: y(:, :)
       complex(wp) :: s, returned
+      ! Confirmed, or not yet looked at: of two that are one mode, the worse may come first.
+      logical :: possible(size(doubtful))
       integer :: j
 
       confirmed = .not. doubtful
+      possible = .true.
       do j = 1, size(doubtful)
          if (confirmed(j)) cycle
          if (is_stopped(monitor)) return
@@ -157,27 +160,29 @@ contains
          if (.not. allocated(error)) then
             confirmed(j) = any(abs([returned, settled(problem, s, y, factors)] - pairs%lambda(j)) <= &
                same_value*abs(pairs%lambda(j)))
-            if (confirmed(j)) confirmed(j) = .not. turns_into_another(pairs, confirmed, j, y)
+            if (confirmed(j)) confirmed(j) = .not. turns_into_another(pairs, possible, j, y)
          else if (any(error%code == [error_singular, error_convergence, error_cancelled])) then
             deallocate (error)
          else
             return
          end if
+         possible(j) = confirmed(j)
       end do
    end subroutine confirm
 
    ! Whether the shape y at the end of a step is one of those with the eigenvalue of pair j, as its own was not.
-   logical function turns_into_another(pairs, confirmed, j, y)
+   logical function turns_into_another(pairs, possible, j, y)
       type(eigenpairs_type), intent(in) :: pairs
-      logical, intent(in) :: confirmed(:)
+      !> Which of the others count.
+      logical, intent(in) :: possible(:)
       integer, intent(in) :: j
       complex(wp), intent(in) :: y(:, :)
       type(eigenpairs_type) :: neighbours
-      logical :: chosen(size(confirmed))
+      logical :: chosen(size(possible))
       logical, allocatable :: others(:)
       integer :: i
 
-      chosen = confirmed .and. abs(pairs%lambda - pairs%lambda(j)) <= same_value*abs(pairs%lambda(j))
+      chosen = possible .and. abs(pairs%lambda - pairs%lambda(j)) <= same_value*abs(pairs%lambda(j))
       chosen(j) = .true.
       neighbours = chosen_pairs(pairs, chosen)
       call neighbours%make_complex()
