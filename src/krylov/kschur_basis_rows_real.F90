@@ -11,6 +11,7 @@ module kschur_basis_rows_real
    use kschur_tall_products_real, only: complete_column => complete_and_combine, form_combinations, inner_products, &
       subtract_combinations
    use kschur_text, only: text
+   use kschur_threads, only: panel_rows
    implicit none
    private
    public :: basis_rows_type
