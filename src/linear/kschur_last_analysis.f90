@@ -14,7 +14,7 @@ module kschur_last_analysis
       private
       integer, allocatable :: row_start(:), column(:), position(:)
       integer :: multipliers = 0
-      type(symbolic_type) :: symbolic
+      type(symbolic_type), allocatable :: symbolic
    end type last_analysis_type
 
 contains
@@ -44,7 +44,8 @@ contains
       last%multipliers = structure%multipliers
       if (allocated(last%position)) deallocate (last%position)
       if (allocated(structure%position)) last%position = structure%position
-      last%symbolic = symbolic
+      if (allocated(last%symbolic)) deallocate (last%symbolic)
+      allocate (last%symbolic, source=symbolic)
    end subroutine analyze_once
 
    ! Whether the pattern is the same, and what is known of the order.

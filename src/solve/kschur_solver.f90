@@ -176,9 +176,10 @@ contains
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
+      type(examination_type) :: nothing
       type(modes_type) :: none
 
-      s%known = examination_type()
+      s%known = nothing
       call suppose_none(s%problem, s%known)
       if (.not. allocated(s%decision)) s%decision = ""
       none = no_modes(s%problem%unknowns(), s%problem%multipliers())
