@@ -6,7 +6,7 @@ module kschur_csr
    use kschur_row_products, only: add_four_rows, add_rows
    implicit none
    private
-   public :: csr_matrix_type, complex_csr_matrix_type
+   public :: csr_matrix_type, complex_csr_matrix_type, same_pattern
 
    !> A real sparse matrix. Columns ascend within a row, no entry stands twice.
    type :: csr_matrix_type
@@ -39,6 +39,8 @@ module kschur_csr
       procedure :: diagonal
       !> Row index of every entry: the other half of a triplet form.
       procedure :: row_indices
+      !> Where the entry (i, j) stands; 0: nowhere.
+      procedure :: place_of
       !> A := diag(rows) A diag(columns).
       procedure :: scale_entries
       !> Whether the matrix equals its transpose to rounding.
@@ -222,6 +224,28 @@ contains
       end do
    end function row_indices
 
+   pure integer function place_of(self, i, j) result(place)
+      class(csr_matrix_type), intent(in) :: self
+      integer, intent(in) :: i, j
+      integer :: last, middle
+
+      place = self%row_start(i)
+      last = self%row_start(i + 1)
+      do while (last - place > 1)
+         middle = (place + last)/2
+         if (self%column(middle) <= j) then
+            place = middle
+         else
+            last = middle
+         end if
+      end do
+      if (last == place) then
+         place = 0
+      else if (self%column(place) /= j) then
+         place = 0
+      end if
+   end function place_of
+
    pure logical function is_symmetric(self)
       class(csr_matrix_type), intent(in) :: self
       real(wp), parameter :: rounding = 64*epsilon(1.0_wp)
@@ -290,6 +314,14 @@ contains
       end do
       has_symmetric_pattern = all(next == matrix%row_start(2:matrix%rows + 1))
    end function has_symmetric_pattern
+
+   !> Whether two matrices have entries in the same places.
+   pure logical function same_pattern(a, b)
+      type(csr_matrix_type), intent(in) :: a, b
+
+      same_pattern = size(a%row_start) == size(b%row_start) .and. size(a%column) == size(b%column)
+      if (same_pattern) same_pattern = all(a%row_start == b%row_start) .and. all(a%column == b%column)
+   end function same_pattern
 
    pure logical function is_zero(self)
       class(csr_matrix_type), intent(in) :: self

@@ -16,6 +16,9 @@ module kschur_presolve
    private
    public :: presolve_type, presolve
 
+   ! Below this part of its largest term a row is what rounding left.
+   real(wp), parameter :: cancelled = 1.0e-10_wp
+
    !> What was eliminated, and the way back; made by `presolve`.
    type, extends(ties_type) :: presolve_type
       !> Unknowns of the problem and of the reduced one, n and n'.
@@ -30,6 +33,8 @@ module kschur_presolve
       procedure :: expand_shapes
       !> y of phi = T y, and the multipliers of the rows that stay.
       procedure :: contract
+      !> Other values of damping and stiffness in the reduced problem.
+      procedure :: put_values
       !> T^T f: forces on the reduced unknowns.
       procedure :: restrict
       !> Of each unknown the reciprocal of the unit that balance measures it in, n numbers; 0 of clamped ones.
@@ -154,7 +159,7 @@ contains
       real(wp), intent(in) :: value(:)
       type(csr_matrix_type), intent(inout) :: reduced
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: cancelled = 1.0e-10_wp, rounding = 16*epsilon(1.0_wp)
+      real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
       type(csr_matrix_type) :: terms
       real(wp) :: largest(reduced%rows)
       integer :: k
@@ -168,6 +173,62 @@ contains
       if (allocated(error)) return
       where (abs(reduced%value) <= rounding*terms%value) reduced%value = 0
    end subroutine drop_rounding
+
+   !> Makes the reduced problem that of other damping and stiffness, with the mass and the constraints it was made of and in
+   !> units that it has; its patterns stay.
+   subroutine put_values(self, problem, reduced, fits)
+      class(presolve_type), intent(in) :: self
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_problem_type), intent(inout) :: reduced
+      !> False: it does not go into these patterns without a look at what cancels, and the reduced problem is good for nothing.
+      logical, intent(out) :: fits
+
+      fits = .not. (allocated(problem%dampers) .or. max(abs(problem%alpha), abs(problem%beta)) > 0)
+      if (fits) call refill(self, problem%stiffness, problem%symmetric, reduced%stiffness, fits)
+      if (fits) call refill(self, problem%damping, problem%symmetric, reduced%damping, fits)
+   end subroutine put_values
+
+   ! T^T A T into the places of another one. Of a symmetric matrix one half is summed, as by `reduce`.
+   subroutine refill(plan, matrix, symmetric, reduced, fits)
+      type(presolve_type), intent(in) :: plan
+      type(csr_matrix_type), intent(in) :: matrix
+      logical, intent(in) :: symmetric
+      type(csr_matrix_type), intent(inout) :: reduced
+      logical, intent(out) :: fits
+      real(wp) :: largest(reduced%rows), term
+      logical :: mirrored
+      integer :: r, k, i, j
+
+      mirrored = symmetric .and. plan%eliminated > 0
+      reduced%value = 0
+      largest = 0
+      fits = .true.
+      do r = 1, matrix%rows
+         do k = matrix%row_start(r), matrix%row_start(r + 1) - 1
+            i = plan%master(r)
+            j = plan%master(matrix%column(k))
+            if (i == 0 .or. j == 0 .or. (mirrored .and. i > j)) cycle
+            term = plan%factor(r)*plan%factor(matrix%column(k))*matrix%value(k)
+            call add(i, j)
+            if (mirrored .and. i < j) call add(j, i)
+            if (.not. fits) return
+         end do
+      end do
+      fits = .not. any(reduced%row_maxima() < cancelled*largest)
+
+   contains
+
+      subroutine add(i, j)
+         integer, intent(in) :: i, j
+         integer :: place
+
+         place = reduced%place_of(i, j)
+         fits = fits .and. place > 0
+         if (place == 0) return
+         reduced%value(place) = reduced%value(place) + term
+         largest(i) = max(largest(i), abs(term))
+      end subroutine add
+   end subroutine refill
 
    pure function weights(self)
       class(presolve_type), intent(in) :: self

@@ -6,19 +6,18 @@ module kschur_modal_solver
    use kschur_context, only: begin, resume, solve_context_type
    use kschur_error, only: error_type, new_error, error_input, error_usage, take_cancelled
    use kschur_eigenpairs, only: eigenpairs_type
-   use kschur_eigenvalue_count, only: count_eigenvalues
    use kschur_kinds, only: wp, long
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_low_rank, formulation_proportional, &
       formulation_quadratic, formulation_symmetric
-   use kschur_preparation, only: reduce
+   use kschur_preparation, only: reduce_again
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_general
    use kschur_outcome, only: reason_cancelled, reason_converged
    use kschur_result, only: modal_result_type, note_length
    use kschur_shift, only: scale_of
    use kschur_solver, only: prepare, report_none, solve_prepared
    use kschur_solver_choice, only: inner_solvers_type
-   use kschur_sparse, only: csr_matrix_type
+   use kschur_sparse, only: csr_matrix_type, same_pattern
    use kschur_threads, only: enter_solve, leave_solve
    implicit none
    private
@@ -219,13 +218,6 @@ contains
       if (same_matrix) same_matrix = all(.not. abs(a%value - b%value) > 0)
    end function same_matrix
 
-   pure logical function same_pattern(a, b)
-      type(csr_matrix_type), intent(in) :: a, b
-
-      same_pattern = size(a%row_start) == size(b%row_start) .and. size(a%column) == size(b%column)
-      if (same_pattern) same_pattern = all(a%row_start == b%row_start) .and. all(a%column == b%column)
-   end function same_pattern
-
    ! A context that is prepared for a solve with these options.
    subroutine make_ready(self, options, for_band, kept, error, monitor)
       class(modal_solver_type), target, intent(inout) :: self
@@ -299,22 +291,6 @@ contains
             2*most*few_part < s%work%unknowns() - s%work%multipliers()
       end associate
    end function serves
-
-   ! The same reduction of other values, for which the order is the same if the pattern is.
-   subroutine reduce_again(s, error)
-      type(solve_context_type), intent(inout) :: s
-      type(error_type), allocatable, intent(out) :: error
-      type(modal_problem_type) :: before
-
-      before = s%work
-      call reduce(s, error)
-      if (allocated(error)) return
-      if (same_pattern(before%mass, s%work%mass) .and. same_pattern(before%damping, s%work%damping) .and. &
-         same_pattern(before%stiffness, s%work%stiffness) .and. same_pattern(before%constraints, s%work%constraints) .and. &
-         allocated(before%position)) call move_alloc(before%position, s%work%position)
-      s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
-         size(s%known%rigid%lambda))
-   end subroutine reduce_again
 
    ! Modes of a result as those of what is iterated.
    function modes_of(s, result) result(modes)

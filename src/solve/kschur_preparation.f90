@@ -14,13 +14,15 @@ module kschur_preparation
    use kschur_modes, only: modes_type, no_modes
    use kschur_notes, only: note_problem
    use kschur_presolve, only: presolve
+   use kschur_problem, only: modal_problem_type
    use kschur_redundancy, only: count_redundant, find_redundant
    use kschur_saddle, only: order_elimination
    use kschur_shapes, only: orthonormalize_zeros
+   use kschur_sparse, only: same_pattern
    use kschur_text, only: text
    implicit none
    private
-   public :: examine, reduce
+   public :: examine, reduce, reduce_again
 
 contains
 
@@ -41,6 +43,30 @@ contains
       if (allocated(error) .or. s%plan%unknowns_after == 0) return
       if (.not. s%options%is_plain()) call balance(s%work, s%plan)
    end subroutine reduce
+
+   !> The same of other values of damping and stiffness, for which the order is the same if the patterns are.
+   subroutine reduce_again(s, error)
+      type(solve_context_type), intent(inout) :: s
+      type(error_type), allocatable, intent(out) :: error
+      type(modal_problem_type), allocatable :: before
+      logical :: fits
+
+      call s%enter_phase("presolve", error)
+      if (allocated(error)) return
+      call s%plan%put_values(s%problem, s%work, fits)
+      if (fits) then
+         if (.not. s%options%is_plain()) call balance(s%work, s%plan)
+      else
+         allocate (before, source=s%work)
+         call reduce(s, error)
+         if (allocated(error)) return
+         if (same_pattern(before%mass, s%work%mass) .and. same_pattern(before%damping, s%work%damping) .and. &
+            same_pattern(before%stiffness, s%work%stiffness) .and. same_pattern(before%constraints, s%work%constraints) .and. &
+            allocated(before%position)) call move_alloc(before%position, s%work%position)
+      end if
+      s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
+         size(s%known%rigid%lambda))
+   end subroutine reduce_again
 
    !> Finds redundant constraints and rigid motions, and counts the eigenvalues: none where the constraints leave no
    !> motion.

@@ -40,14 +40,15 @@ contains
    subroutine place_shift(s, error)
       type(solve_context_type), target, intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: scale
+      real(wp) :: scale, suggested
       integer :: search
 
       call s%enter_phase("factorisation", error)
       if (allocated(error)) return
+      suggested = first_scale(s%work)
       scale = s%scale
-      if (.not. scale > 0) scale = max(first_scale(s%work), s%known%deflation%blur)
-      if (.not. (allocated(s%options%shift) .or. serves_all(s)) .and. abs(s%options%target) <= first_scale(s%work)) &
+      if (.not. scale > 0) scale = max(suggested, s%known%deflation%blur)
+      if (.not. (allocated(s%options%shift) .or. serves_all(s)) .and. abs(s%options%target) <= suggested) &
          call observe_stiffness(s, scale, error)
       call s%drop_stiffness()
       if (allocated(error)) return
@@ -55,7 +56,7 @@ contains
          call factor_first(s, s%formulation, beside(s, s%options%shift), error, s%options%shift)
          return
       end if
-      if (abs(s%options%target) <= first_scale(s%work)) then
+      if (abs(s%options%target) <= suggested) then
          ! A pencil has infinite eigenvalues and costs more: the structured form tells the scale.
          search = merge(s%formulation, formulation_quadratic, is_structured(s%formulation))
          if (allocated(s%last)) then
