@@ -106,7 +106,8 @@ class Geometry:
     def lines(self) -> NDArray[Any]:
         """Their edges as pairs of nodes, each once."""
         pairs = [np.column_stack([loop.ravel(), np.roll(loop, -1, axis=1).ravel()]) for loop in self.faces()]
-        return np.unique(np.sort(np.vstack([np.zeros((0, 2), int), *pairs]), axis=1), axis=0)
+        edges: NDArray[Any] = np.unique(np.sort(np.vstack([np.zeros((0, 2), int), *pairs]), axis=1), axis=0)
+        return edges
 
     def displacements(self, shape: NDArray[Any]) -> NDArray[Any]:
         """Displacements of the nodes, nodes x 3, of a shape of n unknowns."""
