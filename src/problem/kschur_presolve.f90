@@ -186,6 +186,7 @@ contains
       fits = .not. (allocated(problem%dampers) .or. max(abs(problem%alpha), abs(problem%beta)) > 0)
       if (fits) call refill(self, problem%stiffness, problem%symmetric, reduced%stiffness, fits)
       if (fits) call refill(self, problem%damping, problem%symmetric, reduced%damping, fits)
+      if (allocated(reduced%dampers)) deallocate (reduced%dampers)
    end subroutine put_values
 
    ! T^T A T into the places of another one. Of a symmetric matrix one half is summed, as by `reduce`.

@@ -5,7 +5,6 @@ module kschur_report
    use kschur_effort, only: phase_judge
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_last_analysis, only: last_analysis_type
    use kschur_memory, only: require_memory
    use kschur_linear_solver, only: linear_solver_type
    use kschur_mesh, only: join_nodes
@@ -120,6 +119,5 @@ contains
          call s%drop_transform()
       end if
       call s%drop_stiffness()
-      s%last_analysis = last_analysis_type()
    end subroutine report_factors
 end module kschur_report
