@@ -6,6 +6,7 @@ module kschur_symmetric_operator
    use kschur_linear_solver, only: real_linear_solver_type
    use kschur_operator, only: symmetric_operator_type
    use kschur_problem, only: modal_problem_type
+   use kschur_row_matrix, only: row_matrix_type
    implicit none
    private
    public :: symmetric_shift_invert_type
@@ -13,6 +14,7 @@ module kschur_symmetric_operator
    !> C = (K - s M)^{-1} M on the motions that the constraints allow.
    type, extends(symmetric_operator_type) :: symmetric_shift_invert_type
       type(modal_problem_type), pointer :: problem => null()
+      type(row_matrix_type) :: mass
       type(deflation_type), pointer :: deflation => null()
       class(real_linear_solver_type), allocatable :: solver
       !> Factor of each constraint.
@@ -55,7 +57,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       y = 0
-      call self%problem%mass%add_product(1.0_wp, x, y)
+      call self%mass%add_product(1.0_wp, x, y, error)
    end subroutine apply_metric
 
    ! What violates constraints may be heavy where the motions that they allow are light: C loses it, but the basis would
@@ -104,8 +106,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       y = 0
-      call self%problem%mass%add_product(1.0_wp, x, y)
-      call self%respond(y, xi, error)
+      call self%mass%add_product(1.0_wp, x, y, error)
+      if (.not. allocated(error)) call self%respond(y, xi, error)
    end subroutine apply_with_multipliers
 
    ! (K - s M)^{-1} f.

@@ -78,6 +78,7 @@ contains
       call symmetric_saddle(problem, placement%factors, real(transform%shift, wp), matrix, structure, error)
       if (allocated(error)) return
       call transform%operator%solver%factorize(matrix, structure, error)
+      if (.not. allocated(error)) call transform%operator%mass%begin(problem%mass, placement%processes, error)
       if (allocated(error)) return
       call check_regular(transform, matrix, error)
       if (allocated(error) .or. .not. present(counting_solver)) return

@@ -44,6 +44,7 @@ contains
       placement%formulation = formulation
       placement%lambda = s%shift
       placement%raw = s%options%is_plain()
+      placement%processes => s%processes
       placement%motions = s%work%unknowns() - s%work%multipliers() + s%known%redundant - s%plan%redundant
       placement%factors = constraint_factors(s%work, s%options%constraint_scaling, s%shift)
       if (.not. placement%raw) placement%unit = scale(1.0_wp, exponent(max(abs(s%shift), first_scale(s%work))))

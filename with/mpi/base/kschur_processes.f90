@@ -18,7 +18,7 @@ module kschur_processes
    public :: are_several, broadcast_words, join_processes, nap, processes_type, spread_error
 
    !> What the first process may say; further words go with it.
-   integer, parameter, public :: word_end = 0, word_mumps = 1, word_parts = 2, word_memory = 3, word_basis = 4
+   integer, parameter, public :: word_end = 0, word_mumps = 1, word_parts = 2, word_memory = 3, word_basis = 4, word_matrix = 5
    integer, parameter, public :: number_of_words = 8
 
    !> Who works together.
@@ -29,8 +29,8 @@ module kschur_processes
       type(MPI_Comm) :: communicator = MPI_COMM_NULL
       !> How many factorisations they have begun.
       integer :: factorizations = 0
-      !> How many bases they have begun to share.
-      integer :: bases = 0
+      !> How many bases and matrices they have begun to share.
+      integer :: bases = 0, matrices = 0
       integer, private :: rows = 1, on_this_machine = 1
       ! Whether one of them could not even begin.
       logical, private :: failed = .false.

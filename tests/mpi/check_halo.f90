@@ -1,0 +1,113 @@
+!> Products of a matrix that processes share by rows, against those of the whole matrix, which each of them has here: square and
+!> not, sparse and dense rows, processes without rows, real and complex, one vector and several. Ends with an error where one
+!> differs.
+program check_halo
+   use kschur_csr, only: csr_matrix_type
+   use kschur_csr_assembly, only: new_csr_from_triplets
+   use kschur_error, only: error_type
+   use kschur_halo_matrix, only: halo_matrix_type, new_halo_matrix
+   use kschur_kinds, only: wp, long
+   use kschur_matrix_rows, only: share_rows
+   use kschur_random, only: random_vector
+   use kschur_row_ranges, only: row_ranges, row_ranges_type
+   use mpi_f08, only: MPI_Allreduce, MPI_Comm_rank, MPI_Comm_size, MPI_COMM_WORLD, MPI_Finalize, MPI_Init, MPI_INTEGER, &
+      MPI_SUM
+   implicit none
+   integer, parameter :: extents(2, 5) = reshape([1, 1, 2, 3, 40, 40, 17, 60, 60, 17], [2, 5])
+   integer, parameter :: vectors(3) = [1, 3, 6]
+   integer :: processes, rank, failed, of_all, i, j
+
+   call MPI_Init()
+   call MPI_Comm_size(MPI_COMM_WORLD, processes)
+   call MPI_Comm_rank(MPI_COMM_WORLD, rank)
+   failed = 0
+   do i = 1, size(extents, 2)
+      do j = 1, size(vectors)
+         call check(extents(1, i), extents(2, i), vectors(j))
+      end do
+   end do
+   call MPI_Allreduce(failed, of_all, 1, MPI_INTEGER, MPI_SUM, MPI_COMM_WORLD)
+   call MPI_Finalize()
+   if (of_all > 0) error stop "products differ"
+   if (rank == 0) print "(a)", "all products agree"
+
+contains
+
+   subroutine check(rows, columns, k)
+      integer, intent(in) :: rows, columns, k
+      complex(wp), parameter :: alpha = (0.5_wp, -2.0_wp)
+      real(wp) :: dense(rows, columns), x(columns, k), z(rows, k), y_real(rows, k), w_real(columns, k)
+      complex(wp) :: y(rows, k), w(columns, k), u(columns, k), v(rows, k)
+      type(row_ranges_type) :: of_rows, of_columns
+      type(csr_matrix_type) :: whole, none, part
+      type(halo_matrix_type) :: matrix
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: real_part(:, :)
+      complex(wp), allocatable :: complex_part(:, :)
+
+      call fill(dense, x, z, whole)
+      u = cmplx(x, x(columns:1:-1, :), wp)
+      v = cmplx(z, z(rows:1:-1, :), wp)
+      y_real = -1.5_wp*matmul(dense, x)
+      w_real = -1.5_wp*matmul(transpose(dense), z)
+      y = alpha*matmul(dense, u)
+      w = alpha*matmul(transpose(dense), v)
+      of_rows = row_ranges(rows, processes)
+      of_columns = row_ranges(columns, processes)
+      if (rank == 0) then
+         call share_rows(whole, of_rows, columns, MPI_COMM_WORLD, part, error)
+      else
+         call share_rows(none, of_rows, columns, MPI_COMM_WORLD, part, error)
+      end if
+      call expect(.not. allocated(error))
+      call new_halo_matrix(matrix, part, of_columns, MPI_COMM_WORLD, error)
+      call expect(.not. allocated(error))
+      associate (first => of_rows%first(rank), last => of_rows%last(rank), left => of_columns%first(rank), &
+         right => of_columns%last(rank))
+         ! What is there before stays.
+         real_part = 0*y_real(first:last, :) + 1
+         call matrix%add_product(-1.5_wp, x(left:right, :), real_part)
+         call expect(all(abs(real_part - 1 - y_real(first:last, :)) < 1.0e-13_wp*columns))
+         real_part = 0*w_real(left:right, :) + 1
+         call matrix%add_transposed_product(-1.5_wp, z(first:last, :), real_part)
+         call expect(all(abs(real_part - 1 - w_real(left:right, :)) < 1.0e-13_wp*rows))
+         complex_part = 0*y(first:last, :) + 1
+         call matrix%add_product(alpha, u(left:right, :), complex_part)
+         call expect(all(abs(complex_part - 1 - y(first:last, :)) < 1.0e-13_wp*columns))
+         complex_part = 0*w(left:right, :) + 1
+         call matrix%add_transposed_product(alpha, v(first:last, :), complex_part)
+         call expect(all(abs(complex_part - 1 - w(left:right, :)) < 1.0e-13_wp*rows))
+      end associate
+   end subroutine check
+
+   ! A third of the entries, one row full and one empty where there are so many; the same in each process.
+   subroutine fill(dense, x, z, whole)
+      real(wp), intent(out) :: dense(:, :), x(:, :), z(:, :)
+      type(csr_matrix_type), intent(out) :: whole
+      type(error_type), allocatable :: error
+      real(wp) :: random(size(dense))
+      integer(long) :: state
+      integer :: l, m
+
+      state = 12345
+      do l = 1, size(x, 2)
+         call random_vector(state, x(:, l))
+         call random_vector(state, z(:, l))
+      end do
+      call random_vector(state, random)
+      dense = reshape(random, shape(dense))
+      if (size(dense) > 1) where (abs(dense) < 0.66_wp) dense = 0
+      call random_vector(state, dense(1, :))
+      if (size(dense, 1) > 5) dense(5, :) = 0
+      call new_csr_from_triplets(whole, size(dense, 1), size(dense, 2), &
+         pack(spread([(l, l=1, size(dense, 1))], 2, size(dense, 2)), abs(dense) > 0), &
+         pack(spread([(m, m=1, size(dense, 2))], 1, size(dense, 1)), abs(dense) > 0), pack(dense, abs(dense) > 0), error)
+      call expect(.not. allocated(error))
+   end subroutine fill
+
+   subroutine expect(condition)
+      logical, intent(in) :: condition
+
+      if (.not. condition) failed = failed + 1
+   end subroutine expect
+end program check_halo

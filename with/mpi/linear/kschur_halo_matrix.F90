@@ -1,0 +1,199 @@
+!> A sparse matrix by rows over processes, and its products with vectors that are shared out as its columns are. What a process
+!> needs of the vectors of others, its halo, it gets from them for each product.
+module kschur_halo_matrix
+   use kschur_csr, only: csr_matrix_type
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_memory, only: integer_bytes, real_bytes, require_memory
+   use kschur_processes, only: spread_error
+   use kschur_row_ranges, only: row_ranges_type
+   use mpi_f08, only: MPI_Alltoall, MPI_Alltoallv, MPI_Comm, MPI_COMM_NULL, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_COMPLEX, &
+      MPI_DOUBLE_PRECISION, MPI_INTEGER, MPI_Irecv, MPI_Isend, MPI_Request, MPI_STATUSES_IGNORE, MPI_Waitall
+   implicit none
+   private
+   public :: halo_matrix_type, new_halo_matrix
+
+   !> What two processes exchange for one product of a matrix: entries of vectors, in the order in which both count them.
+   type :: neighbour_type
+      integer :: rank = 0
+      !> The first and the last of them in the list of all neighbours.
+      integer :: first = 1, last = 0
+   end type neighbour_type
+
+   !> The rows of this process. All processes of the communicator multiply together.
+   type :: halo_matrix_type
+      private
+      type(MPI_Comm) :: communicator = MPI_COMM_NULL
+      ! Entries whose columns are here; those of the halo, whose columns count its entries.
+      type(csr_matrix_type) :: inner, outer
+      ! Who has the halo, who needs entries that are here, and which ones.
+      type(neighbour_type), allocatable :: owners(:), users(:)
+      integer, allocatable :: used(:)
+   contains
+      !> y := y + alpha A x, for real or complex blocks of vectors, of which each process has its part.
+      generic :: add_product => add_product_real, add_product_complex
+      !> y := y + alpha A^T x: x is shared out as the rows, y as the columns.
+      generic :: add_transposed_product => add_transposed_product_real, add_transposed_product_complex
+      !> Bytes that the part of this process takes.
+      procedure :: bytes
+      procedure, private :: add_product_real, add_product_complex
+      procedure, private :: add_transposed_product_real, add_transposed_product_complex
+   end type halo_matrix_type
+
+contains
+
+   !> Takes the rows of each process. Fails in all where one has no memory for them.
+   subroutine new_halo_matrix(matrix, rows, ranges, communicator, error)
+      type(halo_matrix_type), intent(out) :: matrix
+      !> Those of this process, of all columns.
+      type(csr_matrix_type), intent(in) :: rows
+      !> Which columns belong to entries of vectors that each process has.
+      type(row_ranges_type), intent(in) :: ranges
+      type(MPI_Comm), intent(in) :: communicator
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: halo(:)
+
+      call require_memory(rows%bytes() + integer_bytes*(real(rows%rows, wp) + rows%columns), "rows of a matrix", error)
+      call spread_error(communicator, error)
+      if (allocated(error)) return
+      matrix%communicator = communicator
+      call find_halo(rows, ranges, communicator, halo)
+      call split(matrix, rows, ranges, halo)
+      call meet_neighbours(matrix, ranges, halo)
+   end subroutine new_halo_matrix
+
+   ! The columns that other processes have and that have entries here, ascending.
+   subroutine find_halo(rows, ranges, communicator, halo)
+      type(csr_matrix_type), intent(in) :: rows
+      type(row_ranges_type), intent(in) :: ranges
+      type(MPI_Comm), intent(in) :: communicator
+      integer, allocatable, intent(out) :: halo(:)
+      logical, allocatable :: needed(:)
+      integer :: rank, j
+
+      call MPI_Comm_rank(communicator, rank)
+      allocate (needed(rows%columns), source=.false.)
+      needed(rows%column) = .true.
+      needed(ranges%first(rank):ranges%last(rank)) = .false.
+      allocate (halo(count(needed)))
+      halo = pack([(j, j=1, rows%columns)], needed)
+   end subroutine find_halo
+
+   subroutine split(matrix, rows, ranges, halo)
+      type(halo_matrix_type), intent(inout) :: matrix
+      type(csr_matrix_type), intent(in) :: rows
+      type(row_ranges_type), intent(in) :: ranges
+      integer, intent(in) :: halo(:)
+      ! Of each column its number among those that are here, or less than 0 among those of the halo.
+      integer, allocatable :: number(:)
+      integer :: rank, own, i, j, k
+
+      call MPI_Comm_rank(matrix%communicator, rank)
+      allocate (number(rows%columns), source=0)
+      do j = ranges%first(rank), ranges%last(rank)
+         number(j) = j - ranges%first(rank) + 1
+      end do
+      do j = 1, size(halo)
+         number(halo(j)) = -j
+      end do
+      own = count(number(rows%column) > 0)
+      call make_room(matrix%inner, rows%rows, ranges%rows(rank), own)
+      call make_room(matrix%outer, rows%rows, size(halo), rows%nonzeros() - own)
+      do i = 1, rows%rows
+         do k = rows%row_start(i), rows%row_start(i + 1) - 1
+            if (number(rows%column(k)) > 0) then
+               call append(matrix%inner, i, number(rows%column(k)), rows%value(k))
+            else
+               call append(matrix%outer, i, -number(rows%column(k)), rows%value(k))
+            end if
+         end do
+         matrix%inner%row_start(i + 2:min(i + 2, rows%rows + 1)) = matrix%inner%row_start(i + 1)
+         matrix%outer%row_start(i + 2:min(i + 2, rows%rows + 1)) = matrix%outer%row_start(i + 1)
+      end do
+   end subroutine split
+
+   subroutine make_room(part, rows, columns, entries)
+      type(csr_matrix_type), intent(out) :: part
+      integer, intent(in) :: rows, columns, entries
+
+      part%rows = rows
+      part%columns = columns
+      allocate (part%row_start(rows + 1), source=1)
+      allocate (part%column(entries), part%value(entries))
+   end subroutine make_room
+
+   pure subroutine append(part, i, column, value)
+      type(csr_matrix_type), intent(inout) :: part
+      integer, intent(in) :: i, column
+      real(wp), intent(in) :: value
+
+      associate (place => part%row_start(i + 1))
+         part%column(place) = column
+         part%value(place) = value
+         place = place + 1
+      end associate
+   end subroutine append
+
+   ! Each tells the others which of their entries it needs.
+   subroutine meet_neighbours(matrix, ranges, halo)
+      type(halo_matrix_type), intent(inout) :: matrix
+      type(row_ranges_type), intent(in) :: ranges
+      integer, intent(in) :: halo(:)
+      integer, allocatable :: needed(:), used(:), needed_before(:), used_before(:)
+      integer :: processes, rank, p, j
+
+      call MPI_Comm_size(matrix%communicator, processes)
+      call MPI_Comm_rank(matrix%communicator, rank)
+      allocate (needed(0:processes - 1), source=0)
+      allocate (used(0:processes - 1), needed_before(0:processes - 1), used_before(0:processes - 1))
+      do j = 1, size(halo)
+         p = ranges%owner(halo(j))
+         needed(p) = needed(p) + 1
+      end do
+      call MPI_Alltoall(needed, 1, MPI_INTEGER, used, 1, MPI_INTEGER, matrix%communicator)
+      call list(needed, needed_before, matrix%owners)
+      call list(used, used_before, matrix%users)
+      allocate (matrix%used(sum(used)))
+      call MPI_Alltoallv(halo, needed, needed_before, MPI_INTEGER, matrix%used, used, used_before, MPI_INTEGER, &
+         matrix%communicator)
+      matrix%used = matrix%used - ranges%first(rank) + 1
+   end subroutine meet_neighbours
+
+   subroutine list(entries, before, neighbours)
+      integer, intent(in) :: entries(0:)
+      integer, intent(out) :: before(0:)
+      type(neighbour_type), allocatable, intent(out) :: neighbours(:)
+      integer :: p, k
+
+      allocate (neighbours(count(entries > 0)))
+      k = 0
+      do p = 0, size(entries) - 1
+         before(p) = sum(entries(:p - 1))
+         if (entries(p) == 0) cycle
+         k = k + 1
+         neighbours(k) = neighbour_type(p, before(p) + 1, before(p) + entries(p))
+      end do
+   end subroutine list
+
+   pure real(wp) function bytes(self)
+      class(halo_matrix_type), intent(in) :: self
+
+      bytes = self%inner%bytes() + self%outer%bytes() + integer_bytes*size(self%used)
+   end function bytes
+
+#define SCALAR real(wp)
+#define MPI_SCALAR MPI_DOUBLE_PRECISION
+#define ADD_PRODUCT add_product_real
+#define ADD_TRANSPOSED_PRODUCT add_transposed_product_real
+#define RECEIVE receive_real
+#define SEND send_real
+#include "kschur_halo_products.inc"
+
+#define SCALAR complex(wp)
+#define MPI_SCALAR MPI_DOUBLE_COMPLEX
+#define ADD_PRODUCT add_product_complex
+#define ADD_TRANSPOSED_PRODUCT add_transposed_product_complex
+#define RECEIVE receive_complex
+#define SEND send_complex
+#include "kschur_halo_products.inc"
+end module kschur_halo_matrix

@@ -1,0 +1,64 @@
+!> The rows of a matrix in the first process, given to those that multiply with them.
+module kschur_matrix_rows
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_memory, only: integer_bytes, real_bytes, require_memory
+   use kschur_processes, only: spread_error
+   use kschur_row_ranges, only: row_ranges_type
+   use kschur_sparse, only: csr_matrix_type
+   use mpi_f08, only: MPI_Comm, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_INTEGER, MPI_Scatter, MPI_Scatterv
+   implicit none
+   private
+   public :: share_rows
+
+contains
+
+   !> Each process gets its rows. Fails in all where one has no memory for them.
+   subroutine share_rows(matrix, ranges, columns, communicator, rows, error)
+      !> That of the first process counts.
+      type(csr_matrix_type), intent(in) :: matrix
+      !> Of all rows.
+      type(row_ranges_type), intent(in) :: ranges
+      integer, intent(in) :: columns
+      type(MPI_Comm), intent(in) :: communicator
+      type(csr_matrix_type), intent(out) :: rows
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: entries(:), before(:), length(:), lengths(:)
+      integer :: processes, rank, own, p, i
+
+      call MPI_Comm_size(communicator, processes)
+      call MPI_Comm_rank(communicator, rank)
+      allocate (entries(0:processes - 1), before(0:processes - 1), source=0)
+      allocate (lengths(0))
+      if (rank == 0) then
+         lengths = matrix%row_start(2:) - matrix%row_start(:matrix%rows)
+         do p = 0, processes - 1
+            before(p) = matrix%row_start(ranges%first(p)) - 1
+            entries(p) = matrix%row_start(ranges%last(p) + 1) - 1 - before(p)
+         end do
+      end if
+      call MPI_Scatter(entries, 1, MPI_INTEGER, own, 1, MPI_INTEGER, 0, communicator)
+      rows%rows = ranges%rows(rank)
+      rows%columns = columns
+      call require_memory((integer_bytes + real_bytes)*own + 2*integer_bytes*rows%rows, "rows of a matrix", error)
+      call spread_error(communicator, error)
+      if (allocated(error)) return
+      allocate (rows%row_start(rows%rows + 1), rows%column(own), rows%value(own), length(rows%rows))
+      associate (numbers => [(ranges%rows(p), p=0, processes - 1)])
+         call MPI_Scatterv(lengths, numbers, ranges%before, MPI_INTEGER, length, rows%rows, MPI_INTEGER, 0, communicator)
+      end associate
+      rows%row_start(1) = 1
+      do i = 1, rows%rows
+         rows%row_start(i + 1) = rows%row_start(i) + length(i)
+      end do
+      if (rank == 0) then
+         call MPI_Scatterv(matrix%column, entries, before, MPI_INTEGER, rows%column, own, MPI_INTEGER, 0, communicator)
+         call MPI_Scatterv(matrix%value, entries, before, MPI_DOUBLE_PRECISION, rows%value, own, MPI_DOUBLE_PRECISION, 0, &
+            communicator)
+      else
+         call MPI_Scatterv(lengths, entries, before, MPI_INTEGER, rows%column, own, MPI_INTEGER, 0, communicator)
+         call MPI_Scatterv(lengths, entries, before, MPI_DOUBLE_PRECISION, rows%value, own, MPI_DOUBLE_PRECISION, 0, &
+            communicator)
+      end if
+   end subroutine share_rows
+end module kschur_matrix_rows
