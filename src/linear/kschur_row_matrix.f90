@@ -9,13 +9,22 @@ module kschur_row_matrix
    private
    public :: row_matrix_type
 
-   !> Products of a matrix.
+   !> What multiplies. Copies of it are the same matrix, and do not outlive it.
    type :: row_matrix_type
       private
       type(csr_matrix_type), pointer :: matrix => null()
    contains
-      !> Takes a matrix, which stays where it is.
-      procedure :: begin
+      !> Of a matrix that stays where it is.
+      procedure :: take
+      !> Of one that each process gets some rows of.
+      procedure :: share
+      !> Their rows are theirs no longer.
+      procedure :: forget
+      !> The matrix is with the processes only, and is back again.
+      procedure :: put_away
+      procedure :: bring_back
+      !> Largest sum of magnitudes over a row.
+      procedure :: infinity_norm
       !> y := y + alpha A x, for real or complex blocks of vectors.
       generic :: add_product => add_product_real, add_product_complex
       procedure, private :: add_product_real, add_product_complex
@@ -23,17 +32,51 @@ module kschur_row_matrix
 
 contains
 
-   subroutine begin(self, matrix, processes, error)
+   subroutine take(self, matrix)
       class(row_matrix_type), intent(inout) :: self
       type(csr_matrix_type), target, intent(in) :: matrix
-      !> Who works together; not associated: this process alone.
+
+      self%matrix => matrix
+   end subroutine take
+
+   subroutine share(self, matrix, processes, error)
+      class(row_matrix_type), intent(inout) :: self
+      type(csr_matrix_type), target, intent(inout) :: matrix
+      !> Not associated: this process alone.
       type(processes_type), pointer, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
 
       associate (unused => processes)
       end associate
       self%matrix => matrix
-   end subroutine begin
+   end subroutine share
+
+   subroutine forget(self)
+      class(row_matrix_type), intent(inout) :: self
+
+      nullify (self%matrix)
+   end subroutine forget
+
+   subroutine put_away(self)
+      class(row_matrix_type), intent(in) :: self
+
+      associate (unused => self)
+      end associate
+   end subroutine put_away
+
+   subroutine bring_back(self, error)
+      class(row_matrix_type), intent(in) :: self
+      type(error_type), allocatable, intent(out) :: error
+
+      associate (unused => self)
+      end associate
+   end subroutine bring_back
+
+   real(wp) function infinity_norm(self)
+      class(row_matrix_type), intent(in) :: self
+
+      infinity_norm = self%matrix%infinity_norm()
+   end function infinity_norm
 
    subroutine add_product_real(self, alpha, x, y, error)
       class(row_matrix_type), intent(in) :: self

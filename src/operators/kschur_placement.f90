@@ -2,7 +2,7 @@
 module kschur_placement
    use kschur_kinds, only: wp
    use kschur_options, only: formulation_quadratic
-   use kschur_processes, only: processes_type
+   use kschur_row_problem, only: row_problem_type
    implicit none
    private
    public :: placement_type
@@ -21,7 +21,7 @@ module kschur_placement
       integer :: motions = huge(1)
       !> Whether the vectors of a pencil carry multipliers, and are taken as they come from the iteration.
       logical :: raw = .false.
-      !> Who multiplies with its matrices; not associated: this process alone.
-      type(processes_type), pointer :: processes => null()
+      !> The matrices of the problem, by rows with all processes; not associated: they are multiplied with where they are.
+      type(row_problem_type), pointer :: matrices => null()
    end type placement_type
 end module kschur_placement

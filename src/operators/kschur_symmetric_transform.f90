@@ -20,6 +20,7 @@ module kschur_symmetric_transform
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
+   use kschur_row_matrix, only: row_matrix_type
    use kschur_saddle, only: symmetric_saddle
    use kschur_sparse, only: csr_matrix_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
@@ -33,6 +34,7 @@ module kschur_symmetric_transform
    !> C, what iterations leave to each other, and the count that completes them.
    type, extends(transform_type) :: symmetric_transform_type
       type(symmetric_shift_invert_type) :: operator
+      type(row_matrix_type) :: stiffness
       !> There are no more independent motions than this.
       integer :: motions = huge(1)
       ! What the last iteration left, for the next one to go on from.
@@ -74,18 +76,25 @@ contains
       allocate (transform%operator%factors, source=placement%factors)
       if (size(placement%factors) > 0) transform%operator%weight_of_violations = sqrt(problem%mass%infinity_norm())/ &
          max(problem%constraints%infinity_norm(), tiny(1.0_wp))
+      transform%by_rows = associated(placement%matrices)
+      if (transform%by_rows) then
+         transform%operator%mass = placement%matrices%mass
+         transform%stiffness = placement%matrices%stiffness
+      else
+         call transform%operator%mass%take(problem%mass)
+         call transform%stiffness%take(problem%stiffness)
+      end if
       call move_alloc(solver, transform%operator%solver)
       call symmetric_saddle(problem, placement%factors, real(transform%shift, wp), matrix, structure, error)
       if (allocated(error)) return
       call transform%operator%solver%factorize(matrix, structure, error)
-      if (.not. allocated(error)) call transform%operator%mass%begin(problem%mass, placement%processes, error)
       if (allocated(error)) return
       call check_regular(transform, matrix, error)
       if (allocated(error) .or. .not. present(counting_solver)) return
       if (.not. allocated(counting_solver)) return
       allocate (transform%census)
       call new_inertia_census(transform%census, problem, transform%map, real(transform%shift, wp), &
-         transform%operator%solver, counting_solver, size(deflation%decay))
+         transform%operator%solver, counting_solver, size(deflation%decay), placement%matrices)
    end subroutine new_symmetric_transform
 
    ! The shift is an eigenvalue where a system with a consistent right-hand side
@@ -234,14 +243,16 @@ contains
       n = size(shapes, 1)
       allocate (work(n, block, 2))
       impure = .false.
-      associate (mass => self%operator%problem%mass, stiffness => self%operator%problem%stiffness)
+      associate (mass => self%operator%mass, stiffness => self%stiffness)
          level_of_mass = mass%infinity_norm()
          level_of_stiffness = stiffness%infinity_norm()
          do first = 1, size(values), block
             last = min(first + block - 1, size(values))
             work = 0
-            call stiffness%add_product(1.0_wp, shapes(:, first:last), work(:, :last - first + 1, 1))
-            call mass%add_product(1.0_wp, shapes(:, first:last), work(:, :last - first + 1, 2))
+            call stiffness%add_product(1.0_wp, shapes(:, first:last), work(:, :last - first + 1, 1), error)
+            if (.not. allocated(error)) &
+               call mass%add_product(1.0_wp, shapes(:, first:last), work(:, :last - first + 1, 2), error)
+            if (allocated(error)) return
             !$omp parallel do schedule(static) private(theta) if (n > panel_rows)
             do j = first, last
                if (.not. abs(values(j)) > tiny(1.0_wp)) cycle

@@ -27,6 +27,8 @@ module kschur_transform
       type(certificate_type) :: certificate
       !> Whether the factors are those of another transform.
       logical :: borrows = .false.
+      !> Whether `iterate` wants no matrix of the problem but to multiply with what `placement_type` has of it by rows.
+      logical :: by_rows = .false.
    contains
       !> The wanted Ritz pairs.
       procedure(iterate_interface), deferred :: iterate

@@ -11,11 +11,14 @@ module kschur_certificate
    use kschur_archive, only: archive_type
    use kschur_census, only: census_type
    use kschur_effort, only: effort_type
-   use kschur_inertia, only: count_below
+   use kschur_error, only: error_type
+   use kschur_inertia, only: counting_matrix, negative_directions
    use kschur_kinds, only: wp
-   use kschur_linear_solver, only: linear_solver_type, real_linear_solver_type
+   use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes
    use kschur_problem, only: modal_problem_type
+   use kschur_row_problem, only: row_problem_type
+   use kschur_sparse, only: csr_matrix_type
    use kschur_spectral_map, only: spectral_map_type
    implicit none
    private
@@ -49,6 +52,7 @@ module kschur_certificate
       complex(wp) :: target = (0.0_wp, 0.0_wp)
       type(certificate_type) :: certificate
       type(modal_problem_type), pointer, private :: problem => null()
+      type(row_problem_type), pointer, private :: matrices => null()
       class(real_linear_solver_type), allocatable, private :: solver
       type(spectral_map_type), private :: map
       real(wp), private :: shift = 0
@@ -86,7 +90,7 @@ contains
    end function indistinct
 
    !> Ritz values are 1/(theta - shift).
-   subroutine new_inertia_census(census, problem, map, shift, factored, solver, zeros)
+   subroutine new_inertia_census(census, problem, map, shift, factored, solver, zeros, matrices)
       type(inertia_census_type), intent(out) :: census
       type(modal_problem_type), target, intent(in) :: problem
       type(spectral_map_type), intent(in) :: map
@@ -97,8 +101,11 @@ contains
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
       !> The number of zeros that are known, and that the iteration does not see.
       integer, intent(in) :: zeros
+      !> What may have been put away of the problem where it counts; absent or not associated: nothing.
+      type(row_problem_type), pointer, optional, intent(in) :: matrices
 
       census%zeros = zeros
+      if (present(matrices)) census%matrices => matrices
       census%problem => problem
       census%map = map
       census%shift = shift
@@ -328,9 +335,20 @@ contains
       !> So many there are.
       integer, intent(in) :: known
       class(real_linear_solver_type), allocatable :: solver
+      type(csr_matrix_type) :: matrix
+      type(matrix_structure_type) :: structure
+      type(error_type), allocatable :: error
+      logical :: away
 
+      negative = -1
+      away = .false.
+      if (associated(self%matrices)) away = self%matrices%is_away()
+      if (away) call self%matrices%bring_back(error)
+      if (.not. allocated(error)) call counting_matrix(self%problem, theta, known, matrix, structure, error)
+      if (away) call self%matrices%put_away()
+      if (allocated(error)) return
       allocate (solver, source=self%solver)
-      call count_below(self%problem, theta, known, solver, negative)
+      negative = negative_directions(matrix, structure, solver)
       call self%certificate%add_factors(solver)
    end function negative_at
 end module kschur_certificate

@@ -10,7 +10,7 @@ module kschur_inertia
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
    implicit none
    private
-   public :: count_below
+   public :: count_below, counting_matrix, negative_directions
 
    ! Of the constraints, relative to the stiffness.
    real(wp), parameter :: compliance = 1.0e-8_wp
@@ -34,13 +34,28 @@ contains
       !> One that tells the inertia of indefinite matrices; holds other factors on return.
       class(real_linear_solver_type), intent(inout) :: solver
       integer, intent(out) :: below
-      type(csr_matrix_type) :: matrix, parts(2)
+      type(csr_matrix_type) :: matrix
       type(matrix_structure_type) :: structure
       type(error_type), allocatable :: error
+
+      below = -1
+      call counting_matrix(problem, theta, known, matrix, structure, error)
+      if (.not. allocated(error)) below = negative_directions(matrix, structure, solver)
+   end subroutine count_below
+
+   !> The matrix whose negative eigenvalues are counted.
+   subroutine counting_matrix(problem, theta, known, matrix, structure, error)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: theta
+      !> So many are known to be below.
+      integer, intent(in) :: known
+      type(csr_matrix_type), intent(out) :: matrix
+      type(matrix_structure_type), intent(out) :: structure
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: parts(2)
       real(wp) :: factors(problem%multipliers())
       integer :: n, m, i
 
-      below = -1
       n = problem%unknowns()
       m = problem%multipliers()
       factors = constraint_factors(problem, scaling_row, sqrt(cmplx(theta, 0, wp)))
@@ -50,9 +65,20 @@ contains
       if (allocated(error)) return
       matrix = linear_combination([1.0_wp, 1.0_wp], parts)
       structure%least_negative = known + m
+   end subroutine counting_matrix
+
+   !> Negative eigenvalues of such a matrix, but for those of the constraints; -1 where they cannot be told.
+   integer function negative_directions(matrix, structure, solver) result(negative)
+      type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
+      !> As for `count_below`.
+      class(real_linear_solver_type), intent(inout) :: solver
+      type(error_type), allocatable :: error
+
+      negative = -1
       call solver%factorize(matrix, structure, error)
       if (allocated(error)) return
       ! A null pivot: theta is an eigenvalue.
-      if (solver%null_pivots == 0) below = max(solver%negative_pivots - m, -1)
-   end subroutine count_below
+      if (solver%null_pivots == 0) negative = max(solver%negative_pivots - structure%multipliers, -1)
+   end function negative_directions
 end module kschur_inertia

@@ -113,6 +113,7 @@ contains
       logical :: cancelled
 
       asked = s%options
+      if (allocated(s%matrices)) deallocate (s%matrices)
       call exchange_damping(s%work, damped)
       allocate (decay, source=s%known%deflation%decay)
       total = s%known%total
@@ -151,6 +152,7 @@ contains
       ! What comes after them is computed again.
       nullify (s%checkpoint)
       s%options = asked
+      if (allocated(s%matrices)) deallocate (s%matrices)
       call exchange_damping(s%work, damped)
       s%known%deflation%decay = decay
       s%known%total = total

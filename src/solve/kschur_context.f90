@@ -19,6 +19,7 @@ module kschur_context
    use kschur_problem, only: modal_problem_type
    use kschur_processes, only: processes_type
    use kschur_result, only: append_note, note_length
+   use kschur_row_problem, only: row_problem_type
    use kschur_settings, only: check_options, settings_of
    use kschur_transform, only: transform_type
    implicit none
@@ -47,6 +48,8 @@ module kschur_context
       character(len=:), allocatable :: decision
       !> What is iterated: what presolve and balance left of the problem, and the way back.
       type(modal_problem_type) :: work
+      !> Its matrices, to multiply with; not allocated: not yet, or not any more.
+      type(row_problem_type), allocatable :: matrices
       type(presolve_type) :: plan
       !> What is known of it beforehand; the rigid motions in it are those of the problem as given.
       type(examination_type) :: known

@@ -44,10 +44,13 @@ contains
       placement%formulation = formulation
       placement%lambda = s%shift
       placement%raw = s%options%is_plain()
-      placement%processes => s%processes
       placement%motions = s%work%unknowns() - s%work%multipliers() + s%known%redundant - s%plan%redundant
       placement%factors = constraint_factors(s%work, s%options%constraint_scaling, s%shift)
       if (.not. placement%raw) placement%unit = scale(1.0_wp, exponent(max(abs(s%shift), first_scale(s%work))))
+      if (any(formulation == [formulation_symmetric, formulation_proportional, formulation_quadratic])) then
+         call share_matrices(s, placement, error)
+         if (allocated(error)) return
+      end if
       if (any(formulation == [formulation_symmetric, formulation_proportional])) then
          call factor_symmetric(s, placement, error)
       else if (formulation == formulation_low_rank) then
@@ -67,6 +70,19 @@ contains
       call s%effort%add_factors(s%transform%linear_solver())
       if (s%dense .and. .not. allocated(error)) call make_dense(s)
    end subroutine factor_at
+
+   ! They stay with the processes for all shifts.
+   subroutine share_matrices(s, placement, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(placement_type), intent(inout) :: placement
+      type(error_type), allocatable, intent(out) :: error
+
+      if (.not. allocated(s%matrices)) then
+         allocate (s%matrices)
+         call s%matrices%share(s%work, s%processes, error)
+      end if
+      placement%matrices => s%matrices
+   end subroutine share_matrices
 
    subroutine make_dense(s)
       type(solve_context_type), intent(inout) :: s

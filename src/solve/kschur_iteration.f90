@@ -54,14 +54,18 @@ contains
       options%checkpoint => s%checkpoint
       options%processes => s%processes
       call s%announce_phase("iteration")
+      ! The certificate makes other factors beside those that there are.
+      if (s%transform%by_rows) call s%matrices%put_away()
       do
          call s%transform%iterate(selection, options, ritz, error, s%monitor)
-         if (allocated(error)) return
+         if (allocated(error)) exit
          call account(s, ritz%statistics)
          if (options%verify .or. .not. any_copies(ritz%mu)) exit
          ! Several vectors find two copies, and there may be more.
          options%verify = .true.
       end do
+      if (s%transform%by_rows) call s%matrices%bring_back(error)
+      if (allocated(error)) return
       if (associated(s%checkpoint)) call tell_complaint(s)
       call require_memory(s%bytes_of_shapes(3*size(ritz%mu)), "mode shapes", error)
       if (allocated(error)) return

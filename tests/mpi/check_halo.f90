@@ -1,13 +1,13 @@
-!> Products of a matrix that processes share by rows, against those of the whole matrix, which each of them has here: square and
-!> not, sparse and dense rows, processes without rows, real and complex, one vector and several. Ends with an error where one
-!> differs.
+!> Products of a matrix that processes share by rows, against those of the whole matrix, which each of them has here, and that
+!> matrix put together again: square and not, sparse and dense rows, processes without rows, real and complex, one vector and
+!> several. Ends with an error where one differs.
 program check_halo
    use kschur_csr, only: csr_matrix_type
    use kschur_csr_assembly, only: new_csr_from_triplets
    use kschur_error, only: error_type
    use kschur_halo_matrix, only: halo_matrix_type, new_halo_matrix
    use kschur_kinds, only: wp, long
-   use kschur_matrix_rows, only: share_rows
+   use kschur_matrix_rows, only: gather_rows, share_rows
    use kschur_random, only: random_vector
    use kschur_row_ranges, only: row_ranges, row_ranges_type
    use mpi_f08, only: MPI_Allreduce, MPI_Comm_rank, MPI_Comm_size, MPI_COMM_WORLD, MPI_Finalize, MPI_Init, MPI_INTEGER, &
@@ -36,22 +36,19 @@ contains
    subroutine check(rows, columns, k)
       integer, intent(in) :: rows, columns, k
       complex(wp), parameter :: alpha = (0.5_wp, -2.0_wp)
-      real(wp) :: dense(rows, columns), x(columns, k), z(rows, k), y_real(rows, k), w_real(columns, k)
-      complex(wp) :: y(rows, k), w(columns, k), u(columns, k), v(rows, k)
+      real(wp) :: dense(rows, columns), x(columns, k), y_real(rows, k)
+      complex(wp) :: y(rows, k), u(columns, k)
       type(row_ranges_type) :: of_rows, of_columns
-      type(csr_matrix_type) :: whole, none, part
+      type(csr_matrix_type) :: whole, none, part, joined
       type(halo_matrix_type) :: matrix
       type(error_type), allocatable :: error
       real(wp), allocatable :: real_part(:, :)
       complex(wp), allocatable :: complex_part(:, :)
 
-      call fill(dense, x, z, whole)
+      call fill(dense, x, whole)
       u = cmplx(x, x(columns:1:-1, :), wp)
-      v = cmplx(z, z(rows:1:-1, :), wp)
       y_real = -1.5_wp*matmul(dense, x)
-      w_real = -1.5_wp*matmul(transpose(dense), z)
       y = alpha*matmul(dense, u)
-      w = alpha*matmul(transpose(dense), v)
       of_rows = row_ranges(rows, processes)
       of_columns = row_ranges(columns, processes)
       if (rank == 0) then
@@ -62,27 +59,27 @@ contains
       call expect(.not. allocated(error))
       call new_halo_matrix(matrix, part, of_columns, MPI_COMM_WORLD, error)
       call expect(.not. allocated(error))
+      call matrix%join(joined)
+      if (rank == 0) none%row_start = whole%row_start
+      call gather_rows(none, of_rows, MPI_COMM_WORLD, joined, error)
+      call expect(.not. allocated(error))
+      if (rank == 0) call expect(size(none%column) == size(whole%column))
+      if (rank == 0) call expect(all(none%column == whole%column) .and. all(abs(none%value - whole%value) <= 0))
       associate (first => of_rows%first(rank), last => of_rows%last(rank), left => of_columns%first(rank), &
          right => of_columns%last(rank))
          ! What is there before stays.
          real_part = 0*y_real(first:last, :) + 1
          call matrix%add_product(-1.5_wp, x(left:right, :), real_part)
          call expect(all(abs(real_part - 1 - y_real(first:last, :)) < 1.0e-13_wp*columns))
-         real_part = 0*w_real(left:right, :) + 1
-         call matrix%add_transposed_product(-1.5_wp, z(first:last, :), real_part)
-         call expect(all(abs(real_part - 1 - w_real(left:right, :)) < 1.0e-13_wp*rows))
          complex_part = 0*y(first:last, :) + 1
          call matrix%add_product(alpha, u(left:right, :), complex_part)
          call expect(all(abs(complex_part - 1 - y(first:last, :)) < 1.0e-13_wp*columns))
-         complex_part = 0*w(left:right, :) + 1
-         call matrix%add_transposed_product(alpha, v(first:last, :), complex_part)
-         call expect(all(abs(complex_part - 1 - w(left:right, :)) < 1.0e-13_wp*rows))
       end associate
    end subroutine check
 
    ! A third of the entries, one row full and one empty where there are so many; the same in each process.
-   subroutine fill(dense, x, z, whole)
-      real(wp), intent(out) :: dense(:, :), x(:, :), z(:, :)
+   subroutine fill(dense, x, whole)
+      real(wp), intent(out) :: dense(:, :), x(:, :)
       type(csr_matrix_type), intent(out) :: whole
       type(error_type), allocatable :: error
       real(wp) :: random(size(dense))
@@ -92,7 +89,6 @@ contains
       state = 12345
       do l = 1, size(x, 2)
          call random_vector(state, x(:, l))
-         call random_vector(state, z(:, l))
       end do
       call random_vector(state, random)
       dense = reshape(random, shape(dense))

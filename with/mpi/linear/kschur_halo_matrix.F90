@@ -26,18 +26,20 @@ module kschur_halo_matrix
       type(MPI_Comm) :: communicator = MPI_COMM_NULL
       ! Entries whose columns are here; those of the halo, whose columns count its entries.
       type(csr_matrix_type) :: inner, outer
+      ! The number of columns, the first one that is here, and those of the halo, ascending.
+      integer :: columns = 0, first = 1
+      integer, allocatable :: halo(:)
       ! Who has the halo, who needs entries that are here, and which ones.
       type(neighbour_type), allocatable :: owners(:), users(:)
       integer, allocatable :: used(:)
    contains
       !> y := y + alpha A x, for real or complex blocks of vectors, of which each process has its part.
       generic :: add_product => add_product_real, add_product_complex
-      !> y := y + alpha A^T x: x is shared out as the rows, y as the columns.
-      generic :: add_transposed_product => add_transposed_product_real, add_transposed_product_complex
+      !> The rows as they were.
+      procedure :: join
       !> Bytes that the part of this process takes.
       procedure :: bytes
       procedure, private :: add_product_real, add_product_complex
-      procedure, private :: add_transposed_product_real, add_transposed_product_complex
    end type halo_matrix_type
 
 contains
@@ -51,15 +53,15 @@ contains
       type(row_ranges_type), intent(in) :: ranges
       type(MPI_Comm), intent(in) :: communicator
       type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: halo(:)
 
       call require_memory(rows%bytes() + integer_bytes*(real(rows%rows, wp) + rows%columns), "rows of a matrix", error)
       call spread_error(communicator, error)
       if (allocated(error)) return
       matrix%communicator = communicator
-      call find_halo(rows, ranges, communicator, halo)
-      call split(matrix, rows, ranges, halo)
-      call meet_neighbours(matrix, ranges, halo)
+      matrix%columns = rows%columns
+      call find_halo(rows, ranges, communicator, matrix%halo)
+      call split(matrix, rows, ranges)
+      call meet_neighbours(matrix, ranges)
    end subroutine new_halo_matrix
 
    ! The columns that other processes have and that have entries here, ascending.
@@ -79,26 +81,26 @@ contains
       halo = pack([(j, j=1, rows%columns)], needed)
    end subroutine find_halo
 
-   subroutine split(matrix, rows, ranges, halo)
+   subroutine split(matrix, rows, ranges)
       type(halo_matrix_type), intent(inout) :: matrix
       type(csr_matrix_type), intent(in) :: rows
       type(row_ranges_type), intent(in) :: ranges
-      integer, intent(in) :: halo(:)
       ! Of each column its number among those that are here, or less than 0 among those of the halo.
       integer, allocatable :: number(:)
       integer :: rank, own, i, j, k
 
       call MPI_Comm_rank(matrix%communicator, rank)
+      matrix%first = ranges%first(rank)
       allocate (number(rows%columns), source=0)
-      do j = ranges%first(rank), ranges%last(rank)
-         number(j) = j - ranges%first(rank) + 1
+      do j = matrix%first, ranges%last(rank)
+         number(j) = j - matrix%first + 1
       end do
-      do j = 1, size(halo)
-         number(halo(j)) = -j
+      do j = 1, size(matrix%halo)
+         number(matrix%halo(j)) = -j
       end do
       own = count(number(rows%column) > 0)
       call make_room(matrix%inner, rows%rows, ranges%rows(rank), own)
-      call make_room(matrix%outer, rows%rows, size(halo), rows%nonzeros() - own)
+      call make_room(matrix%outer, rows%rows, size(matrix%halo), rows%nonzeros() - own)
       do i = 1, rows%rows
          do k = rows%row_start(i), rows%row_start(i + 1) - 1
             if (number(rows%column(k)) > 0) then
@@ -135,28 +137,26 @@ contains
    end subroutine append
 
    ! Each tells the others which of their entries it needs.
-   subroutine meet_neighbours(matrix, ranges, halo)
+   subroutine meet_neighbours(matrix, ranges)
       type(halo_matrix_type), intent(inout) :: matrix
       type(row_ranges_type), intent(in) :: ranges
-      integer, intent(in) :: halo(:)
       integer, allocatable :: needed(:), used(:), needed_before(:), used_before(:)
-      integer :: processes, rank, p, j
+      integer :: processes, p, j
 
       call MPI_Comm_size(matrix%communicator, processes)
-      call MPI_Comm_rank(matrix%communicator, rank)
       allocate (needed(0:processes - 1), source=0)
       allocate (used(0:processes - 1), needed_before(0:processes - 1), used_before(0:processes - 1))
-      do j = 1, size(halo)
-         p = ranges%owner(halo(j))
+      do j = 1, size(matrix%halo)
+         p = ranges%owner(matrix%halo(j))
          needed(p) = needed(p) + 1
       end do
       call MPI_Alltoall(needed, 1, MPI_INTEGER, used, 1, MPI_INTEGER, matrix%communicator)
       call list(needed, needed_before, matrix%owners)
       call list(used, used_before, matrix%users)
       allocate (matrix%used(sum(used)))
-      call MPI_Alltoallv(halo, needed, needed_before, MPI_INTEGER, matrix%used, used, used_before, MPI_INTEGER, &
+      call MPI_Alltoallv(matrix%halo, needed, needed_before, MPI_INTEGER, matrix%used, used, used_before, MPI_INTEGER, &
          matrix%communicator)
-      matrix%used = matrix%used - ranges%first(rank) + 1
+      matrix%used = matrix%used - matrix%first + 1
    end subroutine meet_neighbours
 
    subroutine list(entries, before, neighbours)
@@ -175,6 +175,41 @@ contains
       end do
    end subroutine list
 
+   ! Of the halo, some columns stand before those that are here.
+   pure subroutine join(self, rows)
+      class(halo_matrix_type), intent(in) :: self
+      type(csr_matrix_type), intent(out) :: rows
+      integer :: i, before, place
+
+      associate (inner => self%inner, outer => self%outer)
+         rows%rows = inner%rows
+         rows%columns = self%columns
+         allocate (rows%row_start, source=inner%row_start + outer%row_start - 1)
+         allocate (rows%column(inner%nonzeros() + outer%nonzeros()), rows%value(inner%nonzeros() + outer%nonzeros()))
+         place = 1
+         do i = 1, rows%rows
+            associate (from => outer%row_start(i), to => outer%row_start(i + 1) - 1, here => inner%row_start(i), &
+               last => inner%row_start(i + 1) - 1)
+               before = count(self%halo(outer%column(from:to)) < self%first)
+               call append_all(rows, place, self%halo(outer%column(from:from + before - 1)), outer%value(from:from + before - 1))
+               call append_all(rows, place, inner%column(here:last) + self%first - 1, inner%value(here:last))
+               call append_all(rows, place, self%halo(outer%column(from + before:to)), outer%value(from + before:to))
+            end associate
+         end do
+      end associate
+   end subroutine join
+
+   pure subroutine append_all(rows, place, column, value)
+      type(csr_matrix_type), intent(inout) :: rows
+      integer, intent(inout) :: place
+      integer, intent(in) :: column(:)
+      real(wp), intent(in) :: value(:)
+
+      rows%column(place:place + size(column) - 1) = column
+      rows%value(place:place + size(column) - 1) = value
+      place = place + size(column)
+   end subroutine append_all
+
    pure real(wp) function bytes(self)
       class(halo_matrix_type), intent(in) :: self
 
@@ -184,7 +219,6 @@ contains
 #define SCALAR real(wp)
 #define MPI_SCALAR MPI_DOUBLE_PRECISION
 #define ADD_PRODUCT add_product_real
-#define ADD_TRANSPOSED_PRODUCT add_transposed_product_real
 #define RECEIVE receive_real
 #define SEND send_real
 #include "kschur_halo_products.inc"
@@ -192,7 +226,6 @@ contains
 #define SCALAR complex(wp)
 #define MPI_SCALAR MPI_DOUBLE_COMPLEX
 #define ADD_PRODUCT add_product_complex
-#define ADD_TRANSPOSED_PRODUCT add_transposed_product_complex
 #define RECEIVE receive_complex
 #define SEND send_complex
 #include "kschur_halo_products.inc"

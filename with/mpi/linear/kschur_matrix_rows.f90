@@ -1,4 +1,4 @@
-!> The rows of a matrix in the first process, given to those that multiply with them.
+!> The rows of a matrix in the first process, given to those that multiply with them, and gathered again.
 module kschur_matrix_rows
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -6,10 +6,11 @@ module kschur_matrix_rows
    use kschur_processes, only: spread_error
    use kschur_row_ranges, only: row_ranges_type
    use kschur_sparse, only: csr_matrix_type
-   use mpi_f08, only: MPI_Comm, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_INTEGER, MPI_Scatter, MPI_Scatterv
+   use mpi_f08, only: MPI_Comm, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_Gatherv, MPI_INTEGER, &
+      MPI_Scatter, MPI_Scatterv
    implicit none
    private
-   public :: share_rows
+   public :: gather_rows, share_rows
 
 contains
 
@@ -32,10 +33,7 @@ contains
       allocate (lengths(0))
       if (rank == 0) then
          lengths = matrix%row_start(2:) - matrix%row_start(:matrix%rows)
-         do p = 0, processes - 1
-            before(p) = matrix%row_start(ranges%first(p)) - 1
-            entries(p) = matrix%row_start(ranges%last(p) + 1) - 1 - before(p)
-         end do
+         call count_entries(matrix, ranges, entries, before)
       end if
       call MPI_Scatter(entries, 1, MPI_INTEGER, own, 1, MPI_INTEGER, 0, communicator)
       rows%rows = ranges%rows(rank)
@@ -61,4 +59,47 @@ contains
             communicator)
       end if
    end subroutine share_rows
+
+   ! Of the rows of each process.
+   pure subroutine count_entries(matrix, ranges, entries, before)
+      type(csr_matrix_type), intent(in) :: matrix
+      type(row_ranges_type), intent(in) :: ranges
+      integer, intent(out) :: entries(0:), before(0:)
+      integer :: p
+
+      do p = 0, size(entries) - 1
+         before(p) = matrix%row_start(ranges%first(p)) - 1
+         entries(p) = matrix%row_start(ranges%last(p) + 1) - 1 - before(p)
+      end do
+   end subroutine count_entries
+
+   !> The first process gets the rows of all. Fails in all where it has no memory for them.
+   subroutine gather_rows(matrix, ranges, communicator, rows, error)
+      !> In the first process `row_start` is there.
+      type(csr_matrix_type), intent(inout) :: matrix
+      !> Of all rows.
+      type(row_ranges_type), intent(in) :: ranges
+      type(MPI_Comm), intent(in) :: communicator
+      type(csr_matrix_type), intent(in) :: rows
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: entries(:), before(:)
+      integer :: processes, rank
+
+      call MPI_Comm_size(communicator, processes)
+      call MPI_Comm_rank(communicator, rank)
+      allocate (entries(0:processes - 1), before(0:processes - 1), source=0)
+      if (rank == 0) then
+         call count_entries(matrix, ranges, entries, before)
+         call require_memory((integer_bytes + real_bytes)*sum(real(entries, wp)), "the matrices", error)
+      end if
+      call spread_error(communicator, error)
+      if (allocated(error)) return
+      if (allocated(matrix%column)) deallocate (matrix%column, matrix%value)
+      allocate (matrix%column(sum(entries)), matrix%value(sum(entries)))
+      associate (own => rows%nonzeros())
+         call MPI_Gatherv(rows%column, own, MPI_INTEGER, matrix%column, entries, before, MPI_INTEGER, 0, communicator)
+         call MPI_Gatherv(rows%value, own, MPI_DOUBLE_PRECISION, matrix%value, entries, before, MPI_DOUBLE_PRECISION, 0, &
+            communicator)
+      end associate
+   end subroutine gather_rows
 end module kschur_matrix_rows

@@ -1,10 +1,11 @@
 !> A sparse matrix that is multiplied with again and again, by all processes that work on a solve: each has some of its rows. The
 !> first process says what is to be done, the others do it in `help_multiply`.
 module kschur_row_matrix
+   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
    use kschur_error, only: error_type
    use kschur_halo_matrix, only: halo_matrix_type, new_halo_matrix
    use kschur_kinds, only: wp
-   use kschur_matrix_rows, only: share_rows
+   use kschur_matrix_rows, only: gather_rows, share_rows
    use kschur_memory, only: complex_bytes, require_memory
    use kschur_processes, only: are_several, number_of_words, processes_type, spread_error, word_matrix
    use kschur_row_ranges, only: row_ranges, row_ranges_type
@@ -15,8 +16,9 @@ module kschur_row_matrix
    private
    public :: help_multiply, row_matrix_part_type, row_matrix_type
 
-   ! What is done with a matrix: its rows are taken, multiplied with real or complex vectors, and forgotten.
-   integer, parameter :: job_take = 1, job_real = 2, job_complex = 3, job_forget = 4
+   ! What is done with a matrix: its rows are taken, multiplied with real or complex vectors, given to the first process,
+   ! and forgotten.
+   integer, parameter :: job_take = 1, job_real = 2, job_complex = 3, job_give = 4, job_forget = 5
 
    !> What one process has of a matrix.
    type :: row_matrix_part_type
@@ -28,44 +30,69 @@ module kschur_row_matrix
       type(halo_matrix_type), pointer :: rows => null()
    end type row_matrix_part_type
 
-   !> Products of a matrix.
+   !> What multiplies. Copies of it are the same matrix, and do not outlive it.
    type :: row_matrix_type
       private
       type(csr_matrix_type), pointer :: matrix => null()
       ! Not associated: this process alone.
       type(processes_type), pointer :: others => null()
       type(row_matrix_part_type) :: part
+      ! Of the matrix, while it is put away.
+      real(wp) :: norm = 0
    contains
-      !> Takes a matrix, which stays where it is.
-      procedure :: begin
+      !> Of a matrix that stays where it is.
+      procedure :: take
+      !> Of one that each process gets some rows of.
+      procedure :: share
+      !> Their rows are theirs no longer.
+      procedure :: forget
+      !> The matrix is with the processes only, and is back again.
+      procedure :: put_away
+      procedure :: bring_back
+      !> Largest sum of magnitudes over a row.
+      procedure :: infinity_norm
       !> y := y + alpha A x, for real or complex blocks of vectors.
       generic :: add_product => add_product_real, add_product_complex
       procedure, private :: add_product_real, add_product_complex
-      final :: forget
    end type row_matrix_type
+
+   interface
+      integer(c_int) function c_malloc_trim(kept) bind(c, name="malloc_trim")
+         import :: c_int, c_size_t
+         integer(c_size_t), value :: kept
+      end function c_malloc_trim
+   end interface
 
 contains
 
-   subroutine begin(self, matrix, processes, error)
+   subroutine take(self, matrix)
+      class(row_matrix_type), intent(inout) :: self
+      type(csr_matrix_type), target, intent(in) :: matrix
+
+      self%matrix => matrix
+      nullify (self%others)
+   end subroutine take
+
+   subroutine share(self, matrix, processes, error)
       class(row_matrix_type), intent(inout) :: self
       !> Square.
-      type(csr_matrix_type), target, intent(in) :: matrix
-      !> Who works together; not associated: this process alone.
+      type(csr_matrix_type), target, intent(inout) :: matrix
+      !> Not associated: this process alone.
       type(processes_type), pointer, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
 
-      call forget(self)
       self%matrix => matrix
       if (.not. are_several(processes, matrix%rows)) return
       processes%matrices = processes%matrices + 1
       self%part%number = processes%matrices
+      self%norm = matrix%infinity_norm()
       call processes%tell([word_matrix, job_take, self%part%number, matrix%rows])
-      call take(self%part, matrix, processes, matrix%rows, error)
+      call take_rows(self%part, matrix, processes, matrix%rows, error)
       if (.not. allocated(error)) self%others => processes
-   end subroutine begin
+   end subroutine share
 
    ! The rows of each process, of the matrix in the first one.
-   subroutine take(part, matrix, processes, order, error)
+   subroutine take_rows(part, matrix, processes, order, error)
       type(row_matrix_part_type), intent(inout) :: part
       type(csr_matrix_type), intent(in) :: matrix
       type(processes_type), intent(in) :: processes
@@ -79,7 +106,7 @@ contains
       allocate (part%rows)
       call new_halo_matrix(part%rows, rows, part%ranges, processes%communicator, error)
       if (allocated(error)) deallocate (part%rows)
-   end subroutine take
+   end subroutine take_rows
 
    !> Does what the first process has announced.
    subroutine help_multiply(parts, processes, words)
@@ -99,7 +126,7 @@ contains
       associate (job => words(2), number => words(3))
          if (job == job_take) then
             new%number = number
-            call take(new, none, processes, words(4), error)
+            call take_rows(new, none, processes, words(4), error)
             if (.not. allocated(error)) parts = [parts, new]
             return
          end if
@@ -109,6 +136,8 @@ contains
             call multiply_real(parts(i), 0.0_wp, no_reals, no_reals, processes%communicator, error)
          case (job_complex)
             call multiply_complex(parts(i), (0.0_wp, 0.0_wp), no_complexes, no_complexes, processes%communicator, error)
+         case (job_give)
+            call give_rows(parts(i), none, processes, error)
          case (job_forget)
             deallocate (parts(i)%rows)
             parts = pack(parts, parts%number /= number)
@@ -116,14 +145,58 @@ contains
       end associate
    end subroutine help_multiply
 
-   impure elemental subroutine forget(self)
-      type(row_matrix_type), intent(inout) :: self
+   subroutine forget(self)
+      class(row_matrix_type), intent(inout) :: self
 
       if (.not. associated(self%others)) return
       call self%others%tell([word_matrix, job_forget, self%part%number])
       deallocate (self%part%rows)
       nullify (self%others)
    end subroutine forget
+
+   ! Where its rows start stays here. What lies between other arrays is not given back to the system by itself.
+   subroutine put_away(self)
+      class(row_matrix_type), intent(in) :: self
+      integer(c_int) :: ignored
+
+      if (.not. associated(self%others)) return
+      associate (matrix => self%matrix)
+         deallocate (matrix%column, matrix%value)
+         allocate (matrix%column(0), matrix%value(0))
+      end associate
+      ignored = c_malloc_trim(0_c_size_t)
+   end subroutine put_away
+
+   subroutine bring_back(self, error)
+      class(row_matrix_type), intent(in) :: self
+      type(error_type), allocatable, intent(out) :: error
+
+      if (.not. associated(self%others)) return
+      call self%others%tell([word_matrix, job_give, self%part%number])
+      call give_rows(self%part, self%matrix, self%others, error)
+   end subroutine bring_back
+
+   subroutine give_rows(part, matrix, processes, error)
+      type(row_matrix_part_type), intent(in) :: part
+      !> That of the first process gets its entries.
+      type(csr_matrix_type), intent(inout) :: matrix
+      type(processes_type), intent(in) :: processes
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: rows
+
+      call require_memory(part%rows%bytes(), "rows of a matrix", error)
+      call spread_error(processes%communicator, error)
+      if (allocated(error)) return
+      call part%rows%join(rows)
+      call gather_rows(matrix, part%ranges, processes%communicator, rows, error)
+   end subroutine give_rows
+
+   real(wp) function infinity_norm(self)
+      class(row_matrix_type), intent(in) :: self
+
+      infinity_norm = self%norm
+      if (.not. associated(self%others)) infinity_norm = self%matrix%infinity_norm()
+   end function infinity_norm
 
 #define SCALAR real(wp)
 #define MPI_SCALAR MPI_DOUBLE_PRECISION
