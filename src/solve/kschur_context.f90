@@ -139,6 +139,8 @@ contains
       call check_options(options, error)
       if (.not. allocated(error)) call check_memory(s%problem, options, s%inner, error)
       if (allocated(error)) return
+      ! Of a copy they are those of the context that it is of.
+      if (allocated(s%matrices)) deallocate (s%matrices)
       nullify (s%monitor)
       if (present(monitor)) s%monitor => monitor
       call s%inner%set_monitor(s%monitor)
