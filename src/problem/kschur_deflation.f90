@@ -4,6 +4,7 @@ module kschur_deflation
    use kschur_lapack, only: dsygv
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_root_space, only: root_space_type
+   use kschur_tall_products_complex, only: complex_length => column_length
    use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
    implicit none
    private
@@ -173,7 +174,7 @@ contains
       call subtract_combinations(b, coefficients, x)
    end subroutine subtract
 
-   pure subroutine project_complex(self, x)
+   subroutine project_complex(self, x)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: x(:, :)
       real(wp) :: before
@@ -181,11 +182,11 @@ contains
 
       if (size(self%decay) == 0) return
       do j = 1, size(x, 2)
-         before = norm2(abs(x(:, j)))
+         before = complex_length(x(:, j:j))
          do i = 1, size(self%decay)
             x(:, j) = x(:, j) - dot_product(self%images(:, i), x(:, j))*self%shapes(:, i)
          end do
-         if (norm2(abs(x(:, j))) <= nothing_left*before) x(:, j) = 0
+         if (complex_length(x(:, j:j)) <= nothing_left*before) x(:, j) = 0
       end do
    end subroutine project_complex
 end module kschur_deflation
