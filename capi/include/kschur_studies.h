@@ -67,7 +67,7 @@ int kschur_problem_get_response(kschur_problem *problem, const double *frequenci
 /* ---- Solves one after the other ---------------------------------------------------------------------------------- */
 
 /* A solver that remembers what it found out about a problem, for other targets, bands and values. One thread at a time
- * may use it. */
+ * may use it. The last factors of MUMPS stay in memory with it, until others are made or it is destroyed. */
 typedef struct kschur_solver kschur_solver;
 
 /* Makes a solver without a problem; *solver is overwritten. KSCHUR_ERROR_MEMORY. */

@@ -41,6 +41,7 @@ module kschur_direct_solver
       procedure :: solve
       procedure :: solve_adjoint
       procedure :: estimate
+      procedure :: forget_factors
    end type direct_real_type
 
 contains
@@ -50,19 +51,22 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
-      type(mumps_real_type), allocatable :: mumps
+      type(mumps_real_type) :: mumps
+      class(real_linear_solver_type), allocatable :: before
       type(matrix_structure_type) :: ordered
       character(len=len(self%description)) :: reason
       real(wp) :: spent
       integer(long) :: started
 
-      if (allocated(self%solver)) deallocate (self%solver)
+      call move_alloc(self%solver, before)
       started = clock()
       reason = "as asked"
       ordered = structure
       if (self%inner == inner_auto .and. are_several(self%processes, matrix%rows)) then
          reason = text(self%processes%number)//" processes factor it"
       else if (self%inner /= inner_mumps) then
+         ! LDL may need the memory of other factors.
+         if (structure%symmetric .and. allocated(before)) deallocate (before)
          ! What LDL refuses MUMPS takes in the same order.
          if (structure%symmetric .and. structure%multipliers > 0) &
             call elimination_order(matrix%row_start, matrix%column, structure, ordered%position, error)
@@ -81,12 +85,18 @@ contains
          reason = error%message
       end if
       spent = seconds_since(started)
-      allocate (mumps)
-      mumps%processes => self%processes
-      mumps%monitor => self%monitor
-      call mumps%factorize(matrix, ordered, error)
+      ! MUMPS may know the pattern.
+      if (allocated(before)) then
+         if (.not. same_type_as(before, mumps)) deallocate (before)
+      end if
+      if (.not. allocated(before)) then
+         mumps%processes => self%processes
+         allocate (before, source=mumps)
+      end if
+      before%monitor => self%monitor
+      call before%factorize(matrix, ordered, error)
       if (allocated(error)) return
-      call move_alloc(mumps, self%solver)
+      call move_alloc(before, self%solver)
       call report(self, spent, "mumps: "//reason)
    end subroutine factorize
 
@@ -121,6 +131,17 @@ contains
          call move_alloc(ldl, self%solver)
       end if
    end subroutine try_ldl
+
+   ! What LDL knows is elsewhere.
+   subroutine forget_factors(self, kept)
+      class(direct_real_type), intent(inout) :: self
+      logical, intent(out) :: kept
+
+      kept = allocated(self%solver)
+      if (.not. kept) return
+      call self%solver%forget_factors(kept)
+      self%solver%solve_seconds = 0
+   end subroutine forget_factors
 
    ! Of the solver that is tried first, as it does it as a rule.
    subroutine estimate(self, pattern, structure, bytes, error)

@@ -65,6 +65,8 @@ module kschur_linear_solver
       !> Bytes that the factors of a matrix of some pattern take, with what their making takes, known by analysis alone. A
       !> solver that does not tell says 0.
       procedure :: estimate
+      !> Leaves the factors, at the latest with the next matrix, and keeps what it knows of their pattern for one that has it.
+      procedure :: forget_factors
    end type linear_solver_type
 
    !> A solver for real matrices.
@@ -135,6 +137,16 @@ contains
       end associate
       bytes = 0
    end subroutine estimate
+
+   subroutine forget_factors(self, kept)
+      class(linear_solver_type), intent(inout) :: self
+      !> False: nothing is kept.
+      logical, intent(out) :: kept
+
+      associate (unused => self)
+      end associate
+      kept = .false.
+   end subroutine forget_factors
 
    elemental complex(wp) function logarithm(self)
       class(determinant_type), intent(in) :: self

@@ -1,6 +1,7 @@
 !> Complex sparse direct solutions by MUMPS.
 module kschur_mumps_complex
    use, intrinsic :: iso_c_binding, only: c_loc
+   use kschur_analysed_pattern, only: analysed_pattern_type
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_memory, error_usage
    use kschur_kinds, only: wp, long

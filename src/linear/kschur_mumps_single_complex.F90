@@ -2,6 +2,7 @@
 !> precision, and so with half of the digits: a preconditioner.
 module kschur_mumps_single_complex
    use, intrinsic :: iso_c_binding, only: c_loc
+   use kschur_analysed_pattern, only: analysed_pattern_type
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_memory, error_usage
    use kschur_kinds, only: wp, long, single

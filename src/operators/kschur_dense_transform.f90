@@ -18,6 +18,7 @@ module kschur_dense_transform
    use kschur_root_invariant, only: zero_and_infinite
    use kschur_selection, only: order_by_preference
    use kschur_symmetric_transform, only: purify, symmetric_transform_type
+   use kschur_spare_solvers, only: spare_solvers_type
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -35,6 +36,7 @@ module kschur_dense_transform
       procedure :: iterate
       procedure :: recover
       procedure :: linear_solver
+      procedure :: hand_over
       procedure :: order
       procedure :: transposed
    end type dense_transform_type
@@ -186,6 +188,13 @@ contains
       call new_dense_transform(dense, form)
       call move_alloc(dense, adjoint)
    end subroutine transposed
+
+   subroutine hand_over(self, spare)
+      class(dense_transform_type), intent(inout) :: self
+      type(spare_solvers_type), intent(inout) :: spare
+
+      call self%form%hand_over(spare)
+   end subroutine hand_over
 
    function linear_solver(self) result(solver)
       class(dense_transform_type), target, intent(in) :: self

@@ -24,6 +24,7 @@ module kschur_low_rank_transform
    use kschur_problem, only: modal_problem_type
    use kschur_projected, only: keep_one_of_pairs
    use kschur_selection, only: order_by_preference
+   use kschur_spare_solvers, only: spare_solvers_type
    use kschur_spectral_map, only: spectral_map_type
    use kschur_symmetric_transform, only: new_symmetric_transform, symmetric_transform_type
    use kschur_transform, only: transform_type
@@ -46,6 +47,7 @@ module kschur_low_rank_transform
       procedure :: iterate
       procedure :: recover
       procedure :: linear_solver
+      procedure :: hand_over
       procedure :: order
       procedure :: transposed
       procedure, private :: keep
@@ -354,6 +356,13 @@ contains
       own%borrows = .true.
       call move_alloc(own, adjoint)
    end subroutine transposed
+
+   subroutine hand_over(self, spare)
+      class(low_rank_transform_type), intent(inout) :: self
+      type(spare_solvers_type), intent(inout) :: spare
+
+      call self%undamped%hand_over(spare)
+   end subroutine hand_over
 
    function linear_solver(self) result(solver)
       class(low_rank_transform_type), target, intent(in) :: self

@@ -18,6 +18,7 @@ module kschur_pencil_transform
    use kschur_problem, only: modal_problem_type
    use kschur_quadratic_transform_complex, only: new_quadratic_transform, quadratic_transform_type
    use kschur_shift_invert, only: shift_invert_type, new_shift_invert
+   use kschur_spare_solvers, only: spare_solvers_type
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_complex_type
    implicit none
@@ -33,6 +34,7 @@ module kschur_pencil_transform
       procedure :: iterate
       procedure :: recover
       procedure :: linear_solver
+      procedure :: hand_over
       procedure :: order
       procedure :: transposed
    end type pencil_transform_type
@@ -142,6 +144,13 @@ contains
       end do
       call self%operator%pencil%split(purified, lambda, spread(self%shift, 1, size(theta)), pairs%phi, pairs%xi)
    end subroutine recover
+
+   subroutine hand_over(self, spare)
+      class(pencil_transform_type), intent(inout) :: self
+      type(spare_solvers_type), intent(inout) :: spare
+
+      call move_alloc(self%operator%solver, spare%complex)
+   end subroutine hand_over
 
    function linear_solver(self) result(solver)
       class(pencil_transform_type), target, intent(in) :: self

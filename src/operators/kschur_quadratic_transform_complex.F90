@@ -18,6 +18,7 @@ module kschur_quadratic_transform_complex
    use kschur_random, only: random_vector
    use kschur_ritz_complex, only: decomposition_type
    use kschur_root_space, only: root_space_type
+   use kschur_spare_solvers, only: spare_solvers_type
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_complex_type
    use kschur_two_level_complex, only: two_level_basis_type
@@ -27,6 +28,7 @@ module kschur_quadratic_transform_complex
 
 #define SCALAR complex(wp)
 #define SOLVER_TYPE complex_linear_solver_type
+#define SPARE complex
 #define TRANSPOSED_SOLVER_TYPE transposed_complex_type
 #define FROM_COMPLEX(z) z
 #include "kschur_quadratic_transform.inc"

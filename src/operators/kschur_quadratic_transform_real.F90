@@ -18,6 +18,7 @@ module kschur_quadratic_transform_real
    use kschur_random, only: random_vector
    use kschur_ritz_real, only: decomposition_type
    use kschur_root_space, only: root_space_type
+   use kschur_spare_solvers, only: spare_solvers_type
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
    use kschur_two_level_real, only: two_level_basis_type
@@ -27,6 +28,7 @@ module kschur_quadratic_transform_real
 
 #define SCALAR real(wp)
 #define SOLVER_TYPE real_linear_solver_type
+#define SPARE real
 #define TRANSPOSED_SOLVER_TYPE transposed_real_type
 #define FROM_COMPLEX(z) real(z, wp)
 #include "kschur_quadratic_transform.inc"

@@ -22,6 +22,7 @@ module kschur_symmetric_transform
    use kschur_random, only: random_vector
    use kschur_row_matrix, only: row_matrix_type
    use kschur_saddle, only: symmetric_saddle
+   use kschur_spare_solvers, only: spare_solvers_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_transform, only: transform_type
@@ -44,6 +45,7 @@ module kschur_symmetric_transform
       procedure :: iterate
       procedure :: recover
       procedure :: linear_solver
+      procedure :: hand_over
       procedure :: order
       procedure :: transposed
    end type symmetric_transform_type
@@ -309,6 +311,13 @@ contains
       end do
       !$omp end parallel do
    end subroutine recover
+
+   subroutine hand_over(self, spare)
+      class(symmetric_transform_type), intent(inout) :: self
+      type(spare_solvers_type), intent(inout) :: spare
+
+      call move_alloc(self%operator%solver, spare%real)
+   end subroutine hand_over
 
    function linear_solver(self) result(solver)
       class(symmetric_transform_type), target, intent(in) :: self

@@ -11,6 +11,7 @@ module kschur_transform
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
    use kschur_problem, only: modal_problem_type
+   use kschur_spare_solvers, only: spare_solvers_type
    use kschur_spectral_map, only: spectral_map_type
    implicit none
    private
@@ -43,6 +44,8 @@ module kschur_transform
       procedure(transposed_interface), deferred :: transposed
       !> theta of a Ritz value, eq. (42).
       procedure :: theta
+      !> Gives its solver away, before it is left.
+      procedure :: hand_over
       !> What an iteration may begin with; not allocated unless overridden.
       procedure :: begin_with
    end type transform_type
@@ -95,6 +98,14 @@ module kschur_transform
    end interface
 
 contains
+
+   subroutine hand_over(self, spare)
+      class(transform_type), intent(inout) :: self
+      type(spare_solvers_type), intent(inout) :: spare
+
+      associate (unused => self, untouched => spare)
+      end associate
+   end subroutine hand_over
 
    subroutine begin_with(self, pairs, block, start)
       class(transform_type), intent(in) :: self

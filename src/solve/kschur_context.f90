@@ -21,6 +21,7 @@ module kschur_context
    use kschur_result, only: append_note, note_length
    use kschur_row_problem, only: row_problem_type
    use kschur_settings, only: check_options, settings_of
+   use kschur_spare_solvers, only: spare_solvers_type
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -56,6 +57,10 @@ module kschur_context
       !> The formulation of it that was factored, and where (1/s).
       class(transform_type), allocatable :: transform
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
+      !> Solvers of transforms before it, for the next one.
+      type(spare_solvers_type) :: spare
+      !> Whether another solve may follow, and these wait for it.
+      logical :: remembers = .false.
       !> Vectors that the last iteration took at a time.
       integer :: block = 1
       !> The scale of the lowest modes that was observed (1/s); 0: not yet.
@@ -265,6 +270,8 @@ contains
       if (.not. allocated(self%transform)) return
       call self%effort%add_solves(self%transform%linear_solver())
       call self%effort%add_effort(self%transform%certificate)
+      call self%transform%hand_over(self%spare)
+      call self%spare%forget_factors()
       deallocate (self%transform)
    end subroutine drop_transform
 

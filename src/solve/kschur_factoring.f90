@@ -101,7 +101,7 @@ contains
       class(real_linear_solver_type), allocatable :: solver, counting_solver
 
       allocate (symmetric)
-      allocate (solver, source=s%inner%real)
+      call take_real(s, solver)
       if (allocated(s%inner%counting) .and. .not. s%dense) allocate (counting_solver, source=s%inner%counting)
       call new_symmetric_transform(symmetric, s%work, s%known%deflation, placement, solver, error, counting_solver)
       call move_alloc(symmetric, s%transform)
@@ -115,7 +115,7 @@ contains
       class(real_linear_solver_type), allocatable :: solver, counting_solver
 
       allocate (low_rank)
-      allocate (solver, source=s%inner%real)
+      call take_real(s, solver)
       if (allocated(s%inner%counting)) allocate (counting_solver, source=s%inner%counting)
       call new_low_rank_transform(low_rank, s%work, s%known%deflation, placement, solver, error, counting_solver)
       call move_alloc(low_rank, s%transform)
@@ -129,10 +129,31 @@ contains
       class(real_linear_solver_type), allocatable :: solver
 
       allocate (quadratic)
-      allocate (solver, source=s%inner%real)
+      call take_real(s, solver)
       call new_real_quadratic(quadratic, s%work, s%known%deflation, placement, solver, error)
       call move_alloc(quadratic, s%transform)
    end subroutine factor_real_quadratic
+
+   ! A spare one may know the pattern. One of the other kind may still have factors.
+   subroutine take_real(s, solver)
+      type(solve_context_type), intent(inout) :: s
+      class(real_linear_solver_type), allocatable, intent(out) :: solver
+
+      if (allocated(s%spare%complex)) deallocate (s%spare%complex)
+      call move_alloc(s%spare%real, solver)
+      if (.not. allocated(solver)) allocate (solver, source=s%inner%real)
+      solver%monitor => s%inner%real%monitor
+   end subroutine take_real
+
+   subroutine take_complex(s, solver)
+      type(solve_context_type), intent(inout) :: s
+      class(complex_linear_solver_type), allocatable, intent(out) :: solver
+
+      if (allocated(s%spare%real)) deallocate (s%spare%real)
+      call move_alloc(s%spare%complex, solver)
+      if (.not. allocated(solver)) allocate (solver, source=s%inner%complex)
+      solver%monitor => s%inner%complex%monitor
+   end subroutine take_complex
 
    ! The quadratic form at a complex shift, or a pencil.
    subroutine factor_complex(s, placement, error)
@@ -143,7 +164,7 @@ contains
       type(pencil_transform_type), allocatable :: pencil
       class(complex_linear_solver_type), allocatable :: solver
 
-      allocate (solver, source=s%inner%complex)
+      call take_complex(s, solver)
       if (placement%formulation == formulation_quadratic) then
          allocate (quadratic)
          call new_complex_quadratic(quadratic, s%work, s%known%deflation, placement, solver, error)

@@ -17,6 +17,7 @@ module kschur_modal_solver
    use kschur_shift, only: scale_of
    use kschur_solver, only: prepare, report_none, solve_prepared
    use kschur_solver_choice, only: inner_solvers_type
+   use kschur_spare_solvers, only: spare_solvers_type
    use kschur_sparse, only: csr_matrix_type, same_pattern
    use kschur_threads, only: enter_solve, leave_solve
    implicit none
@@ -26,13 +27,17 @@ module kschur_modal_solver
    ! Fewer modes than this part of the unknowns are few.
    integer, parameter :: few_part = 4
 
-   !> Made by `new_modal_solver`. One thread at a time may use it; copies remember for themselves.
+   !> Made by `new_modal_solver`. One thread at a time may use it; copies, made by assignment, remember for themselves.
+   !> What MUMPS factored last stays in memory with the analysis of its pattern, until other factors are made or the solver
+   !> goes.
    type :: modal_solver_type
       private
       type(modal_problem_type), allocatable :: problem
       type(inner_solvers_type), allocatable :: solvers
       ! What is prepared, with which options, and what was noted then; not allocated where nothing is.
       type(solve_context_type), allocatable :: context
+      ! What its solvers know of the pattern, between solves.
+      type(spare_solvers_type) :: spare
       type(modal_options_type) :: options
       character(len=note_length), allocatable :: notes(:)
       logical :: for_band = .false.
@@ -47,6 +52,9 @@ module kschur_modal_solver
       procedure :: update_values
       !> The problem as it is now.
       procedure :: current_problem
+      !> A copy, without what its solvers know of the pattern.
+      generic :: assignment(=) => copy
+      procedure, private :: copy
    end type modal_solver_type
 
 contains
@@ -129,7 +137,8 @@ contains
       call leave_solve(threads_before)
    end subroutine solve_band
 
-   ! Nothing is kept of a solve that failed, or was ended before there was anything to be found.
+   ! Nothing is kept of a solve that failed, or was ended before there was anything to be found. What solvers know goes where
+   ! no copy takes it.
    subroutine end_context(self, options, result, error)
       class(modal_solver_type), intent(inout) :: self
       type(modal_options_type), intent(in) :: options
@@ -137,7 +146,10 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       logical :: cancelled
 
-      if (.not. allocated(error)) return
+      if (.not. allocated(error)) then
+         call self%context%spare%move_to(self%spare)
+         return
+      end if
       call take_cancelled(error, cancelled)
       if (cancelled) call report_none(self%context, options, result, error)
       if (allocated(self%context)) deallocate (self%context)
@@ -185,6 +197,27 @@ contains
 
       problem = self%problem
    end function current_problem
+
+   ! MUMPS has memory of its own, which nobody can copy.
+   subroutine copy(self, from)
+      class(modal_solver_type), intent(inout) :: self
+      type(modal_solver_type), intent(in) :: from
+      type(modal_solver_type), allocatable :: own
+
+      allocate (own)
+      if (allocated(from%problem)) allocate (own%problem, source=from%problem)
+      if (allocated(from%solvers)) allocate (own%solvers, source=from%solvers)
+      if (allocated(from%context)) allocate (own%context, source=from%context)
+      if (allocated(from%notes)) allocate (own%notes, source=from%notes)
+      call move_alloc(own%problem, self%problem)
+      call move_alloc(own%solvers, self%solvers)
+      call move_alloc(own%context, self%context)
+      call move_alloc(own%notes, self%notes)
+      call self%spare%clear()
+      self%options = from%options
+      self%for_band = from%for_band
+      self%changed = from%changed
+   end subroutine copy
 
    ! Whether the damping is taken for general, as it was: that is exact for any.
    logical function stays_general(self, damping)
@@ -248,8 +281,11 @@ contains
          if (.not. allocated(error)) allocate (self%context%notes, source=self%notes)
          if (kept .and. .not. allocated(error)) call reduce_again(self%context, error)
       else
+         ! They share with others of the context before.
+         call self%spare%clear()
          allocate (self%context)
          call begin(self%context, self%problem, options, error, monitor, self%solvers)
+         self%context%remembers = .true.
          if (.not. allocated(error)) then
             if (for_band) then
                call prepare_band(self%context, error)
@@ -262,6 +298,7 @@ contains
          self%options = options
          self%for_band = for_band
       end if
+      call self%spare%move_to(self%context%spare)
       self%changed = .false.
    end subroutine make_ready
 

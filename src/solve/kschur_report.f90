@@ -118,6 +118,7 @@ contains
          result%inner = trim(solver%description)
          call s%drop_transform()
       end if
+      if (.not. s%remembers) call s%spare%clear()
       call s%drop_stiffness()
    end subroutine report_factors
 end module kschur_report

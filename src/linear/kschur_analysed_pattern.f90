@@ -1,0 +1,55 @@
+!> A pattern that was analysed, and what was known of the matrix: another matrix with both needs no analysis.
+module kschur_analysed_pattern
+   use kschur_linear_solver, only: matrix_structure_type
+   implicit none
+   private
+   public :: analysed_pattern_type
+
+   !> CSR, 1-based; nothing is allocated where nothing was analysed.
+   type :: analysed_pattern_type
+      private
+      integer, allocatable :: row_start(:), column(:)
+      type(matrix_structure_type) :: structure
+   contains
+      !> Becomes that of a matrix.
+      procedure :: keep
+      !> Whether it is that of a matrix.
+      procedure :: is_that_of
+   end type analysed_pattern_type
+
+contains
+
+   subroutine keep(self, row_start, column, structure)
+      class(analysed_pattern_type), intent(inout) :: self
+      integer, intent(in) :: row_start(:), column(:)
+      type(matrix_structure_type), intent(in) :: structure
+
+      self%row_start = row_start
+      self%column = column
+      self%structure = structure
+   end subroutine keep
+
+   pure logical function is_that_of(self, row_start, column, structure)
+      class(analysed_pattern_type), intent(in) :: self
+      integer, intent(in) :: row_start(:), column(:)
+      type(matrix_structure_type), intent(in) :: structure
+
+      is_that_of = .false.
+      if (.not. allocated(self%column)) return
+      associate (known => self%structure)
+         is_that_of = (known%symmetric .eqv. structure%symmetric) .and. known%multipliers == structure%multipliers .and. &
+            are_same(known%node, structure%node) .and. are_same(known%position, structure%position) .and. &
+            are_same(self%row_start, row_start) .and. are_same(self%column, column)
+      end associate
+   end function is_that_of
+
+   ! Those that are not there are the same.
+   pure logical function are_same(a, b)
+      integer, optional, intent(in) :: a(:), b(:)
+
+      are_same = present(a) .eqv. present(b)
+      if (.not. (are_same .and. present(a))) return
+      are_same = size(a) == size(b)
+      if (are_same) are_same = all(a == b)
+   end function are_same
+end module kschur_analysed_pattern

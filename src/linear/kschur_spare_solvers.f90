@@ -1,0 +1,53 @@
+!> Solvers whose factors nobody needs any more, but which know the pattern that they factored.
+module kschur_spare_solvers
+   use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
+   implicit none
+   private
+   public :: spare_solvers_type
+
+   !> One of each kind at most.
+   type :: spare_solvers_type
+      class(real_linear_solver_type), allocatable :: real
+      class(complex_linear_solver_type), allocatable :: complex
+   contains
+      !> Leaves the factors, and the solvers that know nothing without them.
+      procedure :: forget_factors
+      !> What is here goes there.
+      procedure :: move_to
+      !> Nothing is here any more.
+      procedure :: clear
+   end type spare_solvers_type
+
+contains
+
+   subroutine forget_factors(self)
+      class(spare_solvers_type), intent(inout) :: self
+      logical :: kept
+
+      if (allocated(self%real)) then
+         call self%real%forget_factors(kept)
+         self%real%solve_seconds = 0
+         if (.not. kept) deallocate (self%real)
+      end if
+      if (allocated(self%complex)) then
+         call self%complex%forget_factors(kept)
+         self%complex%solve_seconds = 0
+         if (.not. kept) deallocate (self%complex)
+      end if
+   end subroutine forget_factors
+
+   subroutine move_to(self, other)
+      class(spare_solvers_type), intent(inout) :: self
+      type(spare_solvers_type), intent(inout) :: other
+
+      call move_alloc(self%real, other%real)
+      call move_alloc(self%complex, other%complex)
+   end subroutine move_to
+
+   subroutine clear(self)
+      class(spare_solvers_type), intent(inout) :: self
+
+      if (allocated(self%real)) deallocate (self%real)
+      if (allocated(self%complex)) deallocate (self%complex)
+   end subroutine clear
+end module kschur_spare_solvers
