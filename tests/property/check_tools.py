@@ -6,13 +6,15 @@ import unittest
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from unittest import mock
 
 import numpy as np
 import scipy.linalg
 
 import generate as generator
 import polynomials
-from judge import assign, distance, judge, what_was_asked
+from assemble import Problem
+from judge import DECLINED, FLAGGED, OK, SILENT, Verdict, assign, distance, judge, judge_folder, what_was_asked
 from shrink import shrink
 
 SEEDS = range(int(sys.argv.pop()) if sys.argv[-1].isdigit() else 60)
@@ -189,6 +191,19 @@ class Judgement(unittest.TestCase):
             self.verdict("ok", seed, problem, status, answer)
             answer["modes"][-1]["error"] = tolerance / 100
             self.verdict("bound", seed, problem, status, answer)
+
+    def test_flags_of_iterations_count_where_the_dense_form_is_right(self):
+        verdicts = {"": Verdict(OK), "symmetric": Verdict(DECLINED), "proportional": Verdict(FLAGGED, "8 of 9"),
+                    "low-rank": Verdict(OK)}
+
+        def answer(program, folder, problem, *more):
+            return verdicts[more[-1] if more else ""], "dense"
+        with mock.patch("judge.judge_answer", answer):
+            self.assertEqual(str(judge_folder("", "", Problem({}, []))), "iterated: proportional: 8 of 9")
+            verdicts["low-rank"] = Verdict(SILENT)
+            self.assertEqual(judge_folder("", "", Problem({}, [])).name, SILENT)
+            verdicts.update({"proportional": Verdict(OK), "low-rank": Verdict(DECLINED)})
+            self.assertEqual(judge_folder("", "", Problem({}, [])).name, OK)
 
 
 class Shrinking(unittest.TestCase):

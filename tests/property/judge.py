@@ -16,9 +16,11 @@ SLACK, PRINTED = 10, 1e-15
 # What an answer can be. A certificate or an error bound that is wrong; silently wrong, with exit status 0; fewer modes
 # listed "because there are no more" where there are; numbers listed that are no eigenvalues; no answer at all.
 CERTIFICATE, BOUND, SILENT, NO_MORE, SPURIOUS, REFUSED = "certificate", "bound", "silent", "no more", "spurious", "refused"
-# Honest: some modes were not found, and the program says so; the formulation that was asked for does not fit.
-FLAGGED, DECLINED, OK = "flagged", "declined", "ok"
-CLASSES = [CERTIFICATE, BOUND, SILENT, NO_MORE, SPURIOUS, REFUSED, FLAGGED, DECLINED, OK]
+# Honest: some modes were not found, and the program says so; the same of an iteration where the dense form, which is
+# taken by itself, finds them all; the formulation that was asked for does not fit.
+FLAGGED, ITERATED, DECLINED, OK = "flagged", "iterated", "declined", "ok"
+# The worst first.
+CLASSES = [CERTIFICATE, BOUND, SILENT, NO_MORE, SPURIOUS, REFUSED, FLAGGED, ITERATED, OK, DECLINED]
 
 
 @dataclass
@@ -29,7 +31,7 @@ class Verdict:
 
     @property
     def failed(self):
-        return self.name not in (FLAGGED, DECLINED, OK)
+        return self.name not in (FLAGGED, ITERATED, DECLINED, OK)
 
     def __str__(self):
         return self.name + (f": {self.detail}" if self.detail else "")
@@ -37,18 +39,23 @@ class Verdict:
 
 def judge_folder(program, folder, problem):
     """Verdict on what the program says of the problem in a folder. Where it is solved dense, iterations solve it as well:
-    the one that would else be taken, and the low-rank one where it fits."""
+    the one that would else be taken, and the low-rank one where it fits. What they leave out is flagged too."""
     verdict, formulation = judge_answer(program, folder, problem)
     if verdict.failed or formulation != "dense" or "--formulation" in problem.command:
         return verdict
+    verdicts = [verdict]
     for iterated in ("symmetric", "proportional", "quadratic"):
-        other, _ = judge_answer(program, folder, problem, "--formulation", iterated)
-        if other.failed:
-            return Verdict(other.name, f"{iterated}: {other.detail}")
-        if other.name != DECLINED:
+        verdicts.append(judge_iterated(program, folder, problem, iterated))
+        if verdicts[-1].name != DECLINED:
             break
-    other, _ = judge_answer(program, folder, problem, "--formulation", "low-rank")
-    return Verdict(other.name, f"low-rank: {other.detail}") if other.failed else verdict
+    verdicts.append(judge_iterated(program, folder, problem, "low-rank"))
+    return min(verdicts, key=lambda each: CLASSES.index(each.name))
+
+
+def judge_iterated(program, folder, problem, formulation):
+    verdict, _ = judge_answer(program, folder, problem, "--formulation", formulation)
+    name = ITERATED if verdict.name == FLAGGED else verdict.name
+    return Verdict(name, f"{formulation}: {verdict.detail}" if verdict.detail else "")
 
 
 def judge_answer(program, folder, problem, *more):
