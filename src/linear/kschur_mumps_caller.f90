@@ -10,8 +10,8 @@ module kschur_mumps_caller
 
    !> Which of the four libraries of MUMPS it is: by the kind of scalar.
    integer, parameter, public :: mumps_real = 1, mumps_complex = 2, mumps_single_real = 3, mumps_single_complex = 4
-   !> Jobs beside those of MUMPS: the others get rows of the matrix, and of right-hand sides.
-   integer, parameter, public :: job_take_rows = 0, job_take_vectors = 4
+   !> Jobs beside those of MUMPS: the others get rows of the matrix; whole vectors are solved for.
+   integer, parameter, public :: job_take_rows = 0, job_solve_vectors = 4
 
    !> One factorisation.
    type :: mumps_caller_type
@@ -23,17 +23,8 @@ module kschur_mumps_caller
       procedure :: begin
       !> To be called before MUMPS does a job.
       procedure :: announce
-      !> To be called before MUMPS solves.
-      procedure :: require
       !> Gives another process its rows of the matrix.
       procedure :: send_rows
-      !> Fails where one of them did.
-      procedure :: agree
-      !> Gives another process its rows of a right-hand side.
-      procedure :: send_vector
-      !> Which rows of solutions another process has, and of one of them the values.
-      procedure :: receive_rows
-      procedure :: receive_vector
    end type mumps_caller_type
 
 contains
@@ -59,16 +50,6 @@ contains
       end associate
    end subroutine announce
 
-   subroutine require(self, bytes, error)
-      class(mumps_caller_type), intent(in) :: self
-      !> What MUMPS takes in each process.
-      real(wp), intent(in) :: bytes
-      type(error_type), allocatable, intent(out) :: error
-
-      associate (unused => self, also => bytes, none => error)
-      end associate
-   end subroutine require
-
    subroutine send_rows(self, to, row, column, value, error)
       class(mumps_caller_type), intent(in) :: self
       integer, intent(in) :: to, row(:), column(:)
@@ -79,38 +60,4 @@ contains
       end associate
    end subroutine send_rows
 
-   subroutine agree(self, error)
-      class(mumps_caller_type), intent(in) :: self
-      type(error_type), allocatable, intent(inout) :: error
-
-      associate (unused => self, unchanged => error)
-      end associate
-   end subroutine agree
-
-   subroutine send_vector(self, to, values, number)
-      class(mumps_caller_type), intent(in) :: self
-      integer, intent(in) :: to, number
-      type(c_ptr), intent(in) :: values
-
-      associate (unused => self, also => to, too => number, neither => values)
-      end associate
-   end subroutine send_vector
-
-   subroutine receive_rows(self, from, row)
-      class(mumps_caller_type), intent(in) :: self
-      integer, intent(in) :: from
-      integer, allocatable, intent(inout) :: row(:)
-
-      associate (unused => self, also => from, unchanged => row)
-      end associate
-   end subroutine receive_rows
-
-   subroutine receive_vector(self, from, values, number)
-      class(mumps_caller_type), intent(in) :: self
-      integer, intent(in) :: from, number
-      type(c_ptr), intent(in) :: values
-
-      associate (unused => self, also => from, too => number, neither => values)
-      end associate
-   end subroutine receive_vector
 end module kschur_mumps_caller

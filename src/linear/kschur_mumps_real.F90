@@ -7,13 +7,15 @@ module kschur_mumps_real
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: determinant_type, real_linear_solver_type, matrix_structure_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
-   use kschur_memory, only: complex_bytes, integer_bytes, require_memory
+   use kschur_memory, only: complex_bytes, require_memory
    use kschur_monitor, only: ask_monitor
-   use kschur_mumps_caller, only: job_take_rows, job_take_vectors, mumps_caller_type, mumps_real
+   use kschur_mumps_caller, only: job_take_rows, job_solve_vectors, mumps_caller_type, mumps_real
+   use kschur_mumps_memory, only: block_of_right_hand_sides, solution_bytes
    use kschur_mumps_messages, only: mumps_error, is_short_of_workspace
    use kschur_ordering, only: elimination_order
    use kschur_processes, only: processes_type
    use kschur_row_ranges, only: row_ranges, row_ranges_type
+   use kschur_solution_rows, only: solution_rows_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: text
    use kschur_threads, only: set_blas_threads, team_size
@@ -48,4 +50,6 @@ module kschur_mumps_real
 #define DESCRIPTION "mumps: the matrix is real"
 #include "kschur_mumps.inc"
 #include "kschur_mumps_solve.inc"
+#define SOLVE_ROWS solve_rows
+#include "kschur_mumps_rows.inc"
 end module kschur_mumps_real

@@ -6,7 +6,6 @@ module kschur_processes
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
-   use kschur_memory, only: megabyte, require_memory
    use mpi_f08, only: operator(==), MPI_Allreduce, MPI_Bcast, &
       MPI_CHARACTER, MPI_Comm, MPI_Comm_dup, MPI_Comm_free, MPI_COMM_NULL, MPI_Comm_rank, &
       MPI_COMM_SELF, MPI_Comm_size, MPI_Comm_split, MPI_Comm_split_type, MPI_COMM_TYPE_SHARED, MPI_Ibcast, MPI_INFO_NULL, &
@@ -18,7 +17,8 @@ module kschur_processes
    public :: are_several, broadcast_words, join_processes, nap, processes_type, spread_error
 
    !> What the first process may say; further words go with it.
-   integer, parameter, public :: word_end = 0, word_mumps = 1, word_parts = 2, word_memory = 3, word_basis = 4, word_matrix = 5
+   integer, parameter, public :: word_end = 0, word_mumps = 1, word_parts = 2, word_basis = 3, word_matrix = 4, &
+      word_operator = 5, word_together = 6
    integer, parameter, public :: number_of_words = 8
 
    !> Who works together.
@@ -46,8 +46,6 @@ module kschur_processes
       procedure :: distribute
       !> All get the error of the first one that has one, before they begin.
       procedure :: agree
-      !> Fails in all where one of them cannot have so much memory for solutions.
-      procedure :: require
       !> Ends what they do together: all get the error of the first one that has one.
       procedure :: leave
    end type processes_type
@@ -194,18 +192,6 @@ contains
       call spread_error(self%communicator, error)
       self%failed = allocated(error)
    end subroutine agree
-
-   !> The first one asks for it, the others when they have heard so.
-   subroutine require(self, megabytes, error)
-      class(processes_type), intent(in) :: self
-      !> Of each.
-      integer, intent(in) :: megabytes
-      type(error_type), allocatable, intent(out) :: error
-
-      if (self%rank == 0) call self%tell([word_memory, megabytes])
-      call require_memory(megabyte*megabytes, "solutions with factors on several processes", error)
-      call spread_error(self%communicator, error)
-   end subroutine require
 
    subroutine leave(self, error)
       class(processes_type), intent(inout) :: self

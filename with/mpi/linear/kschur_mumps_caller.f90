@@ -14,8 +14,8 @@ module kschur_mumps_caller
 
    !> Which of the four libraries of MUMPS it is: by the kind of scalar.
    integer, parameter, public :: mumps_real = 1, mumps_complex = 2, mumps_single_real = 3, mumps_single_complex = 4
-   !> Jobs beside those of MUMPS: the others get rows of the matrix, and of right-hand sides.
-   integer, parameter, public :: job_take_rows = 0, job_take_vectors = 4
+   !> Jobs beside those of MUMPS: the others get rows of the matrix; whole vectors are solved for.
+   integer, parameter, public :: job_take_rows = 0, job_solve_vectors = 4
 
    !> One factorisation.
    type :: mumps_caller_type
@@ -30,17 +30,8 @@ module kschur_mumps_caller
       procedure :: begin
       !> To be called before MUMPS does a job.
       procedure :: announce
-      !> To be called before MUMPS solves: where memory of one process ended meanwhile, it would wait for that one for ever.
-      procedure :: require
       !> Gives another process its rows of the matrix.
       procedure :: send_rows
-      !> Fails where one of them did.
-      procedure :: agree
-      !> Gives another process its rows of a right-hand side.
-      procedure :: send_vector
-      !> Which rows of solutions another process has, and of one of them the values.
-      procedure :: receive_rows
-      procedure :: receive_vector
    end type mumps_caller_type
 
 contains
@@ -74,15 +65,6 @@ contains
          call self%others%tell([word_mumps, self%number, job(1), self%library, self%symmetry, job(2:)])
    end subroutine announce
 
-   subroutine require(self, bytes, error)
-      class(mumps_caller_type), intent(in) :: self
-      !> What MUMPS takes in each process.
-      real(wp), intent(in) :: bytes
-      type(error_type), allocatable, intent(out) :: error
-
-      if (associated(self%others)) call self%others%require(ceiling(bytes/megabyte), error)
-   end subroutine require
-
    !> Fails where the other one has no memory for them; what is sent to others goes on, as they wait for it.
    subroutine send_rows(self, to, row, column, value, error)
       class(mumps_caller_type), intent(in) :: self
@@ -106,51 +88,6 @@ contains
          call MPI_Send(scalars, size(row), scalar_of(self%library), to, 0, communicator)
       end associate
    end subroutine send_rows
-
-   subroutine agree(self, error)
-      class(mumps_caller_type), intent(in) :: self
-      type(error_type), allocatable, intent(inout) :: error
-
-      call spread_error(self%others%communicator, error)
-   end subroutine agree
-
-   subroutine send_vector(self, to, values, number)
-      class(mumps_caller_type), intent(in) :: self
-      integer, intent(in) :: to
-      !> Scalars of the library, and how many.
-      type(c_ptr), intent(in) :: values
-      integer, intent(in) :: number
-      real(wp), pointer :: scalars(:)
-
-      call c_f_pointer(values, scalars, [1])
-      call MPI_Send(scalars, number, scalar_of(self%library), to, 0, self%others%communicator)
-   end subroutine send_vector
-
-   subroutine receive_rows(self, from, row)
-      class(mumps_caller_type), intent(in) :: self
-      integer, intent(in) :: from
-      integer, allocatable, intent(inout) :: row(:)
-      integer :: number
-
-      associate (communicator => self%others%communicator)
-         call MPI_Recv(number, 1, MPI_INTEGER, from, 0, communicator, MPI_STATUS_IGNORE)
-         if (allocated(row)) deallocate (row)
-         allocate (row(number))
-         call MPI_Recv(row, number, MPI_INTEGER, from, 0, communicator, MPI_STATUS_IGNORE)
-      end associate
-   end subroutine receive_rows
-
-   subroutine receive_vector(self, from, values, number)
-      class(mumps_caller_type), intent(in) :: self
-      integer, intent(in) :: from
-      !> Room for scalars of the library, and for how many.
-      type(c_ptr), intent(in) :: values
-      integer, intent(in) :: number
-      real(wp), pointer :: scalars(:)
-
-      call c_f_pointer(values, scalars, [1])
-      call MPI_Recv(scalars, number, scalar_of(self%library), from, 0, self%others%communicator, MPI_STATUS_IGNORE)
-   end subroutine receive_vector
 
    !> What a library of MUMPS computes with.
    function scalar_of(library)

@@ -2,11 +2,15 @@
 !> part of the factors there. Of the matrix and of right-hand sides each has some rows, of solutions those at its pivots.
 module kschur_mumps_help
    use kschur_error, only: error_type, new_error, error_memory
-   use kschur_kinds, only: long
-   use kschur_mumps_caller, only: job_take_rows, job_take_vectors, mumps_complex, mumps_real, mumps_single_complex, &
+   use kschur_kinds, only: long, single, wp
+   use kschur_lock, only: acquire_lock, release_lock, lock_mumps
+   use kschur_memory, only: require_memory
+   use kschur_mumps_caller, only: job_take_rows, job_solve_vectors, mumps_complex, mumps_real, mumps_single_complex, &
       mumps_single_real, scalar_of
-   use kschur_processes, only: number_of_words, processes_type, spread_error
-   use kschur_row_ranges, only: row_ranges, row_ranges_type
+   use kschur_mumps_memory, only: solution_bytes
+   use kschur_mumps_messages, only: mumps_error
+   use kschur_processes, only: number_of_words, processes_type
+   use kschur_solution_rows, only: solution_rows_type
    use kschur_threads, only: set_blas_threads, team_size
    use mpi_f08, only: MPI_Comm, MPI_INTEGER, MPI_LOGICAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
    implicit none
@@ -25,7 +29,7 @@ module kschur_mumps_help
 #undef INCLUDE
 
    ! JOB of MUMPS.
-   integer, parameter :: job_begin = -1, job_end = -2, job_factorize = 2, job_solve = 3
+   integer, parameter :: job_begin = -1, job_end = -2, job_factorize = 2
 
    !> The part of one factorisation that is here.
    type :: mumps_instance_type
@@ -36,6 +40,8 @@ module kschur_mumps_help
       type(zmumps_struc), pointer :: complex => null()
       type(smumps_struc), pointer :: single_real => null()
       type(cmumps_struc), pointer :: single_complex => null()
+      ! Of vectors.
+      type(solution_rows_type) :: rows
    end type mumps_instance_type
 
 contains
@@ -44,8 +50,8 @@ contains
    subroutine help_mumps(instances, processes, words)
       !> The factorisations that have begun and not ended.
       type(mumps_instance_type), allocatable, intent(inout) :: instances(:)
-      type(processes_type), intent(in) :: processes
-      !> Number of the factorisation, job, library and symmetry, after the first word; of right-hand sides rows and columns.
+      type(processes_type), pointer, intent(in) :: processes
+      !> Number of the factorisation, job, library and symmetry, after the first word; of vectors unknowns, multipliers and columns.
       integer, intent(in) :: words(number_of_words)
       type(mumps_instance_type) :: new
       integer :: i
@@ -59,13 +65,13 @@ contains
          if (job == job_factorize) call set_blas_threads(team_size())
          select case (words(4))
          case (mumps_real)
-            call help_real(instances(i)%real, processes, words)
+            call help_real(instances(i)%real, instances(i)%rows, processes, words)
          case (mumps_complex)
-            call help_complex(instances(i)%complex, processes, words)
+            call help_complex(instances(i)%complex, instances(i)%rows, processes, words)
          case (mumps_single_real)
-            call help_single_real(instances(i)%single_real, processes, words)
+            call help_single_real(instances(i)%single_real, instances(i)%rows, processes, words)
          case (mumps_single_complex)
-            call help_single_complex(instances(i)%single_complex, processes, words)
+            call help_single_complex(instances(i)%single_complex, instances(i)%rows, processes, words)
          end select
          if (job == job_factorize) call set_blas_threads(1)
          if (job == job_end) instances = pack(instances, instances%number /= number)
@@ -75,44 +81,52 @@ contains
 #define HELP help_real
 #define TAKE take_real
 #define FORGET forget_real
-#define TAKE_VECTORS take_real_vectors
-#define GIVE_VECTORS give_real_vectors
-#define FORGET_VECTORS forget_real_vectors
+#define SOLVE solve_real
+#define SOLVE_ROWS solve_real_rows
+#define SCALAR real(wp)
+#define STORED(x) x
 #define LIBRARY mumps_real
 #define MUMPS_STRUC dmumps_struc
 #define MUMPS_NAME dmumps
 #include "kschur_mumps_help.inc"
+#include "kschur_mumps_rows.inc"
 
 #define HELP help_complex
 #define TAKE take_complex
 #define FORGET forget_complex
-#define TAKE_VECTORS take_complex_vectors
-#define GIVE_VECTORS give_complex_vectors
-#define FORGET_VECTORS forget_complex_vectors
+#define SOLVE solve_complex
+#define SOLVE_ROWS solve_complex_rows
+#define SCALAR complex(wp)
+#define STORED(x) x
 #define LIBRARY mumps_complex
 #define MUMPS_STRUC zmumps_struc
 #define MUMPS_NAME zmumps
 #include "kschur_mumps_help.inc"
+#include "kschur_mumps_rows.inc"
 
 #define HELP help_single_real
 #define TAKE take_single_real
 #define FORGET forget_single_real
-#define TAKE_VECTORS take_single_real_vectors
-#define GIVE_VECTORS give_single_real_vectors
-#define FORGET_VECTORS forget_single_real_vectors
+#define SOLVE solve_single_real
+#define SOLVE_ROWS solve_single_real_rows
+#define SCALAR real(wp)
+#define STORED(x) real(x, single)
 #define LIBRARY mumps_single_real
 #define MUMPS_STRUC smumps_struc
 #define MUMPS_NAME smumps
 #include "kschur_mumps_help.inc"
+#include "kschur_mumps_rows.inc"
 
 #define HELP help_single_complex
 #define TAKE take_single_complex
 #define FORGET forget_single_complex
-#define TAKE_VECTORS take_single_complex_vectors
-#define GIVE_VECTORS give_single_complex_vectors
-#define FORGET_VECTORS forget_single_complex_vectors
+#define SOLVE solve_single_complex
+#define SOLVE_ROWS solve_single_complex_rows
+#define SCALAR complex(wp)
+#define STORED(x) cmplx(x, kind=single)
 #define LIBRARY mumps_single_complex
 #define MUMPS_STRUC cmumps_struc
 #define MUMPS_NAME cmumps
 #include "kschur_mumps_help.inc"
+#include "kschur_mumps_rows.inc"
 end module kschur_mumps_help

@@ -4,8 +4,7 @@ module kschur_help
    use kschur_basis_help, only: basis_instance_type, help_basis
    use kschur_error, only: error_type
    use kschur_mumps_help, only: help_mumps, mumps_instance_type
-   use kschur_processes, only: number_of_words, processes_type, word_basis, word_end, word_matrix, word_memory, word_mumps, &
-      word_parts
+   use kschur_processes, only: number_of_words, processes_type, word_basis, word_end, word_matrix, word_mumps, word_parts
    use kschur_row_matrix, only: help_multiply, row_matrix_part_type
    use mpi_f08, only: MPI_Comm
    implicit none
@@ -19,20 +18,18 @@ contains
       type(mumps_instance_type), allocatable :: instances(:)
       type(basis_instance_type), allocatable :: bases(:)
       type(row_matrix_part_type), allocatable :: parts(:)
-      ! The first process has it as well.
-      type(error_type), allocatable :: none
+      type(processes_type), pointer :: all
       integer :: words(number_of_words)
 
+      all => processes
       allocate (instances(0), bases(0), parts(0))
       do
          call processes%hear(words)
          select case (words(1))
-         case (word_memory)
-            call processes%require(words(2), none)
          case (word_matrix)
             call help_multiply(parts, processes, words)
          case (word_mumps)
-            call help_mumps(instances, processes, words)
+            call help_mumps(instances, all, words)
          case (word_basis)
             call help_basis(bases, processes, words)
          case (word_parts)

@@ -1,0 +1,80 @@
+!> Which rows each process has of vectors of unknowns and multipliers behind them: a range of both.
+module kschur_joint_ranges
+   use kschur_row_ranges, only: row_ranges, row_ranges_type
+   implicit none
+   private
+   public :: joint_ranges, joint_ranges_type
+
+   !> Processes are counted from 0, rows from 1.
+   type :: joint_ranges_type
+      type(row_ranges_type) :: unknowns, multipliers
+   contains
+      !> How many rows a process has: the unknowns first.
+      procedure :: rows
+      !> Which they are.
+      procedure :: list
+      !> Which process has a row, and as which of its rows.
+      procedure :: owner
+      procedure :: place
+      !> How many unknowns there are in all.
+      procedure :: all_unknowns
+   end type joint_ranges_type
+
+contains
+
+   !> So many rows over so many processes.
+   pure function joint_ranges(unknowns, multipliers, processes) result(ranges)
+      integer, intent(in) :: unknowns, multipliers, processes
+      type(joint_ranges_type) :: ranges
+
+      ranges%unknowns = row_ranges(unknowns, processes)
+      ranges%multipliers = row_ranges(multipliers, processes)
+   end function joint_ranges
+
+   pure integer function rows(self, process)
+      class(joint_ranges_type), intent(in) :: self
+      integer, intent(in) :: process
+
+      rows = self%unknowns%rows(process) + self%multipliers%rows(process)
+   end function rows
+
+   pure function list(self, process)
+      class(joint_ranges_type), intent(in) :: self
+      integer, intent(in) :: process
+      integer :: list(self%unknowns%rows(process) + self%multipliers%rows(process))
+      integer :: i
+
+      list = [[(i, i=self%unknowns%first(process), self%unknowns%last(process))], &
+         self%all_unknowns() + [(i, i=self%multipliers%first(process), self%multipliers%last(process))]]
+   end function list
+
+   pure integer function owner(self, row)
+      class(joint_ranges_type), intent(in) :: self
+      integer, intent(in) :: row
+
+      if (row <= self%all_unknowns()) then
+         owner = self%unknowns%owner(row)
+      else
+         owner = self%multipliers%owner(row - self%all_unknowns())
+      end if
+   end function owner
+
+   pure integer function place(self, row)
+      class(joint_ranges_type), intent(in) :: self
+      integer, intent(in) :: row
+      integer :: process
+
+      process = self%owner(row)
+      if (row <= self%all_unknowns()) then
+         place = row - self%unknowns%before(process)
+      else
+         place = self%unknowns%rows(process) + row - self%all_unknowns() - self%multipliers%before(process)
+      end if
+   end function place
+
+   pure integer function all_unknowns(self)
+      class(joint_ranges_type), intent(in) :: self
+
+      all_unknowns = self%unknowns%before(ubound(self%unknowns%before, 1))
+   end function all_unknowns
+end module kschur_joint_ranges

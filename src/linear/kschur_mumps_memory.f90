@@ -1,0 +1,27 @@
+!> What MUMPS takes of a process beside factors.
+module kschur_mumps_memory
+   use kschur_kinds, only: wp
+   use kschur_memory, only: complex_bytes, integer_bytes
+   implicit none
+   private
+   public :: solution_bytes
+
+   !> Right-hand sides that MUMPS takes at a time.
+   integer, parameter, public :: block_of_right_hand_sides = 32
+
+contains
+
+   !> For solutions on several processes: rows of vectors, given, found and sent; of MUMPS its part of them, some of the largest
+   !> fronts, places, and messages.
+   pure real(wp) function solution_bytes(order, front, rows, vectors)
+      !> Of the matrix, and of the largest front.
+      integer, intent(in) :: order, front
+      !> Of a vector in this process, and how many vectors there are.
+      integer, intent(in) :: rows, vectors
+      integer, parameter :: fronts = 8, places = 4, copies = 5
+      real(wp), parameter :: messages = 3.0e7_wp
+
+      solution_bytes = messages + places*integer_bytes*order + copies*complex_bytes*real(rows, wp)*vectors &
+         + complex_bytes*min(vectors, block_of_right_hand_sides)*(real(order, wp) + fronts*front)
+   end function solution_bytes
+end module kschur_mumps_memory

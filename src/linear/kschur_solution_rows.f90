@@ -1,0 +1,124 @@
+!> Right-hand sides and solutions by rows with the processes that solve together. In this build there is one, which has all of
+!> them; `with/mpi` has the module for several.
+module kschur_solution_rows
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_processes, only: processes_type
+   implicit none
+   private
+   public :: solution_rows_type
+
+   !> Who has which.
+   type :: solution_rows_type
+   contains
+      procedure :: begin
+      !> How many are here, and which.
+      procedure :: rows
+      procedure :: list
+      !> Fails where one of them did.
+      procedure :: agree
+      !> From where pivots are to where the rows are.
+      generic :: bring_home => bring_home_real, bring_home_complex
+      procedure, private :: bring_home_real, bring_home_complex
+      !> From the whole vectors of the first process, and to them.
+      generic :: scatter => scatter_real, scatter_complex
+      procedure, private :: scatter_real, scatter_complex
+      generic :: gather => gather_real, gather_complex
+      procedure, private :: gather_real, gather_complex
+   end type solution_rows_type
+
+contains
+
+   subroutine begin(self, unknowns, multipliers, processes)
+      class(solution_rows_type), intent(in) :: self
+      !> Rows of a vector, the unknowns first.
+      integer, intent(in) :: unknowns, multipliers
+      type(processes_type), pointer, intent(in) :: processes
+
+      associate (unused => self, also => unknowns, too => multipliers, neither => processes)
+      end associate
+   end subroutine begin
+
+   pure integer function rows(self)
+      class(solution_rows_type), intent(in) :: self
+
+      associate (unused => self)
+      end associate
+      rows = 0
+   end function rows
+
+   pure function list(self)
+      class(solution_rows_type), intent(in) :: self
+      integer :: list(0)
+
+      associate (unused => self)
+      end associate
+      list = [integer ::]
+   end function list
+
+   subroutine agree(self, error)
+      class(solution_rows_type), intent(in) :: self
+      type(error_type), allocatable, intent(inout) :: error
+
+      associate (unused => self, unchanged => error)
+      end associate
+   end subroutine agree
+
+   subroutine bring_home_real(self, row, solutions, x)
+      class(solution_rows_type), intent(in) :: self
+      !> Which rows of solutions are here.
+      integer, intent(in) :: row(:)
+      real(wp), intent(in) :: solutions(:, :)
+      !> As many columns, of the rows that belong here.
+      real(wp), intent(inout) :: x(:, :)
+
+      associate (unused => self, also => row, too => solutions, unchanged => x)
+      end associate
+   end subroutine bring_home_real
+
+   subroutine bring_home_complex(self, row, solutions, x)
+      class(solution_rows_type), intent(in) :: self
+      integer, intent(in) :: row(:)
+      complex(wp), intent(in) :: solutions(:, :)
+      complex(wp), intent(inout) :: x(:, :)
+
+      associate (unused => self, also => row, too => solutions, unchanged => x)
+      end associate
+   end subroutine bring_home_complex
+
+   subroutine scatter_real(self, x, part)
+      class(solution_rows_type), intent(in) :: self
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), contiguous, intent(inout) :: part(:, :)
+
+      associate (unused => self, also => x, unchanged => part)
+      end associate
+   end subroutine scatter_real
+
+   subroutine scatter_complex(self, x, part)
+      class(solution_rows_type), intent(in) :: self
+      complex(wp), contiguous, intent(in) :: x(:, :)
+      complex(wp), contiguous, intent(inout) :: part(:, :)
+
+      associate (unused => self, also => x, unchanged => part)
+      end associate
+   end subroutine scatter_complex
+
+   subroutine gather_real(self, part, x)
+      class(solution_rows_type), intent(in) :: self
+      real(wp), contiguous, intent(in) :: part(:, :)
+      real(wp), contiguous, intent(inout) :: x(:, :)
+
+      associate (unused => self, also => part, unchanged => x)
+      end associate
+   end subroutine gather_real
+
+   subroutine gather_complex(self, part, x)
+      class(solution_rows_type), intent(in) :: self
+      complex(wp), contiguous, intent(in) :: part(:, :)
+      complex(wp), contiguous, intent(inout) :: x(:, :)
+
+      associate (unused => self, also => part, unchanged => x)
+      end associate
+   end subroutine gather_complex
+end module kschur_solution_rows

@@ -1,0 +1,129 @@
+!> Right-hand sides and solutions by rows with the processes that solve together: ranges of unknowns and of multipliers each.
+!> Solutions come at the pivots of factors, and are sent from there to where their rows belong.
+module kschur_solution_rows
+   use kschur_error, only: error_type
+   use kschur_joint_ranges, only: joint_ranges, joint_ranges_type
+   use kschur_kinds, only: wp
+   use kschur_processes, only: processes_type, spread_error
+   use kschur_row_exchange, only: exchange_gather => gather, exchange_scatter => scatter
+   use mpi_f08, only: MPI_Allreduce, MPI_Alltoall, MPI_Alltoallv, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, MPI_INTEGER, &
+      MPI_LOGICAL, MPI_LOR
+   implicit none
+   private
+   public :: solution_rows_type
+
+   !> Who has which. All of them call together what is not marked as of one.
+   type :: solution_rows_type
+      private
+      type(processes_type), pointer :: processes => null()
+      type(joint_ranges_type) :: ranges
+      ! The rows of solutions that were here last, in which order they go, and how many to each process.
+      integer, allocatable :: row(:), order(:), sent(:)
+      ! How many come from each, and to which places.
+      integer, allocatable :: received(:), place(:)
+   contains
+      procedure :: begin
+      !> How many are here, and which; of one.
+      procedure :: rows
+      procedure :: list
+      !> Fails where one of them did.
+      procedure :: agree
+      !> From where pivots are to where the rows are.
+      generic :: bring_home => bring_home_real, bring_home_complex
+      procedure, private :: bring_home_real, bring_home_complex
+      !> From the whole vectors of the first process, and to them.
+      generic :: scatter => scatter_real, scatter_complex
+      procedure, private :: scatter_real, scatter_complex
+      generic :: gather => gather_real, gather_complex
+      procedure, private :: gather_real, gather_complex
+      procedure, private :: find_ways
+   end type solution_rows_type
+
+contains
+
+   subroutine begin(self, unknowns, multipliers, processes)
+      class(solution_rows_type), intent(inout) :: self
+      !> Rows of a vector, the unknowns first.
+      integer, intent(in) :: unknowns, multipliers
+      type(processes_type), pointer, intent(in) :: processes
+
+      self%processes => processes
+      self%ranges = joint_ranges(unknowns, multipliers, processes%number)
+   end subroutine begin
+
+   pure integer function rows(self)
+      class(solution_rows_type), intent(in) :: self
+
+      rows = self%ranges%rows(self%processes%rank)
+   end function rows
+
+   pure function list(self)
+      class(solution_rows_type), intent(in) :: self
+      integer :: list(self%rows())
+
+      list = self%ranges%list(self%processes%rank)
+   end function list
+
+   subroutine agree(self, error)
+      class(solution_rows_type), intent(in) :: self
+      type(error_type), allocatable, intent(inout) :: error
+
+      call spread_error(self%processes%communicator, error)
+   end subroutine agree
+
+   ! Pivots stay where they are from one solution to the next, but for other factors, and for the transpose.
+   subroutine find_ways(self, row)
+      class(solution_rows_type), intent(inout) :: self
+      integer, intent(in) :: row(:)
+      integer :: owner(size(row)), next(0:self%processes%number - 1), p, i
+      integer, allocatable :: goes(:)
+      logical :: is_new, is_new_somewhere
+
+      is_new = .not. allocated(self%row)
+      if (.not. is_new) is_new = size(self%row) /= size(row)
+      if (.not. is_new) is_new = any(self%row /= row)
+      associate (communicator => self%processes%communicator)
+         call MPI_Allreduce(is_new, is_new_somewhere, 1, MPI_LOGICAL, MPI_LOR, communicator)
+         if (.not. is_new_somewhere) return
+         self%row = row
+         owner = [(self%ranges%owner(row(i)), i=1, size(row))]
+         self%sent = [(count(owner == p), p=0, self%processes%number - 1)]
+         next = before(self%sent)
+         self%order = row
+         do i = 1, size(row)
+            next(owner(i)) = next(owner(i)) + 1
+            self%order(next(owner(i))) = i
+         end do
+         self%received = self%sent
+         call MPI_Alltoall(self%sent, 1, MPI_INTEGER, self%received, 1, MPI_INTEGER, communicator)
+         goes = [(self%ranges%place(row(self%order(i))), i=1, size(row))]
+         if (allocated(self%place)) deallocate (self%place)
+         allocate (self%place(sum(self%received)))
+         call MPI_Alltoallv(goes, self%sent, before(self%sent), MPI_INTEGER, self%place, self%received, before(self%received), &
+            MPI_INTEGER, communicator)
+      end associate
+   end subroutine find_ways
+
+   ! How many come before those of each.
+   pure function before(numbers)
+      integer, intent(in) :: numbers(:)
+      integer :: before(size(numbers))
+      integer :: p
+
+      before = [(sum(numbers(:p - 1)), p=1, size(numbers))]
+   end function before
+
+#define SCALAR real(wp)
+#define MPI_SCALAR MPI_DOUBLE_PRECISION
+#define BRING_HOME bring_home_real
+#define SCATTER scatter_real
+#define GATHER gather_real
+#include "kschur_solution_rows.inc"
+
+#define SCALAR complex(wp)
+#define MPI_SCALAR MPI_DOUBLE_COMPLEX
+#define BRING_HOME bring_home_complex
+#define SCATTER scatter_complex
+#define GATHER gather_complex
+#include "kschur_solution_rows.inc"
+end module kschur_solution_rows
