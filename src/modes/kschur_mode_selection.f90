@@ -1,11 +1,12 @@
 !> From eigenpairs to modes: which of them are the same, how accurate they are, which are wanted.
 module kschur_mode_selection
-   use kschur_backward_error, only: backward_errors, settle_pairs
+   use kschur_backward_error, only: backward_errors
    use kschur_eigenpairs, only: eigenpairs_type, normalize
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type, take_columns
    use kschur_problem, only: modal_problem_type
    use kschur_residual_parts, only: residual_parts
+   use kschur_settling, only: settle_pairs
    use kschur_shapes, only: depends, repeats_zero
    use kschur_threads, only: panel_rows
    implicit none

@@ -8,11 +8,12 @@ module kschur_refine
    use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_monitor, only: is_stopped, monitor_type
-   use kschur_backward_error, only: backward_errors, settle_pairs
+   use kschur_backward_error, only: backward_errors
    use kschur_problem, only: modal_problem_type
    use kschur_outcome, only: inaccurate_above
    use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_scaling, only: constraint_factors
+   use kschur_settling, only: settle_pairs
    use kschur_shapes, only: depends
    use kschur_sparse, only: complex_combination, csr_matrix_type
    use kschur_tolerances, only: same_value

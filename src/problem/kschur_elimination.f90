@@ -9,8 +9,9 @@ module kschur_elimination
 
    ! Unknowns that one master may have tied to it; ties beyond stay multipliers, or T^T K T would fill.
    integer, parameter :: max_slaves = 64
-   ! A coefficient vanishes at this part of its terms' magnitudes, and as much again for each number they are made of.
-   real(wp), parameter :: rounding = 2*epsilon(1.0_wp)
+   ! A coefficient vanishes at this part of its terms' magnitudes, and as much again for each number they are made of: what
+   ! was written with twelve digits is the same constraint again, and not one that clamps.
+   real(wp), parameter :: rounding = 1.0e-11_wp
 
    !> What was eliminated of m rows in n unknowns.
    type :: ties_type

@@ -1,6 +1,6 @@
 !> What may be wrong with pairs and modes that an iteration found is looked at again, one by one, and mended or dropped.
 module kschur_mending
-   use kschur_backward_error, only: backward_errors, settle_pairs
+   use kschur_backward_error, only: backward_errors
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_type
@@ -11,6 +11,7 @@ module kschur_mending
    use kschur_outcome, only: inaccurate_above
    use kschur_refine, only: confirm, refine
    use kschur_scaling, only: constraint_factors
+   use kschur_settling, only: settle_pairs
    use kschur_tolerances, only: same_value
    implicit none
    private
