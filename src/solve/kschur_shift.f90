@@ -254,6 +254,9 @@ contains
       type(modal_selection_type) :: selection
       type(ritz_pairs_type) :: ritz
       type(stopper_type) :: stopper
+      complex(wp) :: lambdas(2)
+      real(wp), allocatable :: magnitudes(:)
+      logical, allocatable :: real_ones(:)
       integer :: subspace, i
 
       scale = 0
@@ -269,9 +272,42 @@ contains
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
       s%effort%seconds%orthogonalize = s%effort%seconds%orthogonalize + ritz%statistics%orthogonalize_seconds
-      call observe([(maxval(abs(s%transform%map%lambdas(s%transform%theta(ritz%mu(i))))), i=1, size(ritz%mu))], &
-         too_near*abs(s%shift), min(too_far*abs(s%shift), above_the_typical*typical_rate(s%work)), 1, scale)
+      allocate (magnitudes(size(ritz%mu)), real_ones(size(ritz%mu)))
+      do i = 1, size(ritz%mu)
+         lambdas = s%transform%map%lambdas(s%transform%theta(ritz%mu(i)))
+         magnitudes(i) = maxval(abs(lambdas))
+         real_ones(i) = .not. any(abs(aimag(lambdas)) > 0)
+      end do
+      call observe(but_lowest(magnitudes, real_ones, slow_decays(s)), too_near*abs(s%shift), &
+         min(too_far*abs(s%shift), above_the_typical*typical_rate(s%work)), 1, scale)
    end subroutine observe_here
+
+   ! How many eigenvalues rigid motions have beside the zeros, where damping keeps them in the iteration. Like those zeros
+   ! they tell no scale: the frequencies may lie decades above them.
+   integer function slow_decays(s)
+      type(solve_context_type), intent(in) :: s
+
+      associate (deflation => s%known%deflation)
+         slow_decays = max(2*deflation%others - deflation%zero%multiplicity(), 0)
+      end associate
+   end function slow_decays
+
+   ! Without the lowest of those that count, so many at most; with them where nothing else is there.
+   pure function but_lowest(magnitudes, counts, most) result(left)
+      real(wp), intent(in) :: magnitudes(:)
+      logical, intent(in) :: counts(:)
+      integer, intent(in) :: most
+      real(wp), allocatable :: left(:)
+      logical :: stays(size(magnitudes))
+      integer :: i
+
+      stays = .true.
+      do i = 1, min(most, count(counts))
+         stays(minloc(magnitudes, 1, counts .and. stays)) = .false.
+      end do
+      if (.not. any(stays)) stays = .true.
+      allocate (left, source=pack(magnitudes, stays))
+   end function but_lowest
 
    !> The scale of modes that were found (1/s); as it was where they do not tell.
    real(wp) function scale_of(lambda, before) result(scale)

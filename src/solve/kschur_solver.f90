@@ -13,7 +13,7 @@ module kschur_solver
    use kschur_kinds, only: wp, long
    use kschur_left_run, only: find_left_modes
    use kschur_long_list, only: find_long_list, is_long_list
-   use kschur_low_rank_choice, only: leave_low_rank, settle_low_rank
+   use kschur_low_rank_choice, only: leave_low_rank, settle_low_rank, weigh_low_rank
    use kschur_modes, only: modes_type, no_modes
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_auto, formulation_low_rank
@@ -103,9 +103,10 @@ contains
       type(solve_context_type), target, intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
 
-      call settle_low_rank(s, error)
-      if (.not. allocated(error)) call reduce(s, error)
+      call settle_low_rank(s)
+      call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
+      if (.not. allocated(error)) call weigh_low_rank(s, error)
       call s%end_step(phase_examine)
    end subroutine prepare
 
