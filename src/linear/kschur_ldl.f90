@@ -160,7 +160,7 @@ contains
       end if
       do first = 1, size(x, 2), together
          last = min(first + together - 1, size(x, 2))
-         call gather(self%symbolic%order, x(:, first:last), y)
+         call gather(self%symbolic%position, x(:, first:last), y)
          call substitute(self%symbolic, self%subtrees, self%factors, y, error)
          if (allocated(error)) return
          call scatter(self%symbolic%order, y, x(:, first:last))
@@ -168,19 +168,19 @@ contains
       self%solve_seconds = self%solve_seconds + seconds_since(started)
    end subroutine solve
 
-   ! Right-hand sides that are not there are zero.
-   subroutine gather(order, x, y)
-      integer, intent(in) :: order(:)
+   ! Right-hand sides that are not there are zero. Writes that are scattered wait for nothing, as reads would.
+   subroutine gather(position, x, y)
+      integer, intent(in) :: position(:)
       real(wp), contiguous, intent(in) :: x(:, :)
       real(wp), contiguous, intent(out) :: y(:, :)
       integer :: i, j
 
-      !$omp parallel do schedule(static) private(i) if (size(order) > panel_rows)
-      do j = 1, size(order)
+      !$omp parallel do schedule(static) private(i) if (size(position) > panel_rows)
+      do j = 1, size(position)
          do i = 1, size(x, 2)
-            y(i, j) = x(order(j), i)
+            y(i, position(j)) = x(j, i)
          end do
-         y(size(x, 2) + 1:, j) = 0
+         y(size(x, 2) + 1:, position(j)) = 0
       end do
       !$omp end parallel do
    end subroutine gather

@@ -1,8 +1,9 @@
 !> Solves with supernodal factors L D L^T: reads L once forward and once backward, for one right-hand side or for four.
 module kschur_substitution
+   use, intrinsic :: iso_c_binding, only: c_double, c_int
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgemm, dgemv
+   use kschur_lapack, only: dgemv
    use kschur_left_looking, only: supernodal_factors_type
    use kschur_subtrees, only: subtrees_type
    use kschur_symbolic, only: symbolic_type
@@ -15,7 +16,7 @@ module kschur_substitution
    integer, parameter :: block = 4
 
    ! Entries that are read before a call of BLAS returns.
-   integer, parameter :: small = 600, small_block = 1000
+   integer, parameter :: small = 600
 
    ! What a part subtracts from the rows above it.
    type :: passed_type
@@ -26,6 +27,25 @@ module kschur_substitution
    type :: workspace_type
       real(wp), allocatable :: rows(:, :), above(:, :)
    end type workspace_type
+
+   ! As `forward_one` and `backward_one`, for a block.
+   interface
+      pure subroutine forward_four(columns, below, lower, x, rows) bind(c, name="kschur_forward_four")
+         import :: block, c_double, c_int
+         integer(c_int), value :: columns, below
+         real(c_double), intent(in) :: lower(*)
+         real(c_double), intent(inout) :: x(block, columns)
+         real(c_double), intent(out) :: rows(block, below)
+      end subroutine forward_four
+
+      pure subroutine backward_four(columns, below, lower, x, rows) bind(c, name="kschur_backward_four")
+         import :: block, c_double, c_int
+         integer(c_int), value :: columns, below
+         real(c_double), intent(in) :: lower(*)
+         real(c_double), intent(inout) :: x(block, columns)
+         real(c_double), intent(in) :: rows(block, below)
+      end subroutine backward_four
+   end interface
 
 contains
 
@@ -173,7 +193,7 @@ contains
          if (size(y, 1) == 1) then
             call forward_one(columns, below, factors%lower(factors%offset(s):), y(:, first:), rows)
          else
-            call forward_block(columns, below, factors%lower(factors%offset(s):), y(:, first:), rows)
+            call forward_four(columns, below, factors%lower(factors%offset(s):), y(:, first:), rows)
          end if
       end associate
    end subroutine forward
@@ -197,7 +217,7 @@ contains
             do i = 1, size(row)
                rows(:block, i) = y(:block, row(i))
             end do
-            call backward_block(columns, size(row), factors%lower(factors%offset(s):), y(:, first:), rows)
+            call backward_four(columns, size(row), factors%lower(factors%offset(s):), y(:, first:), rows)
          end if
       end associate
    end subroutine backward
@@ -296,88 +316,4 @@ contains
          if (i == below) x(j) = x(j) - b(below, j)*rows(below)
       end do
    end subroutine subtract_transposed
-
-   subroutine forward_block(columns, below, lower, x, rows)
-      integer, intent(in) :: columns, below
-      real(wp), intent(in) :: lower(*)
-      real(wp), intent(inout) :: x(block, columns), rows(block, below)
-      integer :: i, j, k
-
-      k = 0
-      do j = 1, columns - 1
-         do i = j + 1, columns
-            x(:, i) = x(:, i) - lower(k + i - j)*x(:, j)
-         end do
-         k = k + columns - j
-      end do
-      if (columns*below > small_block) then
-         call dgemm("N", "T", block, below, columns, 1.0_wp, x, block, lower(k + 1), below, 0.0_wp, rows, block)
-      else
-         call multiply_block(columns, below, lower(k + 1), x, rows)
-      end if
-   end subroutine forward_block
-
-   pure subroutine multiply_block(columns, below, b, x, rows)
-      integer, intent(in) :: columns, below
-      real(wp), intent(in) :: b(below, columns), x(block, columns)
-      real(wp), intent(out) :: rows(block, below)
-      integer :: i, j
-
-      rows = 0
-      do j = 1, columns - 1, 2
-         do i = 1, below
-            rows(:, i) = rows(:, i) + (b(i, j)*x(:, j) + b(i, j + 1)*x(:, j + 1))
-         end do
-      end do
-      if (mod(columns, 2) == 0) return
-      do i = 1, below
-         rows(:, i) = rows(:, i) + b(i, columns)*x(:, columns)
-      end do
-   end subroutine multiply_block
-
-   subroutine backward_block(columns, below, lower, x, rows)
-      integer, intent(in) :: columns, below
-      real(wp), intent(in) :: lower(*)
-      real(wp), intent(inout) :: x(block, columns)
-      real(wp), intent(in) :: rows(block, below)
-      integer :: i, j, k
-
-      k = (columns*(columns - 1))/2
-      if (columns*below > small_block) then
-         call dgemm("N", "N", block, columns, below, -1.0_wp, rows, block, lower(k + 1), below, 1.0_wp, x, block)
-      else
-         call subtract_block(columns, below, lower(k + 1), rows, x)
-      end if
-      do j = columns - 1, 1, -1
-         k = k - (columns - j)
-         do i = j + 1, columns
-            x(:, j) = x(:, j) - lower(k + i - j)*x(:, i)
-         end do
-      end do
-   end subroutine backward_block
-
-   pure subroutine subtract_block(columns, below, b, rows, x)
-      integer, intent(in) :: columns, below
-      real(wp), intent(in) :: b(below, columns), rows(block, below)
-      real(wp), intent(inout) :: x(block, columns)
-      real(wp), dimension(block) :: first, second
-      integer :: i, j
-
-      do j = 1, columns - 1, 2
-         first = x(:, j)
-         second = x(:, j + 1)
-         do i = 1, below
-            first = first - b(i, j)*rows(:, i)
-            second = second - b(i, j + 1)*rows(:, i)
-         end do
-         x(:, j) = first
-         x(:, j + 1) = second
-      end do
-      if (mod(columns, 2) == 0) return
-      first = x(:, columns)
-      do i = 1, below
-         first = first - b(i, columns)*rows(:, i)
-      end do
-      x(:, columns) = first
-   end subroutine subtract_block
 end module kschur_substitution
