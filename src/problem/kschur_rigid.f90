@@ -15,6 +15,8 @@ module kschur_rigid
    public :: find_rigid_motions, check_inertia
 
    integer, parameter :: iterations = 2, refinements = 2
+   ! Solvers take so many right-hand sides for the price of one or two.
+   integer, parameter :: together = 4
    ! A solution of this part of the inverse regularisation has a rigid motion, most likely.
    real(wp), parameter :: amplified = 1.0e-2_wp
    ! A force is rounding below this, in units of the norm of the scaled stiffness.
@@ -58,7 +60,7 @@ contains
          alone = block_size == 1
          if (size(found, 2) == n .or. (size(found, 2) < before + block_size .and. &
             .not. (doubtful .and. (alone .or. size(found, 2) > before)))) exit
-         if (alone .or. size(found, 2) == before + block_size) block_size = 8*block_size
+         if (alone .or. size(found, 2) == before + block_size) block_size = together*max(1, size(found, 2)/together)
       end do
       allocate (motions(n, size(found, 2)), multipliers(problem%multipliers(), size(found, 2)))
       do i = 1, size(found, 2)
