@@ -42,7 +42,8 @@ contains
          !$omp parallel do schedule(static) private(k) if (problem%unknowns() > panel_rows)
          do j = first, last
             k = j - first + 1
-            call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, j:j), forces(:, k:k))
+            if (size(ties%kept) > 0) &
+               call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, j:j), forces(:, k:k))
             call balance_forces(ties, problem, forces(:, k), xi(:, j))
          end do
          !$omp end parallel do
