@@ -2,12 +2,14 @@
 !> file, or Matrix Market files named one by one.
 module cli_input
    use cli_arguments, only: arguments_type
+   use cli_processes, only: read_together
    use cli_system, only: ends_with, is_folder, same_file
    use kschur, only: add_context, error_file, error_input, error_type, error_usage, long, modal_problem_type, new_error, &
-      read_hdf5_problem, read_matrix_market_files, read_matrix_market_problem, read_triplet_files
+      read_hdf5_problem, read_matrix_market_files, read_matrix_market_problem, read_triplet_files, &
+      shared_problem_type
    implicit none
    private
-   public :: input_type, is_large, is_part_of, read_problem, take_input
+   public :: input_type, is_large, is_part_of, read_problem, read_shared_problem, take_input
 
    !> Names of files; what was not given is not allocated.
    type :: input_type
@@ -132,10 +134,38 @@ contains
             call new_error(error, error_input, path//": there is no such file or folder")
          end if
       end if
+      call name_file(input, error)
+   end subroutine read_problem
+
+   !> The same, of an HDF5 file by all processes together.
+   subroutine read_shared_problem(input, shared, error)
+      type(input_type), intent(in) :: input
+      type(shared_problem_type), intent(out) :: shared
+      type(error_type), allocatable, intent(out) :: error
+      logical :: in_hdf5
+
+      in_hdf5 = .false.
+      if (allocated(input%path)) then
+         inquire (file=input%path, exist=in_hdf5)
+         if (is_folder(input%path) .or. ends_with(input%path, ".mtx")) in_hdf5 = .false.
+      end if
+      if (in_hdf5) then
+         call read_together(input%path, shared, error)
+         call name_file(input, error)
+      else
+         call read_problem(input, shared%problem, error)
+      end if
+   end subroutine read_shared_problem
+
+   subroutine name_file(input, error)
+      type(input_type), intent(in) :: input
+      type(error_type), allocatable, intent(inout) :: error
+
       if (.not. allocated(error)) return
       if (error%code == error_file) error%code = error_input
-      if (allocated(input%path) .and. index(error%message, path) == 0) call add_context(error, path)
-   end subroutine read_problem
+      if (.not. allocated(input%path)) return
+      if (index(error%message, input%path) == 0) call add_context(error, input%path)
+   end subroutine name_file
 
    pure function or_empty(path)
       character(len=:), allocatable, intent(in) :: path

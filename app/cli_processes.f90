@@ -1,9 +1,9 @@
 !> The processes that the program runs in. In this build there is one; `with/mpi` has the module for several.
 module cli_processes
-   use kschur, only: error_type, modal_options_type
+   use kschur, only: error_type, modal_options_type, read_hdf5_shared_problem, shared_problem_type
    implicit none
    private
-   public :: end_processes, gather_processes, start_processes
+   public :: end_processes, gather_processes, read_together, start_processes
 
 contains
 
@@ -14,6 +14,15 @@ contains
       associate (none => error)
       end associate
    end subroutine start_processes
+
+   !> All processes read a problem in an HDF5 file, each its rows.
+   subroutine read_together(path, shared, error)
+      character(len=*), intent(in) :: path
+      type(shared_problem_type), intent(out) :: shared
+      type(error_type), allocatable, intent(out) :: error
+
+      call read_hdf5_shared_problem(shared, path, error, trial=.true.)
+   end subroutine read_together
 
    !> To be called before each solve: all processes take part in it.
    subroutine gather_processes(options)

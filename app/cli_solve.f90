@@ -2,7 +2,7 @@
 module cli_solve
    use cli_arguments, only: arguments_type
    use cli_interrupt, only: catch_interrupts
-   use cli_input, only: input_type, is_large, is_part_of, read_problem, take_input
+   use cli_input, only: input_type, is_large, is_part_of, read_shared_problem, take_input
    use cli_numbers, only: rounded
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: format_table, print_result, take_format
@@ -13,8 +13,8 @@ module cli_solve
    use cli_system, only: check_new_file, check_output, complain, peak_memory_bytes, print_line, wall_seconds
    use cli_environment, only: start_again_to_wait_asleep
    use kschur, only: arpack_names, certified_no, error_type, error_usage, find_modal_properties, formulation_names, &
-      method_arpack, method_names, modal_options_type, modal_problem_type, modal_result_type, new_error, &
-      normalisation_names, reason_converged, solve_band, solve_modes, text, wp, write_hdf5_result
+      method_arpack, method_names, modal_options_type, modal_result_type, new_error, normalisation_names, reason_converged, &
+      shared_problem_type, solve_band, solve_modes, text, wp, write_hdf5_result
    implicit none
    private
    public :: solve_command
@@ -42,7 +42,7 @@ contains
       logical, intent(out) :: complete
       type(error_type), allocatable, intent(out) :: error
       type(request_type) :: request
-      type(modal_problem_type) :: problem
+      type(shared_problem_type) :: shared
       type(modal_result_type) :: result
       type(progress_type) :: progress
       real(wp), allocatable :: directions(:, :)
@@ -60,23 +60,24 @@ contains
       progress = new_progress(request%quiet)
       call progress%show("reading")
       started = wall_seconds()
-      call read_problem(request%input, problem, error)
+      call read_shared_problem(request%input, shared, error)
       read_seconds = wall_seconds() - started
       if (.not. allocated(error)) then
-         if (request%properties) call read_directions(request%directions, problem%unknowns(), directions, error)
-         if (request%properties .and. .not. problem%symmetric) request%options%left = .true.
+         if (request%properties) call read_directions(request%directions, shared%problem%unknowns(), directions, error)
+         if (request%properties .and. .not. shared%problem%symmetric) request%options%left = .true.
       end if
       if (.not. allocated(error)) then
          call gather_processes(request%options)
          call catch_interrupts()
          if (allocated(request%band)) then
-            call solve_band(problem, request%band(1), request%band(2), request%options, result, error, progress)
+            call solve_band(shared%problem, request%band(1), request%band(2), request%options, result, error, progress)
          else
-            call solve_modes(problem, request%options, result, error, progress)
+            call solve_modes(shared, request%options, result, error, progress)
          end if
       end if
       call progress%finish()
-      if (.not. allocated(error) .and. request%properties) call find_modal_properties(problem, result, error, directions)
+      if (.not. allocated(error) .and. request%properties) &
+         call find_modal_properties(shared%problem, result, error, directions)
       if (allocated(error)) return
 
       call take_interrupt(result)

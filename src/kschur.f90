@@ -83,6 +83,8 @@ module kschur
       smallest_magnitude, largest_real, smallest_real, largest_imaginary, smallest_imaginary
    use kschur_sensitivity, only: problem_rate_type, eigenvalue_rates, rate_between
    use kschur_shift_invert, only: shift_invert_type, new_shift_invert
+   use kschur_shared_problem, only: shared_problem_type
+   use kschur_shared_reading, only: read_hdf5_shared_problem
    use kschur_solver, only: solve_modes
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_matrix, new_csr_from_triplets, &
       empty_csr_matrix

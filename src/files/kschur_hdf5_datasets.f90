@@ -3,8 +3,9 @@
 !> the dataset, the caller adds the file.
 module kschur_hdf5_datasets
    use, intrinsic :: iso_c_binding, only: c_loc, c_ptr, c_size_t
-   use hdf5, only: hid_t, h5dread_f, h5dwrite_f, h5tcopy_f, h5tset_size_f, h5tclose_f, H5T_FORTRAN_S1, &
-      h5kind_to_type, H5_INTEGER_KIND
+   use hdf5, only: hid_t, hsize_t, h5dget_space_f, h5dread_f, h5dwrite_f, h5screate_simple_f, h5sclose_f, &
+      h5sselect_hyperslab_f, H5S_SELECT_SET_F, h5tcopy_f, h5tset_size_f, h5tclose_f, H5T_FORTRAN_S1, h5kind_to_type, &
+      H5_INTEGER_KIND
    use kschur_error, only: error_type, new_error, error_input, error_library
    use kschur_hdf5_basics, only: integer_type, real_type, new_complex_type
    use kschur_hdf5_storage, only: open_dataset, check_length, create_dataset, close_dataset
@@ -41,8 +42,43 @@ contains
       call h5dread_f(dataset, type, buffer, status)
    end subroutine read_values
 
+   ! Some values of a dataset of one dimension.
+   subroutine read_part(dataset, type, before, address, number, status)
+      integer(hid_t), intent(in) :: dataset, type
+      !> Values that stand before them, and how many they are.
+      integer, intent(in) :: before, number
+      type(c_ptr), intent(in) :: address
+      integer, intent(out) :: status
+      type(c_ptr) :: buffer
+      integer(hid_t) :: chosen, place
+      integer :: ignored
+
+      buffer = address
+      call h5dget_space_f(dataset, chosen, status)
+      if (status < 0) return
+      call h5sselect_hyperslab_f(chosen, H5S_SELECT_SET_F, [int(before, hsize_t)], [int(number, hsize_t)], status)
+      if (status == 0) call h5screate_simple_f(1, [int(number, hsize_t)], place, status)
+      if (status == 0) then
+         call h5dread_f(dataset, type, buffer, status, mem_space_id=place, file_space_id=chosen)
+         call h5sclose_f(place, ignored)
+      end if
+      call h5sclose_f(chosen, ignored)
+   end subroutine read_part
+
+   ! All of so many values, or those that are asked for.
+   pure subroutine choose(all, first, length, before, number)
+      integer, intent(in) :: all
+      integer, intent(out) :: first, length
+      integer, intent(in), optional :: before, number
+
+      first = 0
+      if (present(before)) first = before
+      length = all - first
+      if (present(number)) length = number
+   end subroutine choose
+
    !> Integers of any length in the file; fails where one is below `lowest` or above `highest`.
-   subroutine read_integers(values, file, name, lowest, highest, error, expected)
+   subroutine read_integers(values, file, name, lowest, highest, error, expected, before, number)
       integer, allocatable, intent(out) :: values(:)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: name
@@ -50,16 +86,19 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       !> How many there must be.
       integer, intent(in), optional :: expected
+      !> Only so many are read, behind so many others: no more than are expected.
+      integer, intent(in), optional :: before, number
       integer(long), allocatable, target :: stored(:)
       integer(hid_t) :: dataset
-      integer :: extents(1), status
+      integer :: extents(1), first, length, status
       character(len=20) :: digits
 
       call open_dataset(dataset, extents, file, name, integer_type(), error)
       call check_length(dataset, extents, name, error, expected)
       if (allocated(error)) return
-      allocate (stored(extents(1)), values(extents(1)), stat=status)
-      if (status == 0 .and. extents(1) > 0) call read_values(dataset, integer_type(), c_loc(stored), status)
+      call choose(extents(1), first, length, before, number)
+      allocate (stored(length), values(length), stat=status)
+      if (status == 0 .and. length > 0) call read_part(dataset, integer_type(), first, c_loc(stored), length, status)
       call close_dataset(dataset, status, name//" cannot be read", error)
       if (allocated(error)) return
       if (any(stored < lowest .or. stored > highest)) then
@@ -71,21 +110,24 @@ contains
       values = int(stored)
    end subroutine read_integers
 
-   subroutine read_reals(values, file, name, error, expected)
+   subroutine read_reals(values, file, name, error, expected, before, number)
       real(wp), allocatable, target, intent(out) :: values(:)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: name
       type(error_type), allocatable, intent(inout) :: error
       !> How many there must be.
       integer, intent(in), optional :: expected
+      !> Only so many are read, behind so many others: no more than are expected.
+      integer, intent(in), optional :: before, number
       integer(hid_t) :: dataset
-      integer :: extents(1), status
+      integer :: extents(1), first, length, status
 
       call open_dataset(dataset, extents, file, name, real_type(), error)
       call check_length(dataset, extents, name, error, expected)
       if (allocated(error)) return
-      allocate (values(extents(1)), stat=status)
-      if (status == 0 .and. extents(1) > 0) call read_values(dataset, real_type(), c_loc(values), status)
+      call choose(extents(1), first, length, before, number)
+      allocate (values(length), stat=status)
+      if (status == 0 .and. length > 0) call read_part(dataset, real_type(), first, c_loc(values), length, status)
       call close_dataset(dataset, status, name//" cannot be read", error)
    end subroutine read_reals
 

@@ -11,14 +11,16 @@ module kschur_hdf5_problem
    use kschur_hdf5_mesh, only: bytes_of_mesh, read_mesh, write_mesh
    use kschur_kinds, only: wp, long
    use kschur_problem, only: modal_problem_type, settle_modal_problem
+   use kschur_row_ranges, only: row_ranges, row_ranges_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, settle_csr_matrix
    use kschur_text, only: text
    use kschur_trial, only: try_in_child
    implicit none
    private
-   public :: read_hdf5_problem, write_hdf5_problem
+   public :: read_hdf5_problem, read_hdf5_rows, write_hdf5_problem
 
    character(len=*), parameter :: encoding = "csr_matrix"
+   integer, parameter :: whole(2) = [0, 1]
 
 contains
 
@@ -31,57 +33,88 @@ contains
       !> Whether to read the file first in a child process, which a damaged file may make crash or hang (no). Not where
       !> other threads are at work.
       logical, intent(in), optional :: trial
+      integer :: all_rows(3)
+
+      call read_hdf5_rows(problem, all_rows, path, whole, error, trial)
+      if (allocated(error)) return
+      call settle_modal_problem(problem, error)
+      call add_context(error, path)
+   end subroutine read_hdf5_problem
+
+   !> Reads a part of the rows of M, R and K, as many as of each other part, with all columns; of the first part Cq and the
+   !> mesh as well. Fails as `read_hdf5_problem`, where rows of the part are wrong.
+   subroutine read_hdf5_rows(rows, all_rows, path, part, error, trial)
+      !> Not settled: they are no problem by themselves.
+      type(modal_problem_type), intent(out) :: rows
+      !> How many rows M, R and K have.
+      integer, intent(out) :: all_rows(3)
+      character(len=*), intent(in) :: path
+      !> Its number, from 0, and how many there are.
+      integer, intent(in) :: part(2)
+      type(error_type), allocatable, intent(out) :: error
+      !> As that of `read_hdf5_problem`.
+      logical, intent(in), optional :: trial
       type(printing_type) :: printing
 
       call silence_hdf5(printing, error)
       if (present(trial)) then
-         if (trial) call try_in_child(forget_matrices, path, "problem", error)
+         if (trial) call try_in_child(forget_matrices, path, "problem", error, part)
       end if
-      call read_matrices(problem, path, error)
+      call read_matrices(rows, all_rows, path, part, error)
       call restore_printing(printing)
-      if (.not. allocated(error)) call settle_modal_problem(problem, error)
       call add_context(error, path)
-   end subroutine read_hdf5_problem
+   end subroutine read_hdf5_rows
 
-   subroutine forget_matrices(path, error)
+   subroutine forget_matrices(path, part, error)
       character(len=*), intent(in) :: path
+      integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(inout) :: error
       type(modal_problem_type) :: problem
+      integer :: all_rows(3)
 
       call forbid_external_links()
-      call read_matrices(problem, path, error)
+      call read_matrices(problem, all_rows, path, part, error)
    end subroutine forget_matrices
 
-   subroutine read_matrices(problem, path, error)
+   subroutine read_matrices(problem, all_rows, path, part, error)
       type(modal_problem_type), intent(inout) :: problem
+      integer, intent(out) :: all_rows(3)
       character(len=*), intent(in) :: path
+      integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: file
+      integer :: constraints
 
+      all_rows = 0
       call open_hdf5_file(file, path, error)
-      call read_matrix(problem%mass, file, "/mass", "mass matrix M", error)
-      call read_matrix(problem%stiffness, file, "/stiffness", "stiffness matrix K", error)
+      call read_matrix(problem%mass, all_rows(1), file, "/mass", "mass matrix M", part, error)
+      call read_matrix(problem%stiffness, all_rows(3), file, "/stiffness", "stiffness matrix K", part, error)
       if (.not. allocated(error)) then
-         associate (n => problem%mass%rows)
-            problem%damping = empty_csr_matrix(n, n)
-            problem%constraints = empty_csr_matrix(0, n)
-         end associate
-         if (exists(file, "/damping", error)) call read_matrix(problem%damping, file, "/damping", "damping matrix R", error)
-         if (exists(file, "/constraints", error)) &
-            call read_matrix(problem%constraints, file, "/constraints", "constraint Jacobian Cq", error)
+         all_rows(2) = all_rows(1)
+         problem%damping = empty_csr_matrix(problem%mass%rows, all_rows(1))
+         problem%constraints = empty_csr_matrix(0, all_rows(1))
+         if (exists(file, "/damping", error)) &
+            call read_matrix(problem%damping, all_rows(2), file, "/damping", "damping matrix R", part, error)
       end if
-      call read_mesh(problem%mesh, file, problem%mass%rows, error)
+      if (part(1) == 0) then
+         if (exists(file, "/constraints", error)) call read_matrix(problem%constraints, constraints, file, "/constraints", &
+            "constraint Jacobian Cq", whole, error)
+         call read_mesh(problem%mesh, file, all_rows(1), error)
+      end if
       call close_hdf5_file(file)
    end subroutine read_matrices
 
-   subroutine read_matrix(matrix, file, group, name, error)
+   subroutine read_matrix(matrix, all_rows, file, group, name, part, error)
       type(csr_matrix_type), intent(out) :: matrix
+      integer, intent(out) :: all_rows
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: group, name
+      integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(inout) :: error
       character(len=:), allocatable :: found
-      integer :: extents(2), entries
+      integer :: extents(2)
 
+      all_rows = 0
       if (allocated(error)) return
       if (.not. exists(file, group, error)) then
          if (.not. allocated(error)) &
@@ -96,20 +129,44 @@ contains
       call read_attribute(extents, file, group, "shape", error)
       if (.not. allocated(error) .and. (minval(extents) < 0 .or. maxval(extents) == huge(1))) call new_error(error, &
          error_input, "attribute shape of "//group//" cannot be "//text(extents(1))//" x "//text(extents(2)))
-      call read_dataset(matrix%row_start, file, group//"/indptr", 0, huge(1) - 1, error, extents(1) + 1)
-      entries = 0
-      if (.not. allocated(error)) entries = matrix%row_start(extents(1) + 1)
-      call read_dataset(matrix%column, file, group//"/indices", 0, extents(2) - 1, error, entries)
-      call read_dataset(matrix%value, file, group//"/data", error, entries)
       if (.not. allocated(error)) then
-         matrix%rows = extents(1)
+         all_rows = extents(1)
          matrix%columns = extents(2)
-         matrix%row_start = matrix%row_start + 1
-         matrix%column = matrix%column + 1
-         call settle_csr_matrix(matrix, error)
+         call read_part_of_matrix(matrix, file, group, all_rows, part, error)
       end if
       call add_context(error, "the "//name)
    end subroutine read_matrix
+
+   subroutine read_part_of_matrix(matrix, file, group, all_rows, part, error)
+      !> Its columns are known.
+      type(csr_matrix_type), intent(inout) :: matrix
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: group
+      integer, intent(in) :: all_rows, part(2)
+      type(error_type), allocatable, intent(inout) :: error
+      integer, parameter :: highest = huge(1) - 1
+      type(row_ranges_type) :: ranges
+      integer, allocatable :: all(:)
+      integer :: before, entries
+
+      ranges = row_ranges(all_rows, part(2))
+      matrix%rows = ranges%rows(part(1))
+      call read_dataset(all, file, group//"/indptr", 0, highest, error, all_rows + 1, all_rows, 1)
+      call read_dataset(matrix%row_start, file, group//"/indptr", 0, highest, error, all_rows + 1, ranges%before(part(1)), &
+         matrix%rows + 1)
+      if (allocated(error)) return
+      before = 0
+      if (part(1) > 0) before = matrix%row_start(1)
+      ! What is wrong with them is said below.
+      entries = max(0, min(matrix%row_start(matrix%rows + 1), all(1)) - before)
+      call read_dataset(matrix%column, file, group//"/indices", 0, matrix%columns - 1, error, all(1), before, entries)
+      call read_dataset(matrix%value, file, group//"/data", error, all(1), before, entries)
+      if (allocated(error)) return
+      matrix%row_start = matrix%row_start - before + 1
+      matrix%column = matrix%column + 1
+      call settle_csr_matrix(matrix, error)
+      if (part(2) > 1) call add_context(error, "rows "//text(ranges%first(part(1)))//" to "//text(ranges%last(part(1))))
+   end subroutine read_part_of_matrix
 
    !> Writes a problem; /damping and /constraints only where there are entries.
    !> The file appears under its name when it is whole.

@@ -134,16 +134,19 @@ contains
       if (present(trial)) then
          if (trial) call try_in_child(look_for_result, path, "result", error)
       end if
-      call look_for_result(path, error)
+      call look_for_result(path, [0, 1], error)
       call restore_printing(printing)
       is_hdf5_result = .not. allocated(error)
    end function is_hdf5_result
 
-   subroutine look_for_result(path, error)
+   subroutine look_for_result(path, part, error)
       character(len=*), intent(in) :: path
+      integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: file
 
+      associate (always_whole => part)
+      end associate
       call open_hdf5_file(file, path, error)
       call check_is_result(file, error)
       call close_hdf5_file(file)
@@ -159,11 +162,14 @@ contains
       if (.not. marked .and. .not. allocated(error)) call new_error(error, error_input, "not a result of kschur")
    end subroutine check_is_result
 
-   subroutine forget_result(path, error)
+   subroutine forget_result(path, part, error)
       character(len=*), intent(in) :: path
+      integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(inout) :: error
       type(modal_result_type) :: result
 
+      associate (always_whole => part)
+      end associate
       call forbid_external_links()
       call read_all(result, path, error)
    end subroutine forget_result

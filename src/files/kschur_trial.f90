@@ -12,9 +12,11 @@ module kschur_trial
 
    abstract interface
       !> Reads a file and forgets it; fails as the reader does.
-      subroutine attempt_type(path, error)
+      subroutine attempt_type(path, part, error)
          import :: error_type
          character(len=*), intent(in) :: path
+         !> Which part of it, counted from 0, of how many.
+         integer, intent(in) :: part(2)
          type(error_type), allocatable, intent(inout) :: error
       end subroutine attempt_type
    end interface
@@ -23,6 +25,7 @@ module kschur_trial
    type :: context_type
       procedure(attempt_type), pointer, nopass :: attempt => null()
       character(len=:), allocatable :: path
+      integer :: part(2) = [0, 1]
    end type context_type
 
    ! As in kschur_trial.c.
@@ -44,12 +47,14 @@ contains
 
    !> Fails where `attempt` on the file fails, and where it comes to no end. The processor time and memory it may take
    !> grow with the file, compressed as well as it may be. Where the system gives no process, nothing is tried.
-   subroutine try_in_child(attempt, path, what, error)
+   subroutine try_in_child(attempt, path, what, error, part)
       procedure(attempt_type) :: attempt
       character(len=*), intent(in) :: path
       !> What the file should hold, in messages.
       character(len=*), intent(in) :: what
       type(error_type), allocatable, intent(inout) :: error
+      !> Which part of the file `attempt` reads (all).
+      integer, intent(in), optional :: part(2)
       real(c_double), parameter :: least_seconds = 0.6_c_double, seconds_per_byte = 1e-6_c_double
       real(c_double), parameter :: least_memory = 1e8_c_double, memory_per_byte = 3000
       type(context_type), target :: context
@@ -61,6 +66,7 @@ contains
       inquire (file=path, size=bytes)
       context%attempt => attempt
       context%path = path
+      if (present(part)) context%part = part
       select case (c_try(c_funloc(run_attempt), c_loc(context), least_seconds + seconds_per_byte*real(bytes, wp), &
          least_memory + memory_per_byte*real(bytes, wp), code, message))
       case (ended)
@@ -80,7 +86,7 @@ contains
       integer :: i, length
 
       call c_f_pointer(context, given)
-      call given%attempt(given%path, error)
+      call given%attempt(given%path, given%part, error)
       code = 0
       length = 0
       if (allocated(error)) then

@@ -20,6 +20,7 @@ module kschur_context
    use kschur_processes, only: processes_type
    use kschur_result, only: append_note, note_length
    use kschur_row_problem, only: row_problem_type
+   use kschur_shared_problem, only: shared_problem_type
    use kschur_settings, only: check_options, settings_of
    use kschur_spare_solvers, only: spare_solvers_type
    use kschur_transform, only: transform_type
@@ -31,6 +32,8 @@ module kschur_context
    type :: solve_context_type
       !> What was asked for: the problem as given, the options as the method sets them, whose solvers, who watches.
       type(modal_problem_type), pointer :: problem => null()
+      !> Where the matrices of the problem can be put away; not associated: they cannot.
+      type(shared_problem_type), pointer :: shared => null()
       type(modal_options_type) :: options
       type(inner_solvers_type) :: inner
       !> What these solvers share.
@@ -81,6 +84,12 @@ module kschur_context
       procedure :: expand
       !> Shapes and multipliers of what is iterated, from those of the problem as given.
       procedure :: contract
+      !> Where all processes have rows of the matrices, the first one has them whole only while it needs them: those of the
+      !> problem as given are put away, and brought back; and they take the place of those that are iterated, and give it back.
+      procedure :: put_problem_away
+      procedure :: bring_problem_back
+      procedure :: turn_to_problem
+      procedure :: turn_to_work
       !> Tells the monitor what comes next.
       procedure :: announce_phase
       !> The same, and fails where the monitor ends the solve.
@@ -206,6 +215,35 @@ contains
          call self%plan%contract(given%column(j), given%xi(:, j), pairs%phi(:, j), pairs%xi(:, j))
       end do
    end function contract
+
+   subroutine put_problem_away(self)
+      class(solve_context_type), intent(inout) :: self
+
+      if (associated(self%shared)) call self%shared%put_away(self%processes)
+   end subroutine put_problem_away
+
+   subroutine bring_problem_back(self, error)
+      class(solve_context_type), intent(inout) :: self
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (associated(self%shared)) call self%shared%bring_back(self%processes, error)
+   end subroutine bring_problem_back
+
+   subroutine turn_to_problem(self, error)
+      class(solve_context_type), intent(inout) :: self
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (associated(self%shared) .and. allocated(self%matrices)) call self%matrices%put_away()
+      call self%bring_problem_back(error)
+   end subroutine turn_to_problem
+
+   subroutine turn_to_work(self, error)
+      class(solve_context_type), intent(inout) :: self
+      type(error_type), allocatable, intent(inout) :: error
+
+      call self%put_problem_away()
+      if (associated(self%shared) .and. allocated(self%matrices)) call self%matrices%bring_back(error)
+   end subroutine turn_to_work
 
    subroutine announce_phase(self, phase)
       class(solve_context_type), intent(in) :: self

@@ -30,6 +30,8 @@ contains
       logical :: cancelled
 
       call s%announce_phase("left vectors")
+      call s%bring_problem_back(error)
+      if (allocated(error)) return
       if (s%problem%symmetric .or. size(modes%lambda) == 0) then
          call set_left_modes(s%problem, s%problem, modes%eigenpairs_type, modes, s%effort, error)
          return

@@ -143,6 +143,8 @@ contains
       if (allocated(error)) return
       call s%effort%add_solves(solver)
       if (s%effort%factorizations == before) return
+      call s%bring_problem_back(error)
+      if (allocated(error)) return
       call s%expand(pairs)
       call replace_pairs(s%problem, s%options%modes, poor, pairs, modes)
    end subroutine polish

@@ -97,6 +97,7 @@ contains
       else
          call s%enter_phase("rigid motions", error)
          if (allocated(error)) return
+         call s%put_problem_away()
          started = clock()
          call order_elimination(s%work, error)
          s%effort%seconds%analyze = s%effort%seconds%analyze + seconds_since(started)
@@ -105,7 +106,9 @@ contains
          call find_rigid(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, error)
       end if
       if (allocated(error)) return
-      call require_memory(s%bytes_of_shapes(3*size(s%known%rigid%lambda)), "rigid motions", error)
+      call s%bring_problem_back(error)
+      if (.not. allocated(error)) &
+         call require_memory(s%bytes_of_shapes(3*size(s%known%rigid%lambda)), "rigid motions", error)
       if (allocated(error)) return
       call move_pairs(s%known%rigid, rigid)
       call s%expand(rigid)

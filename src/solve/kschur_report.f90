@@ -36,8 +36,10 @@ contains
       call require_memory(s%bytes_of_shapes(2*size(modes%lambda)), "the result", error)
       if (allocated(error)) return
       call s%announce_phase("result")
-      call report_problem(s, options, result)
       call report_factors(s, result)
+      call s%bring_problem_back(error)
+      if (allocated(error)) return
+      call report_problem(s, options, result)
       ! Complex shapes need the room that factors and basis had.
       call report_modes(modes, result)
       call move_alloc(s%notes, result%notes)

@@ -43,6 +43,8 @@ contains
          if (allocated(error)) return
          ! What refinement could not mend may be infinite.
          if (fewer(s, modes) .and. s%known%total%exact) call modes%drop(modes%backward_error > inaccurate_above)
+         if (fewer(s, modes)) call s%bring_problem_back(error)
+         if (allocated(error)) return
          if (fewer(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
             call search_elsewhere(s, modes, error)
          if (allocated(error)) return
@@ -106,6 +108,7 @@ contains
       places = 0
       round = 1
       do
+         call s%put_problem_away()
          call iterate(s, asked, pairs, reach, statistics, error)
          if (allocated(error)) return
          moved = .false.
@@ -120,6 +123,7 @@ contains
             cycle
          end if
          call save_hidden(s, pairs, error)
+         if (.not. allocated(error)) call s%turn_to_problem(error)
          if (allocated(error)) return
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
@@ -127,6 +131,8 @@ contains
          call s%end_step(phase_recover)
          call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
             size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
+         call s%turn_to_work(error)
+         if (allocated(error)) return
          if (.not. s%options%is_plain()) call drop_unfounded(s, modes, error, aside=aside)
          call s%end_step(phase_judge)
          if (allocated(error)) return

@@ -24,6 +24,7 @@ module kschur_solver
    use kschur_report, only: report
    use kschur_result, only: modal_result_type, note_length
    use kschur_search, only: find_modes, take_rigid
+   use kschur_shared_problem, only: shared_problem_type
    use kschur_shift, only: place_shift
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_threads, only: enter_solve, leave_solve
@@ -31,13 +32,17 @@ module kschur_solver
    private
    public :: prepare, report_none, solve_modes, solve_prepared
 
-contains
-
    !> Computes the modes nearest to a target. What converged is in `result`
    !> even where it is less than was asked for: then `result%reason` says why.
    !> What else a user must know is in `result%notes`. Fails on options that do not fit
    !> the problem, on a problem that is singular for every lambda, and where memory or a library fails.
-   subroutine solve_modes(problem, options, result, error, monitor, solvers)
+   interface solve_modes
+      module procedure solve_given, solve_shared
+   end interface solve_modes
+
+contains
+
+   subroutine solve_given(problem, options, result, error, monitor, solvers)
       type(modal_problem_type), target, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(out) :: result
@@ -46,32 +51,62 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
       type(inner_solvers_type), intent(in), optional :: solvers
+      type(modal_problem_type), pointer :: given
+
+      given => problem
+      call solve_together(given, options, result, error, monitor, solvers)
+   end subroutine solve_given
+
+   ! Of a problem that the same processes have read.
+   subroutine solve_shared(shared, options, result, error, monitor, solvers)
+      type(shared_problem_type), target, intent(inout) :: shared
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(out) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, intent(inout), optional :: monitor
+      type(inner_solvers_type), intent(in), optional :: solvers
+      type(modal_problem_type), pointer :: given
+
+      given => shared%problem
+      call solve_together(given, options, result, error, monitor, solvers, shared)
+   end subroutine solve_shared
+
+   subroutine solve_together(problem, options, result, error, monitor, solvers, shared)
+      type(modal_problem_type), pointer, intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(out) :: result
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, intent(inout), optional :: monitor
+      type(inner_solvers_type), intent(in), optional :: solvers
+      type(shared_problem_type), target, intent(inout), optional :: shared
       type(processes_type), target :: processes
       integer :: threads_before
 
       call join_processes(options%communicator, options%distribute, processes, error)
       if (allocated(error)) return
       call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before, error)
+      if (present(shared)) call shared%check(processes, error)
       call processes%agree(error)
       if (.not. allocated(error)) then
          if (processes%rank > 0) then
-            call help(processes)
+            call help(processes, shared)
          else
-            call solve(problem, options, processes, result, error, monitor, solvers)
+            call solve(problem, options, processes, result, error, monitor, solvers, shared)
          end if
       end if
       call processes%leave(error)
       call leave_solve(threads_before)
-   end subroutine solve_modes
+   end subroutine solve_together
 
-   subroutine solve(problem, options, processes, result, error, monitor, solvers)
-      type(modal_problem_type), target, intent(in) :: problem
+   subroutine solve(problem, options, processes, result, error, monitor, solvers, shared)
+      type(modal_problem_type), pointer, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       type(processes_type), target, intent(inout) :: processes
       type(modal_result_type), intent(out) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
       type(inner_solvers_type), intent(in), optional :: solvers
+      type(shared_problem_type), target, intent(inout), optional :: shared
       type(solve_context_type), allocatable, target :: s
       type(band_groups_type) :: groups
       type(checkpoint_type), target :: checkpoint
@@ -86,7 +121,11 @@ contains
       if (.not. allocated(error)) then
          ! A caller's own solvers are in this process only.
          if (is_long_list(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes, error)
-         if (groups%are_several()) s%may_be_dense = .false.
+         if (groups%are_several()) then
+            s%may_be_dense = .false.
+         else if (present(shared)) then
+            s%shared => shared
+         end if
          if (.not. allocated(error)) call prepare(s, error)
          if (.not. allocated(error)) call solve_prepared(s, options, result, error, groups)
          call groups%finish()
@@ -153,6 +192,7 @@ contains
       end if
       do
          allocate (notes, source=s%notes)
+         call s%put_problem_away()
          call place_shift(s, error)
          call s%end_step(phase_place)
          if (.not. allocated(error)) call find_modes(s, modes, error)

@@ -78,8 +78,12 @@ int H5Dread(long set, long type, long memory, long file, long properties, void *
 {
    int (*next)(long, long, long, long, long, void *) = (int (*)(long, long, long, long, long, void *))dlsym(RTLD_NEXT, "H5Dread");
 
-   before(is_due("H5Dread"));
-   return next(set, type, memory, file, properties, buffer);
+   int due = is_due("H5Dread"), status;
+
+   before(due);
+   status = next(set, type, memory, file, properties, buffer);
+   after(due);
+   return status;
 }
 
 int H5Dwrite(long set, long type, long memory, long file, long properties, const void *buffer)

@@ -182,6 +182,76 @@ def check_checkpoint(folder):
         checkpoint.unlink(missing_ok=True)
 
 
+def check_reading(folder):
+    """Each process reads its rows of a file: with entries in any order, twice, in one piece and in compressed ones, rows without
+    any, fewer rows than processes; and what is wrong with one part of it is the error of all."""
+    status, alone = solve(0, folder / "crank.h5", "--modes", 4)
+    shuffled = folder / "shuffled.h5"
+    random = np.random.default_rng(1)
+    with h5py.File(folder / "crank.h5") as source, h5py.File(shuffled, "w") as file:
+        for name in ("mass", "stiffness", "damping", "constraints"):
+            start, column, value = (source[name][key][:] for key in ("indptr", "indices", "data"))
+            row = np.repeat(np.arange(len(start) - 1), np.diff(start))
+            row, column, value = np.tile(row, 2), np.tile(column, 2), np.concatenate([value / 4, 3 * value / 4])
+            order = np.lexsort((random.random(len(row)), row))
+            group = file.create_group(name)
+            group.attrs["shape"] = source[name].attrs["shape"]
+            group["indptr"] = 2 * start.astype(np.int64)
+            group.create_dataset("indices", data=column[order].astype(np.int16), chunks=(100,), compression="gzip")
+            group.create_dataset("data", data=value[order], chunks=(77,), compression="gzip")
+    for processes in (1, 2, 3, 4):
+        status, answer = solve(processes, shuffled, "--modes", 4)
+        check(f"shuffled entries read by {processes}", status == 0 and
+              np.all(abs(values(answer) - values(alone)) <= bounds(alone)), f"{status} {answer}"[:300])
+    tiny = folder / "tiny.h5"
+    with h5py.File(tiny, "w") as file:
+        for name, matrix in (("mass", np.diag([2.0, 1.0])), ("stiffness", np.array([[6.0, 0.0], [0.0, 0.0]]))):
+            matrix = scipy.sparse.csr_matrix(matrix)
+            group = file.create_group(name)
+            group.attrs["shape"] = matrix.shape
+            for key in ("indptr", "indices", "data"):
+                group[key] = getattr(matrix, key)
+    status, answer = solve(4, tiny, "--modes", 2)
+    check("more processes than rows", status == 0 and np.all(abs(values(answer) - [0, 3**0.5 * 1j]) < 1e-9), f"{status} {answer}")
+    with h5py.File(shuffled, "a") as file:
+        rows, starts = file["stiffness"].attrs["shape"][0], file["stiffness/indptr"]
+        kept = starts[rows - 1]
+        starts[rows - 1] = starts[rows - 3] - 1
+    check_refused("row starts that descend in the last part", 3, shuffled, "descend")
+    with h5py.File(shuffled, "a") as file:
+        file["stiffness/indptr"][rows - 1] = kept
+        file["damping/indices"][-1] = rows
+    check_refused("a column too far in the last part", 4, shuffled, f"holds {rows}")
+    with h5py.File(shuffled, "a") as file:
+        file["damping/indices"][-1] = rows - 1
+        file["mass/data"][-1] = np.nan
+    check_refused("what is not finite in the last part", 2, shuffled, "not a finite number")
+    with h5py.File(shuffled, "a") as file:
+        del file["mass/data"]
+        file["mass/data"] = np.ones(5)
+    check_refused("too few values", 2, shuffled, "has 5 values")
+    bytes_of = bytearray((folder / "crank.h5").read_bytes())
+    truncated = folder / "truncated.h5"
+    truncated.write_bytes(bytes_of[:len(bytes_of)//2])
+    check_refused("a truncated file", 3, truncated, "damaged")
+    # Where one process finds no file of that name, or another one.
+    place = folder / "elsewhere"
+    place.mkdir()
+    for other, words in ((None, "process 1: crank.h5: no such file"), ("grid-band.h5", "other extents")):
+        if other:
+            (place / "crank.h5").write_bytes((folder / other).read_bytes())
+        part = [KSCHUR, "solve", "crank.h5", "--modes", "4"]
+        done = subprocess.run([MPIRUN, "--oversubscribe", "-np", "1", "--wdir", str(folder), *part, ":", "-np", "1", "--wdir",
+                               str(place), *part, ":", "-np", "1", "--wdir", str(folder), *part], capture_output=True, text=True,
+                              timeout=300)
+        check(f"another file in one process: {words}", done.returncode == 2 and is_said(done, words), f"{done.returncode} {done.stderr}")
+
+
+def check_refused(name, processes, problem, words):
+    done = run(processes, "solve", problem, "--modes", 4, "--distribute", 1)
+    check(name, done.returncode == 2 and is_said(done, words), f"{done.returncode} {done.stderr}")
+
+
 def check_errors(folder):
     """Every process ends with the status of the first one, and one line is said."""
     problem = folder / "crank.h5"
@@ -230,8 +300,8 @@ def check_killed(folder):
     """A process that is killed ends the others, and leaves no result, whatever it did."""
     together = [folder / "crank-memory.h5", "--modes", 10, "--distribute", 1]
     in_groups = [folder / "grid-band.h5", "--band", "0,400", "--groups", 3]
-    phases = {"reads": (0, "H5Dread", 2, together), "orders": (0, "METIS_NodeND", 1, together),
-              "analyses": (1, "dmumps 1", 1, together), "factors": (2, "dmumps 2", 2, together),
+    phases = {"reads": (0, "H5Dread", 2, together), "reads its rows": (2, "H5Dread", 5, together),
+              "orders": (0, "METIS_NodeND", 1, together), "analyses": (1, "dmumps 1", 1, together), "factors": (2, "dmumps 2", 2, together),
               "iterates": (1, "dmumps 3", 20, together), "leads an iteration": (0, "dmumps 3", 20, together),
               "counts": (1, "dmumps 2", 5, together), "leads a group": (1, "METIS_NodeND", 2, in_groups),
               "writes": (0, "H5Dwrite", 3, together)}
@@ -245,8 +315,9 @@ def check_killed(folder):
 
 
 def check_memory_ends(folder):
-    """Memory of one process that ends when a matrix is analysed, factored or solved with is that of all."""
-    for rank, at, count in ((1, "dmumps -1", 1), (1, "dmumps 1", 1), (1, "dmumps 2", 1), (2, "dmumps 2", 5), (0, "dmumps 3", 20), (1, "dmumps 3", 20)):
+    """Memory of one process that ends when a file is read, a matrix analysed, factored or solved with is that of all."""
+    for rank, at, count in ((1, "H5Dread", 3), (0, "H5Dread", 9), (1, "dmumps -1", 1), (1, "dmumps 1", 1), (1, "dmumps 2", 1),
+                            (2, "dmumps 2", 5), (0, "dmumps 3", 20), (1, "dmumps 3", 20)):
         for room in (1, 20):
             done, written = fail(folder / "crank-memory.h5", rank, at, count, room, "--modes", 10, "--distribute", 1)
             check(f"{room} MB left in process {rank} after {at}", done.returncode == 4 and is_said(done, "memory") and not written,
@@ -260,6 +331,7 @@ def main():
         check_lapack(folder)
         check_methods(folder)
         check_bands(folder)
+        check_reading(folder)
         check_lapack_band(folder)
         check_checkpoint(folder)
         check_limits(folder)

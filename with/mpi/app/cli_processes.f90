@@ -3,17 +3,19 @@
 module cli_processes
    use, intrinsic :: iso_c_binding, only: c_int
    use cli_environment, only: start_again_to_wait_asleep
-   use kschur, only: error_type, modal_options_type, modal_problem_type, modal_result_type, solve_modes
+   use kschur, only: error_type, modal_options_type, modal_result_type, read_hdf5_shared_problem, shared_problem_type, &
+      solve_modes
    use kschur_memory, only: megabyte, require_memory
    use kschur_processes, only: broadcast_words
-   use mpi_f08, only: MPI_Comm_rank, MPI_COMM_WORLD, MPI_Finalize, MPI_Init_thread, MPI_Initialized, MPI_THREAD_FUNNELED
+   use mpi_f08, only: MPI_Bcast, MPI_CHARACTER, MPI_Comm_rank, MPI_COMM_WORLD, MPI_Finalize, MPI_Init_thread, MPI_Initialized, &
+      MPI_THREAD_FUNNELED
    implicit none
    private
-   public :: end_processes, gather_processes, start_processes
+   public :: end_processes, gather_processes, read_together, start_processes
 
-   ! What the first process may say: that there is a solve to take part in, with threads, or that this is the end, with a
-   ! status.
-   integer, parameter :: word_solve = 1, word_end = 2
+   ! What the first process may say: that there is a solve to take part in, with threads, that this is the end, with a
+   ! status, or that a file is to be read, with the length of its name.
+   integer, parameter :: word_solve = 1, word_end = 2, word_read = 3
 
    interface
       subroutine c_exit(status) bind(c, name="exit")
@@ -41,7 +43,7 @@ contains
    end subroutine start_processes
 
    subroutine take_part()
-      type(modal_problem_type) :: none
+      type(shared_problem_type) :: shared
       type(modal_options_type) :: options
       type(modal_result_type) :: result
       type(error_type), allocatable :: error
@@ -51,13 +53,39 @@ contains
       do
          call broadcast_words(words, MPI_COMM_WORLD)
          if (words(1) == word_end) exit
-         options%threads = words(2)
          ! What is wrong the first process tells the user.
-         call solve_modes(none, options, result, error)
+         if (words(1) == word_read) then
+            call read_here(repeat(" ", words(2)), shared, error)
+         else
+            options%threads = words(2)
+            call solve_modes(shared, options, result, error)
+         end if
       end do
       call MPI_Finalize()
       call c_exit(int(words(2), c_int))
    end subroutine take_part
+
+   !> All processes read a problem in an HDF5 file, each its rows.
+   subroutine read_together(path, shared, error)
+      character(len=*), intent(in) :: path
+      type(shared_problem_type), intent(out) :: shared
+      type(error_type), allocatable, intent(out) :: error
+
+      call say([word_read, len(path)])
+      call read_here(path, shared, error)
+   end subroutine read_together
+
+   subroutine read_here(path, shared, error)
+      !> That of the first process counts; those of the others are as long.
+      character(len=*), intent(in) :: path
+      type(shared_problem_type), intent(out) :: shared
+      type(error_type), allocatable, intent(out) :: error
+      character(len=len(path)) :: name
+
+      name = path
+      call MPI_Bcast(name, len(name), MPI_CHARACTER, 0, MPI_COMM_WORLD)
+      call read_hdf5_shared_problem(shared, name, error, MPI_COMM_WORLD%mpi_val, trial=.true.)
+   end subroutine read_here
 
    !> To be called before each solve: all processes take part in it.
    subroutine gather_processes(options)

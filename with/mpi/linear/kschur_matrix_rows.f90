@@ -10,7 +10,7 @@ module kschur_matrix_rows
       MPI_Scatter, MPI_Scatterv
    implicit none
    private
-   public :: gather_rows, share_rows
+   public :: gather_matrix, gather_rows, share_rows
 
 contains
 
@@ -72,6 +72,42 @@ contains
          entries(p) = matrix%row_start(ranges%last(p) + 1) - 1 - before(p)
       end do
    end subroutine count_entries
+
+   !> The first process gets the whole matrix of the rows of all. Fails in all where it has no memory for it.
+   subroutine gather_matrix(matrix, ranges, communicator, rows, error)
+      !> That of the first process.
+      type(csr_matrix_type), intent(inout) :: matrix
+      !> Of all rows.
+      type(row_ranges_type), intent(in) :: ranges
+      type(MPI_Comm), intent(in) :: communicator
+      type(csr_matrix_type), intent(in) :: rows
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: length(:), lengths(:)
+      integer :: processes, rank, all, p, i
+
+      call MPI_Comm_size(communicator, processes)
+      call MPI_Comm_rank(communicator, rank)
+      all = merge(ranges%last(processes - 1), 0, rank == 0)
+      call require_memory(integer_bytes*(real(rows%rows, wp) + 2*real(all, wp)), "rows of a matrix", error)
+      call spread_error(communicator, error)
+      if (allocated(error)) return
+      allocate (lengths(all))
+      allocate (length, source=rows%row_start(2:) - rows%row_start(:rows%rows))
+      associate (numbers => [(ranges%rows(p), p=0, processes - 1)])
+         call MPI_Gatherv(length, rows%rows, MPI_INTEGER, lengths, numbers, ranges%before, MPI_INTEGER, 0, communicator)
+      end associate
+      if (rank == 0) then
+         matrix%rows = all
+         matrix%columns = rows%columns
+         if (allocated(matrix%row_start)) deallocate (matrix%row_start)
+         allocate (matrix%row_start(all + 1))
+         matrix%row_start(1) = 1
+         do i = 1, all
+            matrix%row_start(i + 1) = matrix%row_start(i) + lengths(i)
+         end do
+      end if
+      call gather_rows(matrix, ranges, communicator, rows, error)
+   end subroutine gather_matrix
 
    !> The first process gets the rows of all. Fails in all where it has no memory for them.
    subroutine gather_rows(matrix, ranges, communicator, rows, error)

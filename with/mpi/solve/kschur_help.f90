@@ -4,8 +4,10 @@ module kschur_help
    use kschur_basis_help, only: basis_instance_type, help_basis
    use kschur_error, only: error_type
    use kschur_mumps_help, only: help_mumps, mumps_instance_type
-   use kschur_processes, only: number_of_words, processes_type, word_basis, word_end, word_matrix, word_mumps, word_parts
+   use kschur_processes, only: number_of_words, processes_type, word_basis, word_end, word_matrix, word_mumps, word_parts, &
+      word_problem
    use kschur_row_matrix, only: help_multiply, row_matrix_part_type
+   use kschur_shared_problem, only: shared_problem_type
    use mpi_f08, only: MPI_Comm
    implicit none
    private
@@ -13,12 +15,16 @@ module kschur_help
 
 contains
 
-   recursive subroutine help(processes)
+   recursive subroutine help(processes, shared)
       type(processes_type), target, intent(inout) :: processes
+      !> The problem, where its rows are shared.
+      type(shared_problem_type), intent(inout), optional :: shared
       type(mumps_instance_type), allocatable :: instances(:)
       type(basis_instance_type), allocatable :: bases(:)
       type(row_matrix_part_type), allocatable :: parts(:)
       type(processes_type), pointer :: all
+      ! The first process has it as well.
+      type(error_type), allocatable :: none
       integer :: words(number_of_words)
 
       all => processes
@@ -26,6 +32,8 @@ contains
       do
          call processes%hear(words)
          select case (words(1))
+         case (word_problem)
+            call shared%give(processes, none)
          case (word_matrix)
             call help_multiply(parts, processes, words)
          case (word_mumps)

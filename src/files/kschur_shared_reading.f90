@@ -1,0 +1,50 @@
+!> A problem in an HDF5 file that several processes read together, each its rows.
+module kschur_shared_reading
+   use kschur_error, only: add_context, error_type
+   use kschur_hdf5_problem, only: read_hdf5_rows
+   use kschur_help, only: help
+   use kschur_problem, only: settle_modal_problem
+   use kschur_processes, only: join_processes, processes_type
+   use kschur_shared_problem, only: shared_problem_type
+   use kschur_text, only: text
+   implicit none
+   private
+   public :: read_hdf5_shared_problem
+
+contains
+
+   !> Reads a problem as `read_hdf5_problem`, by all processes of a communicator: each opens the file. The error is the same in
+   !> all.
+   subroutine read_hdf5_shared_problem(shared, path, error, communicator, trial)
+      type(shared_problem_type), intent(out) :: shared
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      !> A handle of MPI; absent: this process alone.
+      integer, intent(in), optional :: communicator
+      !> As that of `read_hdf5_problem`: each process reads its rows in a child first.
+      logical, intent(in), optional :: trial
+      type(processes_type), target :: processes
+      integer, allocatable :: handle
+
+      if (present(communicator)) allocate (handle, source=communicator)
+      call join_processes(handle, 1, processes, error)
+      if (allocated(error)) return
+      if (processes%number == 1) then
+         call read_hdf5_rows(shared%problem, shared%all_rows, path, [0, 1], error, trial)
+      else
+         call read_hdf5_rows(shared%rows, shared%all_rows, path, [processes%rank, processes%number], error, trial)
+         if (processes%rank > 0) call add_context(error, "process "//text(processes%rank))
+      end if
+      call processes%agree(error)
+      if (.not. allocated(error)) then
+         if (processes%rank > 0) then
+            call help(processes, shared)
+         else
+            call shared%assemble(processes, error)
+            if (.not. allocated(error)) call settle_modal_problem(shared%problem, error)
+            call add_context(error, path)
+         end if
+      end if
+      call processes%leave(error)
+   end subroutine read_hdf5_shared_problem
+end module kschur_shared_reading

@@ -1,0 +1,143 @@
+!> A problem that several processes share: each keeps some rows of its matrices. The first process has them whole as well, but
+!> while it has other things that take memory.
+module kschur_shared_problem
+   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+   use kschur_error, only: error_type, error_input, error_usage, new_error
+   use kschur_matrix_rows, only: gather_matrix
+   use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: are_several, processes_type, spread_error, word_problem
+   use kschur_row_ranges, only: row_ranges
+   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
+   use kschur_text, only: text
+   use mpi_f08, only: MPI_Bcast, MPI_INTEGER
+   implicit none
+   private
+   public :: shared_problem_type
+
+   !> Made by `read_hdf5_shared_problem`.
+   type :: shared_problem_type
+      !> The problem, in the first process.
+      type(modal_problem_type) :: problem
+      !> Where there are several processes, the rows of M, R and K that this one has, and how many there are in all.
+      type(modal_problem_type) :: rows
+      integer :: all_rows(3) = 0
+      ! How many processes have rows: one has the whole problem, of a file that it has read alone.
+      integer, private :: parts = 1
+      logical, private :: away = .false.
+   contains
+      !> The first process gets the matrices whole, unsettled.
+      procedure :: assemble
+      !> What the others do then, and when they are brought back.
+      procedure :: give
+      !> Fails where those that share it are not those that would solve it.
+      procedure :: check
+      !> The entries of M, R and K are with the processes only, and are in the first one again.
+      procedure :: put_away
+      procedure :: bring_back
+   end type shared_problem_type
+
+   interface
+      integer(c_int) function c_malloc_trim(kept) bind(c, name="malloc_trim")
+         import :: c_int, c_size_t
+         integer(c_size_t), value :: kept
+      end function c_malloc_trim
+   end interface
+
+contains
+
+   subroutine assemble(self, processes, error)
+      class(shared_problem_type), intent(inout) :: self
+      type(processes_type), intent(in) :: processes
+      type(error_type), allocatable, intent(out) :: error
+
+      if (processes%number == 1) return
+      call processes%tell([word_problem])
+      call self%give(processes, error)
+      if (allocated(error)) return
+      self%problem%constraints = self%rows%constraints
+      self%rows%constraints = empty_csr_matrix(0, self%rows%constraints%columns)
+      call move_alloc(self%rows%mesh, self%problem%mesh)
+   end subroutine assemble
+
+   subroutine give(self, processes, error)
+      class(shared_problem_type), intent(inout) :: self
+      type(processes_type), intent(in) :: processes
+      type(error_type), allocatable, intent(out) :: error
+
+      call compare(self, processes, error)
+      if (.not. allocated(error)) call give_matrix(self%problem%mass, self%rows%mass, self%all_rows(1), processes, error)
+      if (.not. allocated(error)) call give_matrix(self%problem%damping, self%rows%damping, self%all_rows(2), processes, error)
+      if (.not. allocated(error)) call give_matrix(self%problem%stiffness, self%rows%stiffness, self%all_rows(3), processes, error)
+      if (.not. allocated(error)) self%parts = processes%number
+   end subroutine give
+
+   ! Files of the same name may differ.
+   subroutine compare(self, processes, error)
+      class(shared_problem_type), intent(in) :: self
+      type(processes_type), intent(in) :: processes
+      type(error_type), allocatable, intent(out) :: error
+      integer :: here(6), first(6)
+
+      here = [self%all_rows, self%rows%mass%columns, self%rows%damping%columns, self%rows%stiffness%columns]
+      first = here
+      call MPI_Bcast(first, size(first), MPI_INTEGER, 0, processes%communicator)
+      if (any(here /= first)) call new_error(error, error_input, "process "//text(processes%rank)// &
+         " has read matrices of other extents than the first one: do all find the same file?")
+      call spread_error(processes%communicator, error)
+   end subroutine compare
+
+   subroutine give_matrix(matrix, rows, all_rows, processes, error)
+      !> That of the first process becomes whole.
+      type(csr_matrix_type), intent(inout) :: matrix
+      type(csr_matrix_type), intent(in) :: rows
+      integer, intent(in) :: all_rows
+      type(processes_type), intent(in) :: processes
+      type(error_type), allocatable, intent(out) :: error
+
+      call gather_matrix(matrix, row_ranges(all_rows, processes%number), processes%communicator, rows, error)
+   end subroutine give_matrix
+
+   subroutine check(self, processes, error)
+      class(shared_problem_type), intent(in) :: self
+      type(processes_type), intent(in) :: processes
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (.not. allocated(error) .and. all(self%parts /= [1, processes%number])) call new_error(error, error_usage, &
+         "a problem that "//text(self%parts)//" processes have read is to be solved by "//text(processes%number))
+   end subroutine check
+
+   ! Extents and row starts stay here, and small problems. What lies between other arrays is not given back to the system by
+   ! itself.
+   subroutine put_away(self, processes)
+      class(shared_problem_type), intent(inout) :: self
+      type(processes_type), pointer, intent(in) :: processes
+      integer(c_int) :: ignored
+
+      if (self%away .or. self%parts == 1 .or. .not. are_several(processes, self%problem%unknowns())) return
+      call empty(self%problem%mass)
+      call empty(self%problem%damping)
+      call empty(self%problem%stiffness)
+      self%away = .true.
+      ignored = c_malloc_trim(0_c_size_t)
+   end subroutine put_away
+
+   subroutine empty(matrix)
+      type(csr_matrix_type), intent(inout) :: matrix
+
+      deallocate (matrix%column, matrix%value)
+      allocate (matrix%column(0), matrix%value(0))
+   end subroutine empty
+
+   subroutine bring_back(self, processes, error)
+      class(shared_problem_type), intent(inout) :: self
+      type(processes_type), intent(in) :: processes
+      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable :: failure
+
+      if (.not. self%away) return
+      call processes%tell([word_problem])
+      call self%give(processes, failure)
+      self%away = allocated(failure)
+      if (allocated(failure)) call move_alloc(failure, error)
+   end subroutine bring_back
+end module kschur_shared_problem
