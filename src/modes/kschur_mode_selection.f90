@@ -1,9 +1,9 @@
 !> From eigenpairs to modes: which of them are the same, how accurate they are, which are wanted.
 module kschur_mode_selection
    use kschur_backward_error, only: backward_errors
-   use kschur_eigenpairs, only: eigenpairs_type, normalize
+   use kschur_eigenpairs, only: eigenpairs_type, keep_pairs, normalize
    use kschur_kinds, only: wp
-   use kschur_modes, only: eigenvalues_of, modes_type, take_columns
+   use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_problem, only: modal_problem_type
    use kschur_residual_parts, only: residual_parts
    use kschur_settling, only: settle_pairs
@@ -113,6 +113,8 @@ contains
       type(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: again(:)
       logical, intent(inout) :: accepted(:)
+      ! Found from a shift far off, a shape has more of its neighbours in it than the same one found twice elsewhere.
+      real(wp), parameter :: neighbours = 3.0e-2_wp
       real(wp), dimension(size(again)) :: errors, split
       logical :: others(size(again))
       integer :: j
@@ -126,6 +128,7 @@ contains
             (.not. again .or. abs(pairs%lambda - pairs%lambda(j)) <= part_of_split*split*abs(pairs%lambda(j)))
          others(j:) = others(j:) .and. .not. again(j:)
          accepted(j) = .not. depends(pairs, others, j, roughly=.true.)
+         if (accepted(j)) accepted(j) = .not. depends(pairs, others, j, part=neighbours)
       end do
    end subroutine drop_found_again
 
@@ -147,7 +150,7 @@ contains
          allocate (doubtful, source=accepted .and. errors > spurious .and. abs(lambda) <= limit)
          modes%beyond = any(errors > spurious .and. .not. abs(lambda) <= limit)
          accepted = accepted .and. errors <= spurious
-         if (eigenvalues_of(lambda, accepted) > wanted%most) call drop_repeated(pairs, k, wanted%most, accepted)
+         if (eigenvalues_of(lambda, accepted) > wanted%most) call drop_repeated(pairs, k, wanted, accepted)
          call drop_beyond(lambda, modes%uncertainty, wanted%most, accepted, dropped)
       end associate
       if (dropped) doubtful = .false.
@@ -186,37 +189,26 @@ contains
    subroutine drop_spurious(problem, pairs)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(inout) :: pairs
-      integer, allocatable :: order(:)
       real(wp) :: errors(size(pairs%lambda))
-      integer :: j
 
       errors = backward_errors(problem, pairs)
-      allocate (order, source=pack([(j, j=1, size(errors))], errors <= spurious))
-      if (size(order) == size(errors)) return
-      if (pairs%is_real()) then
-         call take_columns(pairs%real_phi, order)
-      else
-         call take_columns(pairs%phi, order)
-      end if
-      call take_columns(pairs%xi, order)
-      pairs%lambda = pairs%lambda(order)
-      if (allocated(pairs%paired)) pairs%paired = pairs%paired(order)
-      if (allocated(pairs%again)) pairs%again = pairs%again(order)
+      call keep_pairs(pairs, errors <= spurious)
    end subroutine drop_spurious
 
    ! Takes out of a list of more eigenvalues than there are those that have the shapes of others: an eigenvalue
    ! found twice, if it is not a defective one, which counts as often.
-   subroutine drop_repeated(pairs, k, most, accepted)
+   subroutine drop_repeated(pairs, k, wanted, accepted)
       type(eigenpairs_type), intent(in) :: pairs
-      !> The first so many may be repeated.
-      integer, intent(in) :: k, most
+      !> The first so many are of an iteration, and those behind the rigid motions copies of some of them.
+      integer, intent(in) :: k
+      type(wanted_type), intent(in) :: wanted
       logical, intent(inout) :: accepted(:)
       logical :: others(size(accepted))
       integer :: j
 
-      do j = k, 1, -1
-         if (.not. accepted(j)) cycle
-         if (eigenvalues_of(pairs%lambda, accepted) <= most) return
+      do j = size(accepted), 1, -1
+         if (.not. accepted(j) .or. (j > k .and. j <= k + wanted%rigid)) cycle
+         if (eigenvalues_of(pairs%lambda, accepted) <= wanted%most) return
          others = accepted
          others(j) = .false.
          accepted(j) = .not. depends(pairs, others, j)

@@ -127,18 +127,22 @@ contains
    end function repeats_zero
 
    !> Whether the shape of pair j lies in the span of those of `others` that share its eigenvalue.
-   logical function depends(pairs, others, j, roughly)
+   logical function depends(pairs, others, j, roughly, part)
       type(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: others(:)
       integer, intent(in) :: j
       !> Whether they share it already where they are roots of a defective one that were found from different shifts.
       logical, optional, intent(in) :: roughly
+      !> How much of it may lie outside the span, in the place of next to nothing.
+      real(wp), optional, intent(in) :: part
       complex(wp), allocatable :: u(:), v(:), span(:, :)
-      real(wp) :: shared
+      real(wp) :: shared, left
       integer :: i
 
       shared = same_value
       if (present(roughly)) shared = merge(same_pair, same_value, roughly)
+      left = dependent
+      if (present(part)) left = part
       allocate (span(pairs%rows(), 0))
       allocate (u(pairs%rows()), v(pairs%rows()))
       depends = .true.
@@ -160,7 +164,7 @@ contains
          if (length(u) <= epsilon(1.0_wp)/dependent) cycle
          span = reshape([span, u/length(u)], [size(u), size(span, 2) + 1])
       end do
-      depends = length(u) <= dependent
+      depends = length(u) <= left
    end function depends
 
    ! What the shape of pair i, of unit norm in the units in which shapes are compared, has outside a span.

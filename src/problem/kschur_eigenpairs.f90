@@ -5,7 +5,7 @@ module kschur_eigenpairs
    use kschur_threads, only: panel_rows
    implicit none
    private
-   public :: append_pairs, chosen_pairs, eigenpairs_type, move_pairs, near, normalize
+   public :: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs, move_pairs, near, normalize
 
    !> Eigenpairs of a modal problem.
    type :: eigenpairs_type
@@ -154,6 +154,20 @@ contains
       end if
       allocate (kept%xi(size(pairs%xi, 1), size(order)), source=pairs%xi(:, order))
    end function chosen_pairs
+
+   !> Takes out the others, with what is known of them.
+   subroutine keep_pairs(pairs, chosen)
+      type(eigenpairs_type), intent(inout) :: pairs
+      logical, intent(in) :: chosen(:)
+      type(eigenpairs_type) :: kept
+
+      if (all(chosen)) return
+      kept = chosen_pairs(pairs, chosen)
+      if (allocated(pairs%paired)) kept%paired = pack(pairs%paired, chosen)
+      if (allocated(pairs%again)) kept%again = pack(pairs%again, chosen)
+      if (allocated(pairs%weights)) call move_alloc(pairs%weights, kept%weights)
+      call move_pairs(kept, pairs)
+   end subroutine keep_pairs
 
    !> Makes the shape of pair j one of unit norm, its largest entry real and positive; a shape of nothing stays.
    subroutine normalize(pairs, j)
