@@ -125,6 +125,10 @@ contains
       integer :: j
 
       if (are_all(order, size(block, 2))) return
+      if (size(order) == size(block, 2)) then
+         call permute(block, order)
+         return
+      end if
       allocate (taken(size(block, 1), size(order)))
       !$omp parallel do schedule(static) if (size(block, 1) > panel_rows)
       do j = 1, size(order)
@@ -133,6 +137,26 @@ contains
       !$omp end parallel do
       call move_alloc(taken, block)
    end subroutine take_complex_columns
+
+   ! All columns, in their own place.
+   subroutine permute(block, order)
+      complex(wp), contiguous, intent(inout) :: block(:, :)
+      integer, intent(in) :: order(:)
+      ! Rows at a time: few, as there may be many columns.
+      integer, parameter :: panel = 16
+      complex(wp) :: rows(panel, size(order))
+      integer :: first, last, j
+
+      !$omp parallel do schedule(static) private(last, j, rows) if (size(block, 1) > panel_rows)
+      do first = 1, size(block, 1), panel
+         last = min(first + panel - 1, size(block, 1))
+         do j = 1, size(order)
+            rows(:last - first + 1, j) = block(first:last, order(j))
+         end do
+         block(first:last, :) = rows(:last - first + 1, :)
+      end do
+      !$omp end parallel do
+   end subroutine permute
 
    pure logical function are_all(order, columns)
       integer, intent(in) :: order(:), columns
