@@ -3,7 +3,7 @@ module kschur_random
    use kschur_kinds, only: wp, long
    implicit none
    private
-   public :: random_vector, state_of_seed
+   public :: random_vector, skip_numbers, state_of_seed
 
    ! The minimal standard generator of Park and Miller.
    integer(long), parameter :: multiplier = 16807_long, modulus = 2147483647_long
@@ -21,6 +21,17 @@ contains
          x(i) = 2*real(state, wp)/real(modulus, wp) - 1
       end do
    end subroutine random_vector
+
+   !> As if so many had been drawn.
+   subroutine skip_numbers(state, numbers)
+      integer(long), intent(inout) :: state
+      integer, intent(in) :: numbers
+      integer :: i
+
+      do i = 1, numbers
+         state = mod(multiplier*state, modulus)
+      end do
+   end subroutine skip_numbers
 
    !> The state that a seed stands for.
    pure integer(long) function state_of_seed(seed) result(state)

@@ -8,6 +8,7 @@ module kschur_basis_rows_real
    use kschur_kinds, only: wp
    use kschur_pages, only: prefer_large_pages
    use kschur_processes, only: processes_type
+   use kschur_row_team, only: row_team_type
    use kschur_tall_products_real, only: complete_column => complete_and_combine, form_combinations, inner_products, &
       subtract_combinations
    use kschur_text, only: text

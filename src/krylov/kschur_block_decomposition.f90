@@ -15,6 +15,8 @@ module kschur_block_decomposition
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_operator, only: symmetric_operator_type
    use kschur_processes, only: processes_type
+   use kschur_row_sums, only: row_sums_type
+   use kschur_row_team, only: row_team_type
    use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
    use kschur_threads, only: panel_rows
    implicit none
@@ -47,6 +49,10 @@ module kschur_block_decomposition
       integer(long) :: random_state = 0
       !> B W, but for the last orthogonalisation of W.
       real(wp), allocatable :: images(:, :)
+      !> Whether the operator takes rows of vectors, where several processes have some each; who they are, and their sums.
+      logical :: by_rows = .false.
+      type(row_team_type) :: team
+      type(row_sums_type) :: sums
    contains
       !> Whether all that C can reach from what was put in is there.
       procedure :: closed
@@ -68,7 +74,7 @@ contains
       call archive%carry(self%expanded)
       call self%basis%carry(archive, self%vectors)
       call archive%carry(self%couplings)
-      call archive%carry(self%images)
+      call self%team%carry(archive, self%basis%length(), self%images)
       call archive%carry(self%scale)
       call archive%carry(self%metric_scale)
       call archive%carry(self%longest)
@@ -108,12 +114,13 @@ contains
       if (d%basis%room() >= vectors) return
       call d%basis%reserve(length, vectors, d%vectors, processes, error)
       if (allocated(error)) return
-      call require_memory(beside*real_bytes*length, "vectors beside a Lanczos basis", error)
+      if (d%by_rows) d%team = d%basis%team()
+      call require_memory(beside*real_bytes*d%team%rows(length), "vectors beside a Lanczos basis", error)
       if (allocated(error)) return
       allocate (couplings(vectors, vectors), source=0.0_wp)
       if (allocated(d%couplings)) couplings(:size(d%couplings, 1), :size(d%couplings, 2)) = d%couplings
       call move_alloc(couplings, d%couplings)
-      if (.not. allocated(d%images)) allocate (d%images(length, 0))
+      if (.not. allocated(d%images)) allocate (d%images(d%team%rows(length), 0))
    end subroutine make_room
 
    !> Takes out all but the first so many vectors.
@@ -163,12 +170,12 @@ contains
          started = clock()
          call exclude(d, images(:, :q), x(:, :q))
          allocate (gram(q, q), c(k, q), triangle(q, q))
-         call inner_products(x, images(:, :q), gram)
+         call inner_products(x, images(:, :q), gram, sums=d%sums)
          if (.not. all(abs(gram) <= huge(1.0_wp))) call new_error(error, error_library, &
             "the operator made a vector that is not finite")
          if (allocated(error)) return
          negligible = max(negligible, limit*sqrt(maxval([0.0_wp, diagonal(gram)])))
-         call separate(x(:, :q), images(:, :q), negligible, gram, triangle)
+         call separate(x(:, :q), images(:, :q), negligible, d%sums, gram, triangle)
          total(:q, :) = matmul(triangle, total(:q, :))
          call d%basis%take_out(images(:, :q), c, x(:, :q))
          ! What was taken out was none of the operator's, nor are the directions of the basis that went with it.
@@ -186,7 +193,7 @@ contains
          else
             call operator%apply_metric(x(:, :q), images(:, :q), error)
             if (allocated(error)) return
-            call orthonormalize_among(x(:, :q), images(:, :q), negligible, triangle, kept)
+            call orthonormalize_among(x(:, :q), images(:, :q), negligible, d%sums, triangle, kept)
             negligible = 0
             taken = .false.
          end if
@@ -222,7 +229,7 @@ contains
          all(:, before + 1:) = images(:, :q)
          call move_alloc(all, d%images)
       end if
-      d%longest = max(d%longest, maxval([0.0_wp, (column_length(x(:, j:j)), j=1, q)]))
+      d%longest = max(d%longest, maxval([0.0_wp, (column_length(x(:, j:j), sums=d%sums), j=1, q)]))
    end subroutine append
 
    subroutine copy_columns(x, y)
@@ -248,15 +255,16 @@ contains
 
       if (.not. allocated(d%excluded)) return
       allocate (components(size(d%excluded, 2), size(x, 2)))
-      call inner_products(d%excluded, images, components)
+      call inner_products(d%excluded, images, components, sums=d%sums)
       call subtract_combinations(d%excluded, components, x)
    end subroutine exclude
 
    ! Makes columns orthogonal to each other, of the lengths that are left, where they are not and their products tell: X as
    ! given is X T, T with ones on its diagonal.
-   subroutine separate(x, images, negligible, gram, triangle)
+   subroutine separate(x, images, negligible, sums, gram, triangle)
       real(wp), contiguous, intent(inout) :: x(:, :), images(:, :)
       real(wp), intent(in) :: negligible
+      type(row_sums_type), intent(in) :: sums
       !> Their products.
       real(wp), intent(inout) :: gram(:, :)
       !> T
@@ -275,7 +283,7 @@ contains
          end do
          call divide(n, b, x, triangle)
          call divide(n, b, images, triangle)
-         call inner_products(x, images, gram)
+         call inner_products(x, images, gram, sums=sums)
       else
          triangle = identity(b)
       end if
@@ -332,9 +340,10 @@ contains
    end subroutine divide
 
    ! Modified Gram-Schmidt on columns and their images alike; columns shorter than `negligible` are left out.
-   subroutine orthonormalize_among(x, images, negligible, triangle, kept)
+   subroutine orthonormalize_among(x, images, negligible, sums, triangle, kept)
       real(wp), contiguous, intent(inout) :: x(:, :), images(:, :)
       real(wp), intent(in) :: negligible
+      type(row_sums_type), intent(in) :: sums
       !> The columns as given are combinations of those that were kept.
       real(wp), intent(out) :: triangle(:, :)
       integer, intent(out) :: kept
@@ -345,11 +354,11 @@ contains
       kept = 0
       do j = 1, size(x, 2)
          do i = 1, kept
-            triangle(i, j) = dot(x(:, i:i), images(:, j:j))
+            triangle(i, j) = dot(x(:, i:i), images(:, j:j), sums)
             x(:, j) = x(:, j) - triangle(i, j)*x(:, i)
             images(:, j) = images(:, j) - triangle(i, j)*images(:, i)
          end do
-         length = sqrt(max(dot(x(:, j:j), images(:, j:j)), 0.0_wp))
+         length = sqrt(max(dot(x(:, j:j), images(:, j:j), sums), 0.0_wp))
          if (.not. length > negligible) cycle
          kept = kept + 1
          triangle(kept, j) = length
@@ -359,11 +368,12 @@ contains
    end subroutine orthonormalize_among
 
    !> x^T y of single columns.
-   real(wp) function dot(x, y)
+   real(wp) function dot(x, y, sums)
       real(wp), contiguous, intent(in) :: x(:, :), y(:, :)
+      type(row_sums_type), intent(in) :: sums
       real(wp) :: c(1, 1)
 
-      call inner_products(x, y, c)
+      call inner_products(x, y, c, sums=sums)
       dot = c(1, 1)
    end function dot
 

@@ -9,11 +9,12 @@ module kschur_block_lanczos
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_operator, only: symmetric_operator_type
-   use kschur_random, only: random_vector, state_of_seed
+   use kschur_random, only: state_of_seed
    use kschur_tall_products_real, only: inner_products
+   use kschur_together, only: begin_together, end_together, to_add_random, to_expand
    implicit none
    private
-   public :: add_directions, add_random_directions, expand_block
+   public :: add_directions, add_random_directions, add_random_here, expand_block, expand_here
 
 contains
 
@@ -37,9 +38,9 @@ contains
       if (allocated(error)) return
       lengths = 0
       do j = 1, size(x, 2)
-         lengths(j) = sqrt(max(dot(x(:, j:j), images(:, j:j)), 0.0_wp))
+         lengths(j) = sqrt(max(dot(x(:, j:j), images(:, j:j), d%sums), 0.0_wp))
          if (.not. lengths(j) > 0) cycle
-         d%metric_scale = max(d%metric_scale, (lengths(j)/norm2(x(:, j)))**2)
+         d%metric_scale = max(d%metric_scale, (lengths(j)/d%sums%length(norm2(x(:, j))))**2)
          x(:, j) = x(:, j)/lengths(j)
       end do
       call orthonormalize(operator, d, x, 1.0_wp, breakdown, coefficients, statistics, error)
@@ -59,15 +60,28 @@ contains
       integer, intent(in) :: seed
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
+
+      if (d%random_state == 0) d%random_state = state_of_seed(seed)
+      call begin_together(d, to_add_random, [directions, filter], 0.0_wp)
+      call add_random_here(operator, d, directions, filter, statistics, error)
+      call end_together(d)
+   end subroutine add_random_directions
+
+   !> The same, with the rows of this process where several have begun it together.
+   subroutine add_random_here(operator, d, directions, filter, statistics, error)
+      class(symmetric_operator_type), intent(inout) :: operator
+      class(block_decomposition_type), target, intent(inout) :: d
+      integer, intent(in) :: directions, filter
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: x(:, :), y(:, :)
       real(wp) :: coefficients(d%basis%room(), directions)
       integer :: before, i, j
 
-      if (d%random_state == 0) d%random_state = state_of_seed(seed)
       before = d%vectors
-      allocate (x(d%basis%length(), directions))
+      allocate (x(d%team%rows(d%basis%length()), directions))
       do j = 1, directions
-         call random_vector(d%random_state, x(:, j))
+         call d%team%draw(d%random_state, x(:, j))
       end do
       call add_directions(operator, d, x, coefficients, statistics, error)
       do i = 1, filter
@@ -82,11 +96,11 @@ contains
          deallocate (y)
          ! What the metric does not see is no direction.
          do while (d%vectors > before)
-            if (breakdown*d%metric_scale*sum(d%basis%columns(d%vectors, 1)**2) <= 1) exit
+            if (breakdown*d%metric_scale*d%sums%length(norm2(d%basis%columns(d%vectors, 1)))**2 <= 1) exit
             call drop_last(d, d%vectors - 1)
          end do
       end do
-   end subroutine add_random_directions
+   end subroutine add_random_here
 
    !> Expands vectors that were not, as far as there is room for what comes of them.
    subroutine expand_block(operator, d, statistics, error, noise)
@@ -96,8 +110,23 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> What C makes of them beside the basis is rounding below this, relative to its norm.
       real(wp), optional, intent(in) :: noise
-      real(wp), allocatable :: x(:, :), coefficients(:, :), rest(:, :)
       real(wp) :: limit
+
+      limit = breakdown
+      if (present(noise)) limit = noise
+      call begin_together(d, to_expand, [integer ::], limit)
+      call expand_here(operator, d, limit, statistics, error)
+      call end_together(d)
+   end subroutine expand_block
+
+   !> The same, with the rows of this process where several have begun it together.
+   subroutine expand_here(operator, d, limit, statistics, error)
+      class(symmetric_operator_type), intent(inout) :: operator
+      class(block_decomposition_type), target, intent(inout) :: d
+      real(wp), intent(in) :: limit
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: x(:, :), coefficients(:, :), rest(:, :)
       integer :: b, first, last
       integer(long) :: started
 
@@ -105,7 +134,7 @@ contains
       last = min(d%vectors, d%basis%room() - d%vectors + d%expanded)
       b = last - first + 1
       if (b <= 0) return
-      allocate (x(d%basis%length(), b), coefficients(d%basis%room(), b))
+      allocate (x(d%team%rows(d%basis%length()), b), coefficients(d%basis%room(), b))
       call operator%apply(d%basis%columns(first, b), x, error)
       if (allocated(error)) return
       statistics%operator_applications = statistics%operator_applications + b
@@ -119,14 +148,12 @@ contains
       call move_alloc(rest, d%images)
       statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
       d%scale = max(d%scale, maxval(abs(coefficients)))
-      limit = breakdown
-      if (present(noise)) limit = noise
       call orthonormalize(operator, d, x, d%scale, limit, coefficients, statistics, error)
       if (allocated(error)) return
       d%couplings(:, first:last) = coefficients
       d%expanded = last
       d%scale = max(d%scale, maxval(abs(coefficients)))
-   end subroutine expand_block
+   end subroutine expand_here
 
    ! The three-term recurrence. Without it, what the basis lacks of orthogonality would pass through the Gram-Schmidt
    ! step times the subtracted coefficients, and grow from step to step; with it, little is left to be subtracted there.
@@ -142,7 +169,7 @@ contains
       k = d%expanded
       coefficients = 0
       allocate (own(b, b))
-      call inner_products(d%images, x, own)
+      call inner_products(d%images, x, own, sums=d%sums)
       call d%basis%subtract(k + 1, own, x)
       coefficients(k + 1:k + b, :) = own
       ! From what earlier vectors have of these.

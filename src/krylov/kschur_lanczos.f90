@@ -40,7 +40,7 @@ contains
    !> is tested within a restart too, so that no more steps are made than needed.
    !> Not converging is `statistics%reason`, not an error.
    subroutine lanczos(operator, selection, options, state, found, error, monitor)
-      class(symmetric_operator_type), intent(inout) :: operator
+      class(symmetric_operator_type), target, intent(inout) :: operator
       class(selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
       !> Of a first call, or what an earlier one left: then it is gone on with.
@@ -48,11 +48,15 @@ contains
       type(real_ritz_pairs_type), intent(out) :: found
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), optional, intent(inout) :: monitor
+      class(symmetric_operator_type), pointer :: part
       type(ritz_type) :: ritz
       logical :: proceed, over
 
       associate (d => state%decomposition, statistics => found%statistics)
-         call start(operator, selection%wanted, options, d, statistics, error)
+         part => operator%by_rows()
+         d%by_rows = associated(part)
+         if (.not. d%by_rows) part => operator
+         call start(part, operator%order(), selection%wanted, options, d, statistics, error)
          if (allocated(error)) return
          allocate (statistics%history%converged(0), statistics%history%operator_applications(0), &
             statistics%history%residual(0))
@@ -61,7 +65,7 @@ contains
             do
                if (associated(options%checkpoint)) call keep(options%checkpoint, state, statistics, error)
                if (allocated(error)) return
-               call expand(operator, selection%wanted, options, d, statistics, error, monitor)
+               call expand(part, selection%wanted, options, d, statistics, error, monitor)
                if (.not. allocated(error)) call project(d, selection, options, ritz, error)
                if (allocated(error)) return
                call record(statistics, ritz)
@@ -74,7 +78,7 @@ contains
             if (over) exit
             statistics%restarts = statistics%restarts + 1
             call truncate(d, ritz, options, statistics)
-            if (ritz%settled) call find_fresh(operator, options, d, statistics, error)
+            if (ritz%settled) call find_fresh(part, options, d, statistics, error)
             if (allocated(error)) return
          end do
          call extract(d, ritz, selection, options, found)
@@ -105,9 +109,9 @@ contains
    end subroutine keep
 
    ! Makes room, and begins; enlarges what is kept.
-   subroutine start(operator, wanted, options, d, statistics, error)
+   subroutine start(operator, order, wanted, options, d, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
-      integer, intent(in) :: wanted
+      integer, intent(in) :: order, wanted
       type(krylov_options_type), intent(in) :: options
       type(decomposition_type), intent(inout) :: d
       type(krylov_statistics_type), intent(inout) :: statistics
@@ -117,10 +121,10 @@ contains
       m = options%subspace
       ! A restart, and the verification, need two blocks beside the wanted columns.
       if (options%max_restarts > 1) m = max(m, wanted + 2*options%block)
-      m = max(min(m, operator%order()), 1)
+      m = max(min(m, order), 1)
       d%dimension = max(d%dimension, m)
-      d%most = min(d%most, operator%order())
-      call make_room(d, operator%order(), d%dimension + options%block, options%processes, error)
+      d%most = min(d%most, order)
+      call make_room(d, order, d%dimension + options%block, options%processes, error)
       if (allocated(error)) return
       if (d%vectors == 0) then
          call find_fresh(operator, options, d, statistics, error)

@@ -26,6 +26,8 @@ module kschur_operator
       !> Takes out of vectors of unit length what rounding brought in of those that C never gives. What is left is known
       !> to `noise` then; that is 0 where nothing was taken.
       procedure :: restrict => leave_as_they_are
+      !> The same on rows of vectors, where all processes call it with theirs; null where this one has them all.
+      procedure :: by_rows => nowhere
    end type symmetric_operator_type
 
    !> An operator on complex vectors.
@@ -74,6 +76,15 @@ module kschur_operator
    end interface
 
 contains
+
+   function nowhere(self) result(part)
+      class(symmetric_operator_type), target, intent(in) :: self
+      class(symmetric_operator_type), pointer :: part
+
+      associate (unused => self)
+      end associate
+      nullify (part)
+   end function nowhere
 
    subroutine leave_as_they_are(self, x, noise, error)
       class(symmetric_operator_type), intent(inout) :: self

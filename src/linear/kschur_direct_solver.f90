@@ -40,6 +40,8 @@ module kschur_direct_solver
       procedure :: factorize
       procedure :: solve
       procedure :: solve_adjoint
+      procedure :: solve_rows
+      procedure :: shared_as
       procedure :: estimate
       procedure :: forget_factors
    end type direct_real_type
@@ -206,6 +208,26 @@ contains
       call self%solver%solve_adjoint(x, error)
       self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - before)
    end subroutine solve_adjoint
+
+   subroutine solve_rows(self, x, error)
+      class(direct_real_type), intent(inout) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: before
+
+      call check_factored(self, error)
+      if (allocated(error)) return
+      before = self%solver%solve_seconds
+      call self%solver%solve_rows(x, error)
+      self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - before)
+   end subroutine solve_rows
+
+   integer function shared_as(self)
+      class(direct_real_type), intent(in) :: self
+
+      shared_as = 0
+      if (allocated(self%solver)) shared_as = self%solver%shared_as()
+   end function shared_as
 
    subroutine check_factored(self, error)
       class(direct_real_type), intent(in) :: self

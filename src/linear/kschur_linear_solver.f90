@@ -67,6 +67,8 @@ module kschur_linear_solver
       procedure :: estimate
       !> Leaves the factors, at the latest with the next matrix, and keeps what it knows of their pattern for one that has it.
       procedure :: forget_factors
+      !> The number that several processes know its factors by; 0 where this one has them.
+      procedure :: shared_as
    end type linear_solver_type
 
    !> A solver for real matrices.
@@ -78,6 +80,8 @@ module kschur_linear_solver
       procedure(solve_real), deferred :: solve
       !> x := A^{-T} x for a block of right-hand sides.
       procedure(solve_real), deferred :: solve_adjoint
+      !> x := A^{-1} x, of which each process has its rows (`joint_ranges_type`): all that have factors together call it.
+      procedure :: solve_rows => solve_rows_real
    end type real_linear_solver_type
 
    !> A solver for complex matrices.
@@ -89,6 +93,8 @@ module kschur_linear_solver
       procedure(solve_complex), deferred :: solve
       !> x := A^{-*} x (conjugate transpose) for a block of right-hand sides.
       procedure(solve_complex), deferred :: solve_adjoint
+      !> x := A^{-1} x, of which each process has its rows (`joint_ranges_type`): all that have factors together call it.
+      procedure :: solve_rows => solve_rows_complex
    end type complex_linear_solver_type
 
    abstract interface
@@ -147,6 +153,30 @@ contains
       end associate
       kept = .false.
    end subroutine forget_factors
+
+   integer function shared_as(self)
+      class(linear_solver_type), intent(in) :: self
+
+      associate (unused => self)
+      end associate
+      shared_as = 0
+   end function shared_as
+
+   subroutine solve_rows_real(self, x, error)
+      class(real_linear_solver_type), intent(inout) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%solve(x, error)
+   end subroutine solve_rows_real
+
+   subroutine solve_rows_complex(self, x, error)
+      class(complex_linear_solver_type), intent(inout) :: self
+      complex(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%solve(x, error)
+   end subroutine solve_rows_complex
 
    elemental complex(wp) function logarithm(self)
       class(determinant_type), intent(in) :: self

@@ -19,6 +19,8 @@ module kschur_mumps_caller
       integer :: communicator = 0
       !> How many they are.
       integer :: processes = 1
+      !> Which of their factorisations it is.
+      integer :: number = 0
    contains
       procedure :: begin
       !> To be called before MUMPS does a job.

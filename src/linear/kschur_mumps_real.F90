@@ -50,6 +50,6 @@ module kschur_mumps_real
 #define DESCRIPTION "mumps: the matrix is real"
 #include "kschur_mumps.inc"
 #include "kschur_mumps_solve.inc"
-#define SOLVE_ROWS solve_rows
+#define SOLVE_ROWS solve_by_rows
 #include "kschur_mumps_rows.inc"
 end module kschur_mumps_real

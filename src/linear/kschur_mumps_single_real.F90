@@ -51,6 +51,6 @@ module kschur_mumps_single_real
 #define DESCRIPTION "mumps: in single precision"
 #include "kschur_mumps.inc"
 #include "kschur_mumps_solve.inc"
-#define SOLVE_ROWS solve_rows
+#define SOLVE_ROWS solve_by_rows
 #include "kschur_mumps_rows.inc"
 end module kschur_mumps_single_real

@@ -6,7 +6,9 @@ module kschur_symmetric_operator
    use kschur_linear_solver, only: real_linear_solver_type
    use kschur_operator, only: symmetric_operator_type
    use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: processes_type
    use kschur_row_matrix, only: row_matrix_type
+   use kschur_row_sums, only: row_sums_type
    implicit none
    private
    public :: symmetric_shift_invert_type
@@ -14,18 +16,23 @@ module kschur_symmetric_operator
    !> C = (K - s M)^{-1} M on the motions that the constraints allow.
    type, extends(symmetric_operator_type) :: symmetric_shift_invert_type
       type(modal_problem_type), pointer :: problem => null()
-      type(row_matrix_type) :: mass
+      type(row_matrix_type) :: mass, constraints
       type(deflation_type), pointer :: deflation => null()
       class(real_linear_solver_type), allocatable :: solver
       !> Factor of each constraint.
       real(wp), allocatable :: factors(:)
       !> Length in M of what violates the constraints by one, at most about.
       real(wp) :: weight_of_violations = 0
+      !> The same on rows of vectors, who has the others, and sums over all of them; not associated: this process has all rows.
+      type(symmetric_shift_invert_type), pointer :: part => null()
+      type(processes_type), pointer :: shared_with => null()
+      type(row_sums_type) :: sums
    contains
       procedure :: order
       procedure :: apply
       procedure :: apply_metric
       procedure :: restrict
+      procedure :: by_rows
       procedure :: apply_with_multipliers
       !> The motions and multipliers that forces make, C without M.
       procedure :: respond
@@ -38,6 +45,14 @@ contains
 
       order = self%problem%unknowns()
    end function order
+
+   function by_rows(self) result(part)
+      class(symmetric_shift_invert_type), target, intent(in) :: self
+      class(symmetric_operator_type), pointer :: part
+
+      nullify (part)
+      if (associated(self%part)) part => self%part
+   end function by_rows
 
    subroutine apply(self, x, y, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
@@ -73,10 +88,11 @@ contains
       real(wp) :: violations(size(self%factors), size(x, 2))
 
       noise = 0
-      if (size(violations) == 0) return
+      if (.not. self%weight_of_violations > 0) return
       violations = 0
-      call self%problem%constraints%add_product(1.0_wp, x, violations)
-      if (.not. norm2(violations)*self%weight_of_violations > negligible) return
+      call self%constraints%add_product(1.0_wp, x, violations, error)
+      if (allocated(error)) return
+      if (.not. self%sums%length(norm2(violations))*self%weight_of_violations > negligible) return
       noise = negligible
       call take_out(self, violations, x, error)
    end subroutine restrict

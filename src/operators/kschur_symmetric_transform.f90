@@ -25,6 +25,7 @@ module kschur_symmetric_transform
    use kschur_spare_solvers, only: spare_solvers_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
+   use kschur_symmetric_rows, only: end_sharing, share_operator
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
    use kschur_threads, only: panel_rows
@@ -78,6 +79,7 @@ contains
       allocate (transform%operator%factors, source=placement%factors)
       if (size(placement%factors) > 0) transform%operator%weight_of_violations = sqrt(problem%mass%infinity_norm())/ &
          max(problem%constraints%infinity_norm(), tiny(1.0_wp))
+      call transform%operator%constraints%take(problem%constraints)
       transform%by_rows = associated(placement%matrices)
       if (transform%by_rows) then
          transform%operator%mass = placement%matrices%mass
@@ -156,16 +158,32 @@ contains
       type(ritz_pairs_type), intent(out) :: ritz
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
+
+      call share_operator(self%operator, options%processes, error)
+      if (.not. allocated(error)) call iterate_shared(self, selection, options, ritz, error, monitor)
+      call end_sharing(self%operator)
+   end subroutine iterate
+
+   subroutine iterate_shared(self, selection, options, ritz, error, monitor)
+      class(symmetric_transform_type), target, intent(inout) :: self
+      type(modal_selection_type), intent(in) :: selection
+      class(krylov_options_type), intent(in) :: options
+      type(ritz_pairs_type), intent(out) :: ritz
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), intent(inout), optional :: monitor
       ! Infinite eigenvalues come in Jordan blocks of size 2 at most.
       integer, parameter :: filter = 2
       class(krylov_options_type), allocatable :: filtered
+      type(deflation_type), pointer :: known
       logical :: complete
       integer :: wanted
       type(real_ritz_pairs_type) :: found
 
       if (.not. allocated(self%state)) then
          allocate (self%state)
-         associate (d => self%state%decomposition, known => self%operator%deflation)
+         known => self%operator%deflation
+         if (associated(self%operator%part)) known => self%operator%part%deflation
+         associate (d => self%state%decomposition)
             d%most = self%motions - size(known%decay)
             if (size(known%decay) > 0) allocate (d%excluded, source=known%shapes)
          end associate
@@ -196,7 +214,7 @@ contains
       ritz%statistics = found%statistics
       allocate (ritz%mu(size(found%values)), source=cmplx(found%values, 0, wp))
       call move_alloc(found%vectors, ritz%real_vectors)
-   end subroutine iterate
+   end subroutine iterate_shared
 
    ! The problem is its own transpose, and so are its factors.
    subroutine transposed(self, problem, deflation, solver, adjoint, error)

@@ -4,6 +4,7 @@ module kschur_deflation
    use kschur_lapack, only: dsygv
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_root_space, only: root_space_type
+   use kschur_row_sums, only: row_sums_type
    use kschur_tall_products_complex, only: complex_length => column_length
    use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
    implicit none
@@ -33,6 +34,8 @@ module kschur_deflation
       logical :: infinite_is_known = .false.
       !> Whether these are root spaces in theta, the square of lambda.
       logical :: oscillator = .false.
+      !> Where several processes have rows of N and of vectors each, their sums.
+      type(row_sums_type) :: sums
    contains
       !> All eigenvalues (1/s).
       procedure :: eigenvalues
@@ -148,11 +151,11 @@ contains
 
       if (size(self%decay) == 0) return
       do j = 1, size(x, 2)
-         before(j) = column_length(x(:, j:j))
+         before(j) = column_length(x(:, j:j), sums=self%sums)
       end do
-      call subtract(self%images, self%shapes, x)
+      call subtract(self%images, self%shapes, self%sums, x)
       do j = 1, size(x, 2)
-         if (column_length(x(:, j:j)) <= nothing_left*before(j)) x(:, j) = 0
+         if (column_length(x(:, j:j), sums=self%sums) <= nothing_left*before(j)) x(:, j) = 0
       end do
    end subroutine project_real
 
@@ -160,17 +163,18 @@ contains
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: f(:, :)
 
-      call subtract(self%shapes, self%images, f)
+      call subtract(self%shapes, self%images, self%sums, f)
    end subroutine project_forces
 
    ! X := X - B A^T X.
-   subroutine subtract(a, b, x)
+   subroutine subtract(a, b, sums, x)
       real(wp), contiguous, intent(in) :: a(:, :), b(:, :)
+      type(row_sums_type), intent(in) :: sums
       real(wp), contiguous, intent(inout) :: x(:, :)
       real(wp) :: coefficients(size(a, 2), size(x, 2))
 
       if (size(a, 2) == 0) return
-      call inner_products(a, x, coefficients)
+      call inner_products(a, x, coefficients, sums=sums)
       call subtract_combinations(b, coefficients, x)
    end subroutine subtract
 

@@ -2,6 +2,7 @@
 module kschur_basis_help
    use kschur_basis_rows_complex, only: complex_rows_type => basis_rows_type
    use kschur_basis_rows_real, only: real_rows_type => basis_rows_type
+   use kschur_block_decomposition, only: block_decomposition_type
    use kschur_basis_words, only: complex_basis, real_basis, to_release
    use kschur_processes, only: number_of_words, processes_type
    implicit none
@@ -10,11 +11,12 @@ module kschur_basis_help
 
    !> The rows of one basis that are here.
    type :: basis_instance_type
-      private
       !> As the first process counts them.
       integer :: number = 0
-      type(real_rows_type), pointer :: real => null()
-      type(complex_rows_type), pointer :: complex => null()
+      !> A real basis, with what else is here where it is that of a block Lanczos decomposition.
+      type(block_decomposition_type), pointer :: decomposition => null()
+      type(real_rows_type), pointer, private :: real => null()
+      type(complex_rows_type), pointer, private :: complex => null()
    end type basis_instance_type
 
 contains
@@ -35,13 +37,16 @@ contains
          i = findloc(instances%number, number, dim=1)
          if (i == 0) then
             new%number = number
-            if (words(3) == real_basis) allocate (new%real)
+            if (words(3) == real_basis) then
+               allocate (new%decomposition)
+               new%real => new%decomposition%basis
+            end if
             if (words(3) == complex_basis) allocate (new%complex)
             instances = [instances, new]
             i = size(instances)
          end if
          if (what == to_release) then
-            if (associated(instances(i)%real)) deallocate (instances(i)%real)
+            if (associated(instances(i)%decomposition)) deallocate (instances(i)%decomposition)
             if (associated(instances(i)%complex)) deallocate (instances(i)%complex)
             instances = pack(instances, instances%number /= number)
          else if (associated(instances(i)%real)) then

@@ -14,6 +14,7 @@ module kschur_basis_rows_complex
    use kschur_row_exchange, only: gather, scatter, send_to_all
    use kschur_row_ranges, only: row_ranges, row_ranges_type
    use kschur_row_sums, only: row_sums_type
+   use kschur_row_team, only: row_team_type
    use kschur_tall_products_complex, only: complete_column => complete_and_combine, form_combinations, inner_products, &
       subtract_combinations
    use kschur_text, only: text

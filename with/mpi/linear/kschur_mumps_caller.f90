@@ -23,9 +23,11 @@ module kschur_mumps_caller
       integer :: communicator = 0
       !> How many they are.
       integer :: processes = 1
+      !> Which of their factorisations it is.
+      integer :: number = 0
       ! Not associated: this process alone.
       type(processes_type), pointer, private :: others => null()
-      integer, private :: number = 0, library = 0, symmetry = 0
+      integer, private :: library = 0, symmetry = 0
    contains
       procedure :: begin
       !> To be called before MUMPS does a job.

@@ -3,6 +3,7 @@
 module kschur_mumps_help
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: long, single, wp
+   use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
    use kschur_memory, only: require_memory
    use kschur_mumps_caller, only: job_take_rows, job_solve_vectors, mumps_complex, mumps_real, mumps_single_complex, &
@@ -11,11 +12,12 @@ module kschur_mumps_help
    use kschur_mumps_messages, only: mumps_error
    use kschur_processes, only: number_of_words, processes_type
    use kschur_solution_rows, only: solution_rows_type
+   use kschur_sparse, only: csr_matrix_type
    use kschur_threads, only: set_blas_threads, team_size
    use mpi_f08, only: MPI_Comm, MPI_INTEGER, MPI_LOGICAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
    implicit none
    private
-   public :: help_mumps, mumps_instance_type
+   public :: help_mumps, mumps_instance_type, real_part, real_part_type
 
 #include <dmumps_root.h>
 #include <zmumps_root.h>
@@ -44,7 +46,50 @@ module kschur_mumps_help
       type(solution_rows_type) :: rows
    end type mumps_instance_type
 
+   !> Factors of a real matrix of which some are here, used for the rows of vectors that are here: all processes solve together.
+   type, extends(real_linear_solver_type) :: real_part_type
+      private
+      type(dmumps_struc), pointer :: factors => null()
+      type(solution_rows_type) :: rows
+   contains
+      procedure :: factorize => keep_real_factors
+      procedure :: solve => solve_real_part
+      procedure :: solve_adjoint => solve_real_part
+   end type real_part_type
+
 contains
+
+   !> The factors with a number, of a symmetric matrix.
+   function real_part(instances, number, unknowns, multipliers, processes) result(part)
+      type(mumps_instance_type), intent(in) :: instances(:)
+      integer, intent(in) :: number
+      !> Rows of vectors.
+      integer, intent(in) :: unknowns, multipliers
+      type(processes_type), pointer, intent(in) :: processes
+      type(real_part_type) :: part
+
+      part%factors => instances(findloc(instances%number, number, dim=1))%real
+      call part%rows%begin(unknowns, multipliers, processes)
+   end function real_part
+
+   subroutine solve_real_part(self, x, error)
+      class(real_part_type), intent(inout) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      call solve_real_rows(self%factors, self%rows, x, error)
+   end subroutine solve_real_part
+
+   ! The first process has begun them.
+   subroutine keep_real_factors(self, matrix, structure, error)
+      class(real_part_type), intent(inout) :: self
+      type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
+      type(error_type), allocatable, intent(out) :: error
+
+      associate (unused => self, also => matrix, too => structure)
+      end associate
+   end subroutine keep_real_factors
 
    !> Does the job that the first process has announced.
    subroutine help_mumps(instances, processes, words)

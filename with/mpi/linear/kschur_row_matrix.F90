@@ -14,7 +14,7 @@ module kschur_row_matrix
       MPI_Gatherv, MPI_Scatterv
    implicit none
    private
-   public :: help_multiply, row_matrix_part_type, row_matrix_type
+   public :: help_multiply, part_of, row_matrix_part_type, row_matrix_type
 
    ! What is done with a matrix: its rows are taken, multiplied with real or complex vectors, given to the first process,
    ! and forgotten.
@@ -39,11 +39,19 @@ module kschur_row_matrix
       type(row_matrix_part_type) :: part
       ! Of the matrix, while it is put away.
       real(wp) :: norm = 0
+      ! Whether all multiply together, with their rows of vectors.
+      logical :: together = .false.
    contains
       !> Of a matrix that stays where it is.
       procedure :: take
       !> Of one that each process gets some rows of.
       procedure :: share
+      !> Of one of any shape, to be called by all; they multiply together, each with its rows of vectors.
+      procedure :: share_between
+      procedure :: drop
+      !> The same matrix, to be multiplied with in that way, and the number that they know it by; 0 where this one has it alone.
+      procedure :: by_rows
+      procedure :: shared_as
       !> Their rows are theirs no longer.
       procedure :: forget
       !> The matrix is with the processes only, and is back again.
@@ -90,6 +98,55 @@ contains
       call take_rows(self%part, matrix, processes, matrix%rows, error)
       if (.not. allocated(error)) self%others => processes
    end subroutine share
+
+   subroutine share_between(self, matrix, rows, columns, processes, error)
+      class(row_matrix_type), intent(inout) :: self
+      !> Of the first process.
+      type(csr_matrix_type), intent(in) :: matrix
+      !> Which rows each process gets, and which entries of vectors that are multiplied it has.
+      type(row_ranges_type), intent(in) :: rows, columns
+      type(processes_type), intent(in) :: processes
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: here
+
+      self%together = .true.
+      call share_rows(matrix, rows, columns%last(processes%number - 1), processes%communicator, here, error)
+      if (allocated(error)) return
+      allocate (self%part%rows)
+      call new_halo_matrix(self%part%rows, here, columns, processes%communicator, error)
+   end subroutine share_between
+
+   subroutine drop(self)
+      class(row_matrix_type), intent(inout) :: self
+
+      if (associated(self%part%rows)) deallocate (self%part%rows)
+      nullify (self%part%rows)
+   end subroutine drop
+
+   function by_rows(self) result(matrix)
+      class(row_matrix_type), intent(in) :: self
+      type(row_matrix_type) :: matrix
+
+      matrix%part = self%part
+      matrix%together = .true.
+   end function by_rows
+
+   pure integer function shared_as(self)
+      class(row_matrix_type), intent(in) :: self
+
+      shared_as = 0
+      if (associated(self%others)) shared_as = self%part%number
+   end function shared_as
+
+   !> What another process than the first has of a matrix, to be multiplied with together.
+   function part_of(parts, number) result(matrix)
+      type(row_matrix_part_type), intent(in) :: parts(:)
+      integer, intent(in) :: number
+      type(row_matrix_type) :: matrix
+
+      matrix%part = parts(findloc(parts%number, number, dim=1))
+      matrix%together = .true.
+   end function part_of
 
    ! The rows of each process, of the matrix in the first one.
    subroutine take_rows(part, matrix, processes, order, error)

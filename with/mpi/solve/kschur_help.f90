@@ -4,10 +4,13 @@ module kschur_help
    use kschur_basis_help, only: basis_instance_type, help_basis
    use kschur_error, only: error_type
    use kschur_mumps_help, only: help_mumps, mumps_instance_type
-   use kschur_processes, only: number_of_words, processes_type, word_basis, word_end, word_matrix, word_mumps, word_parts, &
-      word_problem
+   use kschur_processes, only: number_of_words, processes_type, word_basis, word_end, word_matrix, word_mumps, &
+      word_operator, word_parts, word_problem, word_together
    use kschur_row_matrix, only: help_multiply, row_matrix_part_type
    use kschur_shared_problem, only: shared_problem_type
+   use kschur_symmetric_operator, only: symmetric_shift_invert_type
+   use kschur_symmetric_rows, only: help_share
+   use kschur_together_help, only: help_together
    use mpi_f08, only: MPI_Comm
    implicit none
    private
@@ -22,6 +25,7 @@ contains
       type(mumps_instance_type), allocatable :: instances(:)
       type(basis_instance_type), allocatable :: bases(:)
       type(row_matrix_part_type), allocatable :: parts(:)
+      type(symmetric_shift_invert_type), pointer :: operator
       type(processes_type), pointer :: all
       ! The first process has it as well.
       type(error_type), allocatable :: none
@@ -38,6 +42,10 @@ contains
             call help_multiply(parts, processes, words)
          case (word_mumps)
             call help_mumps(instances, all, words)
+         case (word_operator)
+            call help_share(operator, parts, instances, all, words)
+         case (word_together)
+            call help_together(bases, operator, operator%deflation%shapes, words)
          case (word_basis)
             call help_basis(bases, processes, words)
          case (word_parts)

@@ -1,0 +1,86 @@
+!> What all processes do together with a block Lanczos decomposition of which each has its rows. The first one has begun it, and
+!> the others learn what has changed since the last time.
+module kschur_together
+   use kschur_block_decomposition, only: block_decomposition_type
+   use kschur_kinds, only: wp, long
+   use kschur_row_sums, only: row_sums_type
+   implicit none
+   private
+   public :: begin_together, end_together, join_together
+
+   !> What it is.
+   integer, parameter, public :: to_expand = 1, to_add_random = 2
+
+contains
+
+   !> Calls the others, which call `join_together`; nothing where there are none.
+   subroutine begin_together(d, what, arguments, limit)
+      class(block_decomposition_type), intent(inout) :: d
+      !> One of `to_*`.
+      integer, intent(in) :: what
+      !> Two of them at most, and one that is real.
+      integer, intent(in) :: arguments(:)
+      real(wp), intent(in) :: limit
+      real(wp) :: sent
+
+      if (.not. d%team%is_several()) return
+      call d%team%call_all([what, d%vectors, d%expanded, arguments])
+      sent = limit
+      call learn(d, sent)
+   end subroutine begin_together
+
+   !> To be called by the others.
+   subroutine join_together(d, vectors, expanded, limit)
+      class(block_decomposition_type), intent(inout) :: d
+      integer, intent(in) :: vectors, expanded
+      real(wp), intent(out) :: limit
+      real(wp), allocatable :: images(:, :)
+
+      d%team = d%basis%team()
+      d%vectors = vectors
+      d%expanded = expanded
+      if (allocated(d%couplings)) then
+         if (size(d%couplings, 2) /= d%basis%room()) deallocate (d%couplings)
+      end if
+      if (.not. allocated(d%couplings)) allocate (d%couplings(d%basis%room(), d%basis%room()), source=0.0_wp)
+      limit = 0
+      call learn(d, limit)
+      allocate (images, source=d%images(:, :vectors - expanded))
+      call move_alloc(images, d%images)
+   end subroutine join_together
+
+   ! What the first process has, of couplings those of vectors that were not expanded: of the others nothing is asked.
+   subroutine learn(d, limit)
+      class(block_decomposition_type), intent(inout) :: d
+      real(wp), intent(inout) :: limit
+      real(wp) :: known(6 + (d%vectors - d%expanded)*d%expanded)
+
+      associate (outward => d%couplings(d%expanded + 1:d%vectors, :d%expanded))
+         known = [limit, real(d%most, wp), real(d%random_state, wp), d%scale, d%metric_scale, d%longest, &
+            reshape(outward, [size(outward)])]
+         call d%team%send(known)
+         limit = known(1)
+         d%most = nint(known(2))
+         d%random_state = nint(known(3), long)
+         d%scale = known(4)
+         d%metric_scale = known(5)
+         d%longest = known(6)
+         outward = reshape(known(7:), shape(outward))
+      end associate
+      if (allocated(d%images)) then
+         if (size(d%images, 2) == 0) deallocate (d%images)
+      end if
+      if (.not. allocated(d%images)) allocate (d%images(d%team%rows(d%basis%length()), 0))
+      d%sums = d%team%sums()
+      call d%basis%work_together(.true.)
+   end subroutine learn
+
+   !> To be called by all.
+   subroutine end_together(d)
+      class(block_decomposition_type), intent(inout) :: d
+
+      if (.not. d%team%is_several()) return
+      call d%basis%work_together(.false.)
+      d%sums = row_sums_type()
+   end subroutine end_together
+end module kschur_together

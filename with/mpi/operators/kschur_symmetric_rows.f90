@@ -1,0 +1,127 @@
+!> The operator of symmetric problems on rows of vectors, of which several processes have some each: rows of the mass and the
+!> constraints, of motions that are kept out, and of right-hand sides and solutions.
+module kschur_symmetric_rows
+   use kschur_csr, only: csr_matrix_type
+   use kschur_deflation, only: deflation_type
+   use kschur_error, only: error_type
+   use kschur_joint_ranges, only: joint_ranges, joint_ranges_type
+   use kschur_kinds, only: wp
+   use kschur_memory, only: real_bytes, require_memory
+   use kschur_mumps_help, only: mumps_instance_type, real_part
+   use kschur_processes, only: are_several, number_of_words, processes_type, spread_error, word_operator
+   use kschur_row_exchange, only: scatter, send_to_all
+   use kschur_row_matrix, only: part_of, row_matrix_part_type
+   use kschur_rows_solver, only: rows_solver_type
+   use kschur_symmetric_operator, only: symmetric_shift_invert_type
+   implicit none
+   private
+   public :: end_sharing, help_share, share_operator
+
+   integer, parameter :: job_begin = 1, job_end = 2
+
+contains
+
+   !> Gives each process its part, where all of them have the factors and the mass.
+   subroutine share_operator(operator, processes, error)
+      class(symmetric_shift_invert_type), target, intent(inout) :: operator
+      !> Who works on it; not associated: this process alone.
+      type(processes_type), pointer, intent(in) :: processes
+      type(error_type), allocatable, intent(out) :: error
+      type(rows_solver_type) :: solver
+      integer :: sizes(3)
+
+      sizes = [operator%order(), size(operator%factors), size(operator%deflation%shapes, 2)]
+      if (.not. are_several(processes, sizes(1))) return
+      if (operator%solver%shared_as() == 0 .or. operator%mass%shared_as() == 0) return
+      call processes%tell([word_operator, job_begin, operator%mass%shared_as(), operator%solver%shared_as(), sizes])
+      allocate (operator%part)
+      operator%part%mass = operator%mass%by_rows()
+      solver%original => operator%solver
+      allocate (operator%part%solver, source=solver)
+      call make_part(operator%part, operator, operator%problem%constraints, sizes, processes, error)
+      operator%shared_with => processes
+      if (allocated(error)) call end_sharing(operator)
+   end subroutine share_operator
+
+   !> Takes them back.
+   subroutine end_sharing(operator)
+      class(symmetric_shift_invert_type), intent(inout) :: operator
+
+      if (.not. associated(operator%part)) return
+      call operator%shared_with%tell([word_operator, job_end])
+      call release(operator%part)
+   end subroutine end_sharing
+
+   !> Does what the first process has announced.
+   subroutine help_share(part, matrices, instances, processes, words)
+      !> The operator that is shared.
+      type(symmetric_shift_invert_type), pointer, intent(inout) :: part
+      !> Matrices and factors that are here.
+      type(row_matrix_part_type), intent(in) :: matrices(:)
+      type(mumps_instance_type), intent(in) :: instances(:)
+      type(processes_type), pointer, intent(in) :: processes
+      !> Job, the numbers of the mass and of the factors, unknowns, multipliers and motions, after the first word.
+      integer, intent(in) :: words(number_of_words)
+      type(symmetric_shift_invert_type) :: nothing
+      type(deflation_type), target :: no_motions
+      type(csr_matrix_type) :: no_constraints
+      ! The first process has it as well.
+      type(error_type), allocatable :: error
+
+      if (words(2) == job_end) then
+         call release(part)
+         return
+      end if
+      allocate (part)
+      part%mass = part_of(matrices, words(3))
+      allocate (part%solver, source=real_part(instances, words(4), words(5), words(6), processes))
+      allocate (no_motions%shapes(0, words(7)), no_motions%images(0, words(7)), nothing%factors(0))
+      nothing%deflation => no_motions
+      call make_part(part, nothing, no_constraints, words(5:7), processes, error)
+   end subroutine help_share
+
+   ! To be called by all. What is missing yet beside mass and solver comes from the first process.
+   subroutine make_part(part, operator, constraints, sizes, processes, error)
+      type(symmetric_shift_invert_type), intent(inout) :: part
+      !> Those of the first process; none of the others.
+      class(symmetric_shift_invert_type), intent(in) :: operator
+      type(csr_matrix_type), intent(in) :: constraints
+      !> Unknowns, multipliers, and motions that are kept out.
+      integer, intent(in) :: sizes(3)
+      type(processes_type), intent(in) :: processes
+      type(error_type), allocatable, intent(out) :: error
+      type(joint_ranges_type) :: ranges
+      real(wp), allocatable :: factors(:, :)
+      real(wp) :: weight(1, 1)
+
+      associate (unknowns => ranges%unknowns, multipliers => ranges%multipliers, here => processes%rank, motions => sizes(3))
+         ranges = joint_ranges(sizes(1), sizes(2), processes%number)
+         call require_memory(2*real_bytes*(motions*real(unknowns%rows(here), wp) + multipliers%rows(here)), &
+            "motions that are kept out of the iteration", error)
+         call spread_error(processes%communicator, error)
+         if (allocated(error)) return
+         part%sums%communicator = processes%communicator
+         allocate (part%deflation)
+         part%deflation%sums = part%sums
+         allocate (part%deflation%decay(motions), source=0.0_wp)
+         allocate (part%deflation%shapes(unknowns%rows(here), motions), part%deflation%images(unknowns%rows(here), motions))
+         call scatter(processes, unknowns, operator%deflation%shapes, part%deflation%shapes)
+         call scatter(processes, unknowns, operator%deflation%images, part%deflation%images)
+         allocate (factors(multipliers%rows(here), 1))
+         call scatter(processes, multipliers, reshape(operator%factors, [size(operator%factors), 1]), factors)
+         allocate (part%factors, source=factors(:, 1))
+         weight = operator%weight_of_violations
+         call send_to_all(processes, weight)
+         part%weight_of_violations = weight(1, 1)
+         if (sizes(2) > 0) call part%constraints%share_between(constraints, multipliers, unknowns, processes, error)
+      end associate
+   end subroutine make_part
+
+   subroutine release(part)
+      type(symmetric_shift_invert_type), pointer, intent(inout) :: part
+
+      if (associated(part%deflation)) deallocate (part%deflation)
+      call part%constraints%drop()
+      deallocate (part)
+   end subroutine release
+end module kschur_symmetric_rows
