@@ -101,10 +101,11 @@ contains
       integer :: last, c, s
 
       last = symbolic%first(subtrees%root(t) + 1) - 1
-      do c = 1, t - 1
-         if (subtrees%above(c) /= t) cycle
+      c = subtrees%below(t)
+      do while (c > 0)
          call subtract(symbolic, subtrees, subtrees%root(c), last, passed(c)%values, y, work%above)
          deallocate (passed(c)%values)
+         c = subtrees%beside(c)
       end do
       do s = subtrees%first(t), subtrees%root(t)
          call forward(symbolic, factors, s, y, work%rows)

@@ -13,6 +13,8 @@ module kschur_subtrees
       integer, allocatable :: first(:), root(:)
       !> The part that part t hangs on; one more than there are where that is none.
       integer, allocatable :: above(:)
+      !> The first part that hangs on part t, and the next one beside part t that hangs where it does; 0: there is none.
+      integer, allocatable :: below(:), beside(:)
       !> Nothing hangs on it.
       logical, allocatable :: is_leaf(:)
       !> Of each column of the others, which one of them it is; how many they are.
@@ -44,6 +46,7 @@ contains
       do t = 1, size(subtrees%root)
          if (parent(subtrees%root(t)) > 0) subtrees%above(t) = part(parent(subtrees%root(t)))
       end do
+      call list_parts(subtrees)
       allocate (subtrees%place(size(symbolic%order)), source=0)
       do t = 1, size(subtrees%root)
          if (subtrees%is_leaf(t)) cycle
@@ -53,6 +56,18 @@ contains
          end do
       end do
    end function cut_subtrees
+
+   ! What hangs on each part: separate trees may be as many as unknowns.
+   pure subroutine list_parts(subtrees)
+      type(subtrees_type), intent(inout) :: subtrees
+      integer :: t
+
+      allocate (subtrees%below(size(subtrees%root) + 1), subtrees%beside(size(subtrees%root)), source=0)
+      do t = size(subtrees%root), 1, -1
+         subtrees%beside(t) = subtrees%below(subtrees%above(t))
+         subtrees%below(subtrees%above(t)) = t
+      end do
+   end subroutine list_parts
 
    ! 0 at a root.
    pure subroutine find_parents(symbolic, parent)

@@ -75,10 +75,11 @@ contains
       integer :: c, s
 
       stopped = .false.
-      do c = 1, t - 1
-         if (shared%subtrees%above(c) /= t) cycle
+      c = shared%subtrees%below(t)
+      do while (c > 0)
          call take_over(symbolic, c, t, shared)
          stopped = stopped .or. shared%stopped(c)
+         c = shared%subtrees%beside(c)
       end do
       associate (first => shared%subtrees%first(t), root => shared%subtrees%root(t), is_leaf => shared%subtrees%is_leaf(t))
          do s = first, root
