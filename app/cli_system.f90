@@ -223,7 +223,7 @@ contains
 
       if (is_folder(path)) then
          call new_error(error, error_file, path//": a folder, not a place for a file")
-      else if (index(path, "/dev/") == 1) then
+      else if (index(path, "/dev/") == 1 .and. index(path, "/dev/shm/") /= 1) then
          call new_error(error, error_file, path//": a pipe or a device, not a place for a file")
       else
          call check_writable(path(:index(path, "/", back=.true.)), path, error)

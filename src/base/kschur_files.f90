@@ -104,7 +104,7 @@ contains
       self%path = ""
       if (allocated(error)) return
       kind = kind_of_file(path)
-      if (index(path, "/dev/") == 1 .or. kind == pipe_or_device) then
+      if (is_among_devices(path) .or. kind == pipe_or_device) then
          call new_error(error, error_file, path//": a pipe or a device, not a place for a file")
          return
       end if
@@ -121,6 +121,14 @@ contains
       end do
       self%path = self%name//"/whole"
    end subroutine open_staging
+
+   ! Whether it is in the folder of devices, of which a link to a regular file must not be replaced. Shared memory is mounted
+   ! there, and a place like any other.
+   pure logical function is_among_devices(path)
+      character(len=*), intent(in) :: path
+
+      is_among_devices = index(path, "/dev/") == 1 .and. index(path, "/dev/shm/") /= 1
+   end function is_among_devices
 
    subroutine reserve(self, bytes, error)
       class(staging_type), intent(in) :: self

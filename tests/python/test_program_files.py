@@ -9,6 +9,8 @@ import math
 import os
 import re
 import subprocess
+import tempfile
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -102,6 +104,15 @@ def test_output_that_cannot_be_written(folder):
         "solve", folder / "missing.h5", "--output", folder / "taken" / "r.h5"), "may not be written to")
     check_refused("scene in a folder that is read only", 4, kschur(
         "scene", "castle", "--output", folder / "taken"), "may not be written to")
+
+
+def test_output_in_shared_memory(folder):
+    """It is mounted among the devices, and a place like any other."""
+    if not os.access("/dev/shm", os.W_OK):
+        return
+    with tempfile.TemporaryDirectory(dir="/dev/shm") as name:
+        run = kschur("solve", folder / "undamped.h5", "--quiet", "--output", Path(name) / "modes.h5")
+        check("output in shared memory", run.returncode == 0 and os.listdir(name) == ["modes.h5"], run.stderr)
 
 
 def test_output_never_replaces_the_problem(folder):
@@ -276,5 +287,6 @@ def test_messages(folder):
 
 
 run_tests(
-    test_scenes, test_csv, test_result_file, test_output_that_cannot_be_written, test_output_never_replaces_the_problem,
+    test_scenes, test_csv, test_result_file, test_output_that_cannot_be_written, test_output_in_shared_memory,
+    test_output_never_replaces_the_problem,
     test_lost_output, test_matrices_that_cannot_be_read, test_bad_input, test_triplets_and_pipes, test_messages)
