@@ -4,6 +4,7 @@ module kschur_schur_vectors_complex
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
+   use kschur_lapack, only: dznrm2
    use kschur_projected, only: independent_eigenvectors, join_pairs, keep_one_of_pairs, move_to_head, schur_values
    use kschur_ritz_complex, only: decomposition_type, ritz_type
    use kschur_selection, only: selection_type, order_by_preference

@@ -3,6 +3,7 @@
 module kschur_pencil
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
+   use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: matrix_structure_type
    use kschur_options, only: formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero, &
       formulation_names, formulation_undamped, formulation_undamped_constrained, &
@@ -234,7 +235,7 @@ contains
       do j = 1, size(x, 2)
          phi(:, j) = x(:n, j)
          if (self%is_damped()) then
-            if (norm2(abs(x(n + 1:2*n, j))) > norm2(abs(phi(:, j)))) phi(:, j) = x(n + 1:2*n, j)*(self%unit/lambda(j))
+            if (dznrm2(n, x(n + 1:2*n, j), 1) > dznrm2(n, phi(:, j), 1)) phi(:, j) = x(n + 1:2*n, j)*(self%unit/lambda(j))
          end if
          xi(:, j) = self%factors*x(size(x, 1) - self%multipliers + 1:, j)
          if (self%has_spurious_zeros()) xi(:, j) = theta(j)/self%multiplier_unit()*xi(:, j)

@@ -10,6 +10,7 @@ module kschur_pencil_transform
    use kschur_kinds, only: wp
    use kschur_krylov_complex, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
+   use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
@@ -140,7 +141,7 @@ contains
       if (allocated(error)) return
       deallocate (ritz%vectors)
       do j = 1, size(theta)
-         purified(:, j) = purified(:, j)/norm2(abs(purified(:, j)))
+         purified(:, j) = purified(:, j)/dznrm2(size(purified, 1), purified(:, j), 1)
       end do
       call self%operator%pencil%split(purified, lambda, spread(self%shift, 1, size(theta)), pairs%phi, pairs%xi)
    end subroutine recover

@@ -9,6 +9,7 @@ module kschur_quadratic_transform_complex
    use kschur_kinds, only: wp, long
    use kschur_krylov_complex, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
+   use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type

@@ -6,12 +6,14 @@ module kschur_iteration
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
+   use kschur_lapack, only: dznrm2
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_options, only: modal_options_type
    use kschur_outcome, only: reason_converged
    use kschur_settings, only: set_iteration_options
+   use kschur_tolerances, only: same_value
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -71,19 +73,22 @@ contains
       if (allocated(error)) return
       statistics = ritz%statistics
       s%dimension = expected_dimension(statistics, options)
-      if (s%transform%recover_applies) s%effort%operator_applications = s%effort%operator_applications + size(ritz%mu)
-      call s%end_step(phase_iterate)
-      if (allocated(ritz%paired)) then
-         call move_alloc(ritz%paired, paired)
-      else if (abs(aimag(s%transform%shift)) > 0) then
-         allocate (paired(size(ritz%mu)), source=.false.)
-      else
-         call drop_conjugates(ritz%mu, ritz%vectors, paired)
-      end if
-      call s%transform%recover(ritz, pairs, error)
-      if (allocated(error)) return
       reach = huge(1.0_wp)
       if (statistics%reason == reason_converged) reach = maxval([0.0_wp, (selection%key(ritz%mu(j)), j=1, size(ritz%mu))])
+      if (allocated(ritz%paired)) then
+         call move_alloc(ritz%paired, paired)
+      else
+         if (abs(aimag(s%transform%shift)) > 0) then
+            allocate (paired(size(ritz%mu)), source=.false.)
+         else
+            call drop_conjugates(ritz%mu, ritz%vectors, paired)
+         end if
+         call drop_mirrored(s%transform, ritz%mu, ritz%vectors, paired)
+      end if
+      if (s%transform%recover_applies) s%effort%operator_applications = s%effort%operator_applications + size(ritz%mu)
+      call s%end_step(phase_iterate)
+      call s%transform%recover(ritz, pairs, error)
+      if (allocated(error)) return
       call set_eigenvalues(s%transform, ritz%mu, paired, pairs)
       call s%end_step(phase_recover)
    end subroutine iterate
@@ -172,6 +177,36 @@ contains
          pairs%xi(:, j) = transform%map%reaction(lambda(j))*pairs%xi(:, j)
       end do
    end subroutine set_eigenvalues
+
+   ! Of two eigenvalues that mirror each other in the real axis, with one shape but for rounding, the lower one is nothing
+   ! new. Near the axis, where both may be real, they are told apart when they are accurate.
+   subroutine drop_mirrored(transform, mu, vectors, paired)
+      class(transform_type), intent(in) :: transform
+      complex(wp), allocatable, intent(inout) :: mu(:)
+      complex(wp), allocatable, intent(inout) :: vectors(:, :)
+      logical, allocatable, intent(inout) :: paired(:)
+      real(wp), parameter :: near = 1.0e-2_wp, parallel = 1 - 1.0e-6_wp
+      complex(wp) :: theta(size(mu))
+      complex(wp), allocatable :: kept(:, :)
+      logical :: mirrored(size(mu))
+      integer :: i, j
+
+      theta = [(transform%theta(mu(j)), j=1, size(mu))]
+      mirrored = .false.
+      do j = 1, size(mu)
+         if (aimag(theta(j)) >= -near*abs(theta(j))) cycle
+         do i = 1, size(mu)
+            if (mirrored(j) .or. abs(theta(i) - conjg(theta(j))) > same_value*abs(theta(j))) cycle
+            mirrored(j) = abs(sum(vectors(:, i)*vectors(:, j))) >= &
+               parallel*dznrm2(size(vectors, 1), vectors(:, i), 1)*dznrm2(size(vectors, 1), vectors(:, j), 1)
+         end do
+      end do
+      if (.not. any(mirrored)) return
+      allocate (kept(size(vectors, 1), count(.not. mirrored)), source=vectors(:, pack([(j, j=1, size(mu))], .not. mirrored)))
+      call move_alloc(kept, vectors)
+      mu = pack(mu, .not. mirrored)
+      paired = pack(paired, .not. mirrored)
+   end subroutine drop_mirrored
 
    ! Keeps one of each conjugate pair.
    subroutine drop_conjugates(mu, vectors, paired)
