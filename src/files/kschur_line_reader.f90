@@ -12,7 +12,7 @@ module kschur_line_reader
    private
    public :: line_reader_type, lower_case
 
-   integer, parameter :: buffer_size = 2**20
+   integer, parameter :: buffer_size = 2**17
    character(len=*), parameter :: newline = achar(10)
 
    !> A file or pipe that is open for reading, and the line it has come to.

@@ -2,7 +2,7 @@
 ! read, 8 characters; its length, 8 bytes; its bytes. Each is written to the file PLACE and read from there. A line of the
 ! output answers a record: `ok` with all that was read, real numbers by their bits, or `error CODE MESSAGE`.
 program read_cases
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_null_ptr, c_ptr, c_size_t
    use, intrinsic :: iso_fortran_env, only: output_unit
    use kschur, only: csr_matrix_type, error_type, long, modal_problem_type, modal_result_type, read_hdf5_problem, &
       read_hdf5_result, read_matrix_market, read_matrix_market_files, read_triplet_files, text, wp
@@ -21,6 +21,14 @@ program read_cases
          integer(c_size_t), value :: count
       end function c_write
 
+      ! `times`: seconds and microseconds between signals, and to the first.
+      integer(c_int) function c_setitimer(which, times, before) bind(c, name="setitimer")
+         import :: c_int, c_long, c_ptr
+         integer(c_int), value :: which
+         integer(c_long), intent(in) :: times(4)
+         type(c_ptr), value :: before
+      end function c_setitimer
+
       integer(c_int) function c_close(descriptor) bind(c, name="close")
          import :: c_int
          integer(c_int), value :: descriptor
@@ -32,6 +40,9 @@ program read_cases
    character(len=:), allocatable :: bytes
    integer(long) :: length
    integer :: unit, status
+   ! ITIMER_PROF: what goes round in a circle is ended when it has taken so many seconds of the processor.
+   integer(c_int), parameter :: processor_time = 2
+   integer(c_long), parameter :: most_seconds = 60
 
    call get_command_argument(1, cases)
    call get_command_argument(2, place)
@@ -41,6 +52,7 @@ program read_cases
       if (status /= 0) exit
       allocate (character(len=length) :: bytes)
       read (unit) bytes
+      status = c_setitimer(processor_time, [0_c_long, 0_c_long, most_seconds, 0_c_long], c_null_ptr)
       call read_case(trim(how), bytes, trim(place))
       deallocate (bytes)
       flush (output_unit)
