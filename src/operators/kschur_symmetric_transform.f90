@@ -16,7 +16,7 @@ module kschur_symmetric_transform
       real_linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: monitor_type
-   use kschur_outcome, only: certified_unknown
+   use kschur_outcome, only: certified_unknown, certified_yes
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
@@ -162,6 +162,8 @@ contains
       call share_operator(self%operator, options%processes, error)
       if (.not. allocated(error)) call iterate_shared(self, selection, options, ritz, error, monitor)
       call end_sharing(self%operator)
+      ! Where nothing is missing there is nothing to go on with, and shapes need the room of the basis.
+      if (self%certificate%verdict == certified_yes .and. allocated(self%state)) deallocate (self%state)
    end subroutine iterate
 
    subroutine iterate_shared(self, selection, options, ritz, error, monitor)

@@ -5,6 +5,7 @@ module kschur_report
    use kschur_effort, only: phase_judge
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
+   use kschur_last_analysis, only: last_analysis_type
    use kschur_memory, only: require_memory
    use kschur_linear_solver, only: linear_solver_type
    use kschur_mesh, only: join_nodes
@@ -13,6 +14,7 @@ module kschur_report
    use kschur_normalisation, only: normalise_shapes
    use kschur_notes, only: note_inaccurate, note_modes
    use kschur_options, only: modal_options_type, formulation_dense
+   use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
    use kschur_settings, only: method_name
    implicit none
@@ -103,7 +105,7 @@ contains
       result%history = modes%history
    end subroutine report_modes
 
-   ! Where the last factors were.
+   ! Where the last factors were. What they are of is left with them, but by a solver that remembers.
    subroutine report_factors(s, result)
       type(solve_context_type), intent(inout) :: s
       type(modal_result_type), intent(inout) :: result
@@ -120,7 +122,10 @@ contains
          result%inner = trim(solver%description)
          call s%drop_transform()
       end if
-      if (.not. s%remembers) call s%spare%clear()
       call s%drop_stiffness()
+      if (s%remembers) return
+      call s%spare%clear()
+      s%last_analysis = last_analysis_type()
+      s%work = modal_problem_type()
    end subroutine report_factors
 end module kschur_report
