@@ -101,24 +101,76 @@ contains
       integer :: last, c, s
 
       last = symbolic%first(subtrees%root(t) + 1) - 1
-      c = subtrees%below(t)
-      do while (c > 0)
-         call subtract(symbolic, subtrees, subtrees%root(c), last, passed(c)%values, y, work%above)
-         deallocate (passed(c)%values)
-         c = subtrees%beside(c)
+      do c = 1, t - 1
+         if (subtrees%above(c) == t) call take_over(symbolic, subtrees, c, last, passed(c)%values, y, work%above)
       end do
       do s = subtrees%first(t), subtrees%root(t)
          call forward(symbolic, factors, s, y, work%rows)
          call subtract(symbolic, subtrees, s, last, work%rows, y, work%above)
       end do
-      ! The rows of its root are all that a part reaches.
-      associate (root => subtrees%root(t))
-         associate (place => subtrees%place(symbolic%row(symbolic%start(root):symbolic%start(root + 1) - 1)))
-            passed(t)%values = work%above(:, place)
-            work%above(:, place) = 0
-         end associate
-      end associate
+      call pass_on(symbolic, subtrees, t, work%above, passed(t)%values)
    end subroutine climb
+
+   ! What a part subtracts above it, in the rows of its roots: they are all that it reaches. Two roots may have a row in common.
+   subroutine pass_on(symbolic, subtrees, t, above, values)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
+      integer, intent(in) :: t
+      real(wp), contiguous, intent(inout) :: above(:, :)
+      real(wp), allocatable, intent(out) :: values(:, :)
+      integer :: s, k, rows
+
+      rows = 0
+      do s = subtrees%first(t), subtrees%root(t)
+         if (is_root(symbolic, subtrees, s, t)) rows = rows + rows_below(symbolic, s)
+      end do
+      allocate (values(size(above, 1), rows))
+      k = 0
+      do s = subtrees%first(t), subtrees%root(t)
+         if (.not. is_root(symbolic, subtrees, s, t)) cycle
+         rows = rows_below(symbolic, s)
+         associate (place => subtrees%place(symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1)))
+            values(:, k + 1:k + rows) = above(:, place)
+            above(:, place) = 0
+         end associate
+         k = k + rows
+      end do
+   end subroutine pass_on
+
+   ! What part c passed on.
+   subroutine take_over(symbolic, subtrees, c, last, values, y, above)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
+      integer, intent(in) :: c, last
+      real(wp), allocatable, intent(inout) :: values(:, :)
+      real(wp), contiguous, intent(inout) :: y(:, :), above(:, :)
+      integer :: s, k
+
+      k = 0
+      do s = subtrees%first(c), subtrees%root(c)
+         if (.not. is_root(symbolic, subtrees, s, c)) cycle
+         call subtract(symbolic, subtrees, s, last, values(:, k + 1:k + rows_below(symbolic, s)), y, above)
+         k = k + rows_below(symbolic, s)
+      end do
+      deallocate (values)
+   end subroutine take_over
+
+   ! What supernode s of part t hangs on is not in this part.
+   pure logical function is_root(symbolic, subtrees, s, t)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
+      integer, intent(in) :: s, t
+
+      is_root = rows_below(symbolic, s) > 0
+      if (is_root) is_root = symbolic%supernode(symbolic%row(symbolic%start(s))) > subtrees%root(t)
+   end function is_root
+
+   pure integer function rows_below(symbolic, s)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s
+
+      rows_below = int(symbolic%start(s + 1) - symbolic%start(s))
+   end function rows_below
 
    ! Values in the rows of supernode s: from y up to row `last`, from what is above behind it.
    pure subroutine subtract(symbolic, subtrees, s, last, values, y, above)

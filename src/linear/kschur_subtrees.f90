@@ -1,5 +1,6 @@
-!> Parts of an elimination tree: subtrees, and above these what lies between two branchings. A part may be worked on as soon
-!> as those that hang on it are done, so that threads share them; what they are does not depend on how many threads there are.
+!> Parts of an elimination tree, or of several: subtrees, and above these what lies between two branchings. A part may be worked
+!> on as soon as those that hang on it are done, so that threads share them; what they are does not depend on how many threads
+!> there are, and there are no more than some hundreds of them, however the tree branches.
 module kschur_subtrees
    use kschur_kinds, only: wp
    use kschur_symbolic, only: symbolic_type
@@ -9,12 +10,11 @@ module kschur_subtrees
 
    !> An elimination tree cut into parts, each after those that hang on it.
    type :: subtrees_type
-      !> Part t has the supernodes first(t) ... root(t), the last of which is above the others; the parts have all.
+      !> Part t has the supernodes first(t) ... root(t), the last of which is above the others, or subtrees side by side that
+      !> hang on the same part; the parts have all.
       integer, allocatable :: first(:), root(:)
       !> The part that part t hangs on; one more than there are where that is none.
       integer, allocatable :: above(:)
-      !> The first part that hangs on part t, and the next one beside part t that hangs where it does; 0: there is none.
-      integer, allocatable :: below(:), beside(:)
       !> Nothing hangs on it.
       logical, allocatable :: is_leaf(:)
       !> Of each column of the others, which one of them it is; how many they are.
@@ -25,28 +25,23 @@ module kschur_subtrees
    ! A factor with fewer entries is not worth it; no leaf has more than this part of all entries.
    real(wp), parameter :: least = 3.0e5_wp
    integer, parameter :: leaves = 24
+   ! What hangs on a part and is this much smaller than a leaf may be in it.
+   integer, parameter :: twigs = 16
 
 contains
 
-   !> Leaves are the largest subtrees with no more than their part of the entries whose supernodes are neighbours.
+   !> Leaves are the largest subtrees with no more than their part of the entries whose supernodes are neighbours, and as many
+   !> of them as hang on the same part beside each other and have no more together.
    function cut_subtrees(symbolic) result(subtrees)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type) :: subtrees
-      integer, allocatable :: parent(:), part(:)
+      integer, allocatable :: parent(:)
       integer :: nodes, t, column
 
       nodes = size(symbolic%first) - 1
-      allocate (parent(nodes), part(nodes))
+      allocate (parent(nodes))
       call find_parents(symbolic, parent)
       call find_parts(symbolic, parent, subtrees)
-      do t = 1, size(subtrees%root)
-         part(subtrees%first(t):subtrees%root(t)) = t
-      end do
-      allocate (subtrees%above(size(subtrees%root)), source=size(subtrees%root) + 1)
-      do t = 1, size(subtrees%root)
-         if (parent(subtrees%root(t)) > 0) subtrees%above(t) = part(parent(subtrees%root(t)))
-      end do
-      call list_parts(subtrees)
       allocate (subtrees%place(size(symbolic%order)), source=0)
       do t = 1, size(subtrees%root)
          if (subtrees%is_leaf(t)) cycle
@@ -56,18 +51,6 @@ contains
          end do
       end do
    end function cut_subtrees
-
-   ! What hangs on each part: separate trees may be as many as unknowns.
-   pure subroutine list_parts(subtrees)
-      type(subtrees_type), intent(inout) :: subtrees
-      integer :: t
-
-      allocate (subtrees%below(size(subtrees%root) + 1), subtrees%beside(size(subtrees%root)), source=0)
-      do t = size(subtrees%root), 1, -1
-         subtrees%beside(t) = subtrees%below(subtrees%above(t))
-         subtrees%below(subtrees%above(t)) = t
-      end do
-   end subroutine list_parts
 
    ! 0 at a root.
    pure subroutine find_parents(symbolic, parent)
@@ -81,17 +64,20 @@ contains
       end do
    end subroutine find_parents
 
-   ! From the last supernode down: a leaf, or a chain of only children.
+   ! From the last supernode down.
    subroutine find_parts(symbolic, parent, subtrees)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: parent(:)
       type(subtrees_type), intent(inout) :: subtrees
-      ! Of the subtree of each supernode, its entries, how many supernodes it has, and the first of them.
+      ! Of the subtree of each supernode, its entries, how many supernodes it has, and the first of them; of its children,
+      ! how many are no leaves.
       real(wp), allocatable :: entries(:)
-      integer, allocatable :: members(:), begin(:), children(:)
-      logical, allocatable :: ends(:), leaf(:)
+      integer, allocatable :: members(:), begin(:), branches(:)
+      ! Of each supernode, the part that it is in, counted from the last one.
+      integer, allocatable :: part(:)
+      logical, allocatable :: leaf(:), ends(:)
       real(wp) :: total
-      integer :: nodes, s, low
+      integer :: nodes, s, low, parts
 
       nodes = size(parent)
       allocate (entries, source=[(real(symbolic%first(s + 1) - symbolic%first(s), wp)* &
@@ -99,37 +85,83 @@ contains
       total = sum(entries)
       allocate (members(nodes), source=1)
       allocate (begin, source=[(s, s=1, nodes)])
-      allocate (children(nodes), source=0)
       ! Children come first.
       do s = 1, nodes
          if (parent(s) == 0) cycle
          entries(parent(s)) = entries(parent(s)) + entries(s)
          members(parent(s)) = members(parent(s)) + members(s)
          begin(parent(s)) = min(begin(parent(s)), begin(s))
-         children(parent(s)) = children(parent(s)) + 1
       end do
-      allocate (leaf, source=total >= least .and. entries <= total/leaves .and. [(s, s=1, nodes)] - begin + 1 == members)
+      allocate (leaf, source=entries <= total/leaves .and. [(s, s=1, nodes)] - begin + 1 == members)
+      allocate (branches(nodes), part(nodes), source=0)
+      do s = 1, nodes
+         if (parent(s) > 0 .and. .not. leaf(s)) branches(parent(s)) = branches(parent(s)) + 1
+      end do
       allocate (ends(nodes), source=.false.)
+      parts = 0
       s = nodes
       do while (s > 0)
+         parts = parts + 1
          ends(s) = .true.
-         low = s
          if (total < least) then
             leaf(s) = .true.
             low = 1
          else if (leaf(s)) then
-            low = begin(s)
+            low = first_of_leaves(s)
          else
-            do while (children(low) == 1)
-               if (parent(low - 1) /= low .or. leaf(low - 1)) exit
-               low = low - 1
-            end do
+            low = first_of_chain(s)
          end if
+         part(low:s) = parts
          begin(s) = low
          s = low - 1
       end do
       allocate (subtrees%root, source=pack([(s, s=1, nodes)], ends))
-      allocate (subtrees%first(size(subtrees%root)), source=begin(subtrees%root))
-      allocate (subtrees%is_leaf(size(subtrees%root)), source=leaf(subtrees%root))
+      allocate (subtrees%first(parts), source=begin(subtrees%root))
+      allocate (subtrees%is_leaf(parts), source=leaf(subtrees%root))
+      allocate (subtrees%above(parts), source=parts + 1 - [(above(subtrees%root(s)), s=1, parts)])
+
+   contains
+
+      pure integer function above(s)
+         integer, intent(in) :: s
+
+         above = 0
+         if (parent(s) > 0) above = part(parent(s))
+      end function above
+
+      ! Of subtree s and those before it that hang on the same part.
+      pure integer function first_of_leaves(s) result(low)
+         integer, intent(in) :: s
+         real(wp) :: sum
+
+         low = begin(s)
+         sum = entries(s)
+         do while (low > 1)
+            sum = sum + entries(low - 1)
+            if (.not. leaf(low - 1) .or. above(low - 1) /= above(s) .or. sum > total/leaves) exit
+            low = begin(low - 1)
+         end do
+      end function first_of_leaves
+
+      ! Of supernode s and those below it as far as only leaves branch off, the small ones of which are in it.
+      pure integer function first_of_chain(s) result(low)
+         integer, intent(in) :: s
+         real(wp) :: taken
+
+         low = s
+         taken = 0
+         do while (low > 1)
+            ! What is before a part and hangs on nothing in it is another tree, or hangs on what is above it.
+            if (parent(low - 1) == 0 .or. parent(low - 1) > s) exit
+            if (leaf(low - 1)) then
+               taken = taken + entries(low - 1)
+               if (taken > total/(leaves*twigs)) exit
+               low = begin(low - 1)
+            else
+               if (branches(parent(low - 1)) > 1) exit
+               low = low - 1
+            end if
+         end do
+      end function first_of_chain
    end subroutine find_parts
 end module kschur_subtrees

@@ -48,7 +48,7 @@ contains
          call new_error(error, error_memory, "no memory for the LDL^T factors")
          return
       end if
-      !$omp parallel num_threads(size(work)) if (.not. all(subtrees%is_leaf))
+      !$omp parallel num_threads(size(work)) if (size(subtrees%root) > 1)
       !$omp master
       do t = 1, size(subtrees%root)
          !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
@@ -74,11 +74,10 @@ contains
       integer :: c, s
 
       stopped = .false.
-      c = shared%subtrees%below(t)
-      do while (c > 0)
+      do c = 1, t - 1
+         if (shared%subtrees%above(c) /= t) cycle
          call take_over(symbolic, c, t, shared)
          stopped = stopped .or. shared%stopped(c)
-         c = shared%subtrees%beside(c)
       end do
       associate (first => shared%subtrees%first(t), root => shared%subtrees%root(t), is_leaf => shared%subtrees%is_leaf(t))
          do s = first, root
