@@ -6,8 +6,8 @@ module kschur_hdf5_basics
    use hdf5, only: hid_t, hsize_t, h5open_f, h5iis_valid_f, h5kind_to_type, H5_INTEGER_KIND, H5_REAL_KIND, &
       H5T_NATIVE_INTEGER, h5fis_hdf5_f, h5fopen_f, h5fcreate_f, h5fclose_f, H5F_ACC_RDONLY_F, H5F_ACC_TRUNC_F, &
       h5gcreate_f, h5gclose_f, h5lexists_f, h5oexists_by_name_f, h5tcreate_f, h5tinsert_f, h5tclose_f, h5tget_class_f, &
-      h5tget_member_index_f, h5tget_member_offset_f, h5tget_member_type_f, h5tget_size_f, h5tequal_f, H5T_COMPOUND_F, &
-      H5T_FLOAT_F, H5T_IEEE_F32BE, H5T_IEEE_F32LE, H5T_IEEE_F64BE, H5T_IEEE_F64LE, H5T_INTEGER_F
+      h5tget_member_index_f, h5tget_member_offset_f, h5tget_member_type_f, h5tget_offset_f, h5tget_precision_f, h5tget_size_f, &
+      h5tequal_f, H5T_COMPOUND_F, H5T_FLOAT_F, H5T_IEEE_F32BE, H5T_IEEE_F32LE, H5T_IEEE_F64BE, H5T_IEEE_F64LE, H5T_INTEGER_F
    use kschur_error, only: error_type, new_error, add_context, error_file, error_input, error_library
    use kschur_files, only: kind_of_file, folder, no_file, pipe_or_device, staging_type
    use kschur_kinds, only: wp, long
@@ -251,6 +251,7 @@ contains
       fits = stored_class == wanted_class
       if (fits .and. wanted_class == H5T_FLOAT_F) fits = is_ieee(stored)
       if (wanted_class == H5T_FLOAT_F) fits = fits .or. stored_class == H5T_INTEGER_F
+      if (fits .and. stored_class == H5T_INTEGER_F) fits = is_within(stored)
       if (wanted_class == H5T_COMPOUND_F .and. fits) fits = is_complex(stored)
       if (fits) return
       if (wanted_class == H5T_INTEGER_F) then
@@ -290,6 +291,19 @@ contains
       is_complex = status(1) == 0 .and. all(first >= 0 .and. first + bytes <= whole) .and. &
          (first(1) + bytes(1) <= first(2) .or. first(2) + bytes(2) <= first(1))
    end function is_complex
+
+   ! Whether the bits of an integer lie in its bytes.
+   logical function is_within(type)
+      integer(hid_t), intent(in) :: type
+      integer(c_size_t) :: first, bits, bytes
+      integer :: status(3)
+
+      call h5tget_offset_f(type, first, status(1))
+      call h5tget_precision_f(type, bits, status(2))
+      call h5tget_size_f(type, bytes, status(3))
+      is_within = minval(status) >= 0
+      if (is_within) is_within = first >= 0 .and. bits >= 0 .and. first <= 8*bytes - bits
+   end function is_within
 
    ! Whether real numbers have single or double precision. Where a bit of their description is wrong, all are.
    logical function is_ieee(type)

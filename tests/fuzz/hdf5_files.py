@@ -152,7 +152,7 @@ def what_h5py_reads(kind, path):
             words += [*group.attrs["shape"], len(data)]
             for row in range(len(starts) - 1):
                 for k in range(starts[row], starts[row + 1]):
-                    words += [row + 1, columns[k] + 1, *bits(np.float64(data[k]))]
+                    words += [row + 1, int(columns[k]) + 1, *bits(np.float64(data[k]))]
         return words
 
 
