@@ -11,7 +11,7 @@ module kschur_mode_selection
    use kschur_threads, only: panel_rows
    implicit none
    private
-   public :: accept_pairs, distances, drop_spurious, highest, nearest_first, replace_pairs, wanted_type
+   public :: accept_pairs, distances, drop_dependent, drop_spurious, highest, nearest_first, replace_pairs, wanted_type
 
    ! A pair above this backward error is no mode of the problem.
    real(wp), parameter :: spurious = 1.0e-5_wp
@@ -214,6 +214,16 @@ contains
          accepted(j) = .not. depends(pairs, others, j)
       end do
    end subroutine drop_repeated
+
+   !> Takes out modes that have the shapes of others and their eigenvalue: found twice, or of a defective one.
+   subroutine drop_dependent(modes)
+      type(modes_type), intent(inout) :: modes
+      logical :: accepted(size(modes%lambda))
+
+      accepted = .true.
+      call drop_repeated(modes%eigenpairs_type, size(accepted), wanted_type(most=0), accepted)
+      call modes%drop(.not. accepted)
+   end subroutine drop_dependent
 
    ! Takes out of a list of more eigenvalues than there are those that may be anything, and then the largest: they
    ! are infinite ones that rounding blurred.

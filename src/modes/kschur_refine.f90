@@ -24,7 +24,8 @@ module kschur_refine
    ! Where a mode is factored, from its eigenvalue, relative to that: near, but not singular.
    real(wp), parameter :: offset = 1.0e-6_wp
    integer, parameter :: steps = 5
-   ! A shape further from the one it began with, by the cosine of the angle, is that of another mode.
+   ! A shape further from the one it began with, by the cosine of the angle, is that of another mode, unless its eigenvalue
+   ! moved by no more than the backward error.
    real(wp), parameter :: same_shape = 0.9_wp
 
 contains
@@ -51,9 +52,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), optional, intent(inout) :: monitor
       type(csr_matrix_type) :: blocks(3)
-      type(eigenpairs_type) :: before
+      type(eigenpairs_type) :: before, same
       complex(wp) :: s
-      real(wp) :: error_before
+      real(wp) :: error_before, error_same
       integer :: i, j, step
       logical :: better, undone
 
@@ -74,20 +75,40 @@ contains
          call effort%add_factors(solver)
          before = chosen_pairs(pairs, [(i == j, i=1, size(errors))])
          error_before = errors(j)
+         same = before
+         error_same = error_before
          do step = 1, steps
-            call improve(problem, factors, solver, s, j, before%phi(:, 1), pairs, errors(j), better, error)
+            call improve(problem, factors, solver, s, j, pairs, errors(j), better, error)
             if (allocated(error)) then
                if (error%code /= error_convergence) return
                deallocate (error)
                exit
             end if
+            if (is_same(before, error_before, j, pairs)) then
+               same = chosen_pairs(pairs, [(i == j, i=1, size(errors))])
+               error_same = errors(j)
+            end if
             if (.not. better .or. errors(j) <= above) exit
          end do
+         call put(same, pairs, j)
+         errors(j) = error_same
          if (error_before > inaccurate_above) cycle
          call stay_apart(before, j, pairs, undone)
          if (undone) errors(j) = error_before
       end do
    end subroutine refine
+
+   ! Whether pair j is the mode that it was.
+   pure logical function is_same(before, error_before, j, pairs)
+      type(eigenpairs_type), intent(in) :: before, pairs
+      real(wp), intent(in) :: error_before
+      integer, intent(in) :: j
+
+      associate (lambda => before%lambda(1), shape => before%phi(:, 1))
+         is_same = abs(pairs%lambda(j) - lambda) <= error_before*abs(lambda) .or. &
+            abs(dot_product(shape, pairs%phi(:, j))) >= same_shape*norm2(abs(shape))
+      end associate
+   end function is_same
 
    ! Makes pair j again what it was, where it has become one of the others.
    subroutine stay_apart(before, j, pairs, undone)
@@ -253,14 +274,12 @@ contains
    end subroutine step_from
 
    ! One step on pair j.
-   subroutine improve(problem, factors, solver, s, j, shape, pairs, error_before, better, error)
+   subroutine improve(problem, factors, solver, s, j, pairs, error_before, better, error)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: factors(:)
       class(complex_linear_solver_type), intent(inout) :: solver
       complex(wp), intent(in) :: s
       integer, intent(in) :: j
-      ! The shape before the first step.
-      complex(wp), intent(in) :: shape(:)
       type(eigenpairs_type), intent(inout) :: pairs
       real(wp), intent(inout) :: error_before
       logical, intent(out) :: better
@@ -280,7 +299,12 @@ contains
       pair%xi(:, 1) = factors*rhs(n + 1:, 1)
       call normalize(pair, 1)
       errors = backward_errors(problem, pair)
-      better = errors(1) < error_before .and. abs(dot_product(shape, pair%phi(:, 1))) >= same_shape*norm2(abs(shape))
+      if (.not. errors(1) < error_before) then
+         ! From a poor shape a step tells a better one, but no eigenvalue.
+         pair%lambda(1) = pairs%lambda(j)
+         errors = backward_errors(problem, pair)
+      end if
+      better = errors(1) < error_before
       if (.not. better) return
       error_before = errors(1)
       call put(pair, pairs, j)

@@ -6,7 +6,7 @@ module kschur_dense_choice
    use kschur_text, only: text
    implicit none
    private
-   public :: consider_dense, settle_dense
+   public :: consider_dense, dense_may_tell, settle_dense
 
    ! Where both cost as many instructions, measured with 5 to 40 modes of beams and rotors of 100 to 300 states.
    integer, parameter :: of_states = 40, of_states_a_mode = 6
@@ -20,18 +20,12 @@ contains
    !> Sets `dense` where `formulation_auto` takes it: nobody asked for what only an iteration has, and the matrix is small.
    subroutine consider_dense(s)
       type(solve_context_type), intent(inout) :: s
-
       integer :: limit
 
-      associate (o => s%options)
-         if (o%formulation /= formulation_auto) return
-         limit = min(most, merge(of_states + of_states_a_mode*o%modes, of_motions + of_motions_a_mode*o%modes, &
-            theta_is_lambda(s)))
-         ! The null space of many constraints costs as much as a matrix of that order.
-         s%dense = s%may_be_dense .and. is_structured(s%formulation) .and. o%method == method_krylov_schur .and. &
-            o%inner == inner_auto .and. o%subspace == 0 .and. o%block == 0 .and. .not. allocated(o%shift) .and. &
-            max(order_of_matrix(s), s%work%unknowns()) <= limit
-      end associate
+      if (s%options%formulation /= formulation_auto) return
+      limit = min(most, merge(of_states + of_states_a_mode*s%options%modes, of_motions + of_motions_a_mode*s%options%modes, &
+         theta_is_lambda(s)))
+      s%dense = leaves_open(s) .and. is_structured(s%formulation) .and. size_of_matrix(s) <= limit
       if (s%dense .and. s%formulation == formulation_low_rank) s%formulation = formulation_quadratic
    end subroutine consider_dense
 
@@ -44,11 +38,38 @@ contains
       if (s%dense) s%decision = "dense: order "//text(order_of_matrix(s))//", cheaper than an iteration"
    end subroutine settle_dense
 
+   !> Whether all eigenvalues may yet tell what an iteration did not: nobody asked for one, they were not computed before, and
+   !> that does not take long.
+   pure logical function dense_may_tell(s)
+      !> That of the iteration.
+      type(solve_context_type), intent(in) :: s
+
+      dense_may_tell = s%options%formulation == formulation_auto .and. leaves_open(s) .and. .not. s%dense .and. &
+         size_of_matrix(s) <= most
+   end function dense_may_tell
+
+   ! Whether nothing was asked for that only an iteration has.
+   pure logical function leaves_open(s)
+      type(solve_context_type), intent(in) :: s
+
+      associate (o => s%options)
+         leaves_open = s%may_be_dense .and. o%method == method_krylov_schur .and. o%inner == inner_auto .and. &
+            o%subspace == 0 .and. o%block == 0 .and. .not. allocated(o%shift)
+      end associate
+   end function leaves_open
+
    pure logical function theta_is_lambda(s)
       type(solve_context_type), intent(in) :: s
 
       theta_is_lambda = any(s%formulation == [formulation_quadratic, formulation_low_rank])
    end function theta_is_lambda
+
+   ! The null space of many constraints costs as much as a matrix of that order.
+   pure integer function size_of_matrix(s)
+      type(solve_context_type), intent(in) :: s
+
+      size_of_matrix = max(order_of_matrix(s), s%work%unknowns())
+   end function size_of_matrix
 
    ! Of the motions that the constraints allow, in states of position and velocity where damping is general.
    pure integer function order_of_matrix(s)

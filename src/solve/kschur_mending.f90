@@ -15,10 +15,12 @@ module kschur_mending
    use kschur_tolerances, only: same_value
    implicit none
    private
-   public :: drop_unfounded, mend, save_hidden
+   public :: drop_unfounded, mend, save_all, save_hidden
 
    ! Units that are further apart than this hide errors.
    real(wp), parameter :: uneven = 1.0e6_wp
+   ! A mode with a backward error above this can be known better, most often.
+   real(wp), parameter :: nearly_rounding = 1.0e-13_wp
 
 contains
 
@@ -29,25 +31,47 @@ contains
       type(eigenpairs_type), intent(inout) :: pairs
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: beyond_all = 10
+
+      if (.not. s%plan%spread_of_units() > uneven) return
+      call refine_pairs(s, inaccurate_above, abs(pairs%lambda) <= beyond_all*highest(s%work), pairs, error)
+      if (.not. allocated(error)) call drop_spurious(s%work, pairs)
+   end subroutine save_hidden
+
+   !> The same of pairs each of which is an eigenpair, most likely, however badly it is known.
+   subroutine save_all(s, pairs, error)
+      type(solve_context_type), intent(inout) :: s
+      !> Of what is iterated.
+      type(eigenpairs_type), intent(inout) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+
+      call refine_pairs(s, nearly_rounding, spread(.true., 1, size(pairs%lambda)), pairs, error)
+      if (allocated(error)) return
+      if (s%plan%spread_of_units() > uneven) call drop_spurious(s%work, pairs)
+   end subroutine save_all
+
+   subroutine refine_pairs(s, above, chosen, pairs, error)
+      type(solve_context_type), intent(inout) :: s
+      !> The backward error that is good enough.
+      real(wp), intent(in) :: above
+      !> Which of them are to have it.
+      logical, intent(in) :: chosen(:)
+      type(eigenpairs_type), intent(inout) :: pairs
+      type(error_type), allocatable, intent(out) :: error
       class(complex_linear_solver_type), allocatable :: solver
       complex(wp), allocatable :: before(:)
       real(wp), allocatable :: errors(:)
 
-      if (.not. s%plan%spread_of_units() > uneven) return
-      allocate (errors, source=backward_errors(s%work, pairs))
-      where (abs(pairs%lambda) > beyond_all*highest(s%work)) errors = 0
-      if (any(errors > inaccurate_above)) then
-         allocate (solver, source=s%inner%complex)
-         allocate (before, source=pairs%lambda)
-         call refine(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), inaccurate_above, &
-            solver, pairs, errors, s%effort, error, s%monitor)
-         if (allocated(error)) return
-         call s%effort%add_solves(solver)
-         ! It may have become one that is there.
-         allocate (pairs%again(size(before)), source=abs(pairs%lambda - before) > same_value*abs(pairs%lambda))
-      end if
-      call drop_spurious(s%work, pairs)
-   end subroutine save_hidden
+      allocate (errors, source=merge(backward_errors(s%work, pairs), 0.0_wp, chosen))
+      if (.not. any(errors > above)) return
+      allocate (solver, source=s%inner%complex)
+      allocate (before, source=pairs%lambda)
+      call refine(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), above, &
+         solver, pairs, errors, s%effort, error, s%monitor)
+      if (allocated(error)) return
+      call s%effort%add_solves(solver)
+      ! It may have become one that is there.
+      allocate (pairs%again(size(before)), source=abs(pairs%lambda - before) > same_value*abs(pairs%lambda))
+   end subroutine refine_pairs
 
    !> Polishes the modes, and drops those that remain inaccurate or may be anything, if they are not eigenvalues.
    subroutine mend(s, modes, error)
@@ -56,12 +80,23 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call polish(s, modes, error)
-      if (.not. allocated(error)) call drop_unfounded(s, modes, error, inaccurate_above)
+      if (.not. allocated(error)) call drop_unconfirmed(s, modes, error, inaccurate_above)
    end subroutine mend
 
-   !> Drops modes whose error bounds let them be anything, if they are not eigenvalues after all; those of rigid motions
-   !> are known.
-   subroutine drop_unfounded(s, modes, error, above, aside)
+   !> Drops modes whose error bounds let them be anything, if they are not eigenvalues after all. What is only known badly is
+   !> polished before.
+   subroutine drop_unfounded(s, modes, error, aside)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      !> Those that were dropped; not allocated: none.
+      type(eigenpairs_type), optional, intent(out) :: aside
+
+      if (any(may_be_anything(s, modes))) call polish(s, modes, error)
+      if (.not. allocated(error)) call drop_unconfirmed(s, modes, error, aside=aside)
+   end subroutine drop_unfounded
+
+   subroutine drop_unconfirmed(s, modes, error, above, aside)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
@@ -69,11 +104,30 @@ contains
       real(wp), optional, intent(in) :: above
       !> Those that were dropped; not allocated: none.
       type(eigenpairs_type), optional, intent(out) :: aside
-      real(wp), parameter :: anything = 1.0e-2_wp
       class(complex_linear_solver_type), allocatable :: solver
+      logical, dimension(size(modes%lambda)) :: doubtful, confirmed
+
+      doubtful = may_be_anything(s, modes, above)
+      if (.not. any(doubtful)) return
+      allocate (solver, source=s%inner%complex)
+      call confirm(s%work, s%options%constraint_scaling, solver, s%contract(modes), doubtful, confirmed, s%effort, error, &
+         s%monitor)
+      if (allocated(error)) return
+      call s%effort%add_solves(solver)
+      if (present(aside) .and. .not. all(confirmed)) aside = chosen_pairs(modes, .not. confirmed)
+      call modes%drop(.not. confirmed)
+   end subroutine drop_unconfirmed
+
+   ! Which modes have such bounds; rigid motions and their decays are known.
+   function may_be_anything(s, modes, above) result(doubtful)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+      !> What has a backward error above this, too.
+      real(wp), optional, intent(in) :: above
+      logical :: doubtful(size(modes%lambda))
+      real(wp), parameter :: anything = 1.0e-2_wp
       complex(wp), allocatable :: known(:)
       real(wp), dimension(size(modes%lambda)) :: errors, uncertainty
-      logical, dimension(size(modes%lambda)) :: doubtful, confirmed
       integer :: i
 
       allocate (known, source=s%known%deflation%eigenvalues())
@@ -83,15 +137,7 @@ contains
          doubtful = doubtful .and. abs(modes%lambda - known(i)) > same_value*abs(known(i))
       end do
       if (present(above)) doubtful = doubtful .or. max(errors, modes%backward_error) > above
-      if (.not. any(doubtful)) return
-      allocate (solver, source=s%inner%complex)
-      call confirm(s%work, s%options%constraint_scaling, solver, s%contract(modes), doubtful, confirmed, s%effort, error, &
-         s%monitor)
-      if (allocated(error)) return
-      call s%effort%add_solves(solver)
-      if (present(aside) .and. .not. all(confirmed)) aside = chosen_pairs(modes, .not. confirmed)
-      call modes%drop(.not. confirmed)
-   end subroutine drop_unfounded
+   end function may_be_anything
 
    ! Backward errors, and how far eigenvalues may be off (1/s), in the units that balance has found: uneven ones make the
    ! former smaller than they are, the latter larger.
@@ -121,7 +167,6 @@ contains
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: nearly_rounding = 1.0e-13_wp
       class(complex_linear_solver_type), allocatable :: solver
       type(eigenpairs_type) :: pairs
       real(wp), allocatable :: errors(:)

@@ -15,7 +15,7 @@ module kschur_modal_solver
    use kschur_outcome, only: reason_cancelled, reason_converged
    use kschur_result, only: modal_result_type, note_length
    use kschur_shift, only: scale_of
-   use kschur_solver, only: prepare, report_none, solve_prepared
+   use kschur_solver, only: prepare, report_none, solve_again_dense, solve_prepared
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_spare_solvers, only: spare_solvers_type
    use kschur_sparse, only: csr_matrix_type, same_pattern
@@ -101,6 +101,7 @@ contains
             exit
          end if
       end do
+      if (.not. allocated(error)) call solve_again_dense(self%context, options, result)
       if (.not. allocated(error)) call remember(self%context, result)
       call end_context(self, options, result, error)
       call result%set_total(seconds_since(started))

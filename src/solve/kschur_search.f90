@@ -10,8 +10,8 @@ module kschur_search
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_statistics_type
-   use kschur_mending, only: drop_unfounded, mend, save_hidden
-   use kschur_mode_selection, only: accept_pairs, distances, highest, wanted_type
+   use kschur_mending, only: drop_unfounded, mend, save_all, save_hidden
+   use kschur_mode_selection, only: accept_pairs, distances, drop_dependent, highest, wanted_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
@@ -49,6 +49,8 @@ contains
             call search_elsewhere(s, modes, error)
          if (allocated(error)) return
          if (fewer(s, modes) .and. allocated(aside%lambda) .and. complete) call take_back(s, aside, modes)
+         ! Only the number of all eigenvalues tells a defective one from one found twice.
+         if (fewer(s, modes) .and. s%known%total%exact .and. .not. all_known(s, modes)) call drop_dependent(modes)
       end if
       if (s%is_stopped()) modes%reason = reason_cancelled
       if (allocated(aside%lambda) .and. .not. all_known(s, modes)) modes%inaccurate = modes%inaccurate + &
@@ -122,7 +124,11 @@ contains
             places = places + 1
             cycle
          end if
-         call save_hidden(s, pairs, error)
+         if (are_all(s, pairs)) then
+            call save_all(s, pairs, error)
+         else
+            call save_hidden(s, pairs, error)
+         end if
          if (.not. allocated(error)) call s%turn_to_problem(error)
          if (allocated(error)) return
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
@@ -149,6 +155,15 @@ contains
       modes%locking_error = statistics%locking_error
       modes%history = statistics%history
    end subroutine search_here
+
+   ! Whether an iteration gave as many eigenvalues as there are beside the rigid motions.
+   pure logical function are_all(s, pairs)
+      type(solve_context_type), intent(in) :: s
+      type(eigenpairs_type), intent(in) :: pairs
+
+      are_all = s%known%total%exact .and. .not. s%options%is_plain() .and. &
+         size(pairs%lambda) + count(pairs%paired) + size(s%known%rigid%lambda) == s%known%total%number
+   end function are_all
 
    ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as
    ! the problem has: what is far from the first shift is filtered out there as infinite eigenvalues are.
@@ -185,7 +200,7 @@ contains
             cycle
          end if
          call iterate(s, s%known%total%number, more, reach, statistics, error)
-         if (.not. allocated(error)) call save_hidden(s, more, error)
+         if (.not. allocated(error)) call save_all(s, more, error)
          if (allocated(error)) return
          call keep_pairs(more, abs(more%lambda) > like_zero*off*steps(i)*scale)
          call s%expand(more)

@@ -6,6 +6,7 @@ module kschur_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_checkpointing, only: begin_checkpoint
    use kschur_context, only: begin, solve_context_type
+   use kschur_dense_choice, only: dense_may_tell
    use kschur_effort, only: phase_examine, phase_judge, phase_left, phase_place
    use kschur_error, only: error_type, error_singular, take_cancelled
    use kschur_examination, only: examination_type, suppose_none
@@ -16,8 +17,9 @@ module kschur_solver
    use kschur_low_rank_choice, only: leave_low_rank, settle_low_rank, weigh_low_rank
    use kschur_modes, only: modes_type, no_modes
    use kschur_monitor, only: monitor_type
-   use kschur_options, only: modal_options_type, formulation_auto, formulation_low_rank
-   use kschur_outcome, only: certified_yes, reason_cancelled, reason_converged, reason_fewer_modes
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, &
+      formulation_names
+   use kschur_outcome, only: certified_no, certified_yes, reason_cancelled, reason_converged, reason_fewer_modes
    use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type
    use kschur_processes, only: join_processes, processes_type
@@ -30,7 +32,7 @@ module kschur_solver
    use kschur_threads, only: enter_solve, leave_solve
    implicit none
    private
-   public :: prepare, report_none, solve_modes, solve_prepared
+   public :: prepare, report_none, solve_again_dense, solve_modes, solve_prepared
 
    !> Computes the modes nearest to a target. What converged is in `result`
    !> even where it is less than was asked for: then `result%reason` says why.
@@ -129,6 +131,7 @@ contains
          if (.not. allocated(error)) call prepare(s, error)
          if (.not. allocated(error)) call solve_prepared(s, options, result, error, groups)
          call groups%finish()
+         if (.not. allocated(error)) call solve_again_dense(s, options, result)
       end if
       call take_cancelled(error, cancelled)
       if (cancelled) call report_none(s, options, result, error)
@@ -202,12 +205,42 @@ contains
          call move_alloc(notes, s%notes)
          if (s%dense) then
             s%dense = .false.
+            s%may_be_dense = .false.
             s%decision = "dense does not tell all eigenvalues apart"
          else
             call leave_low_rank(s, "the space of the low-rank form grew beyond what the quadratic one costs")
          end if
       end do
    end subroutine search
+
+   !> Where an iteration that nobody asked for ended with modes that are not trusted, all eigenvalues take their place, if they
+   !> are known to be all.
+   subroutine solve_again_dense(s, options, result)
+      type(solve_context_type), intent(in) :: s
+      !> As the caller gave them.
+      type(modal_options_type), intent(in) :: options
+      type(modal_result_type), intent(inout) :: result
+      type(solve_context_type), allocatable, target :: own
+      type(modal_options_type) :: settings
+      type(modal_result_type) :: dense
+      type(error_type), allocatable :: error
+
+      if (result%reason == reason_cancelled .or. .not. dense_may_tell(s)) return
+      if (result%reason == reason_fewer_modes .or. &
+         (result%reason == reason_converged .and. result%certified /= certified_no)) return
+      settings = options
+      settings%formulation = formulation_dense
+      allocate (own)
+      call begin(own, s%problem, settings, error, s%monitor, processes=s%processes)
+      if (.not. allocated(error)) call prepare(own, error)
+      if (.not. allocated(error)) call solve_prepared(own, options, dense, error)
+      if (allocated(error)) return
+      if (.not. (dense%reason == reason_fewer_modes .or. &
+         (dense%reason == reason_converged .and. dense%certified == certified_yes))) return
+      dense%decision = "dense: the "//trim(formulation_names(result%formulation))//" form did not tell all eigenvalues apart"
+      call dense%add_effort(result)
+      result = dense
+   end subroutine solve_again_dense
 
    !> The result of a solve that the monitor ended before there were factors with which modes are found. The context is good
    !> for nothing else.
