@@ -24,6 +24,9 @@ module kschur_mode_selection
    ! it is the target, than this part of it.
    real(wp), parameter :: blurred = 1.0e-4_wp, rounded = 1.0e-10_wp
 
+   ! Found from a shift far off, a shape has more of its neighbours in it than the same one found twice elsewhere.
+   real(wp), parameter :: neighbours = 3.0e-2_wp
+
    !> Which modes are wanted, and what is known of where they are.
    type :: wanted_type
       integer :: modes = huge(1)
@@ -113,8 +116,6 @@ contains
       type(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: again(:)
       logical, intent(inout) :: accepted(:)
-      ! Found from a shift far off, a shape has more of its neighbours in it than the same one found twice elsewhere.
-      real(wp), parameter :: neighbours = 3.0e-2_wp
       real(wp), dimension(size(again)) :: errors, split
       logical :: others(size(again))
       integer :: j
@@ -215,13 +216,21 @@ contains
       end do
    end subroutine drop_repeated
 
-   !> Takes out modes that have the shapes of others and their eigenvalue: found twice, or of a defective one.
+   !> Takes out modes that have the shapes of others and their eigenvalue, the worst first: found twice, or of a defective one.
    subroutine drop_dependent(modes)
       type(modes_type), intent(inout) :: modes
-      logical :: accepted(size(modes%lambda))
+      logical :: accepted(size(modes%lambda)), pending(size(modes%lambda)), others(size(modes%lambda))
+      integer :: i, j
 
       accepted = .true.
-      call drop_repeated(modes%eigenpairs_type, size(accepted), wanted_type(most=0), accepted)
+      pending = abs(modes%lambda) > 0
+      do i = 1, count(pending)
+         j = maxloc(modes%backward_error, 1, pending)
+         pending(j) = .false.
+         others = accepted
+         others(j) = .false.
+         accepted(j) = .not. depends(modes%eigenpairs_type, others, j, part=neighbours)
+      end do
       call modes%drop(.not. accepted)
    end subroutine drop_dependent
 
