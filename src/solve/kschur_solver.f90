@@ -216,7 +216,7 @@ contains
    !> Where an iteration that nobody asked for ended with modes that are not trusted, all eigenvalues take their place, if they
    !> are known to be all.
    subroutine solve_again_dense(s, options, result)
-      type(solve_context_type), intent(in) :: s
+      type(solve_context_type), intent(inout) :: s
       !> As the caller gave them.
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(inout) :: result
@@ -230,8 +230,10 @@ contains
          (result%reason == reason_converged .and. result%certified /= certified_no)) return
       settings = options
       settings%formulation = formulation_dense
+      call s%bring_problem_back(error)
+      if (allocated(error)) return
       allocate (own)
-      call begin(own, s%problem, settings, error, s%monitor, processes=s%processes)
+      call begin(own, s%problem, settings, error, s%monitor)
       if (.not. allocated(error)) call prepare(own, error)
       if (.not. allocated(error)) call solve_prepared(own, options, dense, error)
       if (allocated(error)) return
