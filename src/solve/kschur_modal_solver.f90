@@ -4,6 +4,7 @@ module kschur_modal_solver
    use kschur_band, only: band_options, prepare_band, solve_band_prepared
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, resume, solve_context_type
+   use kschur_dense_choice, only: dense_may_tell
    use kschur_error, only: error_type, new_error, error_input, error_usage, take_cancelled
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, long
@@ -80,7 +81,7 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       integer :: threads_before
       integer(long) :: started
-      logical :: kept
+      logical :: kept, dense_tells
 
       call enter_solve(options%threads, self%problem%unknowns(), threads_before, error)
       if (allocated(error)) then
@@ -88,8 +89,10 @@ contains
          return
       end if
       started = clock()
+      dense_tells = .false.
       do
          call make_ready(self, options, .false., kept, error, monitor)
+         if (.not. allocated(error)) dense_tells = dense_may_tell(self%context)
          if (.not. allocated(error)) call solve_prepared(self%context, options, result, error)
          if (allocated(error)) exit
          if (.not. kept) exit
@@ -101,7 +104,7 @@ contains
             exit
          end if
       end do
-      if (.not. allocated(error)) call solve_again_dense(self%context, options, result)
+      if (.not. allocated(error) .and. dense_tells) call solve_again_dense(self%context, options, result)
       if (.not. allocated(error)) call remember(self%context, result)
       call end_context(self, options, result, error)
       call result%set_total(seconds_since(started))

@@ -114,7 +114,7 @@ contains
       type(checkpoint_type), target :: checkpoint
       real(wp) :: none(0)
       integer(long) :: started
-      logical :: cancelled
+      logical :: cancelled, dense_tells
 
       started = clock()
       allocate (s)
@@ -129,9 +129,11 @@ contains
             s%shared => shared
          end if
          if (.not. allocated(error)) call prepare(s, error)
+         dense_tells = .false.
+         if (.not. allocated(error)) dense_tells = dense_may_tell(s)
          if (.not. allocated(error)) call solve_prepared(s, options, result, error, groups)
          call groups%finish()
-         if (.not. allocated(error)) call solve_again_dense(s, options, result)
+         if (.not. allocated(error) .and. dense_tells) call solve_again_dense(s, options, result)
       end if
       call take_cancelled(error, cancelled)
       if (cancelled) call report_none(s, options, result, error)
@@ -214,7 +216,7 @@ contains
    end subroutine search
 
    !> Where an iteration that nobody asked for ended with modes that are not trusted, all eigenvalues take their place, if they
-   !> are known to be all.
+   !> are known to be all. Only where `dense_may_tell`, which is known before the iteration.
    subroutine solve_again_dense(s, options, result)
       type(solve_context_type), intent(inout) :: s
       !> As the caller gave them.
@@ -225,7 +227,7 @@ contains
       type(modal_result_type) :: dense
       type(error_type), allocatable :: error
 
-      if (result%reason == reason_cancelled .or. .not. dense_may_tell(s)) return
+      if (result%reason == reason_cancelled) return
       if (result%reason == reason_fewer_modes .or. &
          (result%reason == reason_converged .and. result%certified /= certified_no)) return
       settings = options
