@@ -10,6 +10,9 @@ module kschur_solution_rows
 
    !> Who has which.
    type :: solution_rows_type
+      private
+      ! Without a component with a value gfortran makes no structure constructor of the types that this one is in.
+      integer :: processes = 1
    contains
       procedure :: begin
       !> How many are here, and which.
