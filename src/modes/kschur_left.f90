@@ -20,7 +20,7 @@ module kschur_left
    use kschur_tolerances, only: same_value
    implicit none
    private
-   public :: condition_number, inverse_iteration_type, merges, set_left_modes
+   public :: condition_number, find_left_pairs, inverse_iteration_type, merges, set_left_modes
 
    ! A left vector is one when its residual at the eigenvalue of the mode is
    ! below this, or not this much worse than that of the mode itself.
@@ -44,38 +44,40 @@ module kschur_left
 
 contains
 
-   !> Sets the left vectors and condition numbers of modes. A mode for which no left vector could be found has NaN.
-   subroutine set_left_modes(problem, transposed, found, modes, effort, error, inverse)
+   !> Eigenpairs of the transposed problem, one for each of the problem and of its eigenvalue: those found that belong to
+   !> them, or what inverse iteration makes. One that could not be found is NaN.
+   subroutine find_left_pairs(problem, transposed, found, pairs, errors, left, effort, error, inverse)
       type(modal_problem_type), intent(in) :: problem
       !> The transposed problem; the problem itself if it is symmetric.
       type(modal_problem_type), intent(in) :: transposed
       !> Eigenpairs of the transposed problem, Im lambda >= 0.
       class(eigenpairs_type), intent(in) :: found
-      class(modes_type), intent(inout) :: modes
+      !> Eigenpairs of the problem, complex.
+      class(eigenpairs_type), intent(in) :: pairs
+      !> Their backward errors.
+      real(wp), intent(in) :: errors(:)
+      type(eigenpairs_type), intent(out) :: left
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
       !> With it what is not among them is computed.
       type(inverse_iteration_type), optional, intent(in) :: inverse
-      type(eigenpairs_type) :: left, before
+      type(eigenpairs_type) :: before
       real(wp), allocatable :: limits(:)
       logical, allocatable :: missing(:), coupled(:)
       integer :: j, k
 
-      call match(found, modes, left)
-      call modes%make_complex()
+      call match(found, pairs, left)
       k = size(left%lambda)
-      allocate (limits(k), source=max(acceptable, as_good*modes%backward_error))
+      allocate (limits(k), source=max(acceptable, as_good*errors))
       allocate (missing(k), source=backward_errors(transposed, left) > limits)
       if (present(inverse)) call compute(transposed, missing, inverse, left, effort, error)
       if (allocated(error)) return
       missing = backward_errors(transposed, left) > limits
       do j = 1, k
-         if (.not. missing(j)) cycle
-         left%phi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
-         left%xi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
+         if (missing(j)) call leave_out(left, j)
       end do
       allocate (coupled(k))
-      call biorthogonalize(problem, transposed, modes, limits, left, coupled)
+      call biorthogonalize(problem, transposed, pairs, limits, left, coupled)
       ! Copies that were found may be so nearly parallel that they cannot be told apart without loss.
       if (present(inverse) .and. any(coupled)) then
          before = left
@@ -87,8 +89,26 @@ contains
             left%phi(:, j) = before%phi(:, j)
             left%xi(:, j) = before%xi(:, j)
          end do
-         call biorthogonalize(problem, transposed, modes, limits, left, coupled)
+         call biorthogonalize(problem, transposed, pairs, limits, left, coupled)
       end if
+   end subroutine find_left_pairs
+
+   !> Sets the left vectors and condition numbers of modes. A mode without a left vector has NaN.
+   subroutine set_left_modes(problem, left, modes)
+      type(modal_problem_type), intent(in) :: problem
+      !> Of the transposed problem, one for each mode.
+      type(eigenpairs_type), intent(inout) :: left
+      class(modes_type), intent(inout) :: modes
+      integer :: j
+
+      call modes%make_complex()
+      do j = 1, size(left%lambda)
+         if (is_number(left, j)) then
+            call normalize(left, j)
+         else
+            call leave_out(left, j)
+         end if
+      end do
       call set_conditions(problem, left, modes)
       modes%left_phi = conjg(left%phi)
       modes%left_xi = conjg(left%xi)
@@ -119,16 +139,15 @@ contains
    end subroutine compute
 
    ! For each mode the nearest eigenpair that no other mode has taken, or NaN.
-   subroutine match(found, modes, left)
-      class(eigenpairs_type), intent(in) :: found
-      class(modes_type), intent(in) :: modes
+   subroutine match(found, pairs, left)
+      class(eigenpairs_type), intent(in) :: found, pairs
       type(eigenpairs_type), intent(out) :: left
       logical :: free(size(found%lambda))
       real(wp) :: distance(size(found%lambda))
       integer :: j, nearest
 
       free = .true.
-      allocate (left%lambda, source=modes%lambda)
+      allocate (left%lambda, source=pairs%lambda)
       allocate (left%phi(found%rows(), size(left%lambda)), left%xi(size(found%xi, 1), size(left%lambda)))
       left%phi = ieee_value(1.0_wp, ieee_quiet_nan)
       left%xi = ieee_value(1.0_wp, ieee_quiet_nan)
@@ -209,9 +228,9 @@ contains
    ! i /= j, as between different ones; unit norm, the largest entry real and
    ! positive. Where that spoils the left vectors, as of a defective eigenvalue,
    ! they stay as they are.
-   subroutine biorthogonalize(problem, transposed, modes, limits, left, coupled)
+   subroutine biorthogonalize(problem, transposed, pairs, limits, left, coupled)
       type(modal_problem_type), intent(in) :: problem, transposed
-      class(modes_type), intent(in) :: modes
+      class(eigenpairs_type), intent(in) :: pairs
       real(wp), intent(in) :: limits(:)
       type(eigenpairs_type), intent(inout) :: left
       !> Which stay as they are although they share an eigenvalue with others.
@@ -223,13 +242,13 @@ contains
       integer :: i, j
 
       coupled = .false.
-      pending = abs(modes%lambda) > 0 .and. [(is_number(left, j), j=1, size(limits))]
+      pending = abs(pairs%lambda) > 0 .and. [(is_number(left, j), j=1, size(limits))]
       do i = 1, size(limits)
          if (.not. pending(i)) cycle
          group = pack([(j, j=1, size(limits))], pending .and. near(left%lambda, i, same_value))
          pending(group) = .false.
          if (size(group) == 1) cycle
-         call decouple(problem, modes, left, group, mixture)
+         call decouple(problem, pairs, left, group, mixture)
          if (.not. allocated(mixture)) cycle
          allocate (mixed%lambda(size(group)), source=left%lambda(group))
          allocate (mixed%phi(size(left%phi, 1), size(group)), source=matmul(left%phi(:, group), mixture))
@@ -250,9 +269,9 @@ contains
    ! The mixture of the left vectors of a group that makes
    ! G = chi_i^T ((lambda_i + lambda_j) M + R) phi_j the unit matrix: G^{-T}.
    ! Not allocated where G is singular.
-   subroutine decouple(problem, modes, left, group, mixture)
+   subroutine decouple(problem, pairs, left, group, mixture)
       type(modal_problem_type), intent(in) :: problem
-      class(modes_type), intent(in) :: modes
+      class(eigenpairs_type), intent(in) :: pairs
       type(eigenpairs_type), intent(in) :: left
       integer, intent(in) :: group(:)
       complex(wp), allocatable, intent(out) :: mixture(:, :)
@@ -264,8 +283,8 @@ contains
 
       k = size(group)
       allocate (mass_phi(size(left%phi, 1), k), damping_phi(size(left%phi, 1), k), source=(0.0_wp, 0.0_wp))
-      call problem%mass%add_product((1.0_wp, 0.0_wp), modes%phi(:, group), mass_phi)
-      call problem%damping%add_product((1.0_wp, 0.0_wp), modes%phi(:, group), damping_phi)
+      call problem%mass%add_product((1.0_wp, 0.0_wp), pairs%phi(:, group), mass_phi)
+      call problem%damping%add_product((1.0_wp, 0.0_wp), pairs%phi(:, group), damping_phi)
       do j = 1, k
          do i = 1, k
             g(i, j) = sum(left%phi(:, group(i))* &
@@ -357,6 +376,14 @@ contains
       type(eigenpairs_type), intent(in) :: left
       integer, intent(in) :: j
 
-      is_number = abs(left%phi(1, j)) >= 0
+      is_number = sum(abs(left%phi(:, j))) >= 0
    end function is_number
+
+   pure subroutine leave_out(left, j)
+      type(eigenpairs_type), intent(inout) :: left
+      integer, intent(in) :: j
+
+      left%phi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
+      left%xi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
+   end subroutine leave_out
 end module kschur_left

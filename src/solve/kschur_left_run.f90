@@ -1,10 +1,12 @@
 !> Left vectors are conjugated modes of the transposed problem: the modes themselves where the problem is symmetric.
 module kschur_left_run
+   use kschur_backward_error, only: backward_errors
    use kschur_context, only: solve_context_type
-   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_eigenpairs, only: eigenpairs_type, normalize
    use kschur_error, only: error_type, take_cancelled
    use kschur_examination, only: find_rigid, suppose_none
-   use kschur_left, only: inverse_iteration_type, set_left_modes
+   use kschur_left, only: find_left_pairs, inverse_iteration_type, set_left_modes
+   use kschur_kinds, only: wp
    use kschur_modes, only: modes_type, no_modes
    use kschur_outcome, only: reason_cancelled
    use kschur_problem, only: modal_problem_type
@@ -26,48 +28,82 @@ contains
       type(solve_context_type), target :: adjoint
       type(modal_problem_type), target :: transposed
       type(modes_type) :: found
-      type(inverse_iteration_type) :: inverse
-      logical :: cancelled
+      type(eigenpairs_type) :: left
 
       call s%announce_phase("left vectors")
       call s%bring_problem_back(error)
       if (allocated(error)) return
+      call modes%make_complex()
       if (s%problem%symmetric .or. size(modes%lambda) == 0) then
-         call set_left_modes(s%problem, s%problem, modes%eigenpairs_type, modes, s%effort, error)
+         call find_left_pairs(s%problem, s%problem, modes, modes, modes%backward_error, left, s%effort, error)
+         if (.not. allocated(error)) call set_left_modes(s%problem, left, modes)
          return
       end if
       call transpose_problem(s%problem, transposed, error)
+      if (.not. allocated(error)) call begin_transposed(s, transposed, adjoint, error)
+      if (.not. allocated(error)) call find_modes_of(s, adjoint, found, error)
+      if (.not. allocated(error)) call find_in_even_units(s, adjoint, found, modes, left, error)
       if (allocated(error)) return
-      if (allocated(s%transform)) then
-         call begin_transposed(s, transposed, adjoint, error)
-         if (.not. allocated(error)) call find_modes(adjoint, found, error)
-         call take_cancelled(error, cancelled)
-         if (allocated(error)) return
-         if (cancelled) found = no_modes(transposed%unknowns(), transposed%multipliers())
-         if (cancelled) found%reason = reason_cancelled
-      else
-         ! Nothing was iterated.
-         found = no_modes(transposed%unknowns(), transposed%multipliers())
-      end if
-      if (found%reason == reason_cancelled) then
-         call set_left_modes(s%problem, transposed, found, modes, s%effort, error)
-      else
-         allocate (inverse%solver, source=s%inner%complex)
-         allocate (inverse%factors, source=constraint_factors(transposed, s%options%constraint_scaling, s%shift))
-         inverse%reference = max(abs(s%shift), first_scale(transposed))
-         call set_left_modes(s%problem, transposed, found, modes, s%effort, error, inverse)
-      end if
+      call adjoint%expand(left)
+      call set_left_modes(s%problem, left, modes)
       call adjoint%drop_transform()
       call s%effort%add_effort(adjoint%effort)
    end subroutine find_left_modes
 
-   ! The same for the transposed problem, with the same reduction, on the same factors.
+   ! The modes of the transposed problem; none where nothing was iterated, or no longer is.
+   subroutine find_modes_of(s, adjoint, found, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(solve_context_type), target, intent(inout) :: adjoint
+      type(modes_type), intent(out) :: found
+      type(error_type), allocatable, intent(out) :: error
+      logical :: cancelled
+
+      cancelled = .false.
+      if (allocated(s%transform)) then
+         call transpose_transform(s, adjoint, error)
+         if (.not. allocated(error)) call find_modes(adjoint, found, error)
+         call take_cancelled(error, cancelled)
+         if (allocated(error)) return
+      end if
+      if (allocated(s%transform) .and. .not. cancelled) return
+      found = no_modes(adjoint%problem%unknowns(), adjoint%problem%multipliers())
+      if (cancelled) found%reason = reason_cancelled
+   end subroutine find_modes_of
+
+   ! One left pair of what is iterated for each mode. Of the units that balance has found: in those as given errors may
+   ! hide behind a few large entries.
+   subroutine find_in_even_units(s, adjoint, found, modes, left, error)
+      type(solve_context_type), intent(inout) :: s
+      type(solve_context_type), intent(in) :: adjoint
+      class(modes_type), intent(in) :: found, modes
+      type(eigenpairs_type), intent(out) :: left
+      type(error_type), allocatable, intent(out) :: error
+      type(eigenpairs_type) :: pairs
+      type(inverse_iteration_type) :: inverse
+      real(wp), allocatable :: errors(:)
+      integer :: j
+
+      pairs = s%contract(modes)
+      do j = 1, size(pairs%lambda)
+         call normalize(pairs, j)
+      end do
+      allocate (errors, source=max(modes%backward_error, backward_errors(s%work, pairs)))
+      if (found%reason == reason_cancelled) then
+         call find_left_pairs(s%work, adjoint%work, adjoint%contract(found), pairs, errors, left, s%effort, error)
+      else
+         allocate (inverse%solver, source=s%inner%complex)
+         allocate (inverse%factors, source=constraint_factors(adjoint%work, s%options%constraint_scaling, s%shift))
+         inverse%reference = max(abs(s%shift), first_scale(adjoint%work))
+         call find_left_pairs(s%work, adjoint%work, adjoint%contract(found), pairs, errors, left, s%effort, error, inverse)
+      end if
+   end subroutine find_in_even_units
+
+   ! A context for the transposed problem, with the same reduction.
    subroutine begin_transposed(s, transposed, adjoint, error)
       type(solve_context_type), target, intent(in) :: s
       type(modal_problem_type), target, intent(in) :: transposed
       type(solve_context_type), target, intent(inout) :: adjoint
       type(error_type), allocatable, intent(out) :: error
-      type(eigenpairs_type) :: rigid
 
       allocate (adjoint%notes(0))
       adjoint%problem => transposed
@@ -81,7 +117,15 @@ contains
       adjoint%shift = s%shift
       adjoint%known%redundant = s%known%redundant - s%plan%redundant
       call transpose_problem(s%work, adjoint%work, error)
-      if (allocated(error)) return
+   end subroutine begin_transposed
+
+   ! Its rigid motions, and its transform on the same factors.
+   subroutine transpose_transform(s, adjoint, error)
+      type(solve_context_type), target, intent(in) :: s
+      type(solve_context_type), target, intent(inout) :: adjoint
+      type(error_type), allocatable, intent(out) :: error
+      type(eigenpairs_type) :: rigid
+
       if (size(s%known%rigid%lambda) > 0) then
          ! There are as many from the left.
          call find_rigid(adjoint%work, adjoint%formulation, s%options%modes, adjoint%inner, adjoint%known, adjoint%effort, error)
@@ -98,5 +142,5 @@ contains
       call s%transform%transposed(adjoint%work, adjoint%known%deflation, adjoint%inner%complex, adjoint%transform, error)
       if (allocated(error)) return
       if (.not. adjoint%transform%borrows) call adjoint%effort%add_factors(adjoint%transform%linear_solver())
-   end subroutine begin_transposed
+   end subroutine transpose_transform
 end module kschur_left_run

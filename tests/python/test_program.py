@@ -112,6 +112,29 @@ def test_random_problems(_):
     check_values("files named one by one", eigenvalues(result), RANDOM_UNSYMMETRIC)
 
 
+def read_square(path):
+    sizes, *entries = np.loadtxt(path, comments="%")
+    matrix = np.zeros((int(sizes[0]), int(sizes[1])))
+    for row, column, value in entries:
+        matrix[int(row) - 1, int(column) - 1] = value
+    return matrix
+
+
+def test_left_vectors_in_uneven_units(folder):
+    """Of copies, some of which the transposed iteration misses. Judged where each unknown has stiffness one."""
+    problem = DATA / "copies_in_uneven_units"
+    solve(problem, "--modes", 8, "--target=-0.8,1.6545933663421843", "--left", "--block", 3, "--output", folder / "left.h5")
+    mass, damping, stiffness = (read_square(problem / f"{name}.mtx") for name in "MRK")
+    units = np.exp2(np.round(np.log2(abs(np.diag(stiffness))) / 2))
+    even = [matrix / np.outer(units, units) for matrix in (mass, damping, stiffness)]
+    with h5py.File(folder / "left.h5") as file:
+        found = zip(file["eigenvalues"][:], file["left_eigenvectors"][:] * units)
+    for value, shape in found:
+        terms = [value**2 * even[0], value * even[1], even[2]]
+        residual = np.linalg.norm(shape.conj() @ sum(terms)) / sum(np.linalg.norm(shape.conj() @ term) for term in terms)
+        check(f"left vector of {value:.6f} in even units", residual < 1e-9, residual)
+
+
 def is_number(value):
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
@@ -573,6 +596,7 @@ def test_progress(folder):
 
 run_tests(
     test_help, test_scenes, test_beam_body, test_random_problems, test_json, test_inner_solvers, test_certificate,
-    test_band, test_rigid_modes, test_rigid_decay, test_notes, test_inaccurate, test_certify, test_left, test_info,
+    test_band, test_rigid_modes, test_rigid_decay, test_notes, test_inaccurate, test_certify, test_left,
+    test_left_vectors_in_uneven_units, test_info,
     test_presolve_option, test_restarts_run_out, test_more_modes_than_exist, test_arpack, test_compare,
     test_wrong_usage, test_waiting_threads, test_progress)
