@@ -168,11 +168,9 @@ contains
          end if
          pairs%xi = pairs%xi(:, of(:k))
       end if
-      if (transform%map%oscillator) then
-         allocate (pairs%paired(k), source=[(count(of(:k) == of(j)) == 1, j=1, k)])
-      else
-         allocate (pairs%paired(k), source=paired(of(:k)))
-      end if
+      ! Each of the four of an oscillator whose theta is one of a pair, too.
+      allocate (pairs%paired(k), source=paired(of(:k)))
+      if (transform%map%oscillator) pairs%paired = pairs%paired .or. [(count(of(:k) == of(j)) == 1, j=1, k)]
       do j = 1, k
          pairs%xi(:, j) = transform%map%reaction(lambda(j))*pairs%xi(:, j)
       end do
