@@ -2,6 +2,7 @@
 module kschur_deflation
    use kschur_kinds, only: wp
    use kschur_lapack, only: dsygv
+   use kschur_magnitudes, only: add_magnitudes, magnitudes
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_root_space, only: root_space_type
    use kschur_row_sums, only: row_sums_type
@@ -60,9 +61,9 @@ contains
       !> Their multipliers xi, K phi + Cq^T xi = 0, m x k.
       real(wp), intent(in) :: multipliers(:, :)
       real(wp), parameter :: rounding = 1.0e-12_wp
-      real(wp), allocatable :: shapes(:, :), masses(:, :), dampers(:, :), mass(:, :), damping(:, :), decay(:), work(:)
+      real(wp), allocatable :: shapes(:, :), masses(:, :), dampers(:, :), mass(:, :), damping(:, :), decay(:), work(:), &
+         terms(:, :), mass_terms(:, :)
       logical, allocatable :: separate(:)
-      real(wp) :: norm
       integer :: n, k, i, info
 
       n = problem%unknowns()
@@ -81,13 +82,13 @@ contains
       masses = matmul(masses, damping)
       dampers = matmul(dampers, damping)
       if (problem%damping_kind == damping_proportional) decay = problem%alpha
-      norm = problem%damping%infinity_norm()
+      allocate (terms(n, k), mass_terms(n, k), source=0.0_wp)
+      call add_magnitudes(problem%damping, magnitudes(shapes), terms)
+      call add_magnitudes(problem%mass, magnitudes(shapes), mass_terms)
       do i = 1, k
-         associate (level => norm*maxval(abs(shapes(:, i))))
-            if (problem%damping_kind /= damping_proportional .and. maxval(abs(dampers(:, i))) <= rounding*level) &
-               decay(i) = 0
-            if (.not. maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) <= rounding*level) separate(i) = .false.
-         end associate
+         if (problem%damping_kind /= damping_proportional .and. all(abs(dampers(:, i)) <= rounding*terms(:, i))) decay(i) = 0
+         if (.not. all(abs(dampers(:, i) - decay(i)*masses(:, i)) <= rounding*(terms(:, i) + abs(decay(i))*mass_terms(:, i)))) &
+            separate(i) = .false.
       end do
       allocate (deflation%reactions, source=matmul(multipliers(:, :k), damping))
       if (.not. all(separate)) then

@@ -4,6 +4,7 @@ module kschur_root_space
    use kschur_error, only: error_type, error_convergence, error_library, error_singular, new_error
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesvd
+   use kschur_magnitudes, only: add_magnitudes, magnitudes
    use kschur_scaled_stiffness, only: scaled_stiffness_type
    use kschur_sparse, only: csr_matrix_type
    implicit none
@@ -128,34 +129,6 @@ contains
       all(:size(more, 1), size(columns, 2) + 1:) = more
       call move_alloc(all, columns)
    end subroutine append
-
-   ! |x|, where an entry may be nothing but rounding of the largest: that is seen as `rounding` of this part of it.
-   pure function magnitudes(x)
-      real(wp), intent(in) :: x(:, :)
-      real(wp) :: magnitudes(size(x, 1), size(x, 2))
-      real(wp), parameter :: part = 1.0e-3_wp
-      integer :: j
-
-      do j = 1, size(x, 2)
-         magnitudes(:, j) = max(abs(x(:, j)), part*maxval(abs(x(:, j))))
-      end do
-   end function magnitudes
-
-   ! |A| x.
-   pure subroutine add_magnitudes(matrix, x, y)
-      type(csr_matrix_type), intent(in) :: matrix
-      real(wp), contiguous, intent(in) :: x(:, :)
-      real(wp), contiguous, intent(inout) :: y(:, :)
-      integer :: i, j, k
-
-      do j = 1, size(x, 2)
-         do i = 1, matrix%rows
-            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-               y(i, j) = y(i, j) + abs(matrix%value(k))*x(matrix%column(k), j)
-            end do
-         end do
-      end do
-   end subroutine add_magnitudes
 
    ! Orthonormal null vectors of a k x s matrix that are orthogonal to those that were used.
    subroutine find_fresh(matrix, negligible, used, fresh, error)

@@ -1,0 +1,39 @@
+!> The size of the terms that a product of a matrix and vectors is made of, row by row: what is small beside them may be their
+!> rounding, in whatever units each row is.
+module kschur_magnitudes
+   use kschur_kinds, only: wp
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: add_magnitudes, magnitudes
+
+contains
+
+   !> |x|, where an entry may be nothing but rounding of the largest: that is seen as such of this part of it.
+   pure function magnitudes(x)
+      real(wp), intent(in) :: x(:, :)
+      real(wp) :: magnitudes(size(x, 1), size(x, 2))
+      real(wp), parameter :: part = 1.0e-3_wp
+      integer :: j
+
+      do j = 1, size(x, 2)
+         magnitudes(:, j) = max(abs(x(:, j)), part*maxval(abs(x(:, j))))
+      end do
+   end function magnitudes
+
+   !> y := y + |A| x.
+   pure subroutine add_magnitudes(matrix, x, y)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      integer :: i, j, k
+
+      do j = 1, size(x, 2)
+         do i = 1, matrix%rows
+            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+               y(i, j) = y(i, j) + abs(matrix%value(k))*x(matrix%column(k), j)
+            end do
+         end do
+      end do
+   end subroutine add_magnitudes
+end module kschur_magnitudes
