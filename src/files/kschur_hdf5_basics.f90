@@ -292,7 +292,7 @@ contains
          (first(1) + bytes(1) <= first(2) .or. first(2) + bytes(2) <= first(1))
    end function is_complex
 
-   ! Whether the bits of an integer lie in its bytes.
+   ! Whether an integer has a size that there is, and its bits lie in its bytes.
    logical function is_within(type)
       integer(hid_t), intent(in) :: type
       integer(c_size_t) :: first, bits, bytes
@@ -302,7 +302,7 @@ contains
       call h5tget_precision_f(type, bits, status(2))
       call h5tget_size_f(type, bytes, status(3))
       is_within = minval(status) >= 0
-      if (is_within) is_within = first >= 0 .and. bits >= 0 .and. first <= 8*bytes - bits
+      if (is_within) is_within = any(bytes == [1, 2, 4, 8]) .and. first >= 0 .and. bits >= 0 .and. first <= 8*bytes - bits
    end function is_within
 
    ! Whether real numbers have single or double precision. Where a bit of their description is wrong, all are.
