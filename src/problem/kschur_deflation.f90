@@ -60,10 +60,12 @@ contains
       real(wp), intent(in) :: motions(:, :)
       !> Their multipliers xi, K phi + Cq^T xi = 0, m x k.
       real(wp), intent(in) :: multipliers(:, :)
-      real(wp), parameter :: rounding = 1.0e-12_wp
+      ! Of all of R, and of the terms of a row.
+      real(wp), parameter :: rounding = 1.0e-12_wp, clear = 1.0e-8_wp
       real(wp), allocatable :: shapes(:, :), masses(:, :), dampers(:, :), mass(:, :), damping(:, :), decay(:), work(:), &
-         terms(:, :), mass_terms(:, :)
+         terms(:, :)
       logical, allocatable :: separate(:)
+      real(wp) :: norm
       integer :: n, k, i, info
 
       n = problem%unknowns()
@@ -82,13 +84,16 @@ contains
       masses = matmul(masses, damping)
       dampers = matmul(dampers, damping)
       if (problem%damping_kind == damping_proportional) decay = problem%alpha
-      allocate (terms(n, k), mass_terms(n, k), source=0.0_wp)
+      norm = problem%damping%infinity_norm()
+      allocate (terms(n, k), source=0.0_wp)
       call add_magnitudes(problem%damping, magnitudes(shapes), terms)
-      call add_magnitudes(problem%mass, magnitudes(shapes), mass_terms)
       do i = 1, k
-         if (problem%damping_kind /= damping_proportional .and. all(abs(dampers(:, i)) <= rounding*terms(:, i))) decay(i) = 0
-         if (.not. all(abs(dampers(:, i) - decay(i)*masses(:, i)) <= rounding*(terms(:, i) + abs(decay(i))*mass_terms(:, i)))) &
-            separate(i) = .false.
+         associate (level => norm*maxval(abs(shapes(:, i))))
+            ! A row of large units hides what others have.
+            if (problem%damping_kind /= damping_proportional .and. maxval(abs(dampers(:, i))) <= rounding*level .and. &
+               all(abs(dampers(:, i)) <= clear*terms(:, i))) decay(i) = 0
+            if (.not. maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) <= rounding*level) separate(i) = .false.
+         end associate
       end do
       allocate (deflation%reactions, source=matmul(multipliers(:, :k), damping))
       if (.not. all(separate)) then
