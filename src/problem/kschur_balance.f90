@@ -6,6 +6,7 @@ module kschur_balance
    use kschur_problem, only: modal_problem_type
    use kschur_scaling, only: typical_rate
    use kschur_sparse, only: csr_matrix_type
+   use kschur_tied_levels, only: spread_levels
    implicit none
    private
    public :: balance
@@ -53,38 +54,6 @@ contains
          factors = scale(1.0_wp, (modulo(exponent(level), 2) - exponent(level))/2)
       call equilibrate(problem%stiffness, open, factors)
    end function balancing_factors
-
-   ! An unknown without stiffness, as of a rigid body, moves as much as the softest of those that a
-   ! constraint ties it to, and no more than its stiffest constraint lets it.
-   pure subroutine spread_levels(constraints, level)
-      type(csr_matrix_type), intent(in) :: constraints
-      real(wp), intent(inout) :: level(:)
-      ! Constraints on the way to an unknown with stiffness.
-      integer, parameter :: passes = 8
-      real(wp) :: found(size(level)), softest
-      integer :: pass, i, k
-
-      do pass = 1, passes
-         found = 0
-         do i = 1, constraints%rows
-            associate (first => constraints%row_start(i), last => constraints%row_start(i + 1) - 1)
-               softest = huge(softest)
-               do k = first, last
-                  if (abs(constraints%value(k)) > 0 .and. level(constraints%column(k)) > 0) &
-                     softest = min(softest, level(constraints%column(k))/constraints%value(k)**2)
-               end do
-               if (.not. softest < huge(softest)) cycle
-               do k = first, last
-                  associate (j => constraints%column(k))
-                     if (.not. level(j) > 0) found(j) = max(found(j), softest*constraints%value(k)**2)
-                  end associate
-               end do
-            end associate
-         end do
-         if (.not. any(found > 0)) exit
-         where (found > 0) level = found
-      end do
-   end subroutine spread_levels
 
    ! Where the diagonal is small beside its row or column, as that of a saddle, these decide: each takes half
    ! of what its largest entry is off by, in turns (Ruiz 2001).

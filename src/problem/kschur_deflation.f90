@@ -108,29 +108,32 @@ contains
       if (k < size(motions, 2)) deflation%blur = blur(problem, motions)
    end subroutine new_deflation
 
-   ! lambda^2 phi^T M phi a million times the rounding of phi^T K phi.
+   ! lambda^2 phi^T M phi a million times the rounding of phi^T K phi. A motion whose inertia is rounding has none: its zero
+   ! is not double, and little blurred.
    pure real(wp) function blur(problem, motions)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: motions(:, :)
-      real(wp), parameter :: visible = 1.0e6_wp
-      real(wp) :: inertia, terms
+      real(wp), parameter :: visible = 1.0e6_wp, rounding = 1.0e-12_wp
+      real(wp) :: inertia, of_masses, terms
       integer :: i, j, l
 
       blur = 0
       do j = 1, size(motions, 2)
          inertia = 0
+         of_masses = 0
          terms = 0
          do i = 1, size(motions, 1)
             associate (m => problem%mass, k => problem%stiffness, phi => motions(:, j))
                do l = m%row_start(i), m%row_start(i + 1) - 1
                   inertia = inertia + phi(i)*m%value(l)*phi(m%column(l))
+                  of_masses = of_masses + abs(phi(i)*m%value(l)*phi(m%column(l)))
                end do
                do l = k%row_start(i), k%row_start(i + 1) - 1
                   terms = terms + abs(phi(i)*k%value(l)*phi(k%column(l)))
                end do
             end associate
          end do
-         if (inertia > 0) blur = max(blur, sqrt(visible*epsilon(1.0_wp)*terms/inertia))
+         if (inertia > rounding*of_masses) blur = max(blur, sqrt(visible*epsilon(1.0_wp)*terms/inertia))
       end do
    end function blur
 

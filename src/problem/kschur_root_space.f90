@@ -1,6 +1,7 @@
 !> The whole eigenspace of the eigenvalue zero, or of the infinite one, with its Jordan chains: an iteration would see
 !> a chain of length k as a ring of radius epsilon^(1/k), and what is near zero or far off as one of it.
 module kschur_root_space
+   use kschur_echelon, only: reduce_to_echelon
    use kschur_error, only: error_type, error_convergence, error_library, error_singular, new_error
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesvd
@@ -37,7 +38,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       ! Of the terms that a force, and its product with a left vector, is made of.
       real(wp), parameter :: rounding = 1.0e-12_wp
-      real(wp), allocatable :: forces(:, :), terms(:, :), level(:, :), coupling(:, :), used(:, :), fresh(:, :)
+      real(wp), allocatable :: forces(:, :), terms(:, :), level(:, :), coupling(:, :), used(:, :), fresh(:, :), &
+         from_left(:, :)
       real(wp) :: size_of_terms
       integer :: n, k, s, j, scaled
 
@@ -46,6 +48,10 @@ contains
       allocate (space%x, source=motions)
       allocate (space%v(n, k), space%links(k, k), source=0.0_wp)
       if (k == 0 .or. size(left, 2) /= k) return
+      ! Motions that are mixed hide what is light, or damped little, behind what is not.
+      allocate (from_left, source=left)
+      call reduce_to_echelon(space%x)
+      call reduce_to_echelon(from_left)
       allocate (used(k, 0))
       scaled = 0
       do
@@ -58,7 +64,7 @@ contains
          where (abs(forces) <= rounding*terms) forces = 0
          ! A long state would hide what is not zero of others.
          do j = scaled + 1, s
-            size_of_terms = maxval(matmul(terms(:, j), magnitudes(left)))
+            size_of_terms = maxval(matmul(terms(:, j), magnitudes(from_left)))
             if (.not. size_of_terms > 0) cycle
             associate (factor => scale(1.0_wp, -exponent(size_of_terms)))
                space%x(:, j) = factor*space%x(:, j)
@@ -69,8 +75,8 @@ contains
             end associate
          end do
          scaled = s
-         allocate (level, source=matmul(transpose(magnitudes(left)), terms))
-         allocate (coupling, source=matmul(transpose(left), forces)/spread(max(maxval(level, 2), tiny(1.0_wp)), 2, s))
+         allocate (level, source=matmul(transpose(magnitudes(from_left)), terms))
+         allocate (coupling, source=matmul(transpose(from_left), forces)/spread(max(maxval(level, 2), tiny(1.0_wp)), 2, s))
          call find_fresh(coupling, rounding, used, fresh, error)
          if (allocated(error) .or. size(fresh, 2) == 0) return
          ! No eigenvalue is there more often than all of them together: the links are rounding.

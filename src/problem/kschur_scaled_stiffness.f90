@@ -7,6 +7,7 @@ module kschur_scaled_stiffness
    use kschur_random, only: random_vector
    use kschur_saddle, only: bordered, saddle_structure
    use kschur_sparse, only: csr_matrix_type, identity_csr_matrix, linear_combination, transpose_csr
+   use kschur_tied_levels, only: spread_levels
    implicit none
    private
    public :: scaled_stiffness_type, new_scaled_stiffness
@@ -107,6 +108,7 @@ contains
       integer :: i
 
       level = k%row_maxima()
+      call spread_levels(constraints, level)
       if (all(.not. level > 0)) level = 1
       where (.not. level > 0) level = maxval(level)
       allocate (self%scaling(k%rows), source=scale(1.0_wp, -exponent(level)/2))
