@@ -94,7 +94,8 @@ contains
       end do
    end subroutine factor_beside
 
-   !> Goes to the scale of eigenvalues that were found, where from target and shift most of them look alike.
+   !> Goes to the scale of eigenvalues that were found, where from target and shift most of them look alike; back to where it was
+   !> if nothing can be factored there.
    subroutine move_to_modes(s, lambda, has_moved, error)
       type(solve_context_type), target, intent(inout) :: s
       complex(wp), intent(in) :: lambda(:)
@@ -102,15 +103,22 @@ contains
       type(error_type), allocatable, intent(out) :: error
       ! Wanted eigenvalues of this part of the shift all look alike from there.
       real(wp), parameter :: much_smaller = 1.0e-2_wp, above_them = 2
+      complex(wp) :: before
       real(wp) :: limit
 
       limit = much_smaller*min(abs(s%options%target), abs(s%shift))
       has_moved = .not. (s%dense .or. allocated(s%options%shift)) .and. 2*count(abs(lambda) < limit) > size(lambda) .and. &
          maxval(abs(lambda), abs(lambda) < limit) > 0
       if (.not. has_moved) return
+      before = s%shift
       associate (target => s%options%target)
          call factor_beside(s, above_them*maxval(abs(lambda), abs(lambda) < limit)*target/abs(target), error)
       end associate
+      if (.not. allocated(error)) return
+      if (error%code /= error_singular) return
+      ! Rounding of rigid motions drowns all else there.
+      has_moved = .false.
+      call factor_at(s, s%formulation, before, error)
    end subroutine move_to_modes
 
    ! The shift of a user and, should it be an eigenvalue, others next to it. Zeros are double: next
