@@ -8,7 +8,7 @@ module kschur_projected
    implicit none
    private
    public :: schur_form, schur_values, move_to_head, eigenvector_couplings, independent_eigenvectors, join_pairs, &
-      keep_one_of_pairs, symmetric_eigenvectors
+      keep_one_of_pairs, make_triangular, symmetric_eigenvectors
 
    !> Overwrites a square matrix by its Schur factor T, triangular or (real)
    !> quasi-triangular, so that it was U T U^*, and gives its eigenvalues.
@@ -313,10 +313,12 @@ contains
       end do
    end subroutine independent_eigenvectors_real
 
-   ! The complex Schur form of a quasi-triangular matrix, in the same order, by unitary blocks that each change two rows.
+   !> The complex Schur form S of a quasi-triangular matrix T, in the same order.
    subroutine make_triangular(t, s, blocks)
       real(wp), intent(in) :: t(:, :)
-      complex(wp), allocatable, intent(out) :: s(:, :), blocks(:, :, :)
+      complex(wp), allocatable, intent(out) :: s(:, :)
+      !> Unitary, each of which changed two rows, 2 x 2 x n: those with an entry of T below the diagonal.
+      complex(wp), allocatable, intent(out) :: blocks(:, :, :)
       complex(wp) :: values(size(t, 1)), v(2)
       integer :: i, n
 

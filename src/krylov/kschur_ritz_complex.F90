@@ -1,6 +1,7 @@
 !> Ritz pairs of complex Krylov-Schur decompositions.
 module kschur_ritz_complex
    use kschur_archive, only: archive_type
+   use kschur_eigenvalue_conditions, only: eigenvalue_conditions
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type
@@ -8,7 +9,7 @@ module kschur_ritz_complex
    use kschur_selection, only: order_by_preference, selection_type
    implicit none
    private
-   public :: choose, decomposition_type, project, ritz_type
+   public :: choose, decomposition_type, look_for_hidden, project, ritz_type
 
 #define SCALAR complex(wp)
 #include "kschur_ritz.inc"

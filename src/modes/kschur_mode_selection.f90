@@ -258,7 +258,7 @@ contains
    end subroutine drop_beyond
 
    !> Puts pairs in the place of modes: the same ones, but better. Those that became others of the list go.
-   subroutine replace_pairs(problem, wanted, better, pairs, modes)
+   subroutine replace_pairs(problem, wanted, better, pairs, modes, distinct)
       type(modal_problem_type), intent(in) :: problem
       !> No more modes than this.
       integer, intent(in) :: wanted
@@ -267,6 +267,8 @@ contains
       !> Used up.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
+      !> Whether it is known that none became another one; not present: no.
+      logical, optional, intent(in) :: distinct
       type(eigenpairs_type) :: before
       real(wp), allocatable :: errors(:), bounds(:), uncertainty(:)
       logical :: repeated(size(pairs%lambda)), others(size(pairs%lambda))
@@ -294,6 +296,9 @@ contains
       call normalize_first(pairs, size(pairs%lambda))
       repeated = .false.
       do j = 1, k
+         if (present(distinct)) then
+            if (distinct) exit
+         end if
          others = .not. repeated
          others(j) = .false.
          ! Shapes of a defective eigenvalue were the same before.

@@ -19,10 +19,12 @@ module kschur_refine
    use kschur_tolerances, only: same_value
    implicit none
    private
-   public :: confirm, refine
+   public :: confirm, factor_beside, refine, step_from
 
    ! Where a mode is factored, from its eigenvalue, relative to that: near, but not singular.
    real(wp), parameter :: offset = 1.0e-6_wp
+   ! The same of a pair on the real axis or nearly so, relative to its imaginary part.
+   real(wp), parameter :: of_imaginary = 0.1_wp
    integer, parameter :: steps = 5
    ! A shape further from the one it began with, by the cosine of the angle, is that of another mode, unless its eigenvalue
    ! moved by no more than the backward error.
@@ -65,8 +67,7 @@ contains
       do j = 1, size(errors)
          if (.not. errors(j) > above .or. .not. abs(pairs%lambda(j)) > 0) cycle
          if (is_stopped(monitor)) return
-         s = pairs%lambda(j) + offset*abs(pairs%lambda(j))
-         call factor_at(problem, blocks, s, solver, error)
+         call factor_beside(problem, blocks, pairs%lambda(j), solver, s, error)
          if (allocated(error)) then
             if (all(error%code /= [error_singular, error_cancelled])) return
             deallocate (error)
@@ -234,6 +235,22 @@ contains
       settled = pair%lambda(1)
    end function settled
 
+   !> Factors where inverse iteration goes to an eigenvalue.
+   subroutine factor_beside(problem, blocks, lambda, solver, s, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(csr_matrix_type), intent(in) :: blocks(3)
+      complex(wp), intent(in) :: lambda
+      class(complex_linear_solver_type), intent(inout) :: solver
+      complex(wp), intent(out) :: s
+      type(error_type), allocatable, intent(out) :: error
+
+      s = lambda + offset*abs(lambda)
+      ! The conjugate must not be as near.
+      if (abs(aimag(lambda)) > 0 .and. abs(aimag(lambda)) < offset*abs(lambda)) &
+         s = cmplx(real(lambda, wp), aimag(lambda)*(1 + of_imaginary), wp)
+      call factor_at(problem, blocks, s, solver, error)
+   end subroutine factor_beside
+
    subroutine factor_at(problem, blocks, s, solver, error)
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: blocks(3)
@@ -244,7 +261,7 @@ contains
       call solver%factorize(complex_combination([s**2, s, (1.0_wp, 0.0_wp)], blocks), saddle_structure(problem), error)
    end subroutine factor_at
 
-   ! [y; eta] of pair j, and the eigenvalue that it tells.
+   !> [y; eta] of pair j, and the eigenvalue that it tells.
    subroutine step_from(problem, solver, s, pairs, j, y, lambda, error)
       type(modal_problem_type), intent(in) :: problem
       !> Factored at s.

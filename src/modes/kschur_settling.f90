@@ -225,6 +225,9 @@ contains
             limit = noise(sqrt(limit))
          else if (.not. is_paired(pairs, j) .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
             limit = max(loose, noise(limit))
+         else if (is_paired(pairs, j)) then
+            ! Either way it stands for two: that what is known roughly is no pair is seen when it is polished.
+            limit = noise(min(limit, converged))
          else
             limit = noise(limit)
          end if

@@ -1,6 +1,7 @@
 !> What may be wrong with pairs and modes that an iteration found is looked at again, one by one, and mended or dropped.
 module kschur_mending
    use kschur_backward_error, only: backward_errors
+   use kschur_copies, only: any_equal, separate_copies
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_type
@@ -73,13 +74,14 @@ contains
       allocate (pairs%again(size(before)), source=abs(pairs%lambda - before) > same_value*abs(pairs%lambda))
    end subroutine refine_pairs
 
-   !> Polishes the modes, and drops those that remain inaccurate or may be anything, if they are not eigenvalues.
+   !> Polishes the modes, tells copies apart, and drops modes that remain inaccurate or may be anything, if they are not eigenvalues.
    subroutine mend(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
 
       call polish(s, modes, error)
+      if (.not. allocated(error)) call separate(s, modes, error)
       if (.not. allocated(error)) call drop_unconfirmed(s, modes, error, inaccurate_above)
    end subroutine mend
 
@@ -174,7 +176,7 @@ contains
       real(wp) :: good_enough
       integer :: before
 
-      good_enough = max(nearly_rounding, s%options%tolerance/10)
+      good_enough = good_enough_of(s)
       if (all(modes%backward_error <= good_enough) .and. s%plan%spread_of_units() <= uneven) return
       pairs = s%contract(modes)
       allocate (errors, source=backward_errors(s%work, pairs))
@@ -193,4 +195,35 @@ contains
       call s%expand(pairs)
       call replace_pairs(s%problem, s%options%modes, poor, pairs, modes)
    end subroutine polish
+
+   ! The backward error that is good enough.
+   pure real(wp) function good_enough_of(s)
+      type(solve_context_type), intent(in) :: s
+
+      good_enough_of = max(nearly_rounding, s%options%tolerance/10)
+   end function good_enough_of
+
+   ! From a shift far off copies of an eigenvalue look alike, though each has a shape of its own. Shapes that are held as real
+   ! ones are orthogonal.
+   subroutine separate(s, modes, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      class(complex_linear_solver_type), allocatable :: solver
+      type(eigenpairs_type) :: pairs
+      logical :: separated(size(modes%lambda))
+
+      if (modes%is_real() .or. .not. any_equal(modes%lambda)) return
+      pairs = s%contract(modes)
+      allocate (solver, source=s%inner%complex)
+      call separate_copies(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough_of(s), &
+         solver, pairs, separated, s%effort, error, s%monitor)
+      if (allocated(error)) return
+      call s%effort%add_solves(solver)
+      if (.not. any(separated)) return
+      call s%bring_problem_back(error)
+      if (allocated(error)) return
+      call s%expand(pairs)
+      call replace_pairs(s%problem, s%options%modes, separated, pairs, modes, distinct=.true.)
+   end subroutine separate
 end module kschur_mending
