@@ -2,7 +2,6 @@
 module kschur_columns_complex
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgemm
-   use kschur_tall_products_complex, only: form_combinations
    use kschur_threads, only: panel_rows
    implicit none
    private
@@ -12,13 +11,34 @@ module kschur_columns_complex
 #define GEMM zgemm
 #include "kschur_columns.inc"
 
-   !> The combinations q y of the first columns.
+   !> The combinations q y of the first columns, as many as y has rows.
    subroutine combine_columns(q, y, vectors)
       complex(wp), contiguous, intent(in) :: q(:, :)
-      complex(wp), contiguous, intent(in) :: y(:, :)
-      complex(wp), allocatable, intent(out) :: vectors(:, :)
+      complex(wp), intent(in) :: y(:, :)
+      complex(wp), intent(inout) :: vectors(:, :)
 
-      allocate (vectors(size(q, 1), size(y, 2)))
-      call form_combinations(q, y, vectors)
+      call combine_panels(size(q, 1), size(y, 1), size(y, 2), q, y, vectors)
    end subroutine combine_columns
+
+   subroutine combine_panels(n, k, b, q, y, vectors)
+      integer, intent(in) :: n, k, b
+      complex(wp), intent(in) :: q(n, *), y(k, b)
+      complex(wp), intent(inout) :: vectors(:, :)
+      complex(wp), allocatable :: part(:, :)
+      integer :: i, rows
+
+      if (k == 0) vectors = zero
+      if (min(k, b) == 0) return
+      !$omp parallel private(part, rows) if (n > panel_rows)
+      allocate (part(panel, b))
+      !$omp do schedule(static)
+      do i = 1, n, panel
+         rows = min(panel, n - i + 1)
+         call zgemm("N", "N", rows, b, k, one, q(i, 1), n, y, k, zero, part, panel)
+         vectors(i:i + rows - 1, :) = part(:rows, :)
+      end do
+      !$omp end do
+      deallocate (part)
+      !$omp end parallel
+   end subroutine combine_panels
 end module kschur_columns_complex

@@ -2,7 +2,6 @@
 module kschur_columns_real
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgemm
-   use kschur_tall_products_real, only: form_combinations
    use kschur_threads, only: panel_rows
    implicit none
    private
@@ -12,20 +11,40 @@ module kschur_columns_real
 #define GEMM dgemm
 #include "kschur_columns.inc"
 
-   !> The combinations q y of the first columns.
+   !> The combinations q y of the first columns, as many as y has rows.
    subroutine combine_columns(q, y, vectors)
       real(wp), contiguous, intent(in) :: q(:, :)
-      complex(wp), contiguous, intent(in) :: y(:, :)
-      complex(wp), allocatable, intent(out) :: vectors(:, :)
-      real(wp), allocatable :: parts(:, :), parts_of_y(:, :)
-      integer :: k
+      complex(wp), intent(in) :: y(:, :)
+      complex(wp), intent(inout) :: vectors(:, :)
 
-      ! Real and imaginary parts side by side, for one reading.
-      k = size(y, 2)
-      allocate (vectors(size(q, 1), k), parts(size(q, 1), 2*k), parts_of_y(size(y, 1), 2*k))
-      parts_of_y(:, :k) = real(y, wp)
-      parts_of_y(:, k + 1:) = aimag(y)
-      call form_combinations(q, parts_of_y, parts)
-      vectors = cmplx(parts(:, :k), parts(:, k + 1:), wp)
+      call combine_panels(size(q, 1), size(y, 1), size(y, 2), q, y, vectors)
    end subroutine combine_columns
+
+   ! Panels, as products of whole columns would take as much memory again.
+   subroutine combine_panels(n, k, b, q, y, vectors)
+      integer, intent(in) :: n, k, b
+      real(wp), intent(in) :: q(n, *)
+      complex(wp), intent(in) :: y(k, b)
+      complex(wp), intent(inout) :: vectors(:, :)
+      ! Real and imaginary parts side by side, for one reading.
+      real(wp) :: parts_of_y(k, 2*b)
+      real(wp), allocatable :: parts(:, :)
+      integer :: i, rows
+
+      if (k == 0) vectors = 0
+      if (min(k, b) == 0) return
+      parts_of_y(:, :b) = real(y, wp)
+      parts_of_y(:, b + 1:) = aimag(y)
+      !$omp parallel private(parts, rows) if (n > panel_rows)
+      allocate (parts(panel, 2*b))
+      !$omp do schedule(static)
+      do i = 1, n, panel
+         rows = min(panel, n - i + 1)
+         call dgemm("N", "N", rows, 2*b, k, one, q(i, 1), n, parts_of_y, k, zero, parts, panel)
+         vectors(i:i + rows - 1, :) = cmplx(parts(:rows, :b), parts(:rows, b + 1:), wp)
+      end do
+      !$omp end do
+      deallocate (parts)
+      !$omp end parallel
+   end subroutine combine_panels
 end module kschur_columns_real

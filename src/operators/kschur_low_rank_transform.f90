@@ -300,7 +300,7 @@ contains
       type(ritz_pairs_type), intent(inout) :: ritz
       ! Vectors at a time: copies of all would take as much memory.
       integer, parameter :: batch = 8
-      complex(wp), allocatable :: y(:, :), vectors(:, :)
+      complex(wp), allocatable :: y(:, :)
       integer, allocatable :: chosen(:)
       integer :: k, before, first, last
 
@@ -318,8 +318,7 @@ contains
       allocate (ritz%vectors(self%space%basis%length(), size(ritz%mu)))
       do first = 1, size(ritz%mu), batch
          last = min(first + batch - 1, size(ritz%mu))
-         call self%space%basis%combine(matmul(seen%undamped%vectors, y(:k, first:last)), vectors)
-         ritz%vectors(:, first:last) = vectors
+         call self%space%basis%combine(matmul(seen%undamped%vectors, y(:k, first:last)), ritz%vectors(:, first:last))
       end do
    end subroutine extract
 

@@ -28,22 +28,24 @@ module kschur_quadratic_transform_complex
    public :: quadratic_transform_type, new_quadratic_transform
 
 #define SCALAR complex(wp)
+#define PARTS 1
 #define SOLVER_TYPE complex_linear_solver_type
 #define SPARE complex
 #define TRANSPOSED_SOLVER_TYPE transposed_complex_type
 #define FROM_COMPLEX(z) z
 #include "kschur_quadratic_transform.inc"
 
-   subroutine extend_complex(operator, x, v, x_plus, xi_plus, error)
+   subroutine extend_complex(operator, x, v, x_plus, xi_plus, work, error)
       type(quadratic_operator_type), intent(inout) :: operator
       complex(wp), intent(in) :: x(:, :), v(:, :)
       complex(wp), contiguous, intent(out) :: x_plus(:, :), xi_plus(:, :)
+      complex(wp), contiguous, intent(inout) :: work(:, :, :)
       type(error_type), allocatable, intent(out) :: error
-      complex(wp), allocatable :: parts(:, :, :)
+      integer :: k
 
-      allocate (parts(size(x, 1), size(x, 2), 2))
-      parts(:, :, 1) = x
-      parts(:, :, 2) = v
-      call operator%extend_with_multipliers(parts(:, :, 1), parts(:, :, 2), x_plus, xi_plus, error)
+      k = size(x, 2)
+      work(:, :k, 1) = x
+      work(:, :k, 2) = v
+      call operator%extend_with_multipliers(work(:, :k, 1), work(:, :k, 2), x_plus, xi_plus, error)
    end subroutine extend_complex
 end module kschur_quadratic_transform_complex

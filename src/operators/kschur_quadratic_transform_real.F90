@@ -28,30 +28,31 @@ module kschur_quadratic_transform_real
    public :: quadratic_transform_type, new_quadratic_transform
 
 #define SCALAR real(wp)
+#define PARTS 2
 #define SOLVER_TYPE real_linear_solver_type
 #define SPARE real
 #define TRANSPOSED_SOLVER_TYPE transposed_real_type
 #define FROM_COMPLEX(z) real(z, wp)
 #include "kschur_quadratic_transform.inc"
 
-   subroutine extend_complex(operator, x, v, x_plus, xi_plus, error)
+   subroutine extend_complex(operator, x, v, x_plus, xi_plus, work, error)
       type(quadratic_operator_type), intent(inout) :: operator
       complex(wp), intent(in) :: x(:, :), v(:, :)
       complex(wp), contiguous, intent(out) :: x_plus(:, :), xi_plus(:, :)
+      real(wp), contiguous, intent(inout) :: work(:, :, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: parts(:, :, :), shapes(:, :), multipliers(:, :)
+      real(wp) :: multipliers(size(xi_plus, 1), 2*size(x, 2))
       integer :: k
 
       ! Real and imaginary parts side by side, as one block of right-hand sides.
       k = size(x, 2)
-      allocate (parts(size(x, 1), 2*k, 2), shapes(size(x, 1), 2*k), multipliers(size(xi_plus, 1), 2*k))
-      parts(:, :k, 1) = real(x, wp)
-      parts(:, k + 1:, 1) = aimag(x)
-      parts(:, :k, 2) = real(v, wp)
-      parts(:, k + 1:, 2) = aimag(v)
-      call operator%extend_with_multipliers(parts(:, :, 1), parts(:, :, 2), shapes, multipliers, error)
+      work(:, :k, 1) = real(x, wp)
+      work(:, k + 1:2*k, 1) = aimag(x)
+      work(:, :k, 2) = real(v, wp)
+      work(:, k + 1:2*k, 2) = aimag(v)
+      call operator%extend_with_multipliers(work(:, :2*k, 1), work(:, :2*k, 2), work(:, :2*k, 3), multipliers, error)
       if (allocated(error)) return
-      x_plus = cmplx(shapes(:, :k), shapes(:, k + 1:), wp)
+      x_plus = cmplx(work(:, :k, 3), work(:, k + 1:2*k, 3), wp)
       xi_plus = cmplx(multipliers(:, :k), multipliers(:, k + 1:), wp)
    end subroutine extend_complex
 end module kschur_quadratic_transform_real

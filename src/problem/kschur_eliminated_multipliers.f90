@@ -24,6 +24,8 @@ contains
       ! Columns that are multiplied at a time.
       integer, parameter :: block = 4
       complex(wp), allocatable :: forces(:, :)
+      ! Real and imaginary parts of complex shapes, for one reading of a matrix.
+      real(wp), allocatable :: parts(:, :)
       type(csr_matrix_type), allocatable :: matrices(:)
       integer :: first, last, j, k
 
@@ -35,10 +37,10 @@ contains
       !$omp end parallel do
       if (ties%eliminated == 0) return
       call take_rows(ties, problem, matrices)
-      allocate (forces(problem%unknowns(), block))
+      allocate (forces(problem%unknowns(), block), parts(problem%unknowns(), merge(0, 2*block, pairs%is_real())))
       do first = 1, size(xi, 2), block
          last = min(first + block - 1, size(xi, 2))
-         call make_forces(ties, problem, matrices, pairs, first, last, forces)
+         call make_forces(ties, problem, matrices, pairs, first, last, parts, forces)
          !$omp parallel do schedule(static) private(k) if (problem%unknowns() > panel_rows)
          do j = first, last
             k = j - first + 1
@@ -66,23 +68,23 @@ contains
    end subroutine take_rows
 
    ! P(lambda) phi of pairs first..last on the eliminated unknowns, zero on the others.
-   subroutine make_forces(ties, problem, matrices, pairs, first, last, forces)
+   subroutine make_forces(ties, problem, matrices, pairs, first, last, parts, forces)
       class(ties_type), intent(in) :: ties
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrices(:)
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last
+      !> Work space, with two columns for each complex pair.
+      real(wp), contiguous, intent(inout) :: parts(:, :)
       complex(wp), contiguous, intent(out) :: forces(:, :)
       real(wp) :: products(ties%eliminated, (last - first + 1)*merge(1, 2, pairs%is_real()))
-      real(wp), allocatable :: columns(:, :)
       complex(wp) :: weights(3)
       integer :: i, k, l
 
       k = last - first + 1
       if (.not. pairs%is_real()) then
-         allocate (columns(problem%unknowns(), 2*k))
-         columns(:, :k) = real(pairs%phi(:, first:last), wp)
-         columns(:, k + 1:) = aimag(pairs%phi(:, first:last))
+         parts(:, :k) = real(pairs%phi(:, first:last), wp)
+         parts(:, k + 1:2*k) = aimag(pairs%phi(:, first:last))
       end if
       forces = 0
       do l = 1, size(matrices)
@@ -90,7 +92,7 @@ contains
          if (pairs%is_real()) then
             call matrices(l)%add_product(1.0_wp, pairs%real_phi(:, first:last), products)
          else
-            call matrices(l)%add_product(1.0_wp, columns, products)
+            call matrices(l)%add_product(1.0_wp, parts(:, :2*k), products)
          end if
          do i = 1, k
             associate (lambda => pairs%lambda(first + i - 1), unknown => ties%unknown(:ties%eliminated))
