@@ -13,4 +13,45 @@ module kschur_tall_products_complex
 #define GEMM zgemm
 #define CONJUGATE_TRANSPOSE "C"
 #include "kschur_tall_products.inc"
+
+   ! As in `kschur_tall_panels`.
+   subroutine panel_inner(rows, columns, lead, v, y, d)
+      integer, intent(in) :: rows, columns, lead
+      complex(wp), intent(in) :: v(lead, *), y(*)
+      complex(wp), intent(out) :: d(*)
+
+      call zgemv("C", rows, columns, one, v, lead, y, 1, zero, d, 1)
+   end subroutine panel_inner
+
+   subroutine panel_project(rows, columns, lead, v, c, y, d)
+      integer, intent(in) :: rows, columns, lead
+      complex(wp), intent(in) :: v(lead, *), c(*)
+      complex(wp), intent(inout) :: y(*)
+      complex(wp), intent(inout) :: d(*)
+      integer :: i, part
+
+      d(:columns) = zero
+      do i = 1, rows, panel
+         part = min(panel, rows - i + 1)
+         call zgemv("N", part, columns, -one, v(i, 1), lead, c, 1, one, y(i), 1)
+         call zgemv("C", part, columns, one, v(i, 1), lead, y(i), 1, one, d, 1)
+      end do
+   end subroutine panel_project
+
+   subroutine panel_complete(rows, columns, lead, v, c, length, a, lead_a, x, lead_x)
+      integer, intent(in) :: rows, columns, lead, lead_a, lead_x
+      complex(wp), intent(inout) :: v(lead, *), x(lead_x, *)
+      complex(wp), intent(in) :: c(*), a(lead_a, *)
+      real(wp), intent(in) :: length
+      integer :: i, j, part
+
+      do i = 1, rows, panel
+         part = min(panel, rows - i + 1)
+         if (columns > 0) call zgemv("N", part, columns, -one, v(i, 1), lead, c, 1, one, v(i, columns + 1), 1)
+         v(i:i + part - 1, columns + 1) = v(i:i + part - 1, columns + 1)/length
+         do j = 1, 2
+            call zgemv("N", part, columns + 1, one, v(i, 1), lead, a(1, j), 1, zero, x(i, j), 1)
+         end do
+      end do
+   end subroutine panel_complete
 end module kschur_tall_products_complex

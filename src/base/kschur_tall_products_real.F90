@@ -3,6 +3,7 @@ module kschur_tall_products_real
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgemm, dgemv
    use kschur_row_sums, only: row_sums_type
+   use kschur_tall_panels, only: panel_complete, panel_inner, panel_project
    use kschur_threads, only: panel_rows
    implicit none
    private

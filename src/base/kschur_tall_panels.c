@@ -1,0 +1,190 @@
+/* Products of some rows of a long real basis with single vectors. The columns are taken in groups and the rows in parts, so
+   that sums stay in the cache and the basis is read from memory once, however many products it takes part in; BLAS reads it
+   once for each.
+
+   v: rows x columns, of an array whose columns are `lead` apart. */
+#include <stddef.h>
+#include <string.h>
+
+typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
+
+#define INLINE static inline __attribute__((always_inline))
+#define AT(p) (*(four *)(p))
+#define FROM(p) (*(const four *)(p))
+
+#if defined(__x86_64__) && defined(__GNUC__)
+#define WIDE __attribute__((target("avx2,fma")))
+#define HAS_WIDE (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+#else
+#define WIDE
+#define HAS_WIDE 0
+#endif
+
+/* Rows at a time: of what is read twice a few hundred columns stay in the cache, with the rows that come next. Columns at a
+   time. */
+enum { read_twice = 256, read_once = 512, group = 8, cache_line = 8 };
+
+/* sum s += V c(:, s) for so many sums and columns, numbers that the compiler knows. */
+INLINE void add_group(int sums, int columns, int rows, ptrdiff_t lead, const double *v, const double *const *c,
+                      double (*sum)[read_once])
+{
+   double factor[3][group];
+   int i = 0;
+
+   for (int s = 0; s < sums; s++)
+      for (int j = 0; j < columns; j++) factor[s][j] = c[s][j];
+   for (; i + 4 <= rows; i += 4) {
+      four part[group];
+
+      for (int j = 0; j < columns; j++) part[j] = FROM(v + j*lead + i);
+      for (int s = 0; s < sums; s++) {
+         four total = FROM(sum[s] + i);
+         for (int j = 0; j < columns; j++) total += part[j]*factor[s][j];
+         AT(sum[s] + i) = total;
+      }
+   }
+   for (; i < rows; i++)
+      for (int s = 0; s < sums; s++)
+         for (int j = 0; j < columns; j++) sum[s][i] += v[j*lead + i]*factor[s][j];
+}
+
+/* The same for all columns, from zero. */
+INLINE void add_columns(int sums, int rows, int columns, ptrdiff_t lead, const double *v, const double *const *c,
+                        double (*sum)[read_once])
+{
+   const double *at[3];
+   int j = 0;
+
+   for (int s = 0; s < sums; s++) {
+      at[s] = c[s];
+      memset(sum[s], 0, sizeof sum[s]);
+   }
+   for (; j + group <= columns; j += group) {
+      add_group(sums, group, rows, lead, v + j*lead, at, sum);
+      for (int s = 0; s < sums; s++) at[s] += group;
+   }
+   for (; j < columns; j++) {
+      add_group(sums, 1, rows, lead, v + j*lead, at, sum);
+      for (int s = 0; s < sums; s++) at[s]++;
+   }
+}
+
+/* d += V^T y for so many columns. */
+INLINE void dot_group(int columns, int rows, ptrdiff_t lead, const double *v, const double *y, double *d)
+{
+   four sum[group];
+   int i = 0;
+
+   for (int j = 0; j < columns; j++) sum[j] = (four){0, 0, 0, 0};
+   for (; i + 4 <= rows; i += 4)
+      for (int j = 0; j < columns; j++) sum[j] += FROM(v + j*lead + i)*FROM(y + i);
+   for (int j = 0; j < columns; j++) {
+      double total = (sum[j][0] + sum[j][1]) + (sum[j][2] + sum[j][3]);
+      for (int k = i; k < rows; k++) total += v[j*lead + k]*y[k];
+      d[j] += total;
+   }
+}
+
+/* The same for all columns; so many rows behind these are fetched meanwhile. */
+INLINE void dot_columns(int rows, int columns, ptrdiff_t lead, const double *v, const double *y, double *d, int ahead)
+{
+   int j = 0;
+
+   for (; j + group <= columns; j += group) {
+      for (int k = j; k < j + group; k++)
+         for (int i = rows; i < rows + ahead; i += cache_line) __builtin_prefetch(v + k*lead + i, 0, 2);
+      dot_group(group, rows, lead, v + j*lead, y, d + j);
+   }
+   for (; j < columns; j++) dot_group(1, rows, lead, v + j*lead, y, d + j);
+}
+
+INLINE int at_most(int most, int rows)
+{
+   return rows < most ? rows : most;
+}
+
+INLINE void inner(int rows, int columns, ptrdiff_t lead, const double *v, const double *y, double *d)
+{
+   memset(d, 0, columns*sizeof *d);
+   dot_columns(rows, columns, lead, v, y, d, 0);
+}
+
+INLINE void project(int rows, int columns, ptrdiff_t lead, const double *v, const double *c, double *y, double *d)
+{
+   double sum[1][read_once];
+
+   memset(d, 0, columns*sizeof *d);
+   for (int i = 0; i < rows; i += read_twice) {
+      int part = at_most(read_twice, rows - i);
+
+      add_columns(1, part, columns, lead, v + i, &c, sum);
+      for (int k = 0; k < part; k++) y[i + k] -= sum[0][k];
+      dot_columns(part, columns, lead, v + i, y + i, d, at_most(read_twice, rows - i - part));
+   }
+}
+
+INLINE void complete(int rows, int columns, ptrdiff_t lead, double *v, const double *c, double length, const double *a,
+                     ptrdiff_t lead_a, double *x, ptrdiff_t lead_x)
+{
+   const double *factors[3] = {c, a, a + lead_a};
+   double sum[3][read_once];
+
+   for (int i = 0; i < rows; i += read_once) {
+      int part = at_most(read_once, rows - i);
+      double *y = v + columns*lead + i;
+
+      add_columns(3, part, columns, lead, v + i, factors, sum);
+      for (int k = 0; k < part; k++) {
+         y[k] = (y[k] - sum[0][k])/length;
+         x[i + k] = sum[1][k] + y[k]*a[columns];
+         x[lead_x + i + k] = sum[2][k] + y[k]*a[lead_a + columns];
+      }
+   }
+}
+
+WIDE static void inner_wide(int rows, int columns, ptrdiff_t lead, const double *v, const double *y, double *d)
+{
+   inner(rows, columns, lead, v, y, d);
+}
+
+WIDE static void project_wide(int rows, int columns, ptrdiff_t lead, const double *v, const double *c, double *y, double *d)
+{
+   project(rows, columns, lead, v, c, y, d);
+}
+
+WIDE static void complete_wide(int rows, int columns, ptrdiff_t lead, double *v, const double *c, double length,
+                               const double *a, ptrdiff_t lead_a, double *x, ptrdiff_t lead_x)
+{
+   complete(rows, columns, lead, v, c, length, a, lead_a, x, lead_x);
+}
+
+/* d := V^T y. */
+void kschur_panel_inner(int rows, int columns, int lead, const double *v, const double *y, double *d)
+{
+   if (HAS_WIDE) {
+      inner_wide(rows, columns, lead, v, y, d);
+   } else {
+      inner(rows, columns, lead, v, y, d);
+   }
+}
+
+/* y := y - V c, d := V^T y of what is left. */
+void kschur_panel_project(int rows, int columns, int lead, const double *v, const double *c, double *y, double *d)
+{
+   if (HAS_WIDE) {
+      project_wide(rows, columns, lead, v, c, y, d);
+   } else {
+      project(rows, columns, lead, v, c, y, d);
+   }
+}
+
+/* The column y behind these := (y - V c)/length, X := [V y] A with two columns, those of A lead_a apart. */
+void kschur_panel_complete(int rows, int columns, int lead, double *v, const double *c, double length, const double *a,
+                           int lead_a, double *x, int lead_x)
+{
+   if (HAS_WIDE) {
+      complete_wide(rows, columns, lead, v, c, length, a, lead_a, x, lead_x);
+   } else {
+      complete(rows, columns, lead, v, c, length, a, lead_a, x, lead_x);
+   }
+}
