@@ -63,8 +63,8 @@ contains
             l = j - first + 1
             if (j <= k - known) then
                call settle(problem, pairs, j, products%forms(:, l))
-            else if (problem%symmetric .and. abs(pairs%lambda(j)) > 0) then
-               ! A decay of a rigid motion, whose stiffness is rounding.
+            else if (problem%symmetric .and. is_rigid(products, l, pairs%lambda(j))) then
+               ! Its stiffness is rounding.
                call correct([products%forms(:2, l), cmplx(0, kind=xp)], pairs%lambda(j))
             end if
             call settle_real(problem, pairs, j, products, l, factor)
@@ -88,6 +88,21 @@ contains
       if (size(doubled) > 0) call append_copies(problem, doubled, copies, pairs, errors, bounds)
       uncertainty = [uncertainty, uncertainty(doubled)]
    end subroutine settle_pairs
+
+   ! Whether pair l is a rigid motion that decays by itself: damping and inertia hold each other everywhere.
+   pure logical function is_rigid(products, l, lambda)
+      type(products_type), intent(in) :: products
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: lambda
+      real(wp), parameter :: rounding = 1.0e-10_wp
+
+      associate (part => products%parts*(l - 1) + 1)
+         associate (damping => products%damping(:, part), mass => products%mass(:, part))
+            is_rigid = abs(lambda) > 0 .and. &
+               maxval(abs(real(lambda, wp)*mass + damping)) <= rounding*maxval(abs(damping))
+         end associate
+      end associate
+   end function is_rigid
 
    pure logical function is_paired(pairs, j)
       type(eigenpairs_type), intent(in) :: pairs

@@ -51,7 +51,7 @@ contains
 
       n = operator%order()
       r = forces%rank()
-      z = operator%deflation%zero%multiplicity()
+      z = operator%deflation%zero%states()
       is_new = .not. allocated(space)
       if (is_new) then
          allocate (space)
@@ -125,7 +125,7 @@ contains
       real(wp), intent(in) :: vectors(:, :)
       type(root_space_type) :: states
 
-      if (zero%multiplicity() == 0) return
+      if (zero%states() == 0) return
       allocate (states%x, source=matmul(transpose(vectors), padded(self%zeros, size(vectors, 1))))
       allocate (states%links, source=zero%links)
       allocate (states%v, source=matmul(states%x, zero%links))

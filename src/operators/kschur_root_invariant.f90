@@ -25,8 +25,8 @@ contains
       type(invariant_type) :: invariant
       integer :: n, k, s
 
-      k = zero%multiplicity()
-      s = k + infinite%multiplicity()
+      k = zero%states()
+      s = k + infinite%states()
       allocate (invariant%vectors(order, s))
       allocate (invariant%projected(s, s))
       invariant%vectors = 0

@@ -143,6 +143,7 @@ contains
 
       allocate (eigenvalues, source=cmplx([0*self%decay, -pack(self%decay, abs(self%decay) > 0), &
          spread(0.0_wp, 1, self%others)], 0, wp))
+      if (allocated(self%zero%beside)) eigenvalues = [eigenvalues, cmplx(self%zero%beside, 0, wp)]
    end function eigenvalues
 
    pure integer function count_zeros(self)

@@ -41,6 +41,6 @@ contains
          with_mass = min(motions, count(problem%mass%row_maxima() > 0))
          total%number = with_mass + merge(with_mass, motions, problem%damping%is_zero())
       end if
-      total%number = max(total%number - 2*size(deflation%decay) - each*deflation%zero%multiplicity(), 0) + listed
+      total%number = max(total%number - 2*size(deflation%decay) - each*deflation%zero%states(), 0) + listed
    end function count_eigenvalues
 end module kschur_eigenvalue_count

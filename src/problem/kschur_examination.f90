@@ -5,7 +5,7 @@ module kschur_examination
    use kschur_deflation, only: deflation_type, new_deflation
    use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: effort_type
-   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_eigenvalue_count, only: eigenvalue_count_type
    use kschur_error, only: error_type, error_convergence, error_singular
    use kschur_solver_choice, only: inner_solvers_type
@@ -16,6 +16,7 @@ module kschur_examination
       inner_mumps
    use kschur_problem, only: modal_problem_type
    use kschur_rigid, only: check_inertia, find_rigid_motions
+   use kschur_rigid_decays, only: find_rigid_decays, rigid_decays_type
    use kschur_root_space, only: find_root_space, root_space_type
    use kschur_scaled_stiffness, only: new_scaled_stiffness, scaled_stiffness_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
@@ -210,6 +211,7 @@ contains
             call complete(deflation%zero, rigid, signed(problem%mass, formulation), nothing)
          else
             call complete(deflation%zero, rigid, problem%damping, problem%mass)
+            if (.not. allocated(error) .and. problem%symmetric) call add_decays(problem, rigid, known, error)
          end if
          if (allocated(error)) return
       end if
@@ -245,6 +247,27 @@ contains
          call find_root_space(space, null_space%matrix, first, second, null_space%motions, left, error)
       end subroutine complete
    end subroutine find_root_spaces
+
+   ! Decays that rounding of the stiffness would hide from an iteration become known.
+   subroutine add_decays(problem, rigid, known, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(null_space_type), intent(inout) :: rigid
+      type(examination_type), intent(inout) :: known
+      type(error_type), allocatable, intent(out) :: error
+      type(rigid_decays_type) :: decays
+      type(eigenpairs_type) :: pairs
+
+      associate (deflation => known%deflation)
+         call find_rigid_decays(decays, problem, rigid%matrix, rigid%motions, rigid%multipliers, &
+            2*deflation%others - deflation%zero%multiplicity(), deflation%blur, error)
+         if (allocated(error) .or. size(decays%lambda) == 0) return
+         call deflation%zero%add_eigenpairs(decays%lambda, decays%x)
+         allocate (pairs%lambda, source=cmplx(decays%lambda, 0, wp))
+         allocate (pairs%real_phi, source=decays%x)
+         allocate (pairs%xi, source=cmplx(decays%xi, 0, wp))
+         call append_pairs(known%rigid, pairs)
+      end associate
+   end subroutine add_decays
 
    ! The second coefficient of A - theta B, or of B - A/theta, where A is K or -K.
    function signed(matrix, formulation)

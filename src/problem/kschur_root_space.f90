@@ -16,12 +16,17 @@ module kschur_root_space
    !> A0 x_j + Cq^T xi_j = -(A1 x_{j-1} + A2 x_{j-2}), Cq x_j = 0 (Gohberg, Lancaster, Rodman, Matrix Polynomials
    !> (1982), section 1.4).
    type :: root_space_type
-      !> n x s; s is the multiplicity of the eigenvalue.
+      !> n x s; s is the multiplicity of the eigenvalue, and of what is known beside it.
       real(wp), allocatable :: x(:, :), v(:, :)
       !> State j follows the combination links(:, j) of the states before it, s x s, strictly upper triangular.
       real(wp), allocatable :: links(:, :)
+      !> Of eigenvalues beside it that are known with it: the last states, each an eigenvector with its eigenvalue (1/s) in
+      !> the diagonal of the links. Not allocated: none.
+      real(wp), allocatable :: beside(:)
    contains
       procedure :: multiplicity
+      procedure :: states => count_states
+      procedure :: add_eigenpairs
    end type root_space_type
 
 contains
@@ -95,9 +100,37 @@ contains
    pure integer function multiplicity(self)
       class(root_space_type), intent(in) :: self
 
-      multiplicity = 0
-      if (allocated(self%x)) multiplicity = size(self%x, 2)
+      multiplicity = self%states()
+      if (allocated(self%beside)) multiplicity = multiplicity - size(self%beside)
    end function multiplicity
+
+   !> s
+   pure integer function count_states(self)
+      class(root_space_type), intent(in) :: self
+
+      count_states = 0
+      if (allocated(self%x)) count_states = size(self%x, 2)
+   end function count_states
+
+   !> Adds eigenpairs beside zero.
+   subroutine add_eigenpairs(self, lambda, x)
+      class(root_space_type), intent(inout) :: self
+      !> p numbers (1/s), and n x p.
+      real(wp), intent(in) :: lambda(:), x(:, :)
+      real(wp), allocatable :: links(:, :)
+      integer :: s, j
+
+      s = self%states()
+      allocate (links(s + size(lambda), s + size(lambda)), source=0.0_wp)
+      links(:s, :s) = self%links
+      do j = 1, size(lambda)
+         links(s + j, s + j) = lambda(j)
+      end do
+      call move_alloc(links, self%links)
+      call append(self%v, x*spread(lambda, 1, size(x, 1)), size(x, 1))
+      call append(self%x, x, size(x, 1))
+      self%beside = lambda
+   end subroutine add_eigenpairs
 
    ! Adds the states (-A0^+ f, X a) for combinations a.
    subroutine extend(space, factored, motions, forces, combinations, error)

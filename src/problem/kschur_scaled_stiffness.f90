@@ -196,13 +196,15 @@ contains
    end function regularizer
 
    ! Refinement takes out what the regularised factors changed.
-   subroutine pseudo_solve(self, motions, f, y, error)
+   subroutine pseudo_solve(self, motions, f, y, error, reactions)
       class(scaled_stiffness_type), intent(inout) :: self
       !> All rigid motions, n x k.
       real(wp), intent(in) :: motions(:, :)
       real(wp), intent(in) :: f(:, :)
       real(wp), intent(out) :: y(:, :)
       type(error_type), allocatable, intent(out) :: error
+      !> xi
+      real(wp), optional, intent(out) :: reactions(:, :)
       integer, parameter :: refinements = 2
       real(wp), allocatable :: rhs(:, :), x(:, :), residual(:, :), rigid(:, :)
       integer :: n, step, j, pass
@@ -231,6 +233,7 @@ contains
       end do
       do j = 1, size(f, 2)
          y(:, j) = self%scaling*x(:n, j)
+         if (present(reactions)) reactions(:, j) = self%constraint_scaling*x(n + 1:, j)
       end do
    end subroutine pseudo_solve
 

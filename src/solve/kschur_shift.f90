@@ -296,7 +296,7 @@ contains
       type(solve_context_type), intent(in) :: s
 
       associate (deflation => s%known%deflation)
-         slow_decays = max(2*deflation%others - deflation%zero%multiplicity(), 0)
+         slow_decays = max(2*deflation%others - deflation%zero%states(), 0)
       end associate
    end function slow_decays
 
