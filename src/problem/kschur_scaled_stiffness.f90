@@ -104,13 +104,16 @@ contains
    subroutine set_scalings(self, k, constraints)
       type(scaled_stiffness_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: k, constraints
-      real(wp) :: level(k%rows)
+      real(wp) :: level(k%rows), softest
       integer :: i
 
       level = k%row_maxima()
-      call spread_levels(constraints, level)
       if (all(.not. level > 0)) level = 1
+      softest = minval(level, level > 0)
+      call spread_levels(constraints, level)
       where (.not. level > 0) level = maxval(level)
+      ! An entry of a constraint that is rounding makes nothing softer.
+      level = max(level, softest)
       allocate (self%scaling(k%rows), source=scale(1.0_wp, -exponent(level)/2))
       allocate (self%constraint_scaling(constraints%rows))
       do i = 1, constraints%rows
