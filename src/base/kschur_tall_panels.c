@@ -22,7 +22,7 @@ typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
 
 /* Rows at a time: of what is read twice a few hundred columns stay in the cache, with the rows that come next. Columns at a
    time. */
-enum { read_twice = 256, read_once = 512, group = 8, cache_line = 8 };
+enum { read_twice = 128, read_once = 512, group = 8, cache_line = 8 };
 
 /* sum s += V c(:, s) for so many sums and columns, numbers that the compiler knows. */
 INLINE void add_group(int sums, int columns, int rows, ptrdiff_t lead, const double *v, const double *const *c,
