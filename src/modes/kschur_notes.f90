@@ -37,14 +37,17 @@ contains
    end subroutine note_problem
 
    !> Double zeros, eigenvalues that nearly have no eigenvectors of their own or accumulate, and copies that may be missing.
-   subroutine note_modes(problem, result, error)
+   subroutine note_modes(problem, coasting, result, error)
       type(modal_problem_type), intent(in) :: problem
+      !> So many rigid motions at most are undamped.
+      integer, intent(in) :: coasting
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       integer :: free
 
       call count_undamped(problem, result, free, error)
       if (allocated(error)) return
+      free = min(free, coasting)
       if (free > 0) call result%add_note(text(free)//either(free == 1, &
          " rigid motion is a double zero (Jordan block): nothing damps it", &
          " rigid motions are double zeros (Jordan blocks): nothing damps them"))

@@ -42,6 +42,8 @@ module kschur_deflation
       procedure :: eigenvalues
       !> Multiplicity of the eigenvalue lambda = 0.
       procedure :: zeros => count_zeros
+      !> How many rigid motions nothing damps.
+      procedure :: coasting
       procedure, private :: project_real, project_complex
       !> Makes each column of a block M-orthogonal to N; zero where nothing but rounding is left.
       generic :: project => project_real, project_complex
@@ -152,6 +154,14 @@ contains
       count_zeros = size(self%decay) + count(.not. abs(self%decay) > 0) + &
          merge(2, 1, self%oscillator)*self%zero%multiplicity()
    end function count_zeros
+
+   pure integer function coasting(self)
+      class(deflation_type), intent(in) :: self
+
+      coasting = count(.not. abs(self%decay) > 0)
+      if (self%others == 0) return
+      coasting = merge(self%others, max(self%zero%multiplicity() - self%others, 0), self%oscillator)
+   end function coasting
 
    subroutine project_real(self, x)
       class(deflation_type), intent(in) :: self
