@@ -11,6 +11,8 @@ module kschur_row_team
 
    !> Who they are.
    type :: row_team_type
+      !> Whether it is a two-level basis that they work on, and not a block Lanczos decomposition.
+      logical :: two_level = .false.
    contains
       !> Whether there are several.
       procedure :: is_several
@@ -25,7 +27,8 @@ module kschur_row_team
       !> Rows of a random vector, the same however many processes have them.
       procedure :: draw
       !> To or from a checkpoint, which has vectors whole.
-      procedure :: carry
+      generic :: carry => carry_real, carry_complex
+      procedure, private :: carry_real, carry_complex
    end type row_team_type
 
 contains
@@ -84,7 +87,7 @@ contains
       call random_vector(state, x)
    end subroutine draw
 
-   subroutine carry(self, archive, length, part)
+   subroutine carry_real(self, archive, length, part)
       class(row_team_type), intent(in) :: self
       type(archive_type), intent(inout) :: archive
       !> Of the vectors.
@@ -94,5 +97,16 @@ contains
       associate (unused => self, also => length)
       end associate
       call archive%carry(part)
-   end subroutine carry
+   end subroutine carry_real
+
+   subroutine carry_complex(self, archive, length, part)
+      class(row_team_type), intent(in) :: self
+      type(archive_type), intent(inout) :: archive
+      integer, intent(in) :: length
+      complex(wp), allocatable, intent(inout) :: part(:, :)
+
+      associate (unused => self, also => length)
+      end associate
+      call archive%carry(part)
+   end subroutine carry_complex
 end module kschur_row_team

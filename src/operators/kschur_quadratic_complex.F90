@@ -7,6 +7,7 @@ module kschur_quadratic_complex
    use kschur_operator, only: complex_operator_type
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: processes_type
    use kschur_random, only: random_vector
    use kschur_row_matrix, only: row_matrix_type
    use kschur_saddle, only: saddle_blocks, saddle_structure

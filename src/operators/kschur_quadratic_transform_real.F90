@@ -16,6 +16,7 @@ module kschur_quadratic_transform_real
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_quadratic_real, only: quadratic_operator_type, new_quadratic_operator
+   use kschur_quadratic_rows, only: end_sharing, share_operator
    use kschur_random, only: random_vector
    use kschur_ritz_real, only: decomposition_type
    use kschur_root_space, only: root_space_type

@@ -201,16 +201,19 @@ contains
    subroutine project_complex(self, x)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: x(:, :)
+      complex(wp) :: coefficient(1, 1)
       real(wp) :: before
       integer :: i, j
 
       if (size(self%decay) == 0) return
       do j = 1, size(x, 2)
-         before = complex_length(x(:, j:j))
+         before = complex_length(x(:, j:j), sums=self%sums)
          do i = 1, size(self%decay)
-            x(:, j) = x(:, j) - dot_product(self%images(:, i), x(:, j))*self%shapes(:, i)
+            coefficient = dot_product(self%images(:, i), x(:, j))
+            call self%sums%add_up(coefficient)
+            x(:, j) = x(:, j) - coefficient(1, 1)*self%shapes(:, i)
          end do
-         if (complex_length(x(:, j:j)) <= nothing_left*before) x(:, j) = 0
+         if (complex_length(x(:, j:j), sums=self%sums) <= nothing_left*before) x(:, j) = 0
       end do
    end subroutine project_complex
 end module kschur_deflation

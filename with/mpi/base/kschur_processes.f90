@@ -18,8 +18,8 @@ module kschur_processes
 
    !> What the first process may say; further words go with it.
    integer, parameter, public :: word_end = 0, word_mumps = 1, word_parts = 2, word_basis = 3, word_matrix = 4, &
-      word_operator = 5, word_together = 6, word_problem = 7
-   integer, parameter, public :: number_of_words = 8
+      word_operator = 5, word_together = 6, word_problem = 7, word_quadratic = 8, word_two_level = 9
+   integer, parameter, public :: number_of_words = 9
 
    !> Who works together.
    type :: processes_type

@@ -4,6 +4,7 @@ module kschur_basis_help
    use kschur_basis_rows_real, only: real_rows_type => basis_rows_type
    use kschur_block_decomposition, only: block_decomposition_type
    use kschur_basis_words, only: complex_basis, real_basis, to_release
+   use kschur_kinds, only: wp
    use kschur_processes, only: number_of_words, processes_type
    implicit none
    private
@@ -15,8 +16,11 @@ module kschur_basis_help
       integer :: number = 0
       !> A real basis, with what else is here where it is that of a block Lanczos decomposition.
       type(block_decomposition_type), pointer :: decomposition => null()
-      type(real_rows_type), pointer, private :: real => null()
-      type(complex_rows_type), pointer, private :: complex => null()
+      type(real_rows_type), pointer :: real => null()
+      type(complex_rows_type), pointer :: complex => null()
+      !> Rows of parts of states, where it is the first level of a two-level basis.
+      real(wp), allocatable :: real_parts(:, :)
+      complex(wp), allocatable :: complex_parts(:, :)
    end type basis_instance_type
 
 contains

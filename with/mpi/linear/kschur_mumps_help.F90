@@ -1,9 +1,9 @@
 !> What the other processes do of the factorisations that the first one begins: the same jobs of MUMPS, which has its
 !> part of the factors there. Of the matrix and of right-hand sides each has some rows, of solutions those at its pivots.
 module kschur_mumps_help
-   use kschur_error, only: error_type, new_error, error_memory
+   use kschur_error, only: error_type, new_error, error_memory, error_usage
    use kschur_kinds, only: long, single, wp
-   use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
+   use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type, real_linear_solver_type
    use kschur_lock, only: acquire_lock, release_lock, lock_mumps
    use kschur_memory, only: require_memory
    use kschur_mumps_caller, only: job_take_rows, job_solve_vectors, mumps_complex, mumps_real, mumps_single_complex, &
@@ -12,12 +12,12 @@ module kschur_mumps_help
    use kschur_mumps_messages, only: mumps_error
    use kschur_processes, only: number_of_words, processes_type
    use kschur_solution_rows, only: solution_rows_type
-   use kschur_sparse, only: csr_matrix_type
+   use kschur_sparse, only: complex_csr_matrix_type, csr_matrix_type
    use kschur_threads, only: set_blas_threads, team_size
    use mpi_f08, only: MPI_Comm, MPI_INTEGER, MPI_LOGICAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
    implicit none
    private
-   public :: help_mumps, mumps_instance_type, real_part, real_part_type
+   public :: complex_part, complex_part_type, help_mumps, mumps_instance_type, real_part, real_part_type
 
 #include <dmumps_root.h>
 #include <zmumps_root.h>
@@ -54,42 +54,21 @@ module kschur_mumps_help
    contains
       procedure :: factorize => keep_real_factors
       procedure :: solve => solve_real_part
-      procedure :: solve_adjoint => solve_real_part
+      procedure :: solve_adjoint => refuse_real_adjoint
    end type real_part_type
 
+   !> The same of a complex matrix.
+   type, extends(complex_linear_solver_type) :: complex_part_type
+      private
+      type(zmumps_struc), pointer :: factors => null()
+      type(solution_rows_type) :: rows
+   contains
+      procedure :: factorize => keep_complex_factors
+      procedure :: solve => solve_complex_part
+      procedure :: solve_adjoint => refuse_complex_adjoint
+   end type complex_part_type
+
 contains
-
-   !> The factors with a number, of a symmetric matrix.
-   function real_part(instances, number, unknowns, multipliers, processes) result(part)
-      type(mumps_instance_type), intent(in) :: instances(:)
-      integer, intent(in) :: number
-      !> Rows of vectors.
-      integer, intent(in) :: unknowns, multipliers
-      type(processes_type), pointer, intent(in) :: processes
-      type(real_part_type) :: part
-
-      part%factors => instances(findloc(instances%number, number, dim=1))%real
-      call part%rows%begin(unknowns, multipliers, processes)
-   end function real_part
-
-   subroutine solve_real_part(self, x, error)
-      class(real_part_type), intent(inout) :: self
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      type(error_type), allocatable, intent(out) :: error
-
-      call solve_real_rows(self%factors, self%rows, x, error)
-   end subroutine solve_real_part
-
-   ! The first process has begun them.
-   subroutine keep_real_factors(self, matrix, structure, error)
-      class(real_part_type), intent(inout) :: self
-      type(csr_matrix_type), intent(in) :: matrix
-      type(matrix_structure_type), intent(in) :: structure
-      type(error_type), allocatable, intent(out) :: error
-
-      associate (unused => self, also => matrix, too => structure)
-      end associate
-   end subroutine keep_real_factors
 
    !> Does the job that the first process has announced.
    subroutine help_mumps(instances, processes, words)
@@ -133,6 +112,14 @@ contains
 #define LIBRARY mumps_real
 #define MUMPS_STRUC dmumps_struc
 #define MUMPS_NAME dmumps
+#define MATRIX_TYPE csr_matrix_type
+#define PART_TYPE real_part_type
+#define PART_OF real_part
+#define FACTORS real
+#define KEEP_FACTORS keep_real_factors
+#define SOLVE_PART solve_real_part
+#define REFUSE refuse_real_adjoint
+#include "kschur_mumps_part.inc"
 #include "kschur_mumps_help.inc"
 #include "kschur_mumps_rows.inc"
 
@@ -146,6 +133,14 @@ contains
 #define LIBRARY mumps_complex
 #define MUMPS_STRUC zmumps_struc
 #define MUMPS_NAME zmumps
+#define MATRIX_TYPE complex_csr_matrix_type
+#define PART_TYPE complex_part_type
+#define PART_OF complex_part
+#define FACTORS complex
+#define KEEP_FACTORS keep_complex_factors
+#define SOLVE_PART solve_complex_part
+#define REFUSE refuse_complex_adjoint
+#include "kschur_mumps_part.inc"
 #include "kschur_mumps_help.inc"
 #include "kschur_mumps_rows.inc"
 

@@ -1,48 +1,85 @@
 !> Factors that several processes have, used by each for its rows of vectors.
 module kschur_rows_solver
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
-   use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
-   use kschur_sparse, only: csr_matrix_type
+   use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type, real_linear_solver_type
+   use kschur_sparse, only: complex_csr_matrix_type, csr_matrix_type
    implicit none
    private
-   public :: rows_solver_type
+   public :: complex_rows_solver_type, real_rows_solver_type
 
    !> In the first process; all of them solve together.
-   type, extends(real_linear_solver_type) :: rows_solver_type
+   type, extends(real_linear_solver_type) :: real_rows_solver_type
       class(real_linear_solver_type), pointer :: original => null()
    contains
-      procedure :: factorize
-      procedure :: solve
-      procedure :: solve_adjoint
-   end type rows_solver_type
+      procedure :: factorize => factorize_real
+      procedure :: solve => solve_real
+      procedure :: solve_adjoint => refuse_real
+   end type real_rows_solver_type
+
+   !> The same of a complex matrix.
+   type, extends(complex_linear_solver_type) :: complex_rows_solver_type
+      class(complex_linear_solver_type), pointer :: original => null()
+   contains
+      procedure :: factorize => factorize_complex
+      procedure :: solve => solve_complex
+      procedure :: solve_adjoint => refuse_complex
+   end type complex_rows_solver_type
 
 contains
 
    ! What is factored is the original's.
-   subroutine factorize(self, matrix, structure, error)
-      class(rows_solver_type), intent(inout) :: self
+   subroutine factorize_real(self, matrix, structure, error)
+      class(real_rows_solver_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
 
       call self%original%factorize(matrix, structure, error)
-   end subroutine factorize
+   end subroutine factorize_real
 
-   subroutine solve(self, x, error)
-      class(rows_solver_type), intent(inout) :: self
+   subroutine solve_real(self, x, error)
+      class(real_rows_solver_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
 
       call self%original%solve_rows(x, error)
-   end subroutine solve
+   end subroutine solve_real
 
-   ! Of a symmetric matrix it is the same.
-   subroutine solve_adjoint(self, x, error)
-      class(rows_solver_type), intent(inout) :: self
+   subroutine refuse_real(self, x, error)
+      class(real_rows_solver_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
 
-      call self%solve(x, error)
-   end subroutine solve_adjoint
+      associate (unused => self, unchanged => x)
+      end associate
+      call new_error(error, error_usage, "rows of vectors are not solved for with the adjoint")
+   end subroutine refuse_real
+
+   subroutine factorize_complex(self, matrix, structure, error)
+      class(complex_rows_solver_type), intent(inout) :: self
+      type(complex_csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%original%factorize(matrix, structure, error)
+   end subroutine factorize_complex
+
+   subroutine solve_complex(self, x, error)
+      class(complex_rows_solver_type), intent(inout) :: self
+      complex(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%original%solve_rows(x, error)
+   end subroutine solve_complex
+
+   subroutine refuse_complex(self, x, error)
+      class(complex_rows_solver_type), intent(inout) :: self
+      complex(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      associate (unused => self, unchanged => x)
+      end associate
+      call new_error(error, error_usage, "rows of vectors are not solved for with the adjoint")
+   end subroutine refuse_complex
 end module kschur_rows_solver

@@ -6,12 +6,12 @@ module kschur_symmetric_rows
    use kschur_error, only: error_type
    use kschur_joint_ranges, only: joint_ranges, joint_ranges_type
    use kschur_kinds, only: wp
-   use kschur_memory, only: real_bytes, require_memory
    use kschur_mumps_help, only: mumps_instance_type, real_part
-   use kschur_processes, only: are_several, number_of_words, processes_type, spread_error, word_operator
-   use kschur_row_exchange, only: scatter, send_to_all
+   use kschur_operator_rows, only: share_known
+   use kschur_processes, only: are_several, number_of_words, processes_type, word_operator
+   use kschur_row_exchange, only: send_to_all
    use kschur_row_matrix, only: part_of, row_matrix_part_type
-   use kschur_rows_solver, only: rows_solver_type
+   use kschur_rows_solver, only: real_rows_solver_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    implicit none
    private
@@ -27,7 +27,7 @@ contains
       !> Who works on it; not associated: this process alone.
       type(processes_type), pointer, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
-      type(rows_solver_type) :: solver
+      type(real_rows_solver_type) :: solver
       integer :: sizes(3)
 
       sizes = [operator%order(), size(operator%factors), size(operator%deflation%shapes, 2)]
@@ -91,30 +91,17 @@ contains
       type(processes_type), intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
       type(joint_ranges_type) :: ranges
-      real(wp), allocatable :: factors(:, :)
       real(wp) :: weight(1, 1)
 
-      associate (unknowns => ranges%unknowns, multipliers => ranges%multipliers, here => processes%rank, motions => sizes(3))
-         ranges = joint_ranges(sizes(1), sizes(2), processes%number)
-         call require_memory(2*real_bytes*(motions*real(unknowns%rows(here), wp) + multipliers%rows(here)), &
-            "motions that are kept out of the iteration", error)
-         call spread_error(processes%communicator, error)
-         if (allocated(error)) return
-         part%sums%communicator = processes%communicator
-         allocate (part%deflation)
-         part%deflation%sums = part%sums
-         allocate (part%deflation%decay(motions), source=0.0_wp)
-         allocate (part%deflation%shapes(unknowns%rows(here), motions), part%deflation%images(unknowns%rows(here), motions))
-         call scatter(processes, unknowns, operator%deflation%shapes, part%deflation%shapes)
-         call scatter(processes, unknowns, operator%deflation%images, part%deflation%images)
-         allocate (factors(multipliers%rows(here), 1))
-         call scatter(processes, multipliers, reshape(operator%factors, [size(operator%factors), 1]), factors)
-         allocate (part%factors, source=factors(:, 1))
-         weight = operator%weight_of_violations
-         call send_to_all(processes, weight)
-         part%weight_of_violations = weight(1, 1)
-         if (sizes(2) > 0) call part%constraints%share_between(constraints, multipliers, unknowns, processes, error)
-      end associate
+      call share_known(operator%deflation%shapes, operator%deflation%images, operator%factors, sizes, processes, part%deflation, &
+         part%factors, error)
+      if (allocated(error)) return
+      part%sums%communicator = processes%communicator
+      weight = operator%weight_of_violations
+      call send_to_all(processes, weight)
+      part%weight_of_violations = weight(1, 1)
+      ranges = joint_ranges(sizes(1), sizes(2), processes%number)
+      if (sizes(2) > 0) call part%constraints%share_between(constraints, ranges%multipliers, ranges%unknowns, processes, error)
    end subroutine make_part
 
    subroutine release(part)

@@ -5,12 +5,14 @@ module kschur_help
    use kschur_error, only: error_type
    use kschur_mumps_help, only: help_mumps, mumps_instance_type
    use kschur_processes, only: number_of_words, processes_type, word_basis, word_end, word_matrix, word_mumps, &
-      word_operator, word_parts, word_problem, word_together
+      word_operator, word_parts, word_problem, word_quadratic, word_together, word_two_level
+   use kschur_quadratic_rows, only: help_share_quadratic, quadratic_parts_type
    use kschur_row_matrix, only: help_multiply, row_matrix_part_type
    use kschur_shared_problem, only: shared_problem_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_symmetric_rows, only: help_share
    use kschur_together_help, only: help_together
+   use kschur_two_level_help, only: help_two_level
    use mpi_f08, only: MPI_Comm
    implicit none
    private
@@ -26,6 +28,7 @@ contains
       type(basis_instance_type), allocatable :: bases(:)
       type(row_matrix_part_type), allocatable :: parts(:)
       type(symmetric_shift_invert_type), pointer :: operator
+      type(quadratic_parts_type) :: quadratic
       type(processes_type), pointer :: all
       ! The first process has it as well.
       type(error_type), allocatable :: none
@@ -44,8 +47,12 @@ contains
             call help_mumps(instances, all, words)
          case (word_operator)
             call help_share(operator, parts, instances, all, words)
+         case (word_quadratic)
+            call help_share_quadratic(quadratic, parts, instances, all, words)
          case (word_together)
             call help_together(bases, operator, operator%deflation%shapes, words)
+         case (word_two_level)
+            call help_two_level(bases, quadratic, words)
          case (word_basis)
             call help_basis(bases, processes, words)
          case (word_parts)

@@ -3,7 +3,7 @@
 module kschur_row_team
    use kschur_archive, only: archive_type
    use kschur_kinds, only: wp, long
-   use kschur_processes, only: processes_type, word_together
+   use kschur_processes, only: processes_type, word_together, word_two_level
    use kschur_random, only: random_vector, skip_numbers
    use kschur_row_exchange, only: gather, scatter
    use kschur_row_ranges, only: row_ranges_type
@@ -23,6 +23,8 @@ module kschur_row_team
       type(row_ranges_type) :: ranges
       !> The number of the basis that they work on.
       integer :: basis = 0
+      !> Whether it is a two-level basis that they work on, and not a block Lanczos decomposition.
+      logical :: two_level = .false.
    contains
       !> Whether there are several.
       procedure :: is_several
@@ -37,9 +39,12 @@ module kschur_row_team
       !> Rows of a random vector, the same however many processes have them.
       procedure :: draw
       !> To or from a checkpoint, which has vectors whole: they go from all to the first process, and back.
-      procedure :: carry
-      procedure :: give
-      procedure :: take
+      generic :: carry => carry_real, carry_complex
+      procedure, private :: carry_real, carry_complex
+      generic :: give => give_real, give_complex
+      procedure, private :: give_real, give_complex
+      generic :: take => take_real, take_complex
+      procedure, private :: take_real, take_complex
    end type row_team_type
 
 contains
@@ -70,7 +75,8 @@ contains
       !> What they do, and its arguments.
       integer, intent(in) :: words(:)
 
-      if (associated(self%processes)) call self%processes%tell([word_together, self%basis, words])
+      if (associated(self%processes)) &
+         call self%processes%tell([merge(word_two_level, word_together, self%two_level), self%basis, words])
    end subroutine call_all
 
    subroutine send(self, numbers)
@@ -98,47 +104,15 @@ contains
       end associate
    end subroutine draw
 
-   subroutine carry(self, archive, length, part)
-      class(row_team_type), intent(in) :: self
-      type(archive_type), intent(inout) :: archive
-      !> Of the vectors.
-      integer, intent(in) :: length
-      real(wp), allocatable, intent(inout) :: part(:, :)
-      real(wp), allocatable :: whole(:, :)
+#define SCALAR real(wp)
+#define CARRY carry_real
+#define GIVE give_real
+#define TAKE take_real
+#include "kschur_row_team.inc"
 
-      if (.not. associated(self%processes)) then
-         call archive%carry(part)
-         return
-      end if
-      allocate (whole(length, size(part, 2)))
-      call self%call_all([to_give, size(whole, 2)])
-      call self%give(part, size(whole, 2), whole)
-      call archive%carry(whole)
-      if (archive%has_failed()) return
-      call self%call_all([to_take, size(whole, 2)])
-      call self%take(whole, size(whole, 2), part)
-   end subroutine carry
-
-   subroutine give(self, part, columns, whole)
-      class(row_team_type), intent(in) :: self
-      real(wp), contiguous, intent(in) :: part(:, :)
-      !> The first so many.
-      integer, intent(in) :: columns
-      !> Of the first process.
-      real(wp), contiguous, intent(inout) :: whole(:, :)
-
-      call gather(self%processes, self%ranges, part(:, :columns), whole)
-   end subroutine give
-
-   subroutine take(self, whole, columns, part)
-      class(row_team_type), intent(in) :: self
-      !> Of the first process.
-      real(wp), contiguous, intent(in) :: whole(:, :)
-      integer, intent(in) :: columns
-      real(wp), allocatable, intent(inout) :: part(:, :)
-
-      if (allocated(part)) deallocate (part)
-      allocate (part(self%ranges%rows(self%processes%rank), columns))
-      call scatter(self%processes, self%ranges, whole, part)
-   end subroutine take
+#define SCALAR complex(wp)
+#define CARRY carry_complex
+#define GIVE give_complex
+#define TAKE take_complex
+#include "kschur_row_team.inc"
 end module kschur_row_team

@@ -1,0 +1,16 @@
+!> The first level of two-level bases of real quadratic operators: what is done with its columns, and with rows of these where
+!> several processes have some each and do it together.
+module kschur_first_level_real
+   use kschur_basis_rows_real, only: basis_rows_type
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp, long
+   use kschur_quadratic_real, only: quadratic_operator_type
+   use kschur_row_sums, only: row_sums_type
+   use kschur_row_team, only: row_team_type
+   implicit none
+   private
+   public :: append_images, append_vector, draw_state, form_parts, orthogonalize_images
+
+#define SCALAR real(wp)
+#include "kschur_first_level.inc"
+end module kschur_first_level_real

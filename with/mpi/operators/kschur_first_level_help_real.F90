@@ -1,0 +1,16 @@
+!> What another process than the first does of the first level of a real two-level basis.
+module kschur_first_level_help_real
+   use kschur_basis_rows_real, only: basis_rows_type
+   use kschur_error, only: error_type
+   use kschur_first_level_real, only: append_images, append_vector, draw_state, form_parts, orthogonalize_images, to_extend, &
+      to_randomize
+   use kschur_kinds, only: wp, long
+   use kschur_quadratic_real, only: quadratic_operator_type
+   use kschur_row_team, only: row_team_type, to_give, to_take
+   implicit none
+   private
+   public :: help_first_level
+
+#define SCALAR real(wp)
+#include "kschur_first_level_help.inc"
+end module kschur_first_level_help_real
