@@ -258,7 +258,7 @@ contains
    end subroutine drop_beyond
 
    !> Puts pairs in the place of modes: the same ones, but better. Those that became others of the list go.
-   subroutine replace_pairs(problem, wanted, better, pairs, modes, distinct)
+   subroutine replace_pairs(problem, wanted, better, pairs, modes, gone)
       type(modal_problem_type), intent(in) :: problem
       !> No more modes than this.
       integer, intent(in) :: wanted
@@ -267,8 +267,8 @@ contains
       !> Used up.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
-      !> Whether it is known that none became another one; not present: no.
-      logical, optional, intent(in) :: distinct
+      !> Which became others, where that is known.
+      logical, optional, intent(in) :: gone(:)
       type(eigenpairs_type) :: before
       real(wp), allocatable :: errors(:), bounds(:), uncertainty(:)
       logical :: repeated(size(pairs%lambda)), others(size(pairs%lambda))
@@ -295,10 +295,9 @@ contains
       call move_alloc(uncertainty, modes%uncertainty)
       call normalize_first(pairs, size(pairs%lambda))
       repeated = .false.
+      if (present(gone)) repeated(:k) = gone
       do j = 1, k
-         if (present(distinct)) then
-            if (distinct) exit
-         end if
+         if (present(gone)) exit
          others = .not. repeated
          others(j) = .false.
          ! Shapes of a defective eigenvalue were the same before.
@@ -314,6 +313,8 @@ contains
          order = [order, k + copies]
          origin = [origin, j]
       end do
+      modes%found = modes%found + eigenvalues_of(pairs%lambda, spread(.true., 1, size(pairs%lambda))) - &
+         eigenvalues_of(before%lambda, spread(.true., 1, k))
       call move_pairs(pairs, modes)
       call modes%take(order)
       call modes%drop(repeated(origin))

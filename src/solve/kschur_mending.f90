@@ -10,6 +10,7 @@ module kschur_mending
    use kschur_mode_selection, only: drop_spurious, highest, replace_pairs
    use kschur_modes, only: modes_type
    use kschur_outcome, only: inaccurate_above
+   use kschur_real_pairs, only: join_real_pairs
    use kschur_refine, only: confirm, refine
    use kschur_scaling, only: constraint_factors
    use kschur_settling, only: settle_pairs
@@ -81,6 +82,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call polish(s, modes, error)
+      if (.not. allocated(error)) call join_pairs(s, modes, error)
       if (.not. allocated(error)) call separate(s, modes, error)
       if (.not. allocated(error)) call drop_unconfirmed(s, modes, error, inaccurate_above)
    end subroutine mend
@@ -203,6 +205,29 @@ contains
       good_enough_of = max(nearly_rounding, s%options%tolerance/10)
    end function good_enough_of
 
+   ! Two real eigenvalues that are a conjugate pair are joined.
+   subroutine join_pairs(s, modes, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      class(complex_linear_solver_type), allocatable :: solver
+      type(eigenpairs_type) :: pairs
+      logical, dimension(size(modes%lambda)) :: joined, gone
+
+      if (modes%is_real() .or. count(modes%backward_error > good_enough_of(s)) < 2) return
+      pairs = s%contract(modes)
+      allocate (solver, source=s%inner%complex)
+      call join_real_pairs(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough_of(s), &
+         solver, pairs, backward_errors(s%work, pairs), joined, gone, s%effort, error, s%monitor)
+      if (allocated(error)) return
+      call s%effort%add_solves(solver)
+      if (.not. any(joined)) return
+      call s%bring_problem_back(error)
+      if (allocated(error)) return
+      call s%expand(pairs)
+      call replace_pairs(s%problem, s%options%modes, joined, pairs, modes, gone)
+   end subroutine join_pairs
+
    ! From a shift far off copies of an eigenvalue look alike, though each has a shape of its own. Shapes that are held as real
    ! ones are orthogonal.
    subroutine separate(s, modes, error)
@@ -224,6 +249,6 @@ contains
       call s%bring_problem_back(error)
       if (allocated(error)) return
       call s%expand(pairs)
-      call replace_pairs(s%problem, s%options%modes, separated, pairs, modes, distinct=.true.)
+      call replace_pairs(s%problem, s%options%modes, separated, pairs, modes, gone=spread(.false., 1, size(separated)))
    end subroutine separate
 end module kschur_mending
