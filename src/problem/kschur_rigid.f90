@@ -139,7 +139,7 @@ contains
       doubtful = .false.
       negligible = rounding*max(4.0_wp, stiffness%matrix%infinity_norm())
       before = size(found, 2)
-      allocate (x(size(found, 1), wanted), forces(size(found, 1), wanted))
+      allocate (x(size(found, 1), wanted))
       do i = 1, wanted
          call random_vector(state, x(:n, i))
       end do
@@ -151,7 +151,8 @@ contains
          call orthonormalize(found, n, x, state)
          call stiffness%solve(x, transposed, error)
          if (allocated(error)) return
-         if (norm2(x(:n, :)) < amplified/stiffness%regularization) return
+         call keep_enlarged(amplified/stiffness%regularization, n, x)
+         if (size(x, 2) == 0) return
          call orthonormalize(found, n, x, state)
       end do
       ! What the turn from left to right left of the regularisation.
@@ -172,7 +173,7 @@ contains
       ! What rounding made of a column without a direction of its own has no length or any
       ! force, which would drown those of the others.
       allocate (own(0))
-      do i = 1, wanted
+      do i = 1, size(x, 2)
          if (norm2(x(:n, i)) > 0.5_wp .and. norm2(forces(:, i)) < sqrt(real(n, wp))) own = [own, i]
       end do
       if (size(own) == 0) return
@@ -192,6 +193,22 @@ contains
       where (abs(all(n + 1:, before + 1:)) < negligible) all(n + 1:, before + 1:) = 0
       call move_alloc(all, found)
    end subroutine find_more
+
+   ! Leaves out columns whose first n rows are shorter than this: being orthogonal to the others they say that no motion is
+   ! left for them.
+   subroutine keep_enlarged(least, n, x)
+      real(wp), intent(in) :: least
+      integer, intent(in) :: n
+      real(wp), allocatable, intent(inout) :: x(:, :)
+      real(wp), allocatable :: kept(:, :)
+      logical :: short(size(x, 2))
+      integer :: j
+
+      short = [(column_length(x(:, j:j), n) < least, j=1, size(x, 2))]
+      if (.not. any(short)) return
+      allocate (kept(size(x, 1), count(.not. short)), source=x(:, pack([(j, j=1, size(x, 2))], .not. short)))
+      call move_alloc(kept, x)
+   end subroutine keep_enlarged
 
    ! Gram-Schmidt, twice; only the first n rows count, the others follow. A column that depends on others to
    ! rounding becomes zero, or, with a state of random numbers, makes a fresh start: one motion may be enlarged so
