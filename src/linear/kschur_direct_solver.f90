@@ -59,6 +59,7 @@ contains
       character(len=len(self%description)) :: reason
       real(wp) :: spent
       integer(long) :: started
+      logical :: kept
 
       call move_alloc(self%solver, before)
       started = clock()
@@ -68,7 +69,10 @@ contains
          reason = text(self%processes%number)//" processes factor it"
       else if (self%inner /= inner_mumps) then
          ! LDL may need the memory of other factors.
-         if (structure%symmetric .and. allocated(before)) deallocate (before)
+         if (structure%symmetric .and. allocated(before)) then
+            call before%forget_factors(kept)
+            deallocate (before)
+         end if
          ! What LDL refuses MUMPS takes in the same order.
          if (structure%symmetric .and. structure%multipliers > 0) &
             call elimination_order(matrix%row_start, matrix%column, structure, ordered%position, error)
@@ -86,6 +90,7 @@ contains
          end if
          reason = error%message
       end if
+      if (associated(self%last)) call self%last%drop_room()
       spent = seconds_since(started)
       ! MUMPS may know the pattern.
       if (allocated(before)) then

@@ -41,6 +41,7 @@ module kschur_ldl
       procedure :: solve
       procedure :: solve_adjoint => solve
       procedure :: estimate
+      procedure :: forget_factors
    end type ldl_real_type
 
 contains
@@ -73,6 +74,7 @@ contains
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
          started = clock()
+         if (associated(self%last)) call self%last%take_room(self%factors%lower)
          call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error, self%monitor)
          if (.not. allocated(error)) call examine_pivots(self, matrix, structure%multipliers, error)
          call require_memory(right_hand_sides*real_bytes*matrix%rows, "right-hand sides", error)
@@ -128,10 +130,20 @@ contains
          text(self%symbolic%entries_a_column())//" entries a column"
    end subroutine examine_pivots
 
+   ! But their room, where others may need it.
+   subroutine forget_factors(self, kept)
+      class(ldl_real_type), intent(inout) :: self
+      logical, intent(out) :: kept
+
+      kept = .false.
+      call release(self)
+   end subroutine forget_factors
+
    subroutine release(self)
       class(ldl_real_type), intent(inout) :: self
 
       self%factored = .false.
+      if (associated(self%last) .and. allocated(self%factors%lower)) call self%last%keep_room(self%factors%lower)
       self%symbolic = symbolic_type()
       self%subtrees = subtrees_type()
       self%factors = supernodal_factors_type()
@@ -175,6 +187,14 @@ contains
       real(wp), contiguous, intent(out) :: y(:, :)
       integer :: i, j
 
+      if (size(y, 1) == 1) then
+         !$omp parallel do schedule(static) if (size(position) > panel_rows)
+         do j = 1, size(position)
+            y(1, position(j)) = x(j, 1)
+         end do
+         !$omp end parallel do
+         return
+      end if
       !$omp parallel do schedule(static) private(i) if (size(position) > panel_rows)
       do j = 1, size(position)
          do i = 1, size(x, 2)

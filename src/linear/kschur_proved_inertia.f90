@@ -52,7 +52,6 @@ contains
       if (all(abs(factors%pivot) <= huge(1.0_wp))) most = count(.not. factors%pivot > 0)
       if (most == known) least = known
       if (most == known) return
-      factors = supernodal_factors_type()
       call eliminate(matrix, symbolic, subtrees, 1, factors, error, monitor)
       if (allocated(error)) return
       if (all(abs(factors%pivot) <= huge(1.0_wp))) least = count(factors%pivot < 0)

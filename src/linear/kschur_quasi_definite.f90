@@ -37,6 +37,7 @@ module kschur_quasi_definite
       procedure :: solve
       procedure :: solve_adjoint => solve
       procedure :: estimate
+      procedure :: forget_factors
    end type quasi_definite_type
 
 contains
@@ -88,6 +89,13 @@ contains
       ! A is kept.
       bytes = bytes + pattern%bytes()
    end subroutine estimate
+
+   subroutine forget_factors(self, kept)
+      class(quasi_definite_type), intent(inout) :: self
+      logical, intent(out) :: kept
+
+      call self%ldl%forget_factors(kept)
+   end subroutine forget_factors
 
    subroutine factorize_compliant(self, structure, error)
       class(quasi_definite_type), intent(inout) :: self

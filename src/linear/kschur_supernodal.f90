@@ -30,6 +30,7 @@ contains
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), target, intent(in) :: subtrees
       integer, intent(in) :: side
+      !> What it holds goes; its room serves again where it fits.
       type(supernodal_factors_type), intent(inout) :: factors
       type(error_type), allocatable, intent(out) :: error
       !> Asked between parts of the tree, and between supernodes above its leaves: its end is an error.
@@ -134,6 +135,7 @@ contains
 
       nodes = size(symbolic%first) - 1
       n = size(symbolic%order)
+      if (allocated(factors%offset)) deallocate (factors%offset, factors%pivot)
       allocate (factors%offset(nodes + 1), factors%pivot(n), stat=status)
       if (status /= 0) return
       factors%pivot = 0
@@ -145,7 +147,10 @@ contains
             most_entries = max(most_entries, entries_of_panel(symbolic, s))
          end associate
       end do
-      allocate (factors%lower(factors%offset(nodes + 1) - 1), stat=status)
+      if (allocated(factors%lower)) then
+         if (size(factors%lower, kind=long) /= factors%offset(nodes + 1) - 1) deallocate (factors%lower)
+      end if
+      if (.not. allocated(factors%lower)) allocate (factors%lower(factors%offset(nodes + 1) - 1), stat=status)
       do i = 1, size(work)
          if (status == 0) allocate (panels(i)%entries(most_entries), panels(i)%place(n), work(i)%product(most_entries), &
             work(i)%scaled(widest**2), work(i)%relative(symbolic%most_rows() + widest), stat=status)

@@ -67,8 +67,12 @@ contains
       n = problem%unknowns()
       m = problem%multipliers()
       call move_alloc(solver, self%solver)
-      k = problem%stiffness
-      if (present(matrix)) k = matrix
+      ! With the places of M: one analysis serves K and K - s M.
+      if (present(matrix)) then
+         k = linear_combination(1.0_wp, matrix, 0.0_wp, problem%mass)
+      else
+         k = linear_combination(1.0_wp, problem%stiffness, 0.0_wp, problem%mass)
+      end if
       self%regularization = max(above_rounding*self%solver%accuracy, visible)
       seed = 1
       if (present(attempt)) seed = attempt

@@ -315,9 +315,11 @@ contains
 
    subroutine drop_stiffness(self)
       class(solve_context_type), intent(inout) :: self
+      logical :: kept
 
       if (.not. allocated(self%known%stiffness)) return
       call self%effort%add_solves(self%known%stiffness%solver)
+      call self%known%stiffness%solver%forget_factors(kept)
       deallocate (self%known%stiffness)
    end subroutine drop_stiffness
 end module kschur_context

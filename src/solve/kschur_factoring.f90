@@ -2,6 +2,7 @@
 module kschur_factoring
    use kschur_context, only: solve_context_type
    use kschur_dense_transform, only: dense_transform_type, new_dense_transform
+   use kschur_direct_solver, only: direct_real_type
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
@@ -134,15 +135,19 @@ contains
       call move_alloc(quadratic, s%transform)
    end subroutine factor_real_quadratic
 
-   ! A spare one may know the pattern. One of the other kind may still have factors.
+   ! A spare one may know the pattern, of a context before. One of the other kind may still have factors.
    subroutine take_real(s, solver)
-      type(solve_context_type), intent(inout) :: s
+      type(solve_context_type), target, intent(inout) :: s
       class(real_linear_solver_type), allocatable, intent(out) :: solver
 
       if (allocated(s%spare%complex)) deallocate (s%spare%complex)
       call move_alloc(s%spare%real, solver)
       if (.not. allocated(solver)) allocate (solver, source=s%inner%real)
       solver%monitor => s%inner%real%monitor
+      select type (solver)
+      type is (direct_real_type)
+         solver%last => s%last_analysis
+      end select
    end subroutine take_real
 
    subroutine take_complex(s, solver)
@@ -150,6 +155,7 @@ contains
       class(complex_linear_solver_type), allocatable, intent(out) :: solver
 
       if (allocated(s%spare%real)) deallocate (s%spare%real)
+      call s%last_analysis%drop_room()
       call move_alloc(s%spare%complex, solver)
       if (.not. allocated(solver)) allocate (solver, source=s%inner%complex)
       solver%monitor => s%inner%complex%monitor

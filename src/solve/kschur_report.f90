@@ -124,6 +124,7 @@ contains
          call s%drop_transform()
       end if
       call s%drop_stiffness()
+      call s%last_analysis%drop_room()
       if (s%remembers) return
       call s%spare%clear()
       s%last_analysis = last_analysis_type()
