@@ -281,11 +281,9 @@ contains
 
       place = 0
       if (.not. tight) place = clear_gap(side*values, residuals, last)
-      if (place > 0) then
-         theta = self%shift + side/place
-      else
-         theta = theta - same*(theta - self%shift)
-      end if
+      if (.not. place > 0) place = near_gap(side*values, residuals, last)
+      if (.not. place > 0) place = (1 + same)*last
+      theta = self%shift + side/place
       negative = self%negative_at(theta, merge(self%known_below(theta, values, residuals), 0, side > 0))
    end subroutine end_of_interval
 
@@ -327,6 +325,27 @@ contains
          upper = lower
       end do
    end function clear_gap
+
+   ! The middle of the widest gap between `last` and what is the same to rounding, if values that are known well are beyond it:
+   ! which of them are the nearest is to be told. Zero where there is none.
+   pure real(wp) function near_gap(values, residuals, last) result(middle)
+      real(wp), intent(in) :: values(:), residuals(:), last
+      real(wp) :: upper, lower, widest
+
+      middle = 0
+      upper = (1 + same)*last
+      widest = 0
+      do while (upper > last)
+         lower = max(last, maxval(values, values < upper .and. residuals <= known_well))
+         if (upper - lower > widest) then
+            widest = upper - lower
+            middle = (upper + lower)/2
+         end if
+         upper = lower
+      end do
+      ! Before all of them is where the interval ends without them.
+      if (.not. any(values > middle .and. values < (1 + same)*last .and. residuals <= known_well)) middle = 0
+   end function near_gap
 
    ! Negative directions at theta; -1 where they cannot be told.
    integer function negative_at(self, theta, known) result(negative)
