@@ -1,6 +1,7 @@
 !> Polishing of modes whose backward error is larger than it need be, as of modes
 !> far from the shift or with a massless part.
 module kschur_refine
+   use kschur_clusters, only: cluster_of, cluster_type, new_cluster, offset, polish_cluster, steps
    use kschur_effort, only: effort_type
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_cancelled, error_type, error_convergence, error_singular
@@ -9,7 +10,7 @@ module kschur_refine
    use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_monitor, only: is_stopped, monitor_type
    use kschur_backward_error, only: backward_errors
-   use kschur_problem, only: modal_problem_type
+   use kschur_problem, only: damping_general, modal_problem_type
    use kschur_outcome, only: inaccurate_above
    use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_scaling, only: constraint_factors
@@ -21,11 +22,8 @@ module kschur_refine
    private
    public :: confirm, factor_beside, refine, step_from
 
-   ! Where a mode is factored, from its eigenvalue, relative to that: near, but not singular.
-   real(wp), parameter :: offset = 1.0e-6_wp
-   ! The same of a pair on the real axis or nearly so, relative to its imaginary part.
+   ! The same as `offset` of a pair on the real axis or nearly so, relative to its imaginary part.
    real(wp), parameter :: of_imaginary = 0.1_wp
-   integer, parameter :: steps = 5
    ! A shape further from the one it began with, by the cosine of the angle, is that of another mode, unless its eigenvalue
    ! moved by no more than the backward error.
    real(wp), parameter :: same_shape = 0.9_wp
@@ -39,8 +37,9 @@ contains
    !>
    !> is solved by y = phi/(s - lambda), eta = xi/(s - lambda) if the pair is exact (the
    !> divided difference of P: Ruhe, SIAM J. Numer. Anal. 10 (1973)). What gets no better, or
-   !> turns into a neighbour, which is there already, is left as it was: next to a defective eigenvalue all do.
-   subroutine refine(problem, factors, above, solver, pairs, errors, effort, error, monitor)
+   !> turns into a neighbour, which is there already, is left as it was: next to a defective eigenvalue all do. Those with
+   !> neighbours that such a step cannot tell apart are polished together before.
+   subroutine refine(problem, factors, above, solver, pairs, errors, effort, merged, more, error, monitor, fixed)
       type(modal_problem_type), intent(in) :: problem
       !> Factor of each constraint.
       real(wp), intent(in) :: factors(:)
@@ -51,18 +50,31 @@ contains
       !> The backward error of each pair.
       real(wp), intent(inout) :: errors(:)
       class(effort_type), intent(inout) :: effort
+      !> Those that became one of a conjugate pair, whose other one is listed.
+      logical, intent(out) :: merged(:)
+      !> What was found beside those that were polished together; it may be known.
+      type(eigenpairs_type), intent(out) :: more
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), optional, intent(inout) :: monitor
+      !> Those that are not polished with others. Absent: none.
+      logical, optional, intent(in) :: fixed(:)
       type(csr_matrix_type) :: blocks(3)
       type(eigenpairs_type) :: before, same
       complex(wp) :: s
       real(wp) :: error_before, error_same
       integer :: i, j, step
-      logical :: better, undone
+      logical :: one_by_one, better, undone
 
+      merged = .false.
+      more = chosen_pairs(pairs, spread(.false., 1, size(errors)))
+      allocate (more%paired(0))
       if (.not. any(errors > above)) return
+      ! Real shapes are orthogonal, as Lanczos has them.
+      one_by_one = pairs%is_real()
       call pairs%make_complex()
       call saddle_blocks(problem, factors, blocks, error)
+      if (.not. (allocated(error) .or. one_by_one)) call refine_clusters(problem, factors, blocks, above, solver, pairs, &
+         errors, effort, merged, more, error, monitor, fixed)
       if (allocated(error)) return
       do j = 1, size(errors)
          if (.not. errors(j) > above .or. .not. abs(pairs%lambda(j)) > 0) cycle
@@ -98,6 +110,46 @@ contains
          if (undone) errors(j) = error_before
       end do
    end subroutine refine
+
+   ! Of those above the backward error each that has neighbours, with them, or may have.
+   subroutine refine_clusters(problem, factors, blocks, above, solver, pairs, errors, effort, merged, more, error, monitor, fixed)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), intent(in) :: factors(:), above
+      type(csr_matrix_type), intent(in) :: blocks(3)
+      class(complex_linear_solver_type), intent(inout) :: solver
+      type(eigenpairs_type), intent(inout) :: pairs
+      real(wp), intent(inout) :: errors(:)
+      class(effort_type), intent(inout) :: effort
+      logical, intent(inout) :: merged(:)
+      type(eigenpairs_type), intent(inout) :: more
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), optional, intent(inout) :: monitor
+      logical, optional, intent(in) :: fixed(:)
+      type(cluster_type) :: cluster
+      logical :: pending(size(errors))
+      integer :: j
+
+      pending = abs(pairs%lambda) > 0
+      if (present(fixed)) pending = pending .and. .not. fixed
+      do j = 1, size(errors)
+         if (.not. (errors(j) > above .and. pending(j))) cycle
+         if (is_stopped(monitor)) exit
+         cluster = new_cluster(pairs, cluster_of(pairs%lambda, j, pending))
+         pending(cluster%members) = .false.
+         ! Shapes of oscillators are real there, and copies would be mixed.
+         if (problem%damping_kind /= damping_general .and. .not. cluster%closed) cycle
+         ! On the real axis it may be one of a conjugate pair.
+         if (size(cluster%members) == 1 .and. abs(aimag(pairs%lambda(j))) > 0) cycle
+         call factor_at(problem, blocks, cluster%shift, solver, error)
+         if (.not. allocated(error)) then
+            call effort%add_factors(solver)
+            call polish_cluster(problem, factors, cluster, above, solver, pairs, errors, merged, more, error)
+         end if
+         if (.not. allocated(error)) cycle
+         if (all(error%code /= [error_singular, error_convergence, error_cancelled])) return
+         deallocate (error)
+      end do
+   end subroutine refine_clusters
 
    ! Whether pair j is the mode that it was.
    pure logical function is_same(before, error_before, j, pairs)

@@ -3,21 +3,22 @@ module kschur_mending
    use kschur_backward_error, only: backward_errors
    use kschur_copies, only: any_equal, separate_copies
    use kschur_context, only: solve_context_type
-   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs, normalize
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type
-   use kschur_mode_selection, only: drop_spurious, highest, replace_pairs
-   use kschur_modes, only: modes_type
+   use kschur_mode_selection, only: accept_pairs, drop_spurious, highest, replace_pairs, wanted_type
+   use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_outcome, only: inaccurate_above
    use kschur_real_pairs, only: join_real_pairs
    use kschur_refine, only: confirm, refine
+   use kschur_residual_parts, only: residual_parts
    use kschur_scaling, only: constraint_factors
    use kschur_settling, only: settle_pairs
    use kschur_tolerances, only: same_value
    implicit none
    private
-   public :: drop_unfounded, mend, save_all, save_hidden
+   public :: add_pairs, drop_unfounded, mend, save_all, save_hidden
 
    ! Units that are further apart than this hide errors.
    real(wp), parameter :: uneven = 1.0e6_wp
@@ -62,17 +63,25 @@ contains
       class(complex_linear_solver_type), allocatable :: solver
       complex(wp), allocatable :: before(:)
       real(wp), allocatable :: errors(:)
+      logical, allocatable :: paired(:)
+      type(eigenpairs_type) :: more
+      logical :: merged(size(pairs%lambda))
 
       allocate (errors, source=merge(backward_errors(s%work, pairs), 0.0_wp, chosen))
       if (.not. any(errors > above)) return
       allocate (solver, source=s%inner%complex)
       allocate (before, source=pairs%lambda)
       call refine(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), above, &
-         solver, pairs, errors, s%effort, error, s%monitor)
+         solver, pairs, errors, s%effort, merged, more, error, s%monitor)
       if (allocated(error)) return
       call s%effort%add_solves(solver)
       ! It may have become one that is there.
       allocate (pairs%again(size(before)), source=abs(pairs%lambda - before) > same_value*abs(pairs%lambda))
+      call keep_pairs(pairs, .not. merged)
+      allocate (more%again(size(more%lambda)), source=.true.)
+      paired = [pairs%paired, more%paired]
+      call append_pairs(pairs, more)
+      call move_alloc(paired, pairs%paired)
    end subroutine refine_pairs
 
    !> Polishes the modes, tells copies apart, and drops modes that remain inaccurate or may be anything, if they are not eigenvalues.
@@ -130,18 +139,28 @@ contains
       real(wp), optional, intent(in) :: above
       logical :: doubtful(size(modes%lambda))
       real(wp), parameter :: anything = 1.0e-2_wp
-      complex(wp), allocatable :: known(:)
       real(wp), dimension(size(modes%lambda)) :: errors, uncertainty
+
+      call judge_evenly(s, modes, errors, uncertainty)
+      doubtful = uncertainty > anything*abs(modes%lambda) .or. modes%error_bound > anything*abs(modes%lambda)
+      doubtful = doubtful .and. .not. are_known(s, modes%lambda)
+      if (present(above)) doubtful = doubtful .or. max(errors, modes%backward_error) > above
+   end function may_be_anything
+
+   ! Which eigenvalues are those of rigid motions.
+   function are_known(s, lambda)
+      type(solve_context_type), intent(in) :: s
+      complex(wp), intent(in) :: lambda(:)
+      logical :: are_known(size(lambda))
+      complex(wp), allocatable :: known(:)
       integer :: i
 
       allocate (known, source=s%known%deflation%eigenvalues())
-      call judge_evenly(s, modes, errors, uncertainty)
-      doubtful = uncertainty > anything*abs(modes%lambda) .or. modes%error_bound > anything*abs(modes%lambda)
+      are_known = .false.
       do i = 1, size(known)
-         doubtful = doubtful .and. abs(modes%lambda - known(i)) > same_value*abs(known(i))
+         are_known = are_known .or. abs(lambda - known(i)) <= same_value*abs(known(i))
       end do
-      if (present(above)) doubtful = doubtful .or. max(errors, modes%backward_error) > above
-   end function may_be_anything
+   end function are_known
 
    ! Backward errors, and how far eigenvalues may be off (1/s), in the units that balance has found: uneven ones make the
    ! former smaller than they are, the latter larger.
@@ -172,30 +191,45 @@ contains
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
       class(complex_linear_solver_type), allocatable :: solver
-      type(eigenpairs_type) :: pairs
-      real(wp), allocatable :: errors(:)
-      logical :: poor(size(modes%lambda))
+      type(eigenpairs_type) :: pairs, more
+      real(wp), allocatable :: errors(:), errors_before(:)
+      logical, dimension(size(modes%lambda)) :: poor, merged
       real(wp) :: good_enough
-      integer :: before
+      integer :: before, found
 
       good_enough = good_enough_of(s)
       if (all(modes%backward_error <= good_enough) .and. s%plan%spread_of_units() <= uneven) return
       pairs = s%contract(modes)
       allocate (errors, source=backward_errors(s%work, pairs))
       where (modes%backward_error > good_enough) errors = max(errors, modes%backward_error)
+      ! Uneven units suit eigenvalues of one size only.
+      if (s%plan%spread_of_units() > uneven) errors = max(errors, residual_parts(s%work, pairs, errors <= good_enough))
       poor = errors > good_enough
       if (.not. any(poor)) return
       before = s%effort%factorizations
       allocate (solver, source=s%inner%complex)
+      allocate (errors_before, source=errors)
+      allocate (pairs%paired(size(poor)), source=abs(aimag(modes%lambda)) > 0)
       call refine(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough, &
-         solver, pairs, errors, s%effort, error, s%monitor)
+         solver, pairs, errors, s%effort, merged, more, error, s%monitor, &
+         fixed=are_known(s, modes%lambda) .or. modes%is_real())
       if (allocated(error)) return
       call s%effort%add_solves(solver)
       if (s%effort%factorizations == before) return
       call s%bring_problem_back(error)
       if (allocated(error)) return
+      ! Neighbours of what is poor may have been polished with it.
+      poor = poor .or. abs(errors - errors_before) > 0
+      call keep_pairs(pairs, .not. merged)
+      found = modes%found + eigenvalues_of(pairs%lambda, spread(.true., 1, size(pairs%lambda))) - &
+         eigenvalues_of(modes%lambda, spread(.true., 1, size(modes%lambda)))
+      call modes%drop(merged)
+      modes%found = found
       call s%expand(pairs)
-      call replace_pairs(s%problem, s%options%modes, poor, pairs, modes)
+      call replace_pairs(s%problem, s%options%modes, pack(poor, .not. merged), pairs, modes)
+      if (size(more%lambda) == 0) return
+      call s%expand(more)
+      call add_pairs(s, more, abs(s%shift), modes)
    end subroutine polish
 
    ! The backward error that is good enough.
@@ -251,4 +285,27 @@ contains
       call s%expand(pairs)
       call replace_pairs(s%problem, s%options%modes, separated, pairs, modes, gone=spread(.false., 1, size(separated)))
    end subroutine separate
+
+   !> Accepts more pairs beside the modes that there are.
+   subroutine add_pairs(s, more, reference, modes)
+      type(solve_context_type), intent(in) :: s
+      type(eigenpairs_type), intent(in) :: more
+      !> A size of lambda (1/s), against which zeros are seen.
+      real(wp), intent(in) :: reference
+      type(modes_type), intent(inout) :: modes
+      type(eigenpairs_type) :: all
+      logical, allocatable :: paired(:)
+      integer :: k
+
+      all = modes%eigenpairs_type
+      all%weights = s%plan%weights()
+      k = size(all%lambda)
+      paired = [abs(aimag(all%lambda)) > 0, more%paired]
+      call append_pairs(all, more)
+      call move_alloc(paired, all%paired)
+      all%again = spread(.true., 1, size(all%lambda))
+      all%again(:k) = .false.
+      call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
+         reference=reference), all, modes)
+   end subroutine add_pairs
 end module kschur_mending

@@ -10,7 +10,7 @@ module kschur_search
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_statistics_type
-   use kschur_mending, only: drop_unfounded, mend, save_all, save_hidden
+   use kschur_mending, only: add_pairs, drop_unfounded, mend, save_all, save_hidden
    use kschur_mode_selection, only: accept_pairs, distances, drop_dependent, highest, wanted_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
@@ -233,27 +233,6 @@ contains
       modes%unsure = .true.
       call s%add_note("an eigenvalue may be anything by its error bound; that there is one more than the others is known")
    end subroutine take_back
-
-   ! Accepts more pairs beside the modes that there are.
-   subroutine add_pairs(s, more, reference, modes)
-      type(solve_context_type), intent(in) :: s
-      type(eigenpairs_type), intent(in) :: more
-      real(wp), intent(in) :: reference
-      type(modes_type), intent(inout) :: modes
-      type(eigenpairs_type) :: all
-      integer :: k
-
-      all = modes%eigenpairs_type
-      all%weights = s%plan%weights()
-      k = size(all%lambda)
-      all%paired = spread(.false., 1, k)
-      call append_pairs(all, more)
-      all%paired(k + 1:) = more%paired
-      all%again = spread(.true., 1, size(all%lambda))
-      all%again(:k) = .false.
-      call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
-         reference=reference), all, modes)
-   end subroutine add_pairs
 
    ! Why the search ended.
    subroutine give_reason(s, complete, modes)

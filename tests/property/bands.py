@@ -4,11 +4,12 @@ import random as random_numbers
 import subprocess
 from math import pi
 
-from judge import CERTIFICATE, FLAGGED, OK, REFUSED, SILENT, Verdict
+from judge import CERTIFICATE, FLAGGED, OK, REFUSED, SILENT, SPURIOUS, Verdict
 
 SECONDS = 60
 # The program takes in what is this near to an end of a band, relative to it; what lies half as near has to be there.
 EDGE = 1e-6
+NO_EIGENVALUE = "is no eigenvalue"
 
 
 def band_of(seed, spectrum):
@@ -39,7 +40,7 @@ def judge_band(program, folder, problem):
     if wrong and answer.get("certified") is True:
         return Verdict(CERTIFICATE, said)
     if run.returncode == 3:
-        return Verdict(FLAGGED, said)
+        return Verdict(SPURIOUS if any(NO_EIGENVALUE in each for each in wrong) else FLAGGED, said)
     return Verdict(SILENT, said) if wrong else Verdict(OK)
 
 
@@ -59,4 +60,4 @@ def what_is_wrong(spectrum, first, last, listed):
             wrong.append(f"{value:.8g} {found} times, not {len(tolerances)}")
         if found and value.imag and not first * (1 - 2 * EDGE) - near <= place <= last * (1 + 2 * EDGE) + near:
             wrong.append(f"{value:.8g} is not in the band")
-    return wrong + [f"{z:.8g} is no eigenvalue" for z in listed]
+    return wrong + [f"{z:.8g} {NO_EIGENVALUE}" for z in listed]
