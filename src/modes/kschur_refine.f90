@@ -10,7 +10,7 @@ module kschur_refine
    use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_monitor, only: is_stopped, monitor_type
    use kschur_backward_error, only: backward_errors
-   use kschur_problem, only: damping_general, modal_problem_type
+   use kschur_problem, only: damping_general, damping_none, modal_problem_type
    use kschur_outcome, only: inaccurate_above
    use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_scaling, only: constraint_factors
@@ -136,8 +136,9 @@ contains
          if (is_stopped(monitor)) exit
          cluster = new_cluster(pairs, cluster_of(pairs%lambda, j, pending))
          pending(cluster%members) = .false.
-         ! Shapes of oscillators are real there, and copies would be mixed.
-         if (problem%damping_kind /= damping_general .and. .not. cluster%closed) cycle
+         ! Shapes of oscillators are real, and copies would be mixed.
+         if (problem%damping_kind == damping_none .or. &
+            (problem%damping_kind /= damping_general .and. .not. cluster%closed)) cycle
          ! On the real axis it may be one of a conjugate pair.
          if (size(cluster%members) == 1 .and. abs(aimag(pairs%lambda(j))) > 0) cycle
          call factor_at(problem, blocks, cluster%shift, solver, error)
