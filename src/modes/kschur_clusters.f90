@@ -322,11 +322,11 @@ contains
          left(k) = .false.
          taken(i) = k
          if (.not. cluster%closed .or. (real_one(i) .neqv. abs(aimag(found(k))) > 0)) cycle
-         ! A pair would become two.
-         if (.not. real_one(i)) exit
-         ! Two became a pair, if both were known.
-         k = minloc(abs(members(cluster%members) - found(taken(i))), 1, waiting .and. real_one)
-         if (k > 0) waiting(k) = .false.
+         ! Of the two that became a pair, or of a pair that would become two.
+         k = 0
+         if (real_one(i)) k = minloc(abs(members(cluster%members) - found(taken(i))), 1, waiting .and. real_one)
+         if (k == 0) exit
+         waiting(k) = .false.
       end do
       if (i <= size(taken)) taken = 0
    end function next_to

@@ -281,8 +281,8 @@ contains
       call modes%make_complex()
       call move_alloc(modes%phi, before%phi)
       if (allocated(pairs%weights)) allocate (before%weights, source=pairs%weights)
-      ! A pair that comes to the real axis is two eigenvalues there, one that leaves it was two.
-      pairs%paired = abs(aimag(before%lambda)) > 0 .or. abs(aimag(pairs%lambda)) > 0
+      ! A pair that comes to the real axis is two eigenvalues there.
+      if (.not. allocated(pairs%paired)) allocate (pairs%paired(k), source=abs(aimag(before%lambda)) > 0)
       call settle_pairs(problem, pairs, 0, errors, bounds, uncertainty)
       where (.not. (better .or. pairs%paired(:k)))
          pairs%lambda(:k) = before%lambda

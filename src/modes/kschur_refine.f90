@@ -111,7 +111,7 @@ contains
       end do
    end subroutine refine
 
-   ! Of those above the backward error each that has neighbours, with them, or may have.
+   ! Of those above the backward error each that has neighbours, with them.
    subroutine refine_clusters(problem, factors, blocks, above, solver, pairs, errors, effort, merged, more, error, monitor, fixed)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: factors(:), above
@@ -126,6 +126,8 @@ contains
       class(monitor_type), optional, intent(inout) :: monitor
       logical, optional, intent(in) :: fixed(:)
       type(cluster_type) :: cluster
+      type(eigenpairs_type) :: before, found
+      real(wp) :: errors_before(size(errors))
       logical :: pending(size(errors))
       integer :: j
 
@@ -139,18 +141,46 @@ contains
          ! Shapes of oscillators are real, and copies would be mixed.
          if (problem%damping_kind == damping_none .or. &
             (problem%damping_kind /= damping_general .and. .not. cluster%closed)) cycle
-         ! On the real axis it may be one of a conjugate pair.
-         if (size(cluster%members) == 1 .and. abs(aimag(pairs%lambda(j))) > 0) cycle
+         if (size(cluster%members) == 1) cycle
          call factor_at(problem, blocks, cluster%shift, solver, error)
          if (.not. allocated(error)) then
             call effort%add_factors(solver)
-            call polish_cluster(problem, factors, cluster, above, solver, pairs, errors, merged, more, error)
+            before = pairs
+            errors_before = errors
+            found = more
+            call polish_cluster(problem, factors, cluster, above, solver, pairs, errors, merged, found, error)
+            if (any_became_another(before, cluster%members, merged, pairs)) then
+               pairs = before
+               errors = errors_before
+               merged(cluster%members) = .false.
+            else
+               more = found
+            end if
          end if
          if (.not. allocated(error)) cycle
          if (all(error%code /= [error_singular, error_convergence, error_cancelled])) return
          deallocate (error)
       end do
    end subroutine refine_clusters
+
+   ! Whether one of the members has the shape of others that it did not have before.
+   logical function any_became_another(before, members, merged, pairs) result(became)
+      type(eigenpairs_type), intent(in) :: before, pairs
+      integer, intent(in) :: members(:)
+      logical, intent(in) :: merged(:)
+      logical :: others(size(merged))
+      integer :: i
+
+      became = .false.
+      do i = 1, size(members)
+         if (merged(members(i))) cycle
+         others = .not. merged
+         others(members(i)) = .false.
+         became = depends(pairs, others, members(i))
+         if (became) became = .not. depends(before, others, members(i))
+         if (became) return
+      end do
+   end function any_became_another
 
    ! Whether pair j is the mode that it was.
    pure logical function is_same(before, error_before, j, pairs)

@@ -8,7 +8,7 @@ module kschur_mending
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_mode_selection, only: accept_pairs, drop_spurious, highest, replace_pairs, wanted_type
-   use kschur_modes, only: eigenvalues_of, modes_type
+   use kschur_modes, only: modes_type
    use kschur_outcome, only: inaccurate_above
    use kschur_real_pairs, only: join_real_pairs
    use kschur_refine, only: confirm, refine
@@ -221,13 +221,14 @@ contains
       ! Neighbours of what is poor may have been polished with it.
       poor = poor .or. abs(errors - errors_before) > 0
       call keep_pairs(pairs, .not. merged)
-      found = modes%found + eigenvalues_of(pairs%lambda, spread(.true., 1, size(pairs%lambda))) - &
-         eigenvalues_of(modes%lambda, spread(.true., 1, size(modes%lambda)))
+      ! Two real ones and a pair are as many.
+      found = modes%found
       call modes%drop(merged)
       modes%found = found
       call s%expand(pairs)
       call replace_pairs(s%problem, s%options%modes, pack(poor, .not. merged), pairs, modes)
-      if (size(more%lambda) == 0) return
+      ! Copies that are not known.
+      if (size(more%lambda) == 0 .or. .not. s%known%total%exact .or. modes%found >= s%known%total%number) return
       call s%expand(more)
       call add_pairs(s, more, abs(s%shift), modes)
    end subroutine polish
