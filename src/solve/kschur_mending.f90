@@ -195,7 +195,7 @@ contains
       real(wp), allocatable :: errors(:), errors_before(:)
       logical, dimension(size(modes%lambda)) :: poor, merged
       real(wp) :: good_enough
-      integer :: before, found
+      integer :: before
 
       good_enough = good_enough_of(s)
       if (all(modes%backward_error <= good_enough) .and. s%plan%spread_of_units() <= uneven) return
@@ -221,10 +221,8 @@ contains
       ! Neighbours of what is poor may have been polished with it.
       poor = poor .or. abs(errors - errors_before) > 0
       call keep_pairs(pairs, .not. merged)
-      ! Two real ones and a pair are as many.
-      found = modes%found
+      ! The pair that one is now one of is counted when it takes the place of the other.
       call modes%drop(merged)
-      modes%found = found
       call s%expand(pairs)
       call replace_pairs(s%problem, s%options%modes, pack(poor, .not. merged), pairs, modes)
       ! Copies that are not known.
