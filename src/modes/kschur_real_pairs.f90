@@ -2,13 +2,14 @@
 module kschur_real_pairs
    use kschur_backward_error, only: backward_errors
    use kschur_effort, only: effort_type
-   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: long, wp
    use kschur_lapack, only: dznrm2
    use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_monitor, only: is_stopped, monitor_type
    use kschur_problem, only: modal_problem_type
+   use kschur_random, only: random_vector, state_of_seed
    use kschur_refine, only: factor_beside, step_from
    use kschur_saddle, only: saddle_blocks
    use kschur_sparse, only: csr_matrix_type
@@ -21,13 +22,16 @@ contains
 
    !> Two real eigenpairs that inverse iteration from the real axis made no better, of one eigenvalue or nearly so, may be a
    !> conjugate pair beside the axis: the space of both is iterated, and P projected on it. Where that has a pair with a
-   !> tenth of the backward errors at most, both become its upper one.
-   subroutine join_real_pairs(problem, factors, above, solver, pairs, errors, joined, gone, effort, error, monitor)
+   !> tenth of the backward errors at most, both become its upper one. Where a list ends one of the two may be beyond its end:
+   !> the last one is looked at alone, too, beside a random shape.
+   subroutine join_real_pairs(problem, factors, above, is_cut, solver, pairs, errors, joined, gone, effort, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       !> Factor of each constraint.
       real(wp), intent(in) :: factors(:)
       !> The backward error that is good enough.
       real(wp), intent(in) :: above
+      !> Whether there may be more pairs behind the last one.
+      logical, intent(in) :: is_cut
       class(complex_linear_solver_type), intent(inout) :: solver
       type(eigenpairs_type), intent(inout) :: pairs
       !> The backward error of each pair.
@@ -39,7 +43,7 @@ contains
       class(monitor_type), optional, intent(inout) :: monitor
       type(csr_matrix_type) :: blocks(3)
       type(eigenpairs_type) :: both
-      logical :: poor(size(errors))
+      logical, dimension(size(errors)) :: poor, near
       complex(wp) :: s
       real(wp) :: new_errors(2)
       integer :: i, j
@@ -47,10 +51,11 @@ contains
       joined = .false.
       gone = .false.
       poor = errors > above .and. abs(pairs%lambda) > 0 .and. .not. abs(aimag(pairs%lambda)) > 0
-      do j = 2, size(errors)
+      do j = 1, size(errors)
          if (.not. poor(j)) cycle
-         i = findloc(poor(:j - 1) .and. .not. joined(:j - 1) .and. &
-            abs(pairs%lambda(:j - 1) - pairs%lambda(j)) <= same_value*abs(pairs%lambda(j)), .true., 1)
+         near = abs(pairs%lambda - pairs%lambda(j)) <= same_value*abs(pairs%lambda(j))
+         i = findloc(poor(:j - 1) .and. .not. joined(:j - 1) .and. near(:j - 1), .true., 1)
+         if (i == 0 .and. is_cut .and. j == size(errors) .and. count(near) == 1) i = j
          if (i == 0) cycle
          if (is_stopped(monitor)) return
          if (blocks(1)%rows == 0) call saddle_blocks(problem, factors, blocks, error)
@@ -73,7 +78,7 @@ contains
          call put(both, pairs, i)
          call put(both, pairs, j)
          joined([i, j]) = .true.
-         gone(j) = .true.
+         gone(j) = i < j
       end do
    end subroutine join_real_pairs
 
@@ -84,7 +89,22 @@ contains
       integer :: k
 
       both = chosen_pairs(pairs, [(k == i .or. k == j, k=1, size(pairs%lambda))])
+      if (i == j) call append_pairs(both, random_beside(both))
    end function two_of
+
+   ! A random shape for the eigenvalue of a pair.
+   function random_beside(pair) result(other)
+      type(eigenpairs_type), intent(in) :: pair
+      type(eigenpairs_type) :: other
+      integer(long) :: state
+      real(wp) :: shape(pair%rows())
+
+      state = state_of_seed(1)
+      call random_vector(state, shape)
+      other = pair
+      other%phi(:, 1) = shape
+      other%xi = 0
+   end function random_beside
 
    subroutine put(both, pairs, j)
       type(eigenpairs_type), intent(in) :: both
@@ -105,7 +125,7 @@ contains
       complex(wp), intent(in) :: s
       type(eigenpairs_type), intent(inout) :: both
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: steps = 2
+      integer, parameter :: steps = 3
       complex(wp), allocatable :: y(:, :)
       complex(wp) :: unused, part
       real(wp) :: length

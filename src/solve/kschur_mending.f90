@@ -246,19 +246,25 @@ contains
       class(complex_linear_solver_type), allocatable :: solver
       type(eigenpairs_type) :: pairs
       logical, dimension(size(modes%lambda)) :: joined, gone
+      logical :: is_full
+      integer :: found
 
-      if (modes%is_real() .or. count(modes%backward_error > good_enough_of(s)) < 2) return
+      is_full = size(modes%lambda) == s%options%modes
+      if (modes%is_real() .or. .not. any(modes%backward_error > good_enough_of(s))) return
       pairs = s%contract(modes)
       allocate (solver, source=s%inner%complex)
       call join_real_pairs(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough_of(s), &
-         solver, pairs, backward_errors(s%work, pairs), joined, gone, s%effort, error, s%monitor)
+         is_full, solver, pairs, backward_errors(s%work, pairs), joined, gone, s%effort, error, s%monitor)
       if (allocated(error)) return
       call s%effort%add_solves(solver)
       if (.not. any(joined)) return
       call s%bring_problem_back(error)
       if (allocated(error)) return
       call s%expand(pairs)
+      found = modes%found
       call replace_pairs(s%problem, s%options%modes, joined, pairs, modes, gone)
+      ! What lay beyond the end of the list was found as well.
+      modes%found = found
    end subroutine join_pairs
 
    ! From a shift far off copies of an eigenvalue look alike, though each has a shape of its own. Shapes that are held as real
