@@ -9,6 +9,7 @@ module kschur_mode_selection
    use kschur_settling, only: settle_pairs
    use kschur_shapes, only: depends, repeats_zero
    use kschur_threads, only: panel_rows
+   use kschur_tolerances, only: same_value
    implicit none
    private
    public :: accept_pairs, distances, drop_dependent, drop_spurious, highest, nearest_first, replace_pairs, wanted_type
@@ -116,17 +117,23 @@ contains
       type(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: again(:)
       logical, intent(inout) :: accepted(:)
-      real(wp), dimension(size(again)) :: errors, split
-      logical :: others(size(again))
+      real(wp), dimension(size(again)) :: errors, split, apart
+      ! Those that were found elsewhere, or are others than the iteration found.
+      logical :: changed(size(again)), others(size(again)), alone
       integer :: j
 
+      changed = .false.
+      if (allocated(pairs%again)) changed = pairs%again
       errors = residual_parts(problem, pairs, accepted .and. again)
       do j = 1, size(again)
          if (.not. (accepted(j) .and. again(j))) cycle
+         ! Conjugates that stand alone are as independent as the iteration found them.
+         apart = abs(pairs%lambda - pairs%lambda(j))
+         alone = .not. (changed(j) .or. any(accepted .and. .not. again .and. apart <= same_value*abs(pairs%lambda(j))))
          ! Among each other those of a defective eigenvalue share a shape, but not the last digits of their places.
          split = sqrt(max(errors, errors(j), epsilon(1.0_wp)))
          others = accepted .and. &
-            (.not. again .or. abs(pairs%lambda - pairs%lambda(j)) <= part_of_split*split*abs(pairs%lambda(j)))
+            (.not. again .or. ((changed .or. .not. alone) .and. apart <= part_of_split*split*abs(pairs%lambda(j))))
          others(j:) = others(j:) .and. .not. again(j:)
          accepted(j) = .not. depends(pairs, others, j, roughly=.true.)
          if (accepted(j)) accepted(j) = .not. depends(pairs, others, j, part=neighbours)

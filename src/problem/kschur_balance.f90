@@ -44,6 +44,8 @@ contains
       open = .not. level > 0
       rate = typical_rate(problem)
       where (.not. level > 0) level = rate**2*abs(problem%mass%diagonal()) + rate*abs(problem%damping%diagonal())
+      ! What is tied to a motion that only mass and damping hold has its units.
+      call spread_levels(problem%constraints, level)
       factors = 1
       if (any(.not. level > 0)) then
          where (.not. level > 0) level = line_maxima(problem%stiffness, factors)
