@@ -117,7 +117,10 @@ contains
       do pass = 1, 3
          length = dznrm2(pair%rows(), pair%phi(:, 1), 1)
          if (pass > 1) left = left*length
-         if (.not. length > 0) return
+         if (.not. length > 0) then
+            left = 0
+            return
+         end if
          pair%phi = pair%phi/length
          pair%xi = pair%xi/length
          if (pass == 3) return
