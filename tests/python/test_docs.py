@@ -172,7 +172,7 @@ def check_parts(name, text):
 
 def names_in_sources():
     names = set()
-    for folder in ("src", "capi", "app", "python", "without", "cmake", "benchmarks", "examples", "tests"):
+    for folder in ("src", "capi", "app", "python", "with", "without", "cmake", "benchmarks", "examples", "tests"):
         for path in (SOURCE / folder).rglob("*"):
             if path.is_file() and path.suffix in (".f90", ".F90", ".inc", ".h", ".c", ".py", ".pf", ".txt", ".cmake", ".in"):
                 names.update(re.findall(r"\bkschur_\w+", path.read_text(errors="replace")))
