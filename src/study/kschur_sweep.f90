@@ -305,6 +305,9 @@ contains
       integer, intent(in) :: first, second
       ! A veering turns shapes by a right angle, most of it where the gap is below so many times the smallest.
       real(wp), parameter :: turned = 0.6_wp, near = 6
+      ! Damped frequencies that differ by less, relative to the eigenvalues, are in no order: those of both whirls of a damped
+      ! rotor are the same, and rounding would make them cross.
+      real(wp), parameter :: rounding = 1.0e-8_wp
       real(wp) :: order(size(self%values)), gap(size(self%values)), angle
       logical :: both(size(self%values))
       integer :: p, before, lowest
@@ -314,11 +317,12 @@ contains
          .not. are_equal(self%eigenvalues(first, :), self%eigenvalues(second, :))
       if (count(both) < 2) return
       order = aimag(self%eigenvalues(first, :) - self%eigenvalues(second, :))
+      where (abs(order) <= rounding*abs(self%eigenvalues(first, :))) order = 0
       gap = abs(self%eigenvalues(first, :) - self%eigenvalues(second, :))
       before = 0
       do p = 1, size(order)
          if (min(self%mode(first, p), self%mode(second, p)) == 0) before = 0
-         if (.not. both(p)) cycle
+         if (.not. both(p) .or. .not. abs(order(p)) > 0) cycle
          if (before > 0) then
             if (order(before)*order(p) < 0) self%events = [self%events, sweep_event_type(event_crossing, first, second, &
                self%values(before) + (self%values(p) - self%values(before))*order(before)/(order(before) - order(p)))]
