@@ -1,32 +1,25 @@
 !> From eigenpairs to modes: which of them are the same, how accurate they are, which are wanted.
 module kschur_mode_selection
-   use kschur_backward_error, only: backward_errors
-   use kschur_eigenpairs, only: eigenpairs_type, keep_pairs, normalize
+   use kschur_eigenpairs, only: eigenpairs_type, normalize
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_problem, only: modal_problem_type
-   use kschur_residual_parts, only: residual_parts
    use kschur_settling, only: settle_pairs
-   use kschur_shapes, only: depends, repeats_zero
+   use kschur_shapes, only: repeats_zero
+   use kschur_split, only: match_conjugates
    use kschur_threads, only: panel_rows
    use kschur_tolerances, only: same_value
    implicit none
    private
-   public :: accept_pairs, distances, drop_dependent, drop_spurious, highest, nearest_first, replace_pairs, wanted_type
+   public :: accept_pairs, distances, drop_spurious, highest, insert_pairs, judge_pairs, nearest_first, wanted_type
 
-   ! A pair above this backward error is no mode of the problem.
-   real(wp), parameter :: spurious = 1.0e-5_wp
+   !> A pair above this backward error is no mode of the problem.
+   real(wp), parameter, public :: spurious = 1.0e-5_wp
    ! Infinite eigenvalues are further off than the modes by this factor, whatever rounding made of them.
    real(wp), parameter :: far = 10
-   ! Rounding splits a defective eigenvalue by the root of a backward error, copies of another by far less than this
-   ! part of that.
-   real(wp), parameter :: part_of_split = 0.1_wp
    ! Where an eigenvalue is while it is iterated, and so its distance from the target, is known no better than this; where
    ! it is the target, than this part of it.
    real(wp), parameter :: blurred = 1.0e-4_wp, rounded = 1.0e-10_wp
-
-   ! Found from a shift far off, a shape has more of its neighbours in it than the same one found twice elsewhere.
-   real(wp), parameter :: neighbours = 3.0e-2_wp
 
    !> Which modes are wanted, and what is known of where they are.
    type :: wanted_type
@@ -55,43 +48,52 @@ contains
       !> Used up.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
-      logical, allocatable :: again(:), accepted(:), doubtful(:)
+
+      call judge_pairs(problem, wanted, pairs, modes)
+      call drop_spurious(modes)
+   end subroutine accept_pairs
+
+   !> The same, with those among the wanted ones that are known badly.
+   subroutine judge_pairs(problem, wanted, pairs, modes)
+      type(modal_problem_type), intent(in) :: problem
+      type(wanted_type), intent(in) :: wanted
+      !> Used up.
+      type(eigenpairs_type), intent(inout) :: pairs
+      type(modes_type), intent(inout) :: modes
+      logical, allocatable :: accepted(:), mirrored(:), repeated(:)
       integer, allocatable :: order(:)
       integer :: k
 
       k = size(pairs%lambda) - wanted%rigid
-      call make_canonical(pairs, k, again)
+      if (.not. allocated(pairs%paired)) allocate (pairs%paired(size(pairs%lambda)), source=.false.)
+      allocate (mirrored(k))
+      call match_conjugates(pairs%lambda(:k), same_value*abs(pairs%lambda(:k)), pairs%paired(:k), mirrored)
+      call make_canonical(pairs, k)
       call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound, modes%uncertainty)
       ! Real shapes stayed as they were.
       if (.not. pairs%is_real()) call normalize_first(pairs, k)
-      ! On the real axis there are no conjugates: each eigenvalue is one of its own.
-      again = [again .and. abs(aimag(pairs%lambda(:k))) > 0, spread(.false., 1, size(pairs%lambda) - k)]
-      if (allocated(pairs%again)) again = again .or. pairs%again
+      repeated = repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference)
       allocate (accepted(size(pairs%lambda)), source=.true.)
-      accepted(:k) = .not. repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference)
-      call drop_found_again(problem, pairs, again, accepted)
-      call judge(problem, wanted, k, pairs, modes, accepted, doubtful)
-      modes%found = eigenvalues_of(pairs%lambda, accepted)
+      accepted(:k) = .not. (mirrored .or. repeated)
+      call leave_infinite(problem, wanted, pairs%lambda, modes, accepted)
+      modes%inaccurate = 0
       call rank(wanted, pairs%lambda, accepted, order)
-      ! Beyond the furthest of all that are wanted they do not matter.
-      if (size(order) == wanted%modes) doubtful = doubtful .and. distances(pairs%lambda, wanted%target) <= &
-         maxval(distances(pairs%lambda(order), wanted%target))
-      modes%inaccurate = count(doubtful)
+      ! What is neither known well nor listed will never be looked at.
+      accepted = accepted .and. modes%backward_error <= spurious
+      accepted(order) = .true.
+      modes%found = eigenvalues_of(pairs%lambda, accepted)
       call move_pairs(pairs, modes)
       call modes%take(order)
-   end subroutine accept_pairs
+   end subroutine judge_pairs
 
    ! The first k in the upper half plane, of unit norm, the largest entry real and positive.
-   subroutine make_canonical(pairs, k, lower)
+   subroutine make_canonical(pairs, k)
       type(eigenpairs_type), intent(inout) :: pairs
       integer, intent(in) :: k
-      !> Which of them were conjugated.
-      logical, allocatable, intent(out) :: lower(:)
       integer :: j
 
-      allocate (lower(k), source=aimag(pairs%lambda(:k)) < 0)
       do j = 1, k
-         if (.not. lower(j)) cycle
+         if (.not. aimag(pairs%lambda(j)) < 0) cycle
          pairs%lambda(j) = conjg(pairs%lambda(j))
          if (.not. pairs%is_real()) pairs%phi(:, j) = conjg(pairs%phi(:, j))
          pairs%xi(:, j) = conjg(pairs%xi(:, j))
@@ -111,59 +113,50 @@ contains
       !$omp end parallel do
    end subroutine normalize_first
 
-   ! Of pairs that may be known already those that are.
-   subroutine drop_found_again(problem, pairs, again, accepted)
-      type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type), intent(in) :: pairs
-      logical, intent(in) :: again(:)
-      logical, intent(inout) :: accepted(:)
-      real(wp), dimension(size(again)) :: errors, split, apart
-      ! Those that were found elsewhere, or are others than the iteration found.
-      logical :: changed(size(again)), others(size(again)), alone
-      integer :: j
-
-      changed = .false.
-      if (allocated(pairs%again)) changed = pairs%again
-      errors = residual_parts(problem, pairs, accepted .and. again)
-      do j = 1, size(again)
-         if (.not. (accepted(j) .and. again(j))) cycle
-         ! Conjugates that stand alone are as independent as the iteration found them.
-         apart = abs(pairs%lambda - pairs%lambda(j))
-         alone = .not. (changed(j) .or. any(accepted .and. .not. again .and. apart <= same_value*abs(pairs%lambda(j))))
-         ! Among each other those of a defective eigenvalue share a shape, but not the last digits of their places.
-         split = sqrt(max(errors, errors(j), epsilon(1.0_wp)))
-         others = accepted .and. &
-            (.not. again .or. ((changed .or. .not. alone) .and. apart <= part_of_split*split*abs(pairs%lambda(j))))
-         others(j:) = others(j:) .and. .not. again(j:)
-         accepted(j) = .not. depends(pairs, others, j, roughly=.true.)
-         if (accepted(j)) accepted(j) = .not. depends(pairs, others, j, part=neighbours)
-      end do
-   end subroutine drop_found_again
-
-   ! Accepts what has a small backward error, no more than there are; what has not is doubtful if it may be a mode.
-   subroutine judge(problem, wanted, k, pairs, modes, accepted, doubtful)
+   ! Leaves out what is known badly and lies where infinite eigenvalues do, and what is more than there is.
+   subroutine leave_infinite(problem, wanted, lambda, modes, accepted)
       type(modal_problem_type), intent(in) :: problem
       type(wanted_type), intent(in) :: wanted
-      !> The first so many are of an iteration.
-      integer, intent(in) :: k
-      type(eigenpairs_type), intent(in) :: pairs
+      complex(wp), intent(in) :: lambda(:)
       type(modes_type), intent(inout) :: modes
       logical, intent(inout) :: accepted(:)
-      logical, allocatable, intent(out) :: doubtful(:)
+      logical :: infinite(size(lambda)), dropped
       real(wp) :: limit
-      logical :: dropped
 
-      associate (lambda => pairs%lambda, errors => modes%backward_error)
+      associate (errors => modes%backward_error)
          limit = max(highest(problem), far*max(wanted%reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
-         allocate (doubtful, source=accepted .and. errors > spurious .and. abs(lambda) <= limit)
-         modes%beyond = any(errors > spurious .and. .not. abs(lambda) <= limit)
-         accepted = accepted .and. errors <= spurious
-         if (eigenvalues_of(lambda, accepted) > wanted%most) call drop_repeated(pairs, k, wanted, accepted)
+         infinite = errors > spurious .and. .not. abs(lambda) <= limit
+         accepted = accepted .and. .not. infinite
          call drop_beyond(lambda, modes%uncertainty, wanted%most, accepted, dropped)
+         modes%beyond = dropped .or. any(infinite)
       end associate
-      if (dropped) doubtful = .false.
-      if (dropped) modes%beyond = .true.
-   end subroutine judge
+   end subroutine leave_infinite
+
+   !> Takes out what is known so badly that it may be no mode.
+   subroutine drop_spurious(modes)
+      type(modes_type), intent(inout) :: modes
+
+      associate (badly => modes%backward_error > spurious)
+         modes%inaccurate = modes%inaccurate + count(badly)
+         call modes%drop(badly)
+      end associate
+   end subroutine drop_spurious
+
+   !> Puts eigenpairs among the modes that there are, which they are none of.
+   subroutine insert_pairs(problem, wanted, pairs, modes)
+      type(modal_problem_type), intent(in) :: problem
+      type(wanted_type), intent(in) :: wanted
+      !> Used up.
+      type(eigenpairs_type), intent(inout) :: pairs
+      type(modes_type), intent(inout) :: modes
+      type(modes_type) :: more
+      integer, allocatable :: order(:)
+
+      call judge_pairs(problem, wanted, pairs, more)
+      call modes%append(more)
+      allocate (order, source=nearest_first(modes%lambda, wanted%target))
+      call modes%take(order(:min(size(order), wanted%modes)))
+   end subroutine insert_pairs
 
    ! The wanted ones of those that are accepted and so near that none can lie between them.
    subroutine rank(wanted, lambda, accepted, order)
@@ -193,54 +186,6 @@ contains
       if (allocated(pairs%weights)) call move_alloc(pairs%weights, modes%weights)
    end subroutine move_pairs
 
-   !> Takes out what is no eigenpair of a problem.
-   subroutine drop_spurious(problem, pairs)
-      type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type), intent(inout) :: pairs
-      real(wp) :: errors(size(pairs%lambda))
-
-      errors = backward_errors(problem, pairs)
-      call keep_pairs(pairs, errors <= spurious)
-   end subroutine drop_spurious
-
-   ! Takes out of a list of more eigenvalues than there are those that have the shapes of others: an eigenvalue
-   ! found twice, if it is not a defective one, which counts as often.
-   subroutine drop_repeated(pairs, k, wanted, accepted)
-      type(eigenpairs_type), intent(in) :: pairs
-      !> The first so many are of an iteration, and those behind the rigid motions copies of some of them.
-      integer, intent(in) :: k
-      type(wanted_type), intent(in) :: wanted
-      logical, intent(inout) :: accepted(:)
-      logical :: others(size(accepted))
-      integer :: j
-
-      do j = size(accepted), 1, -1
-         if (.not. accepted(j) .or. (j > k .and. j <= k + wanted%rigid)) cycle
-         if (eigenvalues_of(pairs%lambda, accepted) <= wanted%most) return
-         others = accepted
-         others(j) = .false.
-         accepted(j) = .not. depends(pairs, others, j)
-      end do
-   end subroutine drop_repeated
-
-   !> Takes out modes that have the shapes of others and their eigenvalue, the worst first: found twice, or of a defective one.
-   subroutine drop_dependent(modes)
-      type(modes_type), intent(inout) :: modes
-      logical :: accepted(size(modes%lambda)), pending(size(modes%lambda)), others(size(modes%lambda))
-      integer :: i, j
-
-      accepted = .true.
-      pending = abs(modes%lambda) > 0
-      do i = 1, count(pending)
-         j = maxloc(modes%backward_error, 1, pending)
-         pending(j) = .false.
-         others = accepted
-         others(j) = .false.
-         accepted(j) = .not. depends(modes%eigenpairs_type, others, j, part=neighbours)
-      end do
-      call modes%drop(.not. accepted)
-   end subroutine drop_dependent
-
    ! Takes out of a list of more eigenvalues than there are those that may be anything, and then the largest: they
    ! are infinite ones that rounding blurred.
    pure subroutine drop_beyond(lambda, uncertainty, most, accepted, dropped)
@@ -263,70 +208,6 @@ contains
          dropped = .true.
       end do
    end subroutine drop_beyond
-
-   !> Puts pairs in the place of modes: the same ones, but better. Those that became others of the list go.
-   subroutine replace_pairs(problem, wanted, better, pairs, modes, gone)
-      type(modal_problem_type), intent(in) :: problem
-      !> No more modes than this.
-      integer, intent(in) :: wanted
-      !> Which are; of the others those on the real axis stay where they are, as the decays of rigid motions, which are known.
-      logical, intent(in) :: better(:)
-      !> Used up.
-      type(eigenpairs_type), intent(inout) :: pairs
-      type(modes_type), intent(inout) :: modes
-      !> Which became others, where that is known.
-      logical, optional, intent(in) :: gone(:)
-      type(eigenpairs_type) :: before
-      real(wp), allocatable :: errors(:), bounds(:), uncertainty(:)
-      logical :: repeated(size(pairs%lambda)), others(size(pairs%lambda))
-      ! A copy follows the mode that it is one of.
-      integer, allocatable :: order(:), origin(:)
-      integer :: j, k, copies
-
-      k = size(repeated)
-      allocate (before%lambda, source=modes%lambda)
-      call modes%make_complex()
-      call move_alloc(modes%phi, before%phi)
-      if (allocated(pairs%weights)) allocate (before%weights, source=pairs%weights)
-      ! A pair that comes to the real axis is two eigenvalues there.
-      if (.not. allocated(pairs%paired)) allocate (pairs%paired(k), source=abs(aimag(before%lambda)) > 0)
-      call settle_pairs(problem, pairs, 0, errors, bounds, uncertainty)
-      where (.not. (better .or. pairs%paired(:k)))
-         pairs%lambda(:k) = before%lambda
-         errors(:k) = modes%backward_error
-         bounds(:k) = modes%error_bound
-         uncertainty(:k) = modes%uncertainty
-      end where
-      call move_alloc(errors, modes%backward_error)
-      call move_alloc(bounds, modes%error_bound)
-      call move_alloc(uncertainty, modes%uncertainty)
-      call normalize_first(pairs, size(pairs%lambda))
-      repeated = .false.
-      if (present(gone)) repeated(:k) = gone
-      do j = 1, k
-         if (present(gone)) exit
-         others = .not. repeated
-         others(j) = .false.
-         ! Shapes of a defective eigenvalue were the same before.
-         if (depends(pairs, others, j)) repeated(j) = .not. depends(before, others, j)
-      end do
-      allocate (order(0), origin(0))
-      copies = 0
-      do j = 1, k
-         order = [order, j]
-         origin = [origin, j]
-         if (.not. pairs%paired(j) .or. abs(aimag(pairs%lambda(j))) > 0) cycle
-         copies = copies + 1
-         order = [order, k + copies]
-         origin = [origin, j]
-      end do
-      modes%found = modes%found + eigenvalues_of(pairs%lambda, spread(.true., 1, size(pairs%lambda))) - &
-         eigenvalues_of(before%lambda, spread(.true., 1, k))
-      call move_pairs(pairs, modes)
-      call modes%take(order)
-      call modes%drop(repeated(origin))
-      if (size(modes%lambda) > wanted) call modes%take([(j, j=1, wanted)])
-   end subroutine replace_pairs
 
    !> About the highest frequency or decay (1/s) that the matrices have.
    pure real(wp) function highest(problem)

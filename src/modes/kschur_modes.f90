@@ -1,6 +1,6 @@
 !> Modes that were accepted, on their way to the result.
 module kschur_modes
-   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_kinds, only: wp
    use kschur_outcome, only: certified_unknown, history_type, reason_converged
    use kschur_threads, only: panel_rows
@@ -40,6 +40,8 @@ module kschur_modes
       procedure :: take
       !> Leaves modes out, which no longer count as found.
       procedure :: drop
+      !> Puts others behind, which count.
+      procedure :: append
    end type modes_type
 
 contains
@@ -73,6 +75,18 @@ contains
       self%found = self%found - eigenvalues_of(self%lambda, dropped)
       call self%take(pack([(j, j=1, size(dropped))], .not. dropped))
    end subroutine drop
+
+   subroutine append(self, more)
+      class(modes_type), intent(inout) :: self
+      type(modes_type), intent(in) :: more
+
+      if (size(more%lambda) == 0) return
+      call append_pairs(self%eigenpairs_type, more%eigenpairs_type)
+      self%backward_error = [self%backward_error, more%backward_error]
+      self%error_bound = [self%error_bound, more%error_bound]
+      self%uncertainty = [self%uncertainty, more%uncertainty]
+      self%found = self%found + more%found
+   end subroutine append
 
    !> Of a problem with so many unknowns and constraints.
    function no_modes(unknowns, constraints) result(modes)

@@ -139,7 +139,6 @@ contains
       end do
       errors = [errors, copy_errors]
       bounds = [bounds, bounds(doubled)]
-      if (allocated(pairs%again)) copies%again = pairs%again(doubled)
       call append_pairs(pairs, copies)
    end subroutine append_copies
 

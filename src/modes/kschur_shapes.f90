@@ -5,18 +5,15 @@ module kschur_shapes
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_problem, only: modal_problem_type
-   use kschur_tolerances, only: same_value
    implicit none
    private
-   public :: depends, orthonormalize_zeros, repeats_zero
+   public :: orthonormalize_zeros, repeats_zero, rest_of_state
 
    ! What is left of a unit vector that depends on others.
    real(wp), parameter :: dependent = 1.0e-3_wp
    ! A zero eigenvalue found by iteration is below this, relative to the shift
    ! or to the first one that is not rigid.
    real(wp), parameter :: nearly_zero = 1.0e-4_wp
-   ! Two roots closer than this may be one found twice if their shapes are parallel.
-   real(wp), parameter :: same_pair = 1.0e-2_wp
 
 contains
 
@@ -126,46 +123,41 @@ contains
       end function is_decay
    end function repeats_zero
 
-   !> Whether the shape of pair j lies in the span of those of `others` that share its eigenvalue.
-   logical function depends(pairs, others, j, roughly, part)
-      type(eigenpairs_type), intent(in) :: pairs
-      logical, intent(in) :: others(:)
-      integer, intent(in) :: j
-      !> Whether they share it already where they are roots of a defective one that were found from different shifts.
-      logical, optional, intent(in) :: roughly
-      !> How much of it may lie outside the span, in the place of next to nothing.
-      real(wp), optional, intent(in) :: part
-      complex(wp), allocatable :: u(:), v(:), span(:, :)
-      real(wp) :: shared, left
-      integer :: i
+   !> What the state [phi; lambda phi/|lambda|] of pair j, of unit norm in the units in which shapes are compared, has outside
+   !> the span of those of other pairs.
+   real(wp) function rest_of_state(pairs, others, j) result(rest)
+      class(eigenpairs_type), intent(in) :: pairs
+      !> Their positions.
+      integer, intent(in) :: others(:), j
+      complex(wp) :: states(2*pairs%rows(), size(others)), state(2*pairs%rows())
+      integer :: i, kept
 
-      shared = same_value
-      if (present(roughly)) shared = merge(same_pair, same_value, roughly)
-      left = dependent
-      if (present(part)) left = part
-      allocate (span(pairs%rows(), 0))
-      allocate (u(pairs%rows()), v(pairs%rows()))
-      depends = .true.
-      call take_rest(pairs, j, span, v)
+      kept = 0
       do i = 1, size(others)
-         if (.not. others(i)) cycle
-         if (abs(pairs%lambda(i) - pairs%lambda(j)) > same_pair*abs(pairs%lambda(j))) cycle
-         call take_rest(pairs, i, span, u)
-         u = v - dot_product(u, v)*u
-         if (length(u) <= dependent) return
+         state = state_of(others(i))
+         call take_out(states(:, :kept), state)
+         if (.not. length(state) > epsilon(1.0_wp)/dependent) cycle
+         kept = kept + 1
+         states(:, kept) = state/length(state)
       end do
-      do i = 1, size(others) + 1
-         if (i <= size(others)) then
-            if (.not. others(i)) cycle
-            if (abs(pairs%lambda(i) - pairs%lambda(j)) > shared*abs(pairs%lambda(j))) cycle
-         end if
-         call take_rest(pairs, merge(j, i, i > size(others)), span, u)
-         if (i > size(others)) exit
-         if (length(u) <= epsilon(1.0_wp)/dependent) cycle
-         span = reshape([span, u/length(u)], [size(u), size(span, 2) + 1])
-      end do
-      depends = length(u) <= left
-   end function depends
+      state = state_of(j)
+      call take_out(states(:, :kept), state)
+      rest = length(state)
+
+   contains
+
+      function state_of(i) result(state)
+         integer, intent(in) :: i
+         complex(wp) :: state(2*pairs%rows())
+
+         associate (n => pairs%rows(), lambda => pairs%lambda(i))
+            state(:n) = pairs%column(i)
+            if (allocated(pairs%weights)) state(:n) = pairs%weights*state(:n)
+            state(n + 1:) = lambda/max(abs(lambda), tiny(1.0_wp))*state(:n)
+         end associate
+         state = state/max(length(state), tiny(1.0_wp))
+      end function state_of
+   end function rest_of_state
 
    ! What the shape of pair i, of unit norm in the units in which shapes are compared, has outside a span.
    subroutine take_rest(pairs, i, span, rest)
@@ -174,17 +166,26 @@ contains
       !> Orthonormal columns.
       complex(wp), intent(in) :: span(:, :)
       complex(wp), contiguous, intent(out) :: rest(:)
-      integer :: l, pass
 
       rest = pairs%column(i)
       if (allocated(pairs%weights)) rest = pairs%weights*rest
       rest = rest/max(length(rest), tiny(1.0_wp))
+      call take_out(span, rest)
+   end subroutine take_rest
+
+   ! Takes out of a vector what lies in a span.
+   subroutine take_out(span, x)
+      !> Orthonormal columns.
+      complex(wp), intent(in) :: span(:, :)
+      complex(wp), contiguous, intent(inout) :: x(:)
+      integer :: l, pass
+
       do pass = 1, 2
          do l = 1, size(span, 2)
-            rest = rest - dot_product(span(:, l), rest)*span(:, l)
+            x = x - dot_product(span(:, l), x)*span(:, l)
          end do
       end do
-   end subroutine take_rest
+   end subroutine take_out
 
    real(wp) function length(x)
       complex(wp), contiguous, intent(in) :: x(:)

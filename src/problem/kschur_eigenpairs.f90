@@ -17,8 +17,6 @@ module kschur_eigenpairs
       complex(wp), allocatable :: xi(:, :)
       !> Whether it is known that the conjugate of a pair is another one. Not allocated: of none.
       logical, allocatable :: paired(:)
-      !> Whether a pair was looked for where it may be known already. Not allocated: none.
-      logical, allocatable :: again(:)
       !> Of each unknown, where shapes are compared: in units far apart all would look alike. Not allocated: one.
       real(wp), allocatable :: weights(:)
       !> The shapes, where all are real, with or without columns behind them; `phi` is not allocated then.
@@ -73,7 +71,6 @@ contains
       call move_alloc(from%phi, to%phi)
       call move_alloc(from%xi, to%xi)
       call move_alloc(from%paired, to%paired)
-      call move_alloc(from%again, to%again)
       call move_alloc(from%weights, to%weights)
       call move_alloc(from%real_phi, to%real_phi)
    end subroutine move_pairs
@@ -131,9 +128,7 @@ contains
       xi(:, :k) = pairs%xi
       xi(:, k + 1:) = more%xi
       call move_alloc(xi, pairs%xi)
-      if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, l)]
-      if (allocated(pairs%again) .or. allocated(more%again)) &
-         pairs%again = [marks(k, pairs%again), marks(l, more%again)]
+      if (allocated(pairs%paired)) pairs%paired = [pairs%paired, marks(l, more%paired)]
       pairs%lambda = [pairs%lambda, more%lambda]
    end subroutine append_pairs
 
@@ -164,7 +159,6 @@ contains
       if (all(chosen)) return
       kept = chosen_pairs(pairs, chosen)
       if (allocated(pairs%paired)) kept%paired = pack(pairs%paired, chosen)
-      if (allocated(pairs%again)) kept%again = pack(pairs%again, chosen)
       if (allocated(pairs%weights)) call move_alloc(pairs%weights, kept%weights)
       call move_pairs(kept, pairs)
    end subroutine keep_pairs
@@ -205,13 +199,13 @@ contains
       near = abs(lambda - lambda(j)) <= distance*abs(lambda(j))
    end function near
 
-   ! The marks of n pairs; not allocated: of none.
-   pure function marks(n, given)
+   ! Of n pairs which are known to have others as conjugates; not allocated: none.
+   pure function marks(n, paired)
       integer, intent(in) :: n
-      logical, optional, intent(in) :: given(:)
+      logical, optional, intent(in) :: paired(:)
       logical :: marks(n)
 
       marks = .false.
-      if (present(given)) marks = given
+      if (present(paired)) marks = paired
    end function marks
 end module kschur_eigenpairs

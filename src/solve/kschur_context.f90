@@ -199,7 +199,6 @@ contains
       pairs%xi(:, k + 1:) = more%xi
       pairs%lambda = [pairs%lambda, more%lambda]
       if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, l)]
-      if (allocated(pairs%again)) pairs%again = [pairs%again, spread(.false., 1, l)]
    end subroutine expand
 
    function contract(self, given) result(pairs)

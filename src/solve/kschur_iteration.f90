@@ -6,13 +6,13 @@ module kschur_iteration
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dznrm2
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_options, only: modal_options_type
    use kschur_outcome, only: reason_converged
    use kschur_settings, only: set_iteration_options
+   use kschur_split, only: match_conjugates
    use kschur_tolerances, only: same_value
    use kschur_transform, only: transform_type
    implicit none
@@ -176,34 +176,24 @@ contains
       end do
    end subroutine set_eigenvalues
 
-   ! Of two eigenvalues that mirror each other in the real axis, with one shape but for rounding, the lower one is nothing
-   ! new. Near the axis, where both may be real, they are told apart when they are accurate.
+   ! Leaves out eigenvalues below the real axis that mirror others above it.
    subroutine drop_mirrored(transform, mu, vectors, paired)
       class(transform_type), intent(in) :: transform
       complex(wp), allocatable, intent(inout) :: mu(:)
       complex(wp), allocatable, intent(inout) :: vectors(:, :)
       logical, allocatable, intent(inout) :: paired(:)
-      real(wp), parameter :: near = 1.0e-2_wp, parallel = 1 - 1.0e-6_wp
       complex(wp) :: theta(size(mu))
       complex(wp), allocatable :: kept(:, :)
-      logical :: mirrored(size(mu))
-      integer :: i, j
+      logical :: again(size(mu))
+      integer :: j
 
       theta = [(transform%theta(mu(j)), j=1, size(mu))]
-      mirrored = .false.
-      do j = 1, size(mu)
-         if (aimag(theta(j)) >= -near*abs(theta(j))) cycle
-         do i = 1, size(mu)
-            if (mirrored(j) .or. abs(theta(i) - conjg(theta(j))) > same_value*abs(theta(j))) cycle
-            mirrored(j) = abs(sum(vectors(:, i)*vectors(:, j))) >= &
-               parallel*dznrm2(size(vectors, 1), vectors(:, i), 1)*dznrm2(size(vectors, 1), vectors(:, j), 1)
-         end do
-      end do
-      if (.not. any(mirrored)) return
-      allocate (kept(size(vectors, 1), count(.not. mirrored)), source=vectors(:, pack([(j, j=1, size(mu))], .not. mirrored)))
+      call match_conjugates(theta, same_value*abs(theta), paired, again)
+      if (.not. any(again)) return
+      allocate (kept(size(vectors, 1), count(.not. again)), source=vectors(:, pack([(j, j=1, size(mu))], .not. again)))
       call move_alloc(kept, vectors)
-      mu = pack(mu, .not. mirrored)
-      paired = pack(paired, .not. mirrored)
+      mu = pack(mu, .not. again)
+      paired = pack(paired, .not. again)
    end subroutine drop_mirrored
 
    ! Keeps one of each conjugate pair.

@@ -4,19 +4,21 @@ module kschur_search
    use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type
    use kschur_effort, only: phase_judge, phase_recover
-   use kschur_eigenpairs, only: append_pairs, eigenpairs_type, keep_pairs
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
    use kschur_iteration, only: iterate
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_statistics_type
-   use kschur_mending, only: add_pairs, drop_unfounded, mend, save_all, save_hidden
-   use kschur_mode_selection, only: accept_pairs, distances, drop_dependent, highest, wanted_type
+   use kschur_finishing, only: finish_modes
+   use kschur_mode_selection, only: accept_pairs, distances, drop_spurious, highest, judge_pairs, nearest_first, wanted_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
    use kschur_shift, only: factor_beside, move_to_modes
+   use kschur_shapes, only: rest_of_state
    use kschur_text, only: text
+   use kschur_tolerances, only: same_value
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -38,19 +40,12 @@ contains
       call search_here(s, modes, aside, complete, error)
       if (allocated(error)) return
       if (.not. s%options%is_plain() .and. modes%reason /= reason_cancelled) then
-         call s%announce_phase("refinement")
-         call mend(s, modes, error)
-         if (allocated(error)) return
-         ! What refinement could not mend may be infinite.
+         ! What polishing could not mend may be infinite.
          if (fewer(s, modes) .and. s%known%total%exact) call modes%drop(modes%backward_error > inaccurate_above)
-         if (fewer(s, modes)) call s%bring_problem_back(error)
-         if (allocated(error)) return
          if (fewer(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
-            call search_elsewhere(s, modes, error)
+            call search_elsewhere(s, modes, aside, error)
          if (allocated(error)) return
          if (fewer(s, modes) .and. allocated(aside%lambda) .and. complete) call take_back(s, aside, modes)
-         ! Only the number of all eigenvalues tells a defective one from one found twice.
-         if (fewer(s, modes) .and. s%known%total%exact .and. .not. all_known(s, modes)) call drop_dependent(modes)
       end if
       if (s%is_stopped()) modes%reason = reason_cancelled
       if (allocated(aside%lambda) .and. .not. all_known(s, modes)) modes%inaccurate = modes%inaccurate + &
@@ -101,7 +96,7 @@ contains
       type(eigenpairs_type) :: pairs
       type(krylov_statistics_type) :: statistics
       integer :: asked, missing, before, round, places
-      logical :: moved, all_asked, cancelled
+      logical :: moved, all_asked, cancelled, ends
       real(wp) :: reach
 
       complete = .false.
@@ -124,52 +119,45 @@ contains
             places = places + 1
             cycle
          end if
-         if (are_all(s, pairs)) then
-            call save_all(s, pairs, error)
-         else
-            call save_hidden(s, pairs, error)
-         end if
          if (.not. allocated(error)) call s%turn_to_problem(error)
          if (allocated(error)) return
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
          call s%expand(pairs, s%known%rigid)
          call s%end_step(phase_recover)
-         call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
+         call judge_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
             size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
          call s%turn_to_work(error)
          if (allocated(error)) return
-         if (.not. s%options%is_plain()) call drop_unfounded(s, modes, error, aside=aside)
+         ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
+            round == rounds
+         if (.not. s%options%is_plain() .and. (ends .or. .not. fewer(s, modes))) then
+            call s%announce_phase("refinement")
+            call finish_modes(s, modes, aside, error)
+            if (allocated(error)) return
+         end if
+         call drop_spurious(modes)
          call s%end_step(phase_judge)
-         if (allocated(error)) return
-         all_asked = asked == s%known%total%number
          missing = s%options%modes - size(modes%lambda)
-         if (missing == 0 .or. missing >= before .or. all_asked .or. statistics%reason /= reason_converged &
-            .or. s%options%is_plain() .or. round == rounds) exit
+         if (missing == 0 .or. missing >= before .or. ends) exit
          round = round + 1
          before = missing
          asked = min(asked + max(missing, asked/4), s%known%total%number)
       end do
+      all_asked = asked == s%known%total%number
       complete = statistics%reason == reason_fewer_modes .or. modes%beyond .or. all_asked
       modes%reason = statistics%reason
       modes%locking_error = statistics%locking_error
       modes%history = statistics%history
    end subroutine search_here
 
-   ! Whether an iteration gave as many eigenvalues as there are beside the rigid motions.
-   pure logical function are_all(s, pairs)
-      type(solve_context_type), intent(in) :: s
-      type(eigenpairs_type), intent(in) :: pairs
-
-      are_all = s%known%total%exact .and. .not. s%options%is_plain() .and. &
-         size(pairs%lambda) + count(pairs%paired) + size(s%known%rigid%lambda) == s%known%total%number
-   end function are_all
-
    ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as
    ! the problem has: what is far from the first shift is filtered out there as infinite eigenvalues are.
-   subroutine search_elsewhere(s, modes, error)
+   subroutine search_elsewhere(s, modes, aside, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
+      !> Pairs that may be anything and were dropped.
+      type(eigenpairs_type), intent(inout) :: aside
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: steps(8) = [1.0_wp, 1.0e2_wp, 1.0e-2_wp, 1.0e4_wp, 1.0e-4_wp, 1.0e6_wp, 1.0e-6_wp, 1.0e8_wp]
       ! Off the first shift itself; beyond so many times the spectrum all eigenvalues look alike.
@@ -200,23 +188,71 @@ contains
             cycle
          end if
          call iterate(s, s%known%total%number, more, reach, statistics, error)
-         if (.not. allocated(error)) call save_all(s, more, error)
          if (allocated(error)) return
          call keep_pairs(more, abs(more%lambda) > like_zero*off*steps(i)*scale)
          call s%expand(more)
          call s%end_step(phase_recover)
          call add_pairs(s, more, scale, modes)
-         call drop_unfounded(s, modes, error)
+         call finish_modes(s, modes, aside, error)
          if (allocated(error)) return
+         call drop_spurious(modes)
       end do
       call s%drop_transform()
       call s%end_step(phase_judge)
       call move_alloc(first, s%transform)
       call s%begin_step()
       s%shift = shift
-      call mend(s, modes, error)
-      if (.not. allocated(error)) call modes%drop(modes%backward_error > inaccurate_above)
+      call modes%drop(modes%backward_error > inaccurate_above)
    end subroutine search_elsewhere
+
+   ! Of what was found at another shift, what is none of the modes that there are.
+   subroutine add_pairs(s, more, reference, modes)
+      type(solve_context_type), intent(in) :: s
+      !> Used up.
+      type(eigenpairs_type), intent(inout) :: more
+      !> A size of lambda (1/s), against which zeros are seen.
+      real(wp), intent(in) :: reference
+      type(modes_type), intent(inout) :: modes
+      type(modes_type) :: others
+      logical, allocatable :: known(:)
+      integer :: j
+
+      call append_pairs(more, s%known%rigid)
+      call judge_pairs(s%problem, wanted_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
+         more, others)
+      others%weights = s%plan%weights()
+      allocate (known, source=[(is_among(modes, others, j), j=1, size(others%lambda))])
+      call others%drop(known)
+      call modes%append(others)
+      call modes%take(nearest_first(modes%lambda, s%options%target))
+   end subroutine add_pairs
+
+   ! Whether one of some others is a combination of modes that there are.
+   logical function is_among(modes, others, j)
+      type(modes_type), intent(in) :: modes, others
+      integer, intent(in) :: j
+      ! Roots of a defective eigenvalue that were found from different shifts lie this far apart, with one shape; others share
+      ! an eigenvalue, and more of their neighbours is in a shape that was found from far off.
+      real(wp), parameter :: split = 1.0e-2_wp, parallel = 1.0e-3_wp, neighbours = 3.0e-2_wp
+
+      is_among = .not. abs(others%lambda(j)) > 0
+      if (.not. is_among) is_among = rest_beside(split) <= parallel
+      if (.not. is_among) is_among = rest_beside(same_value) <= neighbours
+
+   contains
+
+      real(wp) function rest_beside(distance)
+         real(wp), intent(in) :: distance
+         type(eigenpairs_type) :: near, one
+         integer :: i
+
+         near = chosen_pairs(modes, abs(modes%lambda - others%lambda(j)) <= distance*abs(others%lambda(j)))
+         one = chosen_pairs(others, [(i == j, i=1, size(others%lambda))])
+         if (allocated(others%weights)) near%weights = others%weights
+         call append_pairs(near, one)
+         rest_beside = rest_of_state(near, [(i, i=1, size(near%lambda) - 1)], size(near%lambda))
+      end function rest_beside
+   end function is_among
 
    ! What may be anything is what is missing, where it is an eigenpair, nothing else was found anywhere and one eigenvalue is
    ! missing; of several nobody knows which they are.

@@ -1,0 +1,244 @@
+!> What an iteration left inaccurate or in doubt is polished, cluster by cluster.
+module kschur_finishing
+   use kschur_backward_error, only: backward_errors
+   use kschur_context, only: solve_context_type
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize
+   use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
+   use kschur_kinds, only: wp
+   use kschur_mode_selection, only: insert_pairs, spurious, wanted_type
+   use kschur_modes, only: modes_type
+   use kschur_outcome, only: inaccurate_above
+   use kschur_polish, only: polished_type, polisher_type
+   use kschur_residual_parts, only: residual_parts
+   use kschur_scaling, only: constraint_factors
+   use kschur_settling, only: settle_pairs
+   use kschur_shapes, only: rest_of_state
+   use kschur_split, only: cluster_type, clusters_of, new_cluster
+   use kschur_tolerances, only: same_value
+   implicit none
+   private
+   public :: finish_modes
+
+   ! Units that are further apart than this hide errors.
+   real(wp), parameter :: uneven = 1.0e6_wp
+   ! A mode with a backward error above this can be known better, most often.
+   real(wp), parameter :: nearly_rounding = 1.0e-13_wp
+   ! An eigenvalue that may be off by this part of it may be anything.
+   real(wp), parameter :: anything = 1.0e-2_wp
+   ! What may be anything is looked for as far as this part of its eigenvalue.
+   real(wp), parameter :: half = 0.5_wp
+   ! What is left of a state of unit norm in the span of others.
+   real(wp), parameter :: dependent = 1.0e-2_wp
+
+   !> What is asked of each mode, in the units that balance has found: in those as given, errors may hide behind a few large
+   !> entries.
+   type :: judgement_type
+      !> Backward errors, and how far eigenvalues may be off (1/s).
+      real(wp), allocatable :: errors(:), uncertainty(:)
+      !> Which are worth polishing; which may be no eigenvalues by their error bounds.
+      logical, allocatable :: poor(:), doubtful(:)
+   end type judgement_type
+
+contains
+
+   !> Polishes each cluster in which a mode is inaccurate, in doubt, or no other than its neighbours: once contracted,
+   !> factored beside and iterated, what lies where it is takes its place, whatever that is. A mode in doubt that is not
+   !> found there is no eigenvalue.
+   subroutine finish_modes(s, modes, aside, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      !> Those in doubt that were not found again although they have small backward errors; where there are none it stays.
+      type(eigenpairs_type), intent(inout) :: aside
+      type(error_type), allocatable, intent(out) :: error
+      type(judgement_type) :: judgement
+      type(polisher_type), allocatable :: polisher
+      type(cluster_type), allocatable :: clusters(:)
+      type(eigenpairs_type) :: found
+      logical, dimension(size(modes%lambda)) :: gone, nowhere
+      integer :: i
+
+      judgement = judge(s, modes)
+      gone = .false.
+      nowhere = .false.
+      clusters = suspects(modes, judgement)
+      do i = 1, size(clusters)
+         if (s%is_stopped()) exit
+         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, gone, nowhere, error)
+         if (allocated(error)) return
+      end do
+      if (allocated(polisher)) call s%effort%add_solves(polisher%solver)
+      if (.not. any(gone .or. nowhere)) return
+      nowhere = nowhere .and. .not. gone
+      if (any(nowhere .and. modes%backward_error <= inaccurate_above)) &
+         aside = chosen_pairs(modes, nowhere .and. modes%backward_error <= inaccurate_above)
+      call s%bring_problem_back(error)
+      if (allocated(error)) return
+      call modes%drop(gone .or. nowhere)
+      if (.not. allocated(found%lambda)) return
+      call s%expand(found)
+      call insert_pairs(s%problem, wanted_type(s%options%modes, s%options%target, reference=abs(s%shift)), found, modes)
+   end subroutine finish_modes
+
+   function judge(s, modes) result(judgement)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+      type(judgement_type) :: judgement
+      type(eigenpairs_type) :: pairs
+      real(wp), allocatable :: bounds(:), uncertainty(:), errors(:)
+      logical, allocatable :: open(:)
+      integer :: j
+
+      allocate (judgement%errors, source=modes%backward_error)
+      uncertainty = modes%uncertainty
+      if (s%plan%spread_of_units() > uneven) then
+         pairs = s%contract(modes)
+         do j = 1, size(pairs%lambda)
+            call normalize(pairs, j)
+         end do
+         call settle_pairs(s%work, pairs, 0, errors, bounds, uncertainty)
+         errors = errors(:size(modes%lambda))
+         uncertainty = uncertainty(:size(modes%lambda))
+         judgement%errors = max(judgement%errors, errors)
+         ! These suit eigenvalues of one size only: terms of a residual tell what is poor.
+         judgement%errors = max(judgement%errors, residual_parts(s%work, chosen_pairs(pairs, [(j <= size(errors), &
+            j=1, size(pairs%lambda))]), errors <= good_enough_of(s)))
+      end if
+      ! Rigid motions and their decays are known.
+      allocate (open, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
+      allocate (judgement%poor, source=open .and. judgement%errors > good_enough_of(s))
+      judgement%uncertainty = uncertainty
+      allocate (judgement%doubtful, source=open .and. (uncertainty > anything*abs(modes%lambda) .or. &
+         modes%error_bound > anything*abs(modes%lambda)))
+   end function judge
+
+   ! The backward error that is good enough.
+   pure real(wp) function good_enough_of(s)
+      type(solve_context_type), intent(in) :: s
+
+      good_enough_of = max(nearly_rounding, s%options%tolerance/10)
+   end function good_enough_of
+
+   ! Which eigenvalues are those of rigid motions.
+   function are_known(s, lambda)
+      type(solve_context_type), intent(in) :: s
+      complex(wp), intent(in) :: lambda(:)
+      logical :: are_known(size(lambda))
+      complex(wp), allocatable :: known(:)
+      integer :: i
+
+      allocate (known, source=s%known%deflation%eigenvalues())
+      are_known = .false.
+      do i = 1, size(known)
+         are_known = are_known .or. abs(lambda - known(i)) <= same_value*abs(known(i))
+      end do
+   end function are_known
+
+   ! The clusters that are to be polished. Shapes that are held as real ones are orthogonal, as Lanczos has them, and are
+   ! polished one by one.
+   function suspects(modes, judgement) result(clusters)
+      type(modes_type), intent(in) :: modes
+      type(judgement_type), intent(in) :: judgement
+      type(cluster_type), allocatable :: clusters(:)
+      logical, allocatable :: suspect(:)
+      integer :: i, j
+
+      real(wp), allocatable :: discs(:)
+
+      allocate (discs, source=same_value*abs(modes%lambda))
+      where (judgement%poor) discs = max(discs, min(judgement%uncertainty, anything*abs(modes%lambda)))
+      associate (bad => judgement%poor .or. judgement%doubtful)
+         if (modes%is_real()) then
+            clusters = [(new_cluster(modes%lambda, discs, [j]), j=1, size(bad))]
+         else
+            clusters = clusters_of(modes%lambda, discs)
+         end if
+         allocate (suspect(size(clusters)))
+         do i = 1, size(clusters)
+            associate (members => clusters(i)%members)
+               suspect(i) = any(bad(members))
+               if (any(judgement%poor(members))) call clusters(i)%widen(anything)
+               if (any(judgement%doubtful(members))) call clusters(i)%widen(half)
+               if (.not. suspect(i) .and. abs(clusters(i)%centre) > 0) suspect(i) = any([(rest_of_state(modes, &
+                  members(:j - 1), members(j)) <= dependent, j=2, size(members))])
+            end associate
+         end do
+         clusters = pack(clusters, suspect)
+      end associate
+   end function suspects
+
+   ! One cluster: contracted, factored, iterated, and accepted or left as it was.
+   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, gone, nowhere, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(in) :: modes
+      type(cluster_type), intent(in) :: cluster
+      type(judgement_type), intent(in) :: judgement
+      !> Not allocated before the first cluster.
+      type(polisher_type), allocatable, intent(inout) :: polisher
+      !> Of what is iterated; what takes the place of the members is put behind. Not allocated: nothing yet.
+      type(eigenpairs_type), intent(inout) :: found
+      !> Members whose place is taken, and those that are no eigenvalues.
+      logical, intent(inout) :: gone(:), nowhere(:)
+      type(error_type), allocatable, intent(out) :: error
+      ! Copies that may not be known, beside one or several members.
+      integer, parameter :: guards(2) = [2, 4]
+      type(polished_type) :: polished
+      type(eigenpairs_type) :: members
+      complex(wp) :: shift
+      logical :: chosen(size(modes%lambda))
+      integer :: few
+
+      chosen = .false.
+      chosen(cluster%members) = .true.
+      members = s%contract(chosen_pairs(modes, chosen))
+      if (.not. allocated(polisher)) then
+         allocate (polisher)
+         call polisher%begin(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough_of(s), &
+            s%inner%complex, error)
+         if (allocated(error)) return
+      end if
+      call polisher%factor_beside(s%work, cluster, shift, error)
+      if (.not. allocated(error)) then
+         call s%effort%add_factors(polisher%solver)
+         few = guards(min(size(cluster%members), 2))
+         if (modes%is_real()) few = 0
+         call polisher%polish(s%work, cluster, shift, members, maxval(judgement%errors(cluster%members)), few, polished, error)
+      end if
+      if (allocated(error)) then
+         if (all(error%code /= [error_singular, error_convergence, error_cancelled])) return
+         deallocate (error)
+         return
+      end if
+      if (is_accepted()) then
+         gone(cluster%members) = .true.
+         if (modes%is_real()) call make_real(polished%pairs)
+         if (allocated(found%lambda)) then
+            call append_pairs(found, polished%pairs)
+         else
+            found = polished%pairs
+         end if
+      else if (polished%eigenvalues == 0) then
+         nowhere(cluster%members) = judgement%doubtful(cluster%members) .or. judgement%errors(cluster%members) > spurious
+      end if
+
+   contains
+
+      ! All that there are, or as many as there were, and known better.
+      logical function is_accepted()
+         integer :: before
+
+         before = size(members%lambda)
+         if (cluster%on_axis) before = before + count(abs(aimag(members%lambda)) > 0)
+         is_accepted = polished%complete .or. (polished%eigenvalues >= before .and. (polished%worst() <= polisher%above .or. &
+            polished%worst() < maxval(judgement%errors(cluster%members))))
+      end function is_accepted
+   end subroutine polish_cluster
+
+   ! Shapes that are real but for their phase.
+   subroutine make_real(pairs)
+      type(eigenpairs_type), intent(inout) :: pairs
+
+      ! Normalised, their largest entries are real.
+      allocate (pairs%real_phi, source=real(pairs%phi, wp))
+      deallocate (pairs%phi)
+   end subroutine make_real
+end module kschur_finishing
