@@ -2,9 +2,9 @@
 !> are other things that take memory, the first process has no more of them than the others.
 module kschur_row_problem
    use kschur_error, only: error_type
-   use kschur_problem, only: modal_problem_type
    use kschur_processes, only: processes_type
    use kschur_row_matrix, only: row_matrix_type
+   use kschur_sparse, only: csr_matrix_type
    implicit none
    private
    public :: row_problem_type
@@ -27,17 +27,17 @@ module kschur_row_problem
 
 contains
 
-   subroutine share(self, problem, processes, error)
+   subroutine share(self, mass, damping, stiffness, processes, error)
       class(row_problem_type), intent(inout) :: self
-      !> Stays where it is.
-      type(modal_problem_type), target, intent(inout) :: problem
+      !> They stay where they are.
+      type(csr_matrix_type), target, intent(inout) :: mass, damping, stiffness
       !> Who works on it; not associated: this process alone.
       type(processes_type), pointer, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
 
-      call self%mass%share(problem%mass, processes, error)
-      if (.not. allocated(error)) call self%damping%share(problem%damping, processes, error)
-      if (.not. allocated(error)) call self%stiffness%share(problem%stiffness, processes, error)
+      call self%mass%share(mass, processes, error)
+      if (.not. allocated(error)) call self%damping%share(damping, processes, error)
+      if (.not. allocated(error)) call self%stiffness%share(stiffness, processes, error)
    end subroutine share
 
    subroutine put_away(self)
