@@ -20,8 +20,6 @@ module kschur_row_problem
       procedure :: put_away
       !> They have them again, where they were put away. Fails where there is no memory for them.
       procedure :: bring_back
-      !> Whether they are put away.
-      procedure :: is_away
       final :: finish
    end type row_problem_type
 
@@ -43,17 +41,20 @@ contains
    subroutine put_away(self)
       class(row_problem_type), intent(inout) :: self
 
+      if (self%away) return
       call self%mass%put_away()
       call self%damping%put_away()
       call self%stiffness%put_away()
       self%away = .true.
    end subroutine put_away
 
-   subroutine bring_back(self, error)
+   subroutine bring_back(self, error, were_away)
       class(row_problem_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
+      logical, intent(out), optional :: were_away
       type(error_type), allocatable :: failure
 
+      if (present(were_away)) were_away = self%away
       if (.not. self%away) return
       call self%mass%bring_back(failure)
       if (.not. allocated(failure)) call self%damping%bring_back(failure)
@@ -61,12 +62,6 @@ contains
       self%away = allocated(failure)
       if (allocated(failure)) call move_alloc(failure, error)
    end subroutine bring_back
-
-   pure logical function is_away(self)
-      class(row_problem_type), intent(in) :: self
-
-      is_away = self%away
-   end function is_away
 
    impure elemental subroutine finish(self)
       type(row_problem_type), intent(inout) :: self

@@ -216,18 +216,18 @@ contains
       if (allocated(error)) return
       call s%effort%add_solves(solver)
       if (s%effort%factorizations == before) return
-      call s%bring_problem_back(error)
-      if (allocated(error)) return
       ! Neighbours of what is poor may have been polished with it.
       poor = poor .or. abs(errors - errors_before) > 0
       call keep_pairs(pairs, .not. merged)
       ! The pair that one is now one of is counted when it takes the place of the other.
       call modes%drop(merged)
-      call s%expand(pairs)
+      call s%expand(pairs, error)
+      if (allocated(error)) return
       call replace_pairs(s%problem, s%options%modes, pack(poor, .not. merged), pairs, modes)
       ! Copies that are not known.
       if (size(more%lambda) == 0 .or. .not. s%known%total%exact .or. modes%found >= s%known%total%number) return
-      call s%expand(more)
+      call s%expand(more, error)
+      if (allocated(error)) return
       call add_pairs(s, more, abs(s%shift), modes)
    end subroutine polish
 
@@ -258,9 +258,8 @@ contains
       if (allocated(error)) return
       call s%effort%add_solves(solver)
       if (.not. any(joined)) return
-      call s%bring_problem_back(error)
+      call s%expand(pairs, error)
       if (allocated(error)) return
-      call s%expand(pairs)
       found = modes%found
       call replace_pairs(s%problem, s%options%modes, joined, pairs, modes, gone)
       ! What lay beyond the end of the list was found as well.
@@ -285,9 +284,8 @@ contains
       if (allocated(error)) return
       call s%effort%add_solves(solver)
       if (.not. any(separated)) return
-      call s%bring_problem_back(error)
+      call s%expand(pairs, error)
       if (allocated(error)) return
-      call s%expand(pairs)
       call replace_pairs(s%problem, s%options%modes, separated, pairs, modes, gone=spread(.false., 1, size(separated)))
    end subroutine separate
 

@@ -2,7 +2,7 @@
 module kschur_search
    use kschur_backward_error, only: backward_errors
    use kschur_certificate, only: indistinct
-   use kschur_context, only: solve_context_type
+   use kschur_context, only: solve_context_type, whole_both, whole_given, whole_iterated
    use kschur_effort, only: phase_judge, phase_recover
    use kschur_eigenpairs, only: append_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
@@ -43,7 +43,7 @@ contains
          if (allocated(error)) return
          ! What refinement could not mend may be infinite.
          if (fewer(s, modes) .and. s%known%total%exact) call modes%drop(modes%backward_error > inaccurate_above)
-         if (fewer(s, modes)) call s%bring_problem_back(error)
+         if (fewer(s, modes)) call s%hold(whole_both, error)
          if (allocated(error)) return
          if (fewer(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
             call search_elsewhere(s, modes, error)
@@ -110,7 +110,6 @@ contains
       places = 0
       round = 1
       do
-         call s%put_problem_away()
          call iterate(s, asked, pairs, reach, statistics, error)
          if (allocated(error)) return
          moved = .false.
@@ -129,15 +128,15 @@ contains
          else
             call save_hidden(s, pairs, error)
          end if
-         if (.not. allocated(error)) call s%turn_to_problem(error)
+         if (.not. allocated(error)) call s%hold(whole_given, error)
          if (allocated(error)) return
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
-         call s%expand(pairs, s%known%rigid)
+         call s%expand(pairs, error, s%known%rigid)
          call s%end_step(phase_recover)
          call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
             size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
-         call s%turn_to_work(error)
+         call s%hold(whole_iterated, error)
          if (allocated(error)) return
          if (.not. s%options%is_plain()) call drop_unfounded(s, modes, error, aside=aside)
          call s%end_step(phase_judge)
@@ -203,7 +202,8 @@ contains
          if (.not. allocated(error)) call save_all(s, more, error)
          if (allocated(error)) return
          call keep_pairs(more, abs(more%lambda) > like_zero*off*steps(i)*scale)
-         call s%expand(more)
+         call s%expand(more, error)
+         if (allocated(error)) return
          call s%end_step(phase_recover)
          call add_pairs(s, more, scale, modes)
          call drop_unfounded(s, modes, error)
