@@ -361,8 +361,7 @@ contains
 
       negative = -1
       away = .false.
-      if (associated(self%matrices)) away = self%matrices%is_away()
-      if (away) call self%matrices%bring_back(error)
+      if (associated(self%matrices)) call self%matrices%bring_back(error, away)
       if (.not. allocated(error)) call counting_matrix(self%problem, theta, known, matrix, structure, error)
       if (away) call self%matrices%put_away()
       if (allocated(error)) return

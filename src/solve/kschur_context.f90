@@ -28,6 +28,10 @@ module kschur_context
    private
    public :: begin, resume, solve_context_type
 
+   !> Which matrices the first process has whole, where all processes have rows of them: none, those of the problem as given in
+   !> the place of those that are iterated, these in the place of those, or both.
+   integer, parameter, public :: whole_none = 0, whole_given = 1, whole_iterated = 2, whole_both = 3
+
    !> A transform points to parts of it: its variables are targets.
    type :: solve_context_type
       !> What was asked for: the problem as given, the options as the method sets them, whose solvers, who watches.
@@ -80,17 +84,13 @@ module kschur_context
       procedure :: add_note
       !> Bytes of so many shapes with their multipliers.
       procedure :: bytes_of_shapes
-      !> Shapes and multipliers of the problem as given.
+      !> Shapes and multipliers of the problem as given, whose matrices are whole from here on.
       procedure :: expand
       !> Shapes and multipliers of what is iterated, from those of the problem as given.
       procedure :: contract
-      !> Where all processes have rows of the matrices, the first one has them whole only while it needs them: those of the
-      !> problem as given are put away, and brought back; and they take the place of those that are iterated, and give it back.
-      procedure :: put_problem_away
-      procedure :: bring_problem_back
-      procedure :: turn_to_problem
-      procedure :: turn_to_work
-      !> Tells the monitor what comes next.
+      !> From here on the first process has these matrices whole, others with all processes only. Costs nothing where there is one.
+      procedure :: hold
+      !> Tells the monitor what comes next, which works with these matrices.
       procedure :: announce_phase
       !> The same, and fails where the monitor ends the solve.
       procedure :: enter_phase
@@ -179,14 +179,17 @@ contains
       bytes_of_shapes = complex_bytes*shapes*(real(self%problem%unknowns(), wp) + self%problem%multipliers())
    end function bytes_of_shapes
 
-   subroutine expand(self, pairs, more)
-      class(solve_context_type), intent(in) :: self
+   subroutine expand(self, pairs, error, more)
+      class(solve_context_type), intent(inout) :: self
       type(eigenpairs_type), intent(inout) :: pairs
+      type(error_type), allocatable, intent(inout) :: error
       !> Pairs of the problem as given, to stand behind: so many columns are not copied again.
       type(eigenpairs_type), optional, intent(in) :: more
       complex(wp), allocatable :: xi(:, :)
       integer :: k, l
 
+      if (associated(self%shared)) call self%shared%bring_back(self%processes, error)
+      if (allocated(error)) return
       k = size(pairs%lambda)
       l = 0
       if (present(more)) l = size(more%lambda)
@@ -215,50 +218,49 @@ contains
       end do
    end function contract
 
-   subroutine put_problem_away(self)
+   subroutine hold(self, whole, error)
       class(solve_context_type), intent(inout) :: self
-
-      if (associated(self%shared)) call self%shared%put_away(self%processes)
-   end subroutine put_problem_away
-
-   subroutine bring_problem_back(self, error)
-      class(solve_context_type), intent(inout) :: self
+      !> One of `whole_*`.
+      integer, intent(in) :: whole
+      !> Memory for them may end.
       type(error_type), allocatable, intent(inout) :: error
+      logical :: given
 
-      if (associated(self%shared)) call self%shared%bring_back(self%processes, error)
-   end subroutine bring_problem_back
+      given = any(whole == [whole_given, whole_both])
+      if (associated(self%shared) .and. .not. given) call self%shared%put_away(self%processes)
+      if (allocated(self%matrices)) then
+         select case (whole)
+         case (whole_none)
+            if (self%transform%by_rows) call self%matrices%put_away()
+         case (whole_given)
+            if (associated(self%shared)) call self%matrices%put_away()
+         case default
+            call self%matrices%bring_back(error)
+         end select
+      end if
+      if (associated(self%shared) .and. given) call self%shared%bring_back(self%processes, error)
+   end subroutine hold
 
-   subroutine turn_to_problem(self, error)
+   subroutine announce_phase(self, phase, whole, error)
       class(solve_context_type), intent(inout) :: self
-      type(error_type), allocatable, intent(inout) :: error
-
-      if (associated(self%shared) .and. allocated(self%matrices)) call self%matrices%put_away()
-      call self%bring_problem_back(error)
-   end subroutine turn_to_problem
-
-   subroutine turn_to_work(self, error)
-      class(solve_context_type), intent(inout) :: self
-      type(error_type), allocatable, intent(inout) :: error
-
-      call self%put_problem_away()
-      if (associated(self%shared) .and. allocated(self%matrices)) call self%matrices%bring_back(error)
-   end subroutine turn_to_work
-
-   subroutine announce_phase(self, phase)
-      class(solve_context_type), intent(in) :: self
       !> "factorisation", "iteration", ...
       character(len=*), intent(in) :: phase
+      !> As in `hold`; absent: as before.
+      integer, intent(in), optional :: whole
+      type(error_type), allocatable, intent(inout), optional :: error
 
       if (associated(self%monitor)) call self%monitor%begins(phase)
+      if (present(whole)) call self%hold(whole, error)
    end subroutine announce_phase
 
-   subroutine enter_phase(self, phase, error)
-      class(solve_context_type), intent(in) :: self
+   subroutine enter_phase(self, phase, error, whole)
+      class(solve_context_type), intent(inout) :: self
       character(len=*), intent(in) :: phase
       type(error_type), allocatable, intent(out) :: error
+      integer, intent(in), optional :: whole
 
-      call self%announce_phase(phase)
-      call ask_monitor(self%monitor, error)
+      call self%announce_phase(phase, whole, error)
+      if (.not. allocated(error)) call ask_monitor(self%monitor, error)
    end subroutine enter_phase
 
    logical function is_solve_stopped(self)

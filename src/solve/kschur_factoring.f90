@@ -80,7 +80,7 @@ contains
 
       if (.not. allocated(s%matrices)) then
          allocate (s%matrices)
-         call s%matrices%share(s%work, s%processes, error)
+         call s%matrices%share(s%work%mass, s%work%damping, s%work%stiffness, s%processes, error)
       end if
       placement%matrices => s%matrices
    end subroutine share_matrices

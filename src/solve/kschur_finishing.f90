@@ -71,11 +71,10 @@ contains
       nowhere = nowhere .and. .not. gone
       if (any(nowhere .and. modes%backward_error <= inaccurate_above)) &
          aside = chosen_pairs(modes, nowhere .and. modes%backward_error <= inaccurate_above)
-      call s%bring_problem_back(error)
-      if (allocated(error)) return
       call modes%drop(gone .or. nowhere)
       if (.not. allocated(found%lambda)) return
-      call s%expand(found)
+      call s%expand(found, error)
+      if (allocated(error)) return
       call insert_pairs(s%problem, wanted_type(s%options%modes, s%options%target, reference=abs(s%shift)), found, modes)
    end subroutine finish_modes
 

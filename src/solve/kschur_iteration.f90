@@ -1,7 +1,7 @@
 !> One run of the iteration on a transform: Ritz pairs become eigenpairs of what is iterated.
 module kschur_iteration
    use kschur_block_choice, only: chosen_block
-   use kschur_context, only: solve_context_type
+   use kschur_context, only: solve_context_type, whole_iterated, whole_none
    use kschur_effort, only: phase_iterate, phase_place, phase_recover
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
@@ -55,9 +55,8 @@ contains
       if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
       options%checkpoint => s%checkpoint
       options%processes => s%processes
-      call s%announce_phase("iteration")
       ! The certificate makes other factors beside those that there are.
-      if (s%transform%by_rows) call s%matrices%put_away()
+      call s%announce_phase("iteration", whole_none, error)
       do
          call s%transform%iterate(selection, options, ritz, error, s%monitor)
          if (allocated(error)) exit
@@ -66,7 +65,7 @@ contains
          ! Several vectors find two copies, and there may be more.
          options%verify = .true.
       end do
-      if (s%transform%by_rows) call s%matrices%bring_back(error)
+      call s%hold(whole_iterated, error)
       if (allocated(error)) return
       if (associated(s%checkpoint)) call tell_complaint(s)
       call require_memory(s%bytes_of_shapes(3*size(ritz%mu)), "mode shapes", error)

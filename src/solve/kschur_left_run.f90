@@ -1,7 +1,7 @@
 !> Left vectors are conjugated modes of the transposed problem: the modes themselves where the problem is symmetric.
 module kschur_left_run
    use kschur_backward_error, only: backward_errors
-   use kschur_context, only: solve_context_type
+   use kschur_context, only: solve_context_type, whole_both
    use kschur_eigenpairs, only: eigenpairs_type, normalize
    use kschur_error, only: error_type, take_cancelled
    use kschur_examination, only: find_rigid, suppose_none
@@ -30,8 +30,7 @@ contains
       type(modes_type) :: found
       type(eigenpairs_type) :: left
 
-      call s%announce_phase("left vectors")
-      call s%bring_problem_back(error)
+      call s%announce_phase("left vectors", whole_both, error)
       if (allocated(error)) return
       call modes%make_complex()
       if (s%problem%symmetric .or. size(modes%lambda) == 0) then
@@ -44,7 +43,8 @@ contains
       if (.not. allocated(error)) call find_modes_of(s, adjoint, found, error)
       if (.not. allocated(error)) call find_in_even_units(s, adjoint, found, modes, left, error)
       if (allocated(error)) return
-      call adjoint%expand(left)
+      call adjoint%expand(left, error)
+      if (allocated(error)) return
       call set_left_modes(s%problem, left, modes)
       call adjoint%drop_transform()
       call s%effort%add_effort(adjoint%effort)
@@ -135,7 +135,8 @@ contains
       if (allocated(error)) return
       call adjoint%drop_stiffness()
       rigid = adjoint%known%rigid
-      call adjoint%expand(rigid)
+      call adjoint%expand(rigid, error)
+      if (allocated(error)) return
       call orthonormalize_zeros(rigid)
       adjoint%known%rigid = rigid
       adjoint%known%total = s%known%total

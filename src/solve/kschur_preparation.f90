@@ -2,7 +2,7 @@
 module kschur_preparation
    use kschur_balance, only: balance
    use kschur_clock, only: clock, seconds_since
-   use kschur_context, only: solve_context_type
+   use kschur_context, only: solve_context_type, whole_iterated
    use kschur_dense_choice, only: consider_dense, settle_dense
    use kschur_eigenpairs, only: eigenpairs_type, move_pairs
    use kschur_eigenvalue_count, only: count_eigenvalues
@@ -95,9 +95,8 @@ contains
       if (s%options%is_plain()) then
          call suppose_none(s%work, s%known)
       else
-         call s%enter_phase("rigid motions", error)
+         call s%enter_phase("rigid motions", error, whole_iterated)
          if (allocated(error)) return
-         call s%put_problem_away()
          started = clock()
          call order_elimination(s%work, error)
          s%effort%seconds%analyze = s%effort%seconds%analyze + seconds_since(started)
@@ -106,12 +105,11 @@ contains
          call find_rigid(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, error)
       end if
       if (allocated(error)) return
-      call s%bring_problem_back(error)
-      if (.not. allocated(error)) &
-         call require_memory(s%bytes_of_shapes(3*size(s%known%rigid%lambda)), "rigid motions", error)
+      call require_memory(s%bytes_of_shapes(3*size(s%known%rigid%lambda)), "rigid motions", error)
       if (allocated(error)) return
       call move_pairs(s%known%rigid, rigid)
-      call s%expand(rigid)
+      call s%expand(rigid, error)
+      if (allocated(error)) return
       call orthonormalize_zeros(rigid)
       call move_pairs(rigid, s%known%rigid)
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant, size(s%known%rigid%lambda))

@@ -1,6 +1,6 @@
 !> What the caller gets, in the end.
 module kschur_report
-   use kschur_context, only: solve_context_type
+   use kschur_context, only: solve_context_type, whole_given
    use kschur_description, only: describe
    use kschur_effort, only: phase_judge
    use kschur_error, only: error_type
@@ -37,9 +37,8 @@ contains
 
       call require_memory(s%bytes_of_shapes(2*size(modes%lambda)), "the result", error)
       if (allocated(error)) return
-      call s%announce_phase("result")
       call report_factors(s, result)
-      call s%bring_problem_back(error)
+      call s%announce_phase("result", whole_given, error)
       if (allocated(error)) return
       call report_problem(s, options, result)
       ! Complex shapes need the room that factors and basis had.
@@ -128,6 +127,7 @@ contains
       if (s%remembers) return
       call s%spare%clear()
       s%last_analysis = last_analysis_type()
+      if (allocated(s%matrices)) deallocate (s%matrices)
       s%work = modal_problem_type()
    end subroutine report_factors
 end module kschur_report

@@ -2,7 +2,7 @@
 module kschur_search
    use kschur_backward_error, only: backward_errors
    use kschur_certificate, only: indistinct
-   use kschur_context, only: solve_context_type
+   use kschur_context, only: solve_context_type, whole_both, whole_given, whole_iterated
    use kschur_effort, only: phase_judge, phase_recover
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
@@ -42,6 +42,8 @@ contains
       if (.not. s%options%is_plain() .and. modes%reason /= reason_cancelled) then
          ! What polishing could not mend may be infinite.
          if (fewer(s, modes) .and. s%known%total%exact) call modes%drop(modes%backward_error > inaccurate_above)
+         if (fewer(s, modes)) call s%hold(whole_both, error)
+         if (allocated(error)) return
          if (fewer(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
             call search_elsewhere(s, modes, aside, error)
          if (allocated(error)) return
@@ -105,7 +107,6 @@ contains
       places = 0
       round = 1
       do
-         call s%put_problem_away()
          call iterate(s, asked, pairs, reach, statistics, error)
          if (allocated(error)) return
          moved = .false.
@@ -119,15 +120,15 @@ contains
             places = places + 1
             cycle
          end if
-         if (.not. allocated(error)) call s%turn_to_problem(error)
+         call s%hold(whole_given, error)
          if (allocated(error)) return
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
-         call s%expand(pairs, s%known%rigid)
+         call s%expand(pairs, error, s%known%rigid)
          call s%end_step(phase_recover)
          call judge_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
             size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
-         call s%turn_to_work(error)
+         call s%hold(whole_iterated, error)
          if (allocated(error)) return
          ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
             round == rounds
@@ -190,7 +191,8 @@ contains
          call iterate(s, s%known%total%number, more, reach, statistics, error)
          if (allocated(error)) return
          call keep_pairs(more, abs(more%lambda) > like_zero*off*steps(i)*scale)
-         call s%expand(more)
+         call s%expand(more, error)
+         if (allocated(error)) return
          call s%end_step(phase_recover)
          call add_pairs(s, more, scale, modes)
          call finish_modes(s, modes, aside, error)

@@ -3,7 +3,7 @@
 !> Each place has candidates, and the first that is no eigenvalue is factored. A scale is what was observed: by a few
 !> steps on the stiffness, by a few at the shift, by the modes that were found from there.
 module kschur_shift
-   use kschur_context, only: solve_context_type
+   use kschur_context, only: solve_context_type, whole_iterated
    use kschur_error, only: error_type, new_error, error_convergence, error_singular
    use kschur_factoring, only: factor_at
    use kschur_formulation, only: is_structured
@@ -43,7 +43,7 @@ contains
       real(wp) :: scale, suggested
       integer :: search
 
-      call s%enter_phase("factorisation", error)
+      call s%enter_phase("factorisation", error, whole_iterated)
       if (allocated(error)) return
       suggested = first_scale(s%work)
       scale = s%scale

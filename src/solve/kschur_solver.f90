@@ -197,7 +197,6 @@ contains
       end if
       do
          allocate (notes, source=s%notes)
-         call s%put_problem_away()
          call place_shift(s, error)
          call s%end_step(phase_place)
          if (.not. allocated(error)) call find_modes(s, modes, error)
@@ -232,8 +231,6 @@ contains
          (result%reason == reason_converged .and. result%certified /= certified_no)) return
       settings = options
       settings%formulation = formulation_dense
-      call s%bring_problem_back(error)
-      if (allocated(error)) return
       allocate (own)
       call begin(own, s%problem, settings, error, s%monitor)
       if (.not. allocated(error)) call prepare(own, error)

@@ -2,9 +2,9 @@
 !> are other things that take memory, the first process has no more of them than the others.
 module kschur_row_problem
    use kschur_error, only: error_type
-   use kschur_problem, only: modal_problem_type
    use kschur_processes, only: processes_type
    use kschur_row_matrix, only: row_matrix_type
+   use kschur_sparse, only: csr_matrix_type
    implicit none
    private
    public :: row_problem_type
@@ -20,40 +20,41 @@ module kschur_row_problem
       procedure :: put_away
       !> They have them again, where they were put away. Fails where there is no memory for them.
       procedure :: bring_back
-      !> Whether they are put away.
-      procedure :: is_away
       final :: finish
    end type row_problem_type
 
 contains
 
-   subroutine share(self, problem, processes, error)
+   subroutine share(self, mass, damping, stiffness, processes, error)
       class(row_problem_type), intent(inout) :: self
-      !> Stays where it is.
-      type(modal_problem_type), target, intent(inout) :: problem
+      !> They stay where they are.
+      type(csr_matrix_type), target, intent(inout) :: mass, damping, stiffness
       !> Who works on it; not associated: this process alone.
       type(processes_type), pointer, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
 
-      call self%mass%share(problem%mass, processes, error)
-      if (.not. allocated(error)) call self%damping%share(problem%damping, processes, error)
-      if (.not. allocated(error)) call self%stiffness%share(problem%stiffness, processes, error)
+      call self%mass%share(mass, processes, error)
+      if (.not. allocated(error)) call self%damping%share(damping, processes, error)
+      if (.not. allocated(error)) call self%stiffness%share(stiffness, processes, error)
    end subroutine share
 
    subroutine put_away(self)
       class(row_problem_type), intent(inout) :: self
 
+      if (self%away) return
       call self%mass%put_away()
       call self%damping%put_away()
       call self%stiffness%put_away()
       self%away = .true.
    end subroutine put_away
 
-   subroutine bring_back(self, error)
+   subroutine bring_back(self, error, were_away)
       class(row_problem_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
+      logical, intent(out), optional :: were_away
       type(error_type), allocatable :: failure
 
+      if (present(were_away)) were_away = self%away
       if (.not. self%away) return
       call self%mass%bring_back(failure)
       if (.not. allocated(failure)) call self%damping%bring_back(failure)
@@ -61,12 +62,6 @@ contains
       self%away = allocated(failure)
       if (allocated(failure)) call move_alloc(failure, error)
    end subroutine bring_back
-
-   pure logical function is_away(self)
-      class(row_problem_type), intent(in) :: self
-
-      is_away = self%away
-   end function is_away
 
    impure elemental subroutine finish(self)
       type(row_problem_type), intent(inout) :: self

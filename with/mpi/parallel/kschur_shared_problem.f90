@@ -1,9 +1,8 @@
 !> A problem that several processes share: each keeps some rows of its matrices. The first process has them whole as well, but
 !> while it has other things that take memory.
 module kschur_shared_problem
-   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
    use kschur_error, only: error_type, error_input, error_usage, new_error
-   use kschur_matrix_rows, only: gather_matrix
+   use kschur_matrix_rows, only: drop_entries, gather_matrix
    use kschur_problem, only: modal_problem_type
    use kschur_processes, only: are_several, processes_type, spread_error, word_problem
    use kschur_row_ranges, only: row_ranges
@@ -35,13 +34,6 @@ module kschur_shared_problem
       procedure :: put_away
       procedure :: bring_back
    end type shared_problem_type
-
-   interface
-      integer(c_int) function c_malloc_trim(kept) bind(c, name="malloc_trim")
-         import :: c_int, c_size_t
-         integer(c_size_t), value :: kept
-      end function c_malloc_trim
-   end interface
 
 contains
 
@@ -106,27 +98,17 @@ contains
          "a problem that "//text(self%parts)//" processes have read is to be solved by "//text(processes%number))
    end subroutine check
 
-   ! Extents and row starts stay here, and small problems. What lies between other arrays is not given back to the system by
-   ! itself.
+   ! Small problems stay here.
    subroutine put_away(self, processes)
       class(shared_problem_type), intent(inout) :: self
       type(processes_type), pointer, intent(in) :: processes
-      integer(c_int) :: ignored
 
       if (self%away .or. self%parts == 1 .or. .not. are_several(processes, self%problem%unknowns())) return
-      call empty(self%problem%mass)
-      call empty(self%problem%damping)
-      call empty(self%problem%stiffness)
+      call drop_entries(self%problem%mass)
+      call drop_entries(self%problem%damping)
+      call drop_entries(self%problem%stiffness)
       self%away = .true.
-      ignored = c_malloc_trim(0_c_size_t)
    end subroutine put_away
-
-   subroutine empty(matrix)
-      type(csr_matrix_type), intent(inout) :: matrix
-
-      deallocate (matrix%column, matrix%value)
-      allocate (matrix%column(0), matrix%value(0))
-   end subroutine empty
 
    subroutine bring_back(self, processes, error)
       class(shared_problem_type), intent(inout) :: self

@@ -1,11 +1,10 @@
 !> A sparse matrix that is multiplied with again and again, by all processes that work on a solve: each has some of its rows. The
 !> first process says what is to be done, the others do it in `help_multiply`.
 module kschur_row_matrix
-   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
    use kschur_error, only: error_type
    use kschur_halo_matrix, only: halo_matrix_type, new_halo_matrix
    use kschur_kinds, only: wp
-   use kschur_matrix_rows, only: gather_rows, share_rows
+   use kschur_matrix_rows, only: drop_entries, gather_rows, share_rows
    use kschur_memory, only: complex_bytes, require_memory
    use kschur_processes, only: are_several, number_of_words, processes_type, spread_error, word_matrix
    use kschur_row_ranges, only: row_ranges, row_ranges_type
@@ -63,13 +62,6 @@ module kschur_row_matrix
       generic :: add_product => add_product_real, add_product_complex
       procedure, private :: add_product_real, add_product_complex
    end type row_matrix_type
-
-   interface
-      integer(c_int) function c_malloc_trim(kept) bind(c, name="malloc_trim")
-         import :: c_int, c_size_t
-         integer(c_size_t), value :: kept
-      end function c_malloc_trim
-   end interface
 
 contains
 
@@ -211,17 +203,10 @@ contains
       nullify (self%others)
    end subroutine forget
 
-   ! Where its rows start stays here. What lies between other arrays is not given back to the system by itself.
    subroutine put_away(self)
       class(row_matrix_type), intent(in) :: self
-      integer(c_int) :: ignored
 
-      if (.not. associated(self%others)) return
-      associate (matrix => self%matrix)
-         deallocate (matrix%column, matrix%value)
-         allocate (matrix%column(0), matrix%value(0))
-      end associate
-      ignored = c_malloc_trim(0_c_size_t)
+      if (associated(self%others)) call drop_entries(self%matrix)
    end subroutine put_away
 
    subroutine bring_back(self, error)

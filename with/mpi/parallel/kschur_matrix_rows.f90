@@ -1,5 +1,6 @@
 !> The rows of a matrix in the first process, given to those that multiply with them, and gathered again.
 module kschur_matrix_rows
+   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_memory, only: integer_bytes, real_bytes, require_memory
@@ -10,7 +11,14 @@ module kschur_matrix_rows
       MPI_Scatter, MPI_Scatterv
    implicit none
    private
-   public :: gather_matrix, gather_rows, share_rows
+   public :: drop_entries, gather_matrix, gather_rows, share_rows
+
+   interface
+      integer(c_int) function c_malloc_trim(kept) bind(c, name="malloc_trim")
+         import :: c_int, c_size_t
+         integer(c_size_t), value :: kept
+      end function c_malloc_trim
+   end interface
 
 contains
 
@@ -72,6 +80,17 @@ contains
          entries(p) = matrix%row_start(ranges%last(p) + 1) - 1 - before(p)
       end do
    end subroutine count_entries
+
+   !> Leaves a matrix its extents and where its rows start. What lies between other arrays is not given back to the system by
+   !> itself.
+   subroutine drop_entries(matrix)
+      type(csr_matrix_type), intent(inout) :: matrix
+      integer(c_int) :: ignored
+
+      deallocate (matrix%column, matrix%value)
+      allocate (matrix%column(0), matrix%value(0))
+      ignored = c_malloc_trim(0_c_size_t)
+   end subroutine drop_entries
 
    !> The first process gets the whole matrix of the rows of all. Fails in all where it has no memory for it.
    subroutine gather_matrix(matrix, ranges, communicator, rows, error)
