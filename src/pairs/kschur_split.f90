@@ -3,7 +3,7 @@ module kschur_split
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: cluster_type, clusters_of, match_conjugates, new_cluster
+   public :: cluster_type, match_conjugates, new_cluster, split
 
    !> Members of a list whose eigenvalues are told apart, if at all, only together.
    type :: cluster_type
@@ -27,11 +27,11 @@ module kschur_split
 contains
 
    !> The clusters of a list of eigenvalues: chains of overlapping discs.
-   pure function clusters_of(lambda, discs) result(clusters)
+   pure subroutine split(lambda, discs, clusters)
       complex(wp), intent(in) :: lambda(:)
       !> Radius of each disc (1/s).
       real(wp), intent(in) :: discs(:)
-      type(cluster_type), allocatable :: clusters(:)
+      type(cluster_type), allocatable, intent(out) :: clusters(:)
       ! A cluster is solved for as one dense problem: it has no more members than this.
       integer, parameter :: most = 100
       integer :: label(size(lambda)), members(most), labels, reached, inside, i, j
@@ -62,7 +62,7 @@ contains
       do j = 1, labels
          clusters(j) = new_cluster(lambda, discs, pack([(i, i=1, size(lambda))], label == j))
       end do
-   end function clusters_of
+   end subroutine split
 
    !> The cluster of some members.
    pure function new_cluster(lambda, discs, members) result(cluster)

@@ -5,15 +5,16 @@ module kschur_finishing
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
    use kschur_kinds, only: wp
-   use kschur_mode_selection, only: insert_pairs, spurious, wanted_type
+   use kschur_mode_selection, only: distances, insert_pairs, spurious, wanted_type
    use kschur_modes, only: modes_type
    use kschur_outcome, only: inaccurate_above
    use kschur_polish, only: polished_type, polisher_type
+   use kschur_problem, only: modal_problem_type
    use kschur_residual_parts, only: residual_parts
    use kschur_scaling, only: constraint_factors
    use kschur_settling, only: settle_pairs
    use kschur_shapes, only: rest_of_state
-   use kschur_split, only: cluster_type, clusters_of, new_cluster
+   use kschur_split, only: cluster_type, new_cluster, split
    use kschur_tolerances, only: same_value
    implicit none
    private
@@ -55,12 +56,14 @@ contains
       type(cluster_type), allocatable :: clusters(:)
       type(eigenpairs_type) :: found
       logical, dimension(size(modes%lambda)) :: gone, nowhere
+      complex(wp), allocatable :: badly(:)
+      real(wp) :: reach
       integer :: i
 
       judgement = judge(s, modes)
       gone = .false.
       nowhere = .false.
-      clusters = suspects(modes, judgement)
+      call find_suspects(modes, judgement, clusters)
       do i = 1, size(clusters)
          if (s%is_stopped()) exit
          call polish_cluster(s, modes, clusters(i), judgement, polisher, found, gone, nowhere, error)
@@ -71,11 +74,17 @@ contains
       nowhere = nowhere .and. .not. gone
       if (any(nowhere .and. modes%backward_error <= inaccurate_above)) &
          aside = chosen_pairs(modes, nowhere .and. modes%backward_error <= inaccurate_above)
+      allocate (badly, source=pack(modes%lambda, nowhere .and. judgement%errors > spurious))
       call modes%drop(gone .or. nowhere)
-      if (.not. allocated(found%lambda)) return
-      call s%expand(found, error)
-      if (allocated(error)) return
-      call insert_pairs(s%problem, wanted_type(s%options%modes, s%options%target, reference=abs(s%shift)), found, modes)
+      if (allocated(found%lambda)) then
+         call s%expand(found, error)
+         if (allocated(error)) return
+         call insert_pairs(s%problem, wanted_type(s%options%modes, s%options%target, reference=abs(s%shift)), found, modes)
+      end if
+      ! Infinite eigenvalues that rounding blurred, or modes. Beyond the furthest of all that are wanted they do not matter.
+      reach = huge(1.0_wp)
+      if (size(modes%lambda) == s%options%modes) reach = maxval(distances(modes%lambda, s%options%target))
+      modes%inaccurate = modes%inaccurate + count(distances(badly, s%options%target) <= reach)
    end subroutine finish_modes
 
    function judge(s, modes) result(judgement)
@@ -108,7 +117,27 @@ contains
       judgement%uncertainty = uncertainty
       allocate (judgement%doubtful, source=open .and. (uncertainty > anything*abs(modes%lambda) .or. &
          modes%error_bound > anything*abs(modes%lambda)))
+      if (any(judgement%doubtful)) judgement%doubtful = unpack(may_be_infinite(s%work, &
+         s%contract(chosen_pairs(modes, judgement%doubtful))), judgement%doubtful, .false.)
    end function judge
+
+   ! Whether inertia and damping are a part of the forces on a shape that rounding of the stiffness does not hide. Where they are
+   ! not, as of the lowest modes of a fine mesh, an eigenvalue has a wide bound, but is none that is infinite.
+   function may_be_infinite(problem, pairs) result(may_be)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(in) :: pairs
+      logical :: may_be(size(pairs%lambda))
+      real(wp), parameter :: hidden = 1.0e-8_wp
+      complex(wp) :: force(pairs%rows(), 1)
+      integer :: j
+
+      do j = 1, size(may_be)
+         force = 0
+         call problem%mass%add_product(pairs%lambda(j)**2, pairs%phi(:, j:j), force)
+         call problem%damping%add_product(pairs%lambda(j), pairs%phi(:, j:j), force)
+         may_be(j) = norm2(abs(force)) > hidden*problem%stiffness%infinity_norm()*norm2(abs(pairs%phi(:, j)))
+      end do
+   end function may_be_infinite
 
    ! The backward error that is good enough.
    pure real(wp) function good_enough_of(s)
@@ -134,36 +163,51 @@ contains
 
    ! The clusters that are to be polished. Shapes that are held as real ones are orthogonal, as Lanczos has them, and are
    ! polished one by one.
-   function suspects(modes, judgement) result(clusters)
+   subroutine find_suspects(modes, judgement, suspects)
       type(modes_type), intent(in) :: modes
       type(judgement_type), intent(in) :: judgement
+      type(cluster_type), allocatable, intent(out) :: suspects(:)
       type(cluster_type), allocatable :: clusters(:)
+      real(wp), allocatable :: discs(:)
       logical, allocatable :: suspect(:)
       integer :: i, j
 
-      real(wp), allocatable :: discs(:)
-
       allocate (discs, source=same_value*abs(modes%lambda))
       where (judgement%poor) discs = max(discs, min(judgement%uncertainty, anything*abs(modes%lambda)))
-      associate (bad => judgement%poor .or. judgement%doubtful)
-         if (modes%is_real()) then
-            clusters = [(new_cluster(modes%lambda, discs, [j]), j=1, size(bad))]
-         else
-            clusters = clusters_of(modes%lambda, discs)
-         end if
-         allocate (suspect(size(clusters)))
-         do i = 1, size(clusters)
-            associate (members => clusters(i)%members)
-               suspect(i) = any(bad(members))
-               if (any(judgement%poor(members))) call clusters(i)%widen(anything)
-               if (any(judgement%doubtful(members))) call clusters(i)%widen(half)
-               if (.not. suspect(i) .and. abs(clusters(i)%centre) > 0) suspect(i) = any([(rest_of_state(modes, &
-                  members(:j - 1), members(j)) <= dependent, j=2, size(members))])
-            end associate
+      if (modes%is_real()) then
+         allocate (clusters(size(discs)))
+         do j = 1, size(discs)
+            clusters(j) = new_cluster(modes%lambda, discs, [j])
          end do
-         clusters = pack(clusters, suspect)
-      end associate
-   end function suspects
+      else
+         call split(modes%lambda, discs, clusters)
+      end if
+      allocate (suspect, source=[(is_suspect(clusters(i)), i=1, size(clusters))])
+      allocate (suspects(count(suspect)))
+      j = 0
+      do i = 1, size(clusters)
+         if (.not. suspect(i)) cycle
+         j = j + 1
+         suspects(j) = clusters(i)
+         associate (members => clusters(i)%members)
+            if (any(judgement%poor(members))) call suspects(j)%widen(anything)
+            if (any(judgement%doubtful(members))) call suspects(j)%widen(half)
+         end associate
+      end do
+
+   contains
+
+      logical function is_suspect(cluster)
+         type(cluster_type), intent(in) :: cluster
+         integer :: l
+
+         associate (members => cluster%members)
+            is_suspect = any(judgement%poor(members) .or. judgement%doubtful(members))
+            if (.not. is_suspect .and. abs(cluster%centre) > 0) is_suspect = &
+               any([(rest_of_state(modes, members(:l - 1), members(l)) <= dependent, l=2, size(members))])
+         end associate
+      end function is_suspect
+   end subroutine find_suspects
 
    ! One cluster: contracted, factored, iterated, and accepted or left as it was.
    subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, gone, nowhere, error)
