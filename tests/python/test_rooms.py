@@ -3,7 +3,7 @@ import re
 import sys
 from pathlib import Path
 
-ROOMS = ["base", "terms", "linear", "krylov", "arpack", "problem", "proof", "operators", "modes", "solve", "study", "files"]
+ROOMS = ["base", "terms", "linear", "krylov", "arpack", "problem", "known", "proof", "operators", "modes", "solve", "study", "files"]
 
 
 def main(src):
