@@ -5,6 +5,7 @@ module kschur_allowed_motions
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgeqp3, dorgqr
    use kschur_problem, only: modal_problem_type
+   use kschur_tolerances, only: dependent
    implicit none
    private
    public :: allowed_motions, orthogonal_factors
@@ -18,8 +19,6 @@ contains
       type(deflation_type), intent(in) :: deflation
       real(wp), allocatable, intent(out) :: basis(:, :)
       type(error_type), allocatable, intent(out) :: error
-      ! What is left of a row of unit length that follows from others.
-      real(wp), parameter :: dependent = 1.0e-13_wp
       real(wp), allocatable :: normals(:, :), q(:, :), r(:, :)
       integer :: n, m, i, l, rank
 

@@ -3,23 +3,23 @@
 !> eigenvalues it has.
 module kschur_examination
    use kschur_deflation, only: deflation_type, new_deflation
-   use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: effort_type
    use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_eigenvalue_count, only: eigenvalue_count_type
-   use kschur_error, only: error_type, error_convergence, error_singular
-   use kschur_solver_choice, only: inner_solvers_type
+   use kschur_error, only: error_type, error_singular, new_error
    use kschur_kinds, only: wp
-   use kschur_linear_solver, only: real_linear_solver_type
+   use kschur_magnitudes, only: add_magnitudes
+   use kschur_mass, only: is_dominant
+   use kschur_null_space, only: find_null_space, null_space_type
    use kschur_options, only: formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero, &
-      formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped, &
-      inner_mumps
+      formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped
    use kschur_problem, only: modal_problem_type
-   use kschur_rigid, only: check_inertia, find_rigid_motions
-   use kschur_rigid_decays, only: find_rigid_decays, rigid_decays_type
-   use kschur_root_space, only: find_root_space, root_space_type
-   use kschur_scaled_stiffness, only: new_scaled_stiffness, scaled_stiffness_type
+   use kschur_rigid_decays, only: find_rigid_decays
+   use kschur_singular_vectors, only: right_singular_vectors
+   use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
+   use kschur_staircase, only: find_root_space, root_space_type
+   use kschur_tolerances, only: cancelled, null_residual
    implicit none
    private
    public :: examination_type, find_rigid, suppose_none
@@ -36,19 +36,13 @@ module kschur_examination
       type(deflation_type) :: deflation
       !> All rigid motions and their decays.
       type(eigenpairs_type) :: rigid
-      !> The stiffness, factored, whose solves are not accounted for yet; not allocated where it was not looked for rigid motions.
-      type(scaled_stiffness_type), allocatable :: stiffness
+      !> The null space of the stiffness and its factors, whose solves are not accounted for yet; not allocated where it was not looked for rigid motions.
+      type(null_space_type), allocatable :: stiffness
       type(eigenvalue_count_type) :: total
    contains
       !> The rigid motions without the decays.
       procedure :: rigid_motions
    end type examination_type
-
-   ! A matrix of the problem, factored, and the motions that it does not see.
-   type :: null_space_type
-      type(scaled_stiffness_type), allocatable :: matrix
-      real(wp), allocatable :: motions(:, :), multipliers(:, :)
-   end type null_space_type
 
 contains
 
@@ -63,17 +57,18 @@ contains
       type(examination_type), intent(inout) :: known
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
-      type(null_space_type) :: null_space
+      type(null_space_type), allocatable :: rigid
       logical :: nearly_all
 
-      call find_null_space(problem, problem%stiffness, inner, null_space, effort, error)
-      if (.not. allocated(error)) call check_inertia(problem, null_space%motions, error)
+      allocate (rigid)
+      call find_null_space(rigid, problem, problem%stiffness, inner, effort, error)
+      if (.not. allocated(error)) call check_inertia(problem, rigid%motions, error)
       if (allocated(error)) return
-      call set_rigid(problem, null_space, known)
+      call set_rigid(problem, rigid, known)
       nearly_all = modes > (problem%unknowns() - problem%multipliers())/most_part
       if (nearly_all .or. all(formulation /= [formulation_symmetric, formulation_proportional])) &
-         call find_root_spaces(problem, formulation, inner, null_space, known, effort, error)
-      if (.not. allocated(error)) call move_alloc(null_space%matrix, known%stiffness)
+         call find_root_spaces(problem, formulation, inner, rigid, known, effort, error)
+      if (.not. allocated(error)) call move_alloc(rigid, known%stiffness)
    end subroutine find_rigid
 
    !> Where it is not looked for rigid motions there are none.
@@ -123,70 +118,45 @@ contains
       end associate
    end subroutine rigid_motions
 
-   ! The null space of a matrix of the problem on the motions that the constraints allow.
-   subroutine find_null_space(problem, matrix, inner, null_space, effort, error)
+   ! Fails where a rigid motion has neither mass nor damping: then the problem is singular for every lambda.
+   subroutine check_inertia(problem, motions, error)
       type(modal_problem_type), intent(in) :: problem
-      type(csr_matrix_type), intent(in) :: matrix
-      type(inner_solvers_type), intent(in) :: inner
-      type(null_space_type), intent(out) :: null_space
-      class(effort_type), intent(inout) :: effort
+      !> A basis of all rigid motions, n x k.
+      real(wp), intent(in) :: motions(:, :)
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: attempts = 3
-      class(real_linear_solver_type), allocatable :: solver
-      integer :: attempt
+      real(wp), allocatable :: forces(:, :), force(:), rotation(:, :), least(:, :)
+      logical :: nothing(2)
+      integer :: n, k
 
-      do attempt = 1, attempts
-         call start_again(null_space, effort)
-         allocate (solver, source=inner%unshifted)
-         call new_scaled_stiffness(null_space%matrix, problem, solver, error, matrix, attempt)
-         if (allocated(error)) exit
-         associate (factored => null_space%matrix)
-            call effort%add_factors(factored%solver)
-            ! A null pivot hides a motion.
-            if (.not. factored%too_singular .and. factored%solver%null_pivots == 0) exit
-         end associate
-      end do
-      if (.not. allocated(error)) &
-         call find_rigid_motions(problem, null_space%matrix, null_space%motions, null_space%multipliers, error)
-      if (.not. allocated(error)) return
-      ! The matrix may be nearer to singular than the problem is at any shift.
-      if (all(error%code /= [error_convergence, error_singular])) return
-      deallocate (error)
-      call start_again(null_space, effort)
-      allocate (solver, source=direct_real_type(inner=inner_mumps))
-      call new_scaled_stiffness(null_space%matrix, problem, solver, error, matrix)
+      n = size(motions, 1)
+      k = size(motions, 2)
+      if (k == 0) return
+      allocate (forces(2*n, k), source=0.0_wp)
+      call problem%mass%add_product(1/problem%mass%infinity_norm(), motions, forces(:n, :))
+      if (.not. problem%damping%is_zero()) &
+         call problem%damping%add_product(1/problem%damping%infinity_norm(), motions, forces(n + 1:, :))
+      call right_singular_vectors(forces, force, rotation, error)
       if (allocated(error)) return
-      call effort%add_factors(null_space%matrix%solver)
-      call find_rigid_motions(problem, null_space%matrix, null_space%motions, null_space%multipliers, error)
-   end subroutine find_null_space
+      least = matmul(motions, rotation(:, k:))
+      nothing = [vanishes(problem%mass), vanishes(problem%damping)]
+      if (all(nothing)) call new_error(error, error_singular, &
+         "the problem is singular for every lambda: some motion has neither mass, damping nor stiffness; give it one of them, "// &
+         "or a constraint that holds it")
 
-   subroutine start_again(null_space, effort)
-      type(null_space_type), intent(inout) :: null_space
-      class(effort_type), intent(inout) :: effort
+   contains
 
-      if (allocated(null_space%matrix)) then
-         if (allocated(null_space%matrix%solver)) call effort%add_solves(null_space%matrix%solver)
-         deallocate (null_space%matrix)
-      end if
-      allocate (null_space%matrix)
-   end subroutine start_again
+      ! Whether A times the least motion is rounding: small beside its terms, or beside A.
+      logical function vanishes(matrix)
+         type(csr_matrix_type), intent(in) :: matrix
+         real(wp), dimension(n, 1) :: product, terms
 
-   ! Whether each positive diagonal entry is larger than all others of its row together: of a symmetric matrix that
-   ! is definite then.
-   pure logical function is_dominant(matrix)
-      type(csr_matrix_type), intent(in) :: matrix
-      real(wp), parameter :: clearly = 1.01_wp
-      real(wp) :: diagonal(matrix%rows)
-      integer :: i
-
-      diagonal = matrix%diagonal()
-      do i = 1, matrix%rows
-         associate (row => matrix%value(matrix%row_start(i):matrix%row_start(i + 1) - 1))
-            is_dominant = diagonal(i) > 0 .and. 2*diagonal(i) > clearly*sum(abs(row))
-         end associate
-         if (.not. is_dominant) return
-      end do
-   end function is_dominant
+         product = 0
+         terms = 0
+         call matrix%add_product(1.0_wp, least, product)
+         call add_magnitudes(matrix, abs(least), terms)
+         vanishes = maxval(abs(product)) <= max(cancelled*maxval(terms), null_residual*matrix%infinity_norm()*maxval(abs(least)))
+      end function vanishes
+   end subroutine check_inertia
 
    ! That of infinity belongs to the reversed polynomial, that of zero to what is not deflated.
    subroutine find_root_spaces(problem, formulation, inner, rigid, known, effort, error)
@@ -195,56 +165,43 @@ contains
       type(inner_solvers_type), intent(in) :: inner
       !> Of the stiffness.
       type(null_space_type), intent(inout) :: rigid
-      type(examination_type), target, intent(inout) :: known
+      type(examination_type), intent(inout) :: known
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
       type(null_space_type) :: massless
-      type(csr_matrix_type) :: nothing
-      type(deflation_type), pointer :: deflation
 
-      deflation => known%deflation
-      nothing = empty_csr_matrix(problem%unknowns(), problem%unknowns())
-      deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_low_rank, formulation_damped, &
-         formulation_damped_constrained, formulation_damped_constrained_zero])
-      if (deflation%others > 0) then
-         if (deflation%oscillator) then
-            call complete(deflation%zero, rigid, signed(problem%mass, formulation), nothing)
-         else
-            call complete(deflation%zero, rigid, problem%damping, problem%mass)
-            if (.not. allocated(error) .and. problem%symmetric) call add_decays(problem, rigid, known, error)
+      associate (deflation => known%deflation)
+         deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_low_rank, formulation_damped, &
+            formulation_damped_constrained, formulation_damped_constrained_zero])
+         if (deflation%others > 0) then
+            call complete(deflation%zero, rigid, problem%mass)
+            if (.not. allocated(error) .and. problem%symmetric .and. .not. deflation%oscillator) &
+               call add_decays(problem, rigid, known, error)
+            if (allocated(error)) return
          end if
+         if (count(.not. problem%mass%row_maxima() > 0) > most_massless) return
+         deflation%infinite_is_known = problem%symmetric .and. is_dominant(problem%mass)
+         if (deflation%infinite_is_known) return
+         call find_null_space(massless, problem, problem%mass, inner, effort, error)
          if (allocated(error)) return
-      end if
-      if (count(.not. problem%mass%row_maxima() > 0) > most_massless) return
-      if (problem%symmetric .and. is_dominant(problem%mass)) then
-         deflation%infinite_is_known = .true.
-         return
-      end if
-      call find_null_space(problem, problem%mass, inner, massless, effort, error)
-      if (allocated(error)) return
-      if (deflation%oscillator) then
-         call complete(deflation%infinite, massless, signed(problem%stiffness, formulation), nothing)
-      else
-         call complete(deflation%infinite, massless, problem%damping, problem%stiffness)
-      end if
-      deflation%infinite_is_known = .not. allocated(error)
-      call effort%add_solves(massless%matrix%solver)
+         call complete(deflation%infinite, massless, problem%stiffness)
+         deflation%infinite_is_known = .not. allocated(error)
+         call effort%add_solves(massless%solver)
+      end associate
 
    contains
 
-      subroutine complete(space, null_space, first, second)
+      subroutine complete(space, null_space, last)
          type(root_space_type), intent(out) :: space
          type(null_space_type), intent(inout) :: null_space
-         type(csr_matrix_type), intent(in) :: first, second
-         real(wp), allocatable :: left(:, :), unused(:, :)
+         !> Of the coefficients that are not the one of the null space.
+         type(csr_matrix_type), intent(in) :: last
 
-         if (problem%symmetric .or. size(null_space%motions, 2) == 0) then
-            allocate (left, source=null_space%motions)
+         if (known%deflation%oscillator) then
+            call find_root_space(space, null_space, signed(last, formulation), empty_csr_matrix(last%rows, last%rows), error)
          else
-            call find_rigid_motions(problem, null_space%matrix, left, unused, error, left=.true.)
-            if (allocated(error)) return
+            call find_root_space(space, null_space, problem%damping, last, error)
          end if
-         call find_root_space(space, null_space%matrix, first, second, null_space%motions, left, error)
       end subroutine complete
    end subroutine find_root_spaces
 
@@ -254,19 +211,21 @@ contains
       type(null_space_type), intent(inout) :: rigid
       type(examination_type), intent(inout) :: known
       type(error_type), allocatable, intent(out) :: error
-      type(rigid_decays_type) :: decays
+      real(wp), allocatable :: lambda(:), x(:, :)
       type(eigenpairs_type) :: pairs
+      integer :: n
 
+      n = problem%unknowns()
       associate (deflation => known%deflation)
-         call find_rigid_decays(decays, problem, rigid%matrix, rigid%motions, rigid%multipliers, &
-            2*deflation%others - deflation%zero%multiplicity(), deflation%blur, error)
-         if (allocated(error) .or. size(decays%lambda) == 0) return
-         call deflation%zero%add_eigenpairs(decays%lambda, decays%x)
-         allocate (pairs%lambda, source=cmplx(decays%lambda, 0, wp))
-         allocate (pairs%real_phi, source=decays%x)
-         allocate (pairs%xi, source=cmplx(decays%xi, 0, wp))
-         call append_pairs(known%rigid, pairs)
+         call find_rigid_decays(problem, rigid, 2*deflation%others - deflation%zero%multiplicity(), deflation%blur, lambda, x, &
+            error)
+         if (allocated(error) .or. size(lambda) == 0) return
+         call deflation%zero%add_eigenpairs(lambda, x(:n, :))
       end associate
+      allocate (pairs%lambda, source=cmplx(lambda, 0, wp))
+      allocate (pairs%real_phi, source=x(:n, :))
+      allocate (pairs%xi, source=cmplx(x(n + 1:, :), 0, wp))
+      call append_pairs(known%rigid, pairs)
    end subroutine add_decays
 
    ! The second coefficient of A - theta B, or of B - A/theta, where A is K or -K.

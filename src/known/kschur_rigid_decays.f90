@@ -1,32 +1,22 @@
 !> How fast damping stops rigid motions that it couples with others: eigenvalues so far below all frequencies that the rounding
 !> of the stiffness hides them.
 module kschur_rigid_decays
+   use kschur_deflation, only: separate_by_damping
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesv, dsygv
+   use kschur_null_space, only: null_space_type
    use kschur_problem, only: modal_problem_type
-   use kschur_scaled_stiffness, only: scaled_stiffness_type
+   use kschur_tolerances, only: cancelled, contraction, dependent
    implicit none
    private
-   public :: find_rigid_decays, rigid_decays_type
+   public :: find_rigid_decays
 
-   !> Eigenpairs P(lambda) x + Cq^T xi = 0, Cq x = 0, with real eigenvalues.
-   type :: rigid_decays_type
-      !> p numbers (1/s).
-      real(wp), allocatable :: lambda(:)
-      !> n x p and m x p.
-      real(wp), allocatable :: x(:, :), xi(:, :)
-   end type rigid_decays_type
-
-   ! Rigid motions that damping separates, M-orthonormal: N A1 that decay, and N A2 that do not.
-   type :: separated_type
-      !> n x p and n x (k - p).
-      real(wp), allocatable :: decaying(:, :), coasting(:, :)
-      !> Their multipliers.
-      real(wp), allocatable :: of_decaying(:, :), of_coasting(:, :)
-      !> The least rate of a decay (1/s).
-      real(wp) :: slowest = 0
-   end type separated_type
+   !> Motions above their multipliers, and products with the former.
+   type :: states_type
+      !> (n + m) x p, and twice n x p.
+      real(wp), allocatable :: x(:, :), masses(:, :), dampers(:, :)
+   end type states_type
 
 contains
 
@@ -34,154 +24,118 @@ contains
    !> X = N A + W with M X S^2 + R X S + K X + Cq^T Xi = 0 and a regular S satisfy N^T (M X S + R X) = 0, which the stiffness
    !> has no part in, and K W + Cq^T Xi = -(M X S + R X) S, which is small: solved in turns. None where that does not
    !> converge fast, and where none is hidden.
-   subroutine find_rigid_decays(decays, problem, factored, motions, multipliers, number, blur, error)
-      type(rigid_decays_type), intent(out) :: decays
+   subroutine find_rigid_decays(problem, rigid, number, blur, lambda, x, error)
       type(modal_problem_type), intent(in) :: problem
-      !> The stiffness.
-      type(scaled_stiffness_type), intent(inout) :: factored
-      !> N, n x k, and its multipliers, m x k.
-      real(wp), intent(in) :: motions(:, :), multipliers(:, :)
+      !> N, the null space of the stiffness.
+      type(null_space_type), intent(inout) :: rigid
       !> So many there are: p.
       integer, intent(in) :: number
       !> Rounding of the stiffness hides what is below (1/s).
       real(wp), intent(in) :: blur
+      !> p numbers (1/s), real, and motions above multipliers, (n + m) x p; none: p = 0.
+      real(wp), allocatable, intent(out) :: lambda(:), x(:, :)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: most_turns = 20
-      ! Of the length of a state, what solves leave of changes; of a change, the next one.
-      real(wp), parameter :: settled = 1.0e-12_wp, fast = 0.1_wp
-      type(separated_type) :: rigid
-      real(wp), allocatable :: w(:, :), reactions(:, :), x(:, :), xi(:, :), s(:, :), forces(:, :), before(:, :)
-      real(wp) :: change, change_before
-      integer :: turn
+      type(states_type) :: decaying, coasting, states
+      real(wp), allocatable :: all(:, :), rates(:), w(:, :), before(:, :), s(:, :)
+      logical, allocatable :: decays(:)
+      real(wp) :: change, change_before, slowest
+      integer :: n, turn, i
       logical :: done
 
-      allocate (decays%lambda(0), decays%x(size(motions, 1), 0), decays%xi(size(multipliers, 1), 0))
+      n = problem%unknowns()
+      allocate (lambda(0), x(n + problem%multipliers(), 0))
       if (number <= 0) return
-      call separate(problem, motions, multipliers, number, rigid, done)
-      if (.not. done .or. rigid%slowest > blur) return
-      allocate (w(size(motions, 1), number), reactions(size(multipliers, 1), number), source=0.0_wp)
-      allocate (before, source=w)
-      change_before = huge(1.0_wp)
-      do turn = 1, most_turns
-         call combine(problem, rigid, w, reactions, x, xi, s, forces, done)
-         if (.not. done) return
-         before = w
-         call factored%pseudo_solve(motions, -forces, w, error, reactions)
-         if (allocated(error)) return
-         change = maxval(norm2(w - before, 1)/norm2(x, 1))
-         done = change <= settled
-         if (done .or. .not. change <= fast*change_before) exit
-         change_before = change
-      end do
-      if (done) call combine(problem, rigid, w, reactions, x, xi, s, forces, done)
-      if (done) call diagonalize(problem, x, xi, s, decays)
-   end subroutine find_rigid_decays
-
-   ! Not done: the motions have no inertia each, or it is not clear which of them decay.
-   subroutine separate(problem, motions, multipliers, number, rigid, done)
-      type(modal_problem_type), intent(in) :: problem
-      real(wp), intent(in) :: motions(:, :), multipliers(:, :)
-      integer, intent(in) :: number
-      type(separated_type), intent(out) :: rigid
-      logical, intent(out) :: done
-      ! Beside the rate of a decay.
-      real(wp), parameter :: nothing = 1.0e-10_wp
-      real(wp), allocatable :: damping(:, :), mass(:, :), rates(:), work(:)
-      logical, allocatable :: decays(:)
-      integer :: k, info, i, j
-
-      k = size(motions, 2)
-      allocate (mass, source=form(motions, product_of(problem, motions, damped=.false.)))
-      allocate (damping, source=form(motions, product_of(problem, motions, damped=.true.)))
-      allocate (rates(k), work(10*k + 1))
-      call dsygv(1, "V", "U", k, damping, k, mass, k, rates, work, size(work), info)
-      done = info == 0
+      allocate (all(size(x, 1), size(rigid%motions, 2)))
+      all(:n, :) = rigid%motions
+      all(n + 1:, :) = rigid%multipliers
+      call separate_by_damping(problem, all, rates, done)
       if (.not. done) return
-      allocate (decays(k), source=.false.)
+      allocate (decays(size(rates)), source=.false.)
       do i = 1, number
          decays(maxloc(abs(rates), 1, .not. decays)) = .true.
       end do
-      rigid%slowest = minval(abs(rates), decays)
-      done = maxval([0.0_wp, abs(pack(rates, .not. decays))]) <= nothing*rigid%slowest
-      associate (some => pack([(j, j=1, k)], decays), others => pack([(j, j=1, k)], .not. decays))
-         allocate (rigid%decaying, source=matmul(motions, damping(:, some)))
-         allocate (rigid%coasting, source=matmul(motions, damping(:, others)))
-         allocate (rigid%of_decaying, source=matmul(multipliers, damping(:, some)))
-         allocate (rigid%of_coasting, source=matmul(multipliers, damping(:, others)))
-      end associate
-   end subroutine separate
-
-   ! The states and S that belong to W, and the forces that W should answer to.
-   subroutine combine(problem, rigid, w, reactions, x, xi, s, forces, done)
-      type(modal_problem_type), intent(in) :: problem
-      type(separated_type), intent(in) :: rigid
-      real(wp), intent(in) :: w(:, :), reactions(:, :)
-      real(wp), allocatable, intent(inout) :: x(:, :), xi(:, :), s(:, :), forces(:, :)
-      logical, intent(out) :: done
-      real(wp), allocatable :: masses(:, :), dampers(:, :), b(:, :)
-
-      x = rigid%decaying + w
-      xi = rigid%of_decaying + reactions
-      masses = product_of(problem, x, damped=.false.)
-      dampers = product_of(problem, x, damped=.true.)
-      s = solution(form(rigid%decaying, masses), -form(rigid%decaying, dampers), done)
-      if (.not. done) return
-      if (size(rigid%coasting, 2) > 0) then
-         ! B S = -N2^T (M X S + R X), as those motions are of unit inertia and undamped.
-         b = transpose(solution(transpose(s), -transpose(form(rigid%coasting, matmul(masses, s) + dampers)), done))
+      slowest = minval(abs(rates), decays)
+      ! It has to be clear which of them decay.
+      if (slowest > blur .or. any(abs(rates) > dependent*slowest .and. .not. decays)) return
+      decaying = states_of(problem, all(:, pack([(i, i=1, size(rates))], decays)))
+      coasting = states_of(problem, all(:, pack([(i, i=1, size(rates))], .not. decays)))
+      allocate (w(size(x, 1), number), source=0.0_wp)
+      change_before = huge(1.0_wp)
+      do turn = 1, most_turns
+         call combine(problem, decaying, coasting, w, states, s, done)
          if (.not. done) return
-         x = x + matmul(rigid%coasting, b)
-         xi = xi + matmul(rigid%of_coasting, b)
-         masses = product_of(problem, x, damped=.false.)
-         dampers = product_of(problem, x, damped=.true.)
-      end if
-      forces = matmul(matmul(masses, s) + dampers, s)
+         before = w
+         call rigid%pseudo_solve(-matmul(matmul(states%masses, s) + states%dampers, s), w, error)
+         if (allocated(error)) return
+         change = maxval(norm2(w(:n, :) - before(:n, :), 1)/norm2(states%x(:n, :), 1))
+         done = change <= cancelled
+         if (done .or. .not. change <= contraction*change_before) exit
+         change_before = change
+      end do
+      if (done) call combine(problem, decaying, coasting, w, states, s, done)
+      if (done) call diagonalize(states, s, lambda, x)
+   end subroutine find_rigid_decays
+
+   ! The states and S that belong to W.
+   subroutine combine(problem, decaying, coasting, w, states, s, done)
+      type(modal_problem_type), intent(in) :: problem
+      type(states_type), intent(in) :: decaying, coasting
+      real(wp), intent(in) :: w(:, :)
+      type(states_type), intent(out) :: states
+      real(wp), allocatable, intent(out) :: s(:, :)
+      logical, intent(out) :: done
+      real(wp), allocatable :: b(:, :)
+
+      states = states_of(problem, decaying%x + w)
+      s = solution(form(decaying, states%masses), -form(decaying, states%dampers), done)
+      if (.not. done .or. size(coasting%x, 2) == 0) return
+      ! B S = -N2^T (M X S + R X), as the motions N2 that coast are of unit inertia and undamped.
+      b = transpose(solution(transpose(s), -transpose(form(coasting, matmul(states%masses, s) + states%dampers)), done))
+      states%x = states%x + matmul(coasting%x, b)
+      states%masses = states%masses + matmul(coasting%masses, b)
+      states%dampers = states%dampers + matmul(coasting%dampers, b)
    end subroutine combine
 
    ! Eigenpairs of X S: for the form X^T M X S + S^T X^T M X + X^T R X, S is self-adjoint. None where that is not definite.
-   subroutine diagonalize(problem, x, xi, s, decays)
-      type(modal_problem_type), intent(in) :: problem
-      real(wp), intent(in) :: x(:, :), xi(:, :), s(:, :)
-      type(rigid_decays_type), intent(inout) :: decays
-      real(wp), allocatable :: mass(:, :), metric(:, :), h(:, :), values(:), work(:)
+   subroutine diagonalize(states, s, lambda, x)
+      type(states_type), intent(in) :: states
+      real(wp), intent(in) :: s(:, :)
+      real(wp), allocatable, intent(inout) :: lambda(:), x(:, :)
+      real(wp) :: metric(size(s, 1), size(s, 1)), h(size(s, 1), size(s, 1)), values(size(s, 1)), work(10*size(s, 1) + 1)
       integer :: p, info
 
       p = size(s, 1)
-      allocate (mass, source=form(x, product_of(problem, x, damped=.false.)))
-      allocate (h, source=matmul(mass, s))
-      allocate (metric, source=form(x, product_of(problem, x, damped=.true.)))
-      metric = -(metric + h + transpose(h))
+      h = matmul(form(states, states%masses), s)
+      metric = -(form(states, states%dampers) + h + transpose(h))
       h = matmul(metric, s)
       h = (h + transpose(h))/2
-      allocate (values(p), work(10*p + 1))
       call dsygv(1, "V", "U", p, h, p, metric, p, values, work, size(work), info)
       if (info /= 0) return
-      decays%lambda = values
-      decays%x = matmul(x, h)
-      decays%xi = matmul(xi, h)
+      lambda = values
+      x = matmul(states%x, h)
    end subroutine diagonalize
 
-   function product_of(problem, x, damped) result(y)
+   function states_of(problem, x) result(states)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: x(:, :)
-      !> R x in place of M x.
-      logical, intent(in) :: damped
-      real(wp), allocatable :: y(:, :)
+      type(states_type) :: states
+      integer :: n
 
-      allocate (y(size(x, 1), size(x, 2)), source=0.0_wp)
-      if (damped) then
-         call problem%damping%add_product(1.0_wp, x, y)
-      else
-         call problem%mass%add_product(1.0_wp, x, y)
-      end if
-   end function product_of
+      n = problem%unknowns()
+      allocate (states%x, source=x)
+      allocate (states%masses(n, size(x, 2)), states%dampers(n, size(x, 2)), source=0.0_wp)
+      call problem%mass%add_product(1.0_wp, x(:n, :), states%masses)
+      call problem%damping%add_product(1.0_wp, x(:n, :), states%dampers)
+   end function states_of
 
-   ! A^T B.
-   pure function form(a, b)
-      real(wp), intent(in) :: a(:, :), b(:, :)
-      real(wp) :: form(size(a, 2), size(b, 2))
+   ! X^T F.
+   pure function form(states, forces)
+      type(states_type), intent(in) :: states
+      real(wp), intent(in) :: forces(:, :)
+      real(wp) :: form(size(states%x, 2), size(forces, 2))
 
-      form = matmul(transpose(a), b)
+      form = matmul(transpose(states%x(:size(forces, 1), :)), forces)
    end function form
 
    ! A^{-1} B.
