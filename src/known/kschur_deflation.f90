@@ -3,10 +3,11 @@ module kschur_deflation
    use kschur_kinds, only: wp
    use kschur_lapack, only: dsygv
    use kschur_magnitudes, only: add_magnitudes, magnitudes
+   use kschur_null_space, only: subtract
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_row_sums, only: row_sums_type
    use kschur_staircase, only: root_space_type
-   use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
+   use kschur_tall_products_real, only: column_length
    use kschur_tolerances, only: cancelled, clear_force, hidden_inertia, nothing_left
    implicit none
    private
@@ -166,73 +167,37 @@ contains
    subroutine project_real(self, x)
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
+      real(wp) :: before(size(x, 2))
+      integer :: j
 
-      call project_parts(self, 1, x)
+      if (size(self%decay) == 0) return
+      do j = 1, size(x, 2)
+         before(j) = column_length(x(:, j:j), sums=self%sums)
+      end do
+      call subtract(self%images, self%shapes, x, sums=self%sums)
+      do j = 1, size(x, 2)
+         if (column_length(x(:, j:j), sums=self%sums) <= nothing_left*before(j)) x(:, j) = 0
+      end do
    end subroutine project_real
 
    subroutine project_complex(self, x)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: x(:, :)
-      real(wp), allocatable :: parts(:, :)
-      integer :: j
+      real(wp), allocatable :: parts(:, :, :)
 
       if (size(self%decay) == 0) return
-      allocate (parts(size(x, 1), 2*size(x, 2)))
-      do j = 1, size(x, 2)
-         parts(:, 2*j - 1) = real(x(:, j), wp)
-         parts(:, 2*j) = aimag(x(:, j))
-      end do
-      call project_parts(self, 2, parts)
-      do j = 1, size(x, 2)
-         x(:, j) = cmplx(parts(:, 2*j - 1), parts(:, 2*j), wp)
-      end do
+      allocate (parts(size(x, 1), size(x, 2), 2))
+      parts(:, :, 1) = real(x, wp)
+      parts(:, :, 2) = aimag(x)
+      call project_real(self, parts(:, :, 1))
+      call project_real(self, parts(:, :, 2))
+      x = cmplx(parts(:, :, 1), parts(:, :, 2), wp)
    end subroutine project_complex
-
-   ! Columns that are parts of one vector, so many of them, are zero together.
-   subroutine project_parts(self, parts, x)
-      class(deflation_type), intent(in) :: self
-      integer, intent(in) :: parts
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      real(wp) :: before(size(x, 2))
-      integer :: j
-
-      if (size(self%decay) == 0) return
-      before = lengths()
-      call subtract(self%images, self%shapes, self%sums, x)
-      associate (after => lengths())
-         do j = 1, size(x, 2), parts
-            if (norm2(after(j:j + parts - 1)) <= nothing_left*norm2(before(j:j + parts - 1))) x(:, j:j + parts - 1) = 0
-         end do
-      end associate
-
-   contains
-
-      function lengths()
-         real(wp) :: lengths(size(x, 2))
-         integer :: l
-
-         do l = 1, size(x, 2)
-            lengths(l) = column_length(x(:, l:l), sums=self%sums)
-         end do
-      end function lengths
-   end subroutine project_parts
 
    subroutine project_forces(self, f)
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: f(:, :)
 
-      call subtract(self%shapes, self%images, self%sums, f)
+      call subtract(self%shapes, self%images, f, sums=self%sums)
    end subroutine project_forces
-
-   ! X := X - B A^T X.
-   subroutine subtract(a, b, sums, x)
-      real(wp), contiguous, intent(in) :: a(:, :), b(:, :)
-      type(row_sums_type), intent(in) :: sums
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      real(wp) :: coefficients(size(a, 2), size(x, 2))
-
-      if (size(a, 2) == 0) return
-      call inner_products(a, x, coefficients, sums=sums)
-      call subtract_combinations(b, coefficients, x)
-   end subroutine subtract
 end module kschur_deflation

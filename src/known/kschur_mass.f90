@@ -6,6 +6,7 @@ module kschur_mass
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
+   use kschur_magnitudes, only: add_magnitudes
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type
    use kschur_tolerances, only: cancelled, least_of_mass
@@ -96,15 +97,11 @@ contains
    !> definite (Gershgorin).
    pure logical function is_dominant(matrix)
       type(csr_matrix_type), intent(in) :: matrix
-      real(wp) :: diagonal(matrix%rows)
-      integer :: i
+      real(wp) :: diagonal(matrix%rows), sums(matrix%rows, 1)
 
       diagonal = matrix%diagonal()
-      do i = 1, matrix%rows
-         associate (row => matrix%value(matrix%row_start(i):matrix%row_start(i + 1) - 1))
-            is_dominant = diagonal(i) > 0 .and. 2*diagonal(i) - sum(abs(row)) > least_of_mass*diagonal(i)
-         end associate
-         if (.not. is_dominant) return
-      end do
+      sums = 0
+      call add_magnitudes(matrix, spread(spread(1.0_wp, 1, matrix%rows), 2, 1), sums)
+      is_dominant = all(2*diagonal - sums(:, 1) > least_of_mass*diagonal .and. diagonal > 0)
    end function is_dominant
 end module kschur_mass

@@ -9,6 +9,7 @@ module kschur_null_space
    use kschur_options, only: inner_mumps
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector, state_of_seed
+   use kschur_row_sums, only: row_sums_type
    use kschur_saddle, only: bordered, saddle_structure
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_solver_choice, only: inner_solvers_type
@@ -18,7 +19,7 @@ module kschur_null_space
    use kschur_tolerances, only: above_rounding, dependent, least_enlarged, most_enlarged, null_residual, visible_pivot
    implicit none
    private
-   public :: find_null_space, null_space_type, orthonormalize
+   public :: find_null_space, null_space_type, orthonormalize, subtract
 
    !> {phi : A phi + Cq^T xi = 0, Cq phi = 0} with the factors of [D A D, D Cq^T S; S Cq D, 0] + E. D and S are diagonals such
    !> that the rows of both blocks are of size one: what is zero does not depend on units, or on heavy and light
@@ -205,11 +206,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer(long) :: state
       integer :: wanted, n, before, more
-      logical :: doubtful, alone
+      logical :: doubtful
 
       n = size(space%scaling)
       allocate (basis(space%matrix%rows, 0))
-      state = state_of_seed(1)
+      state = state_of_seed(5)
       wanted = 1
       do
          before = size(basis, 2)
@@ -218,9 +219,8 @@ contains
          if (allocated(error)) return
          more = size(basis, 2) - before
          ! A block tells better than a single vector what is zero.
-         alone = wanted == 1
-         if (size(basis, 2) == n .or. (more < wanted .and. .not. (doubtful .and. (alone .or. more > 0)))) exit
-         if (alone .or. more == wanted) wanted = together*max(1, size(basis, 2)/together)
+         if (size(basis, 2) == n .or. (more < wanted .and. .not. (doubtful .and. (wanted == 1 .or. more > 0)))) exit
+         if (wanted == 1 .or. more == wanted) wanted = together*max(1, size(basis, 2)/together)
       end do
    end subroutine find_vectors
 
@@ -244,25 +244,20 @@ contains
       doubtful = .false.
       negligible = null_residual*max(4.0_wp, space%matrix%infinity_norm())
       allocate (x(size(basis, 1), wanted), source=0.0_wp)
-      do i = 1, wanted
-         call random_vector(state, x(:n, i))
-      end do
-      do i = 1, iterations
-         call solve(space, .not. transposed, x, error)
-         if (allocated(error)) return
+      do i = 1, 2*iterations
          x(n + 1:, :) = 0
          call orthonormalize(basis, n, x, state)
-         call solve(space, transposed, x, error)
+         call solve(space, transposed .neqv. mod(i, 2) == 1, x, error)
          if (allocated(error)) return
+         if (mod(i, 2) == 1) cycle
          associate (enlarged => space%delta*lengths(x, n))
-            if (i == 1 .and. size(basis, 2) == 0 .and. .not. transposed) space%enlarged = maxval(enlarged)
+            if (i == 2 .and. size(basis, 2) == 0 .and. .not. transposed) space%enlarged = maxval(enlarged)
             ! Being orthogonal to the others short ones say that no null vector is left for them.
             x = x(:, pack([(j, j=1, size(x, 2))], .not. enlarged < least_enlarged))
          end associate
          if (size(x, 2) == 0) return
-         call orthonormalize(basis, n, x, state)
-         if (i < iterations) x(n + 1:, :) = 0
       end do
+      call orthonormalize(basis, n, x, state)
       ! What the turn from left to right left of E.
       allocate (zero(size(x, 1), size(x, 2)), source=0.0_wp)
       call refine(space, transposed, zero, x, error)
@@ -284,7 +279,7 @@ contains
       basis = reshape([basis, x], [size(basis, 1), size(basis, 2) + null])
    end subroutine find_more
 
-   !> Gram-Schmidt, twice, against a basis and against each other; only the first n rows count, the others follow. A column
+   !> Gram-Schmidt against a basis and against each other; only the first n rows count, the others follow. A column
    !> that depends on others to rounding is left out or, with a state of random numbers, makes a fresh start: one vector
    !> may be enlarged so much more than others that these are lost in it.
    subroutine orthonormalize(basis, n, x, state)
@@ -293,32 +288,38 @@ contains
       integer, intent(in) :: n
       real(wp), allocatable, intent(inout) :: x(:, :)
       integer(long), optional, intent(inout) :: state
+      ! Twice is enough, and once more after a fresh start.
+      integer, parameter :: passes = 3
       integer :: i, pass
 
       do i = 1, size(x, 2)
-         do pass = 1, 2
-            call normalize(x(:, i:i), n)
-            call project(x(:, i:i))
+         do pass = 1, passes
+            x(:, i) = x(:, i)/max(column_length(x(:, i:i), n), tiny(1.0_wp))
+            call subtract(basis, basis, x(:, i:i), n)
+            call subtract(x(:, :i - 1), x(:, :i - 1), x(:, i:i), n)
             if (.not. column_length(x(:, i:i), n) < dependent) cycle
             x(:, i) = 0
-            if (.not. present(state)) cycle
-            call random_vector(state, x(:n, i))
-            call project(x(:, i:i))
+            if (present(state)) call random_vector(state, x(:n, i))
          end do
-         call normalize(x(:, i:i), n)
+         x(:, i) = x(:, i)/max(column_length(x(:, i:i), n), tiny(1.0_wp))
       end do
-      if (present(state)) return
-      x = x(:, pack([(i, i=1, size(x, 2))], lengths(x, n) > dependent))
-
-   contains
-
-      subroutine project(column)
-         real(wp), contiguous, intent(inout) :: column(:, :)
-
-         call subtract(basis, n, column)
-         call subtract(x(:, :i - 1), n, column)
-      end subroutine project
+      if (.not. present(state)) x = x(:, pack([(i, i=1, size(x, 2))], lengths(x, n) > dependent))
    end subroutine orthonormalize
+
+   !> X := X - B A^T X for n x k blocks A and B and a n x p block X.
+   subroutine subtract(a, b, x, rows, sums)
+      real(wp), contiguous, intent(in) :: a(:, :), b(:, :)
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      !> Only the first so many of A and X count. Absent: all.
+      integer, optional, intent(in) :: rows
+      !> Who shares the rows. Absent: nobody.
+      type(row_sums_type), optional, intent(in) :: sums
+      real(wp) :: coefficients(size(a, 2), size(x, 2))
+
+      if (size(a, 2) == 0) return
+      call inner_products(a, x, coefficients, rows, sums)
+      call subtract_combinations(b, coefficients, x)
+   end subroutine subtract
 
    ! Of the first n rows of each column.
    function lengths(x, n)
@@ -329,24 +330,6 @@ contains
 
       lengths = [(column_length(x(:, j:j), n), j=1, size(x, 2))]
    end function lengths
-
-   subroutine normalize(column, n)
-      real(wp), contiguous, intent(inout) :: column(:, :)
-      integer, intent(in) :: n
-
-      column = column/max(column_length(column, n), tiny(1.0_wp))
-   end subroutine normalize
-
-   ! What x has along the columns of others, of which the first n rows count.
-   subroutine subtract(others, n, x)
-      real(wp), contiguous, intent(in) :: others(:, :)
-      integer, intent(in) :: n
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      real(wp) :: components(size(others, 2), size(x, 2))
-
-      call inner_products(others, x, components, n)
-      call subtract_combinations(others, components, x)
-   end subroutine subtract
 
    subroutine pseudo_solve(self, f, y, error)
       class(null_space_type), intent(inout) :: self
@@ -384,8 +367,8 @@ contains
          if (allocated(error)) return
          x = x + residual
          if (.not. present(others)) cycle
-         call subtract(others, size(space%scaling), x)
-         call subtract(others, size(space%scaling), x)
+         call subtract(others, others, x, size(space%scaling))
+         call subtract(others, others, x, size(space%scaling))
       end do
    end subroutine refine
 

@@ -6,7 +6,6 @@ module kschur_redundancy
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_mumps_real, only: mumps_real_type
    use kschur_null_space, only: orthonormalize
-   use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
    use kschur_tolerances, only: null_constraint
    implicit none
@@ -84,16 +83,15 @@ contains
       call solver%factorize(matrix, structure, error)
       if (allocated(error)) return
       call effort%add_factors(solver)
-      allocate (x(matrix%rows, redundant), none(matrix%rows, 0))
+      ! Columns of zeros make fresh starts.
+      allocate (x(matrix%rows, redundant), none(matrix%rows, 0), source=0.0_wp)
       state = 1
-      do j = 1, redundant
-         call random_vector(state, x(:m, j))
-      end do
+      call orthonormalize(none, m, x, state)
       do i = 1, iterations
-         x(m + 1:, :) = 0
          call solver%solve(x, error)
          if (allocated(error)) return
          call orthonormalize(none, m, x, state)
+         x(m + 1:, :) = 0
       end do
       call effort%add_solves(solver)
       allocate (shares, source=x(:m, :))

@@ -40,7 +40,8 @@ contains
       !> A1 and A2.
       type(csr_matrix_type), intent(in) :: first, second
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: left(:, :), forces(:, :), terms(:, :), level(:, :), factor(:), used(:, :), fresh(:, :), y(:, :)
+      real(wp), allocatable :: left(:, :), forces(:, :), terms(:, :), level(:, :), factor(:), used(:, :), fresh(:, :), &
+         both(:, :), singular(:), vectors(:, :), y(:, :)
       integer :: n, k, s
 
       n = size(null_space%motions, 1)
@@ -64,13 +65,19 @@ contains
          ! A long state would hide what is not zero of others.
          level = matmul(transpose(magnitudes(left)), terms)
          factor = scale(1.0_wp, -exponent(maxval(level, 1)))
-         call scale_columns(space%x, factor)
-         call scale_columns(space%v, factor)
-         call scale_columns(space%links, factor)
-         call scale_columns(forces, factor)
-         call scale_columns(level, factor)
-         call find_fresh(matmul(transpose(left), forces)/spread(max(maxval(level, 2), tiny(1.0_wp)), 2, s), used, fresh, error)
-         if (allocated(error) .or. size(fresh, 2) == 0) return
+         space%x = space%x*spread(factor, 1, n)
+         space%v = space%v*spread(factor, 1, n)
+         space%links = space%links*spread(factor, 1, s)
+         forces = forces*spread(factor, 1, n)
+         level = level*spread(factor, 1, k)
+         ! Combinations that no left vector sees, without those that were used: null vectors of both together.
+         allocate (both(k + size(used, 2), s), source=0.0_wp)
+         both(:k, :) = matmul(transpose(left), forces)/spread(max(maxval(level, 2), tiny(1.0_wp)), 2, s)
+         both(k + 1:, :size(used, 1)) = transpose(used)
+         call right_singular_vectors(both, singular, vectors, error)
+         if (allocated(error)) return
+         fresh = vectors(:, count(singular > cancelled) + 1:)
+         if (size(fresh, 2) == 0) return
          ! No eigenvalue is there more often than all of them together: the links are rounding.
          if (s + size(fresh, 2) > 2*n) then
             call new_error(error, error_singular, "rounding hides how often zero or infinity is an eigenvalue: "// &
@@ -86,7 +93,7 @@ contains
          call append(space%x, y(:n, :), n)
          call append(space%links, fresh, space%states())
          call append(used, fresh, space%states())
-         deallocate (forces, terms, y)
+         deallocate (forces, terms, both, y)
       end do
    end subroutine find_root_space
 
@@ -134,31 +141,6 @@ contains
       all(:size(more, 1), size(columns, 2) + 1:) = more
       call move_alloc(all, columns)
    end subroutine append
-
-   pure subroutine scale_columns(columns, factors)
-      real(wp), intent(inout) :: columns(:, :)
-      real(wp), intent(in) :: factors(:)
-
-      columns = columns*spread(factors, 1, size(columns, 1))
-   end subroutine scale_columns
-
-   ! Orthonormal null vectors of a k x s matrix that are orthogonal to those that were used: null vectors of both together.
-   subroutine find_fresh(matrix, used, fresh, error)
-      real(wp), intent(in) :: matrix(:, :)
-      !> Null vectors without their last zeros, orthonormal.
-      real(wp), intent(in) :: used(:, :)
-      real(wp), allocatable, intent(out) :: fresh(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: both(:, :), singular(:), vectors(:, :)
-      integer :: k
-
-      k = size(matrix, 1)
-      allocate (both(k + size(used, 2), size(matrix, 2)), source=0.0_wp)
-      both(:k, :) = matrix
-      both(k + 1:, :size(used, 1)) = transpose(used)
-      call right_singular_vectors(both, singular, vectors, error)
-      if (.not. allocated(error)) allocate (fresh, source=vectors(:, count(singular > cancelled) + 1:))
-   end subroutine find_fresh
 
    ! Replaces a basis of rank k by the reduced echelon one of the same space, by elimination with complete pivoting (Golub, Van
    ! Loan, Matrix Computations (2013), section 3.4): each vector has one where all others have zero, and nowhere more than
