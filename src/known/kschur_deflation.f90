@@ -76,7 +76,7 @@ contains
       call problem%mass%add_product(1.0_wp, both(:n, :), masses)
       call problem%damping%add_product(1.0_wp, both(:n, :), dampers)
       call add_magnitudes(problem%damping, magnitudes(both(:n, :)), terms)
-      level = cancelled*problem%damping%infinity_norm()*maxval(abs(both(:n, :)), 1)
+      allocate (level, source=cancelled*problem%damping%infinity_norm()*maxval(abs(both(:n, :)), 1))
       do i = 1, k
          ! A row of large units hides what others have.
          if (problem%damping_kind /= damping_proportional .and. maxval(abs(dampers(:, i))) <= level(i) .and. &

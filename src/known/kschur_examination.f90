@@ -19,15 +19,10 @@ module kschur_examination
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_staircase, only: find_root_space, root_space_type
-   use kschur_tolerances, only: cancelled, null_residual
+   use kschur_tolerances, only: cancelled, most_massless, most_part, null_residual
    implicit none
    private
    public :: examination_type, find_rigid, suppose_none
-
-   ! With more motions without mass than this the iteration is left to filter infinite eigenvalues.
-   integer, parameter :: most_massless = 64
-   ! More than this part of the unknowns is nearly all.
-   integer, parameter :: most_part = 4
 
    !> What is known beforehand.
    type :: examination_type
@@ -36,7 +31,8 @@ module kschur_examination
       type(deflation_type) :: deflation
       !> All rigid motions and their decays.
       type(eigenpairs_type) :: rigid
-      !> The null space of the stiffness and its factors, whose solves are not accounted for yet; not allocated where it was not looked for rigid motions.
+      !> The null space of the stiffness and its factors, whose solves are not accounted for yet; not allocated where it was
+      !> not looked for rigid motions.
       type(null_space_type), allocatable :: stiffness
       type(eigenvalue_count_type) :: total
    contains
@@ -58,15 +54,14 @@ contains
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
       type(null_space_type), allocatable :: rigid
-      logical :: nearly_all
 
       allocate (rigid)
       call find_null_space(rigid, problem, problem%stiffness, inner, effort, error)
       if (.not. allocated(error)) call check_inertia(problem, rigid%motions, error)
       if (allocated(error)) return
       call set_rigid(problem, rigid, known)
-      nearly_all = modes > (problem%unknowns() - problem%multipliers())/most_part
-      if (nearly_all .or. all(formulation /= [formulation_symmetric, formulation_proportional])) &
+      if (modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
+         all(formulation /= [formulation_symmetric, formulation_proportional])) &
          call find_root_spaces(problem, formulation, inner, rigid, known, effort, error)
       if (.not. allocated(error)) call move_alloc(rigid, known%stiffness)
    end subroutine find_rigid

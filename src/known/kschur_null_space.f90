@@ -166,7 +166,8 @@ contains
       integer(long) :: state
 
       matrix = linear_combination(spread(1.0_wp, 1, 3), [problem%mass, problem%damping, problem%stiffness])
-      matrix = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], [matrix, transpose_csr(matrix), identity_csr_matrix(matrix%rows)])
+      matrix = linear_combination(1.0_wp, matrix, 1.0_wp, transpose_csr(matrix))
+      matrix = linear_combination(1.0_wp, matrix, 1.0_wp, identity_csr_matrix(matrix%rows))
       state = seed
       call random_vector(state, matrix%value)
       matrix%value = sign((1 + abs(matrix%value))/2, matrix%value)

@@ -15,20 +15,21 @@ module kschur_tolerances
    !> A null vector has a residual below this, in units of the norm of the matrix: what the rounding of a sparse row and of
    !> refined solutions leaves.
    real(wp), parameter, public :: null_residual = 16*epsilon(1.0_wp)
-   !> What elimination in place leaves of a vector below this part of it is rounding, as it is of one that is projected
-   !> (twice the bound of section 19.3 of Higham (2002) for short rows).
+   !> What elimination or a projection leaves of a vector below this part of it is rounding: gamma_n of short sums, growth
+   !> of pivots included.
    real(wp), parameter, public :: nothing_left = 100*epsilon(1.0_wp)
-   !> What rounding leaves of a unit vector that depends on others, where inverse iteration has enlarged its errors
-   !> a thousand times; also of a rate beside one that is not zero.
+   !> What rounding leaves of a unit vector that depends on others is below this, where inverse iteration has enlarged its
+   !> errors half a million times; so is what it leaves of a rate beside one that is not zero.
    real(wp), parameter, public :: dependent = 1.0e-10_wp
-   !> A force of every row below this part of its terms is none, though not clearly rounding: the root of epsilon.
+   !> A force that is below this part of its terms in every row, the root of epsilon, is none where it is rounding beside the
+   !> whole matrix: a row of large units hides what others have.
    real(wp), parameter, public :: clear_force = 1.0e-8_wp
-   !> An entry of a vector is seen as rounding of the largest one at this part of it, where terms are added up: entries
-   !> below a thousandth are of the units that random problems mix.
+   !> An entry of a vector counts as this part of the largest one at least, where the terms of a sum are added up, as it may be
+   !> nothing but rounding of that: times `cancelled` it is some epsilon of the largest.
    real(wp), parameter, public :: blurred_entry = 1.0e-3_wp
 
-   !> The square of a singular value of the scaled constraints below this is zero: what is above the rounding of C C^T by
-   !> some hundred times.
+   !> The square of a singular value of the scaled constraints below this is zero: above the rounding of C C^T, epsilon times
+   !> its norm, by some hundred times.
    real(wp), parameter, public :: null_constraint = 1.0e-13_wp
    !> M scaled to a unit diagonal is definite where its least eigenvalue is above this: those of finite elements are
    !> above a hundredth (Wathen, IMA J. Numer. Anal. 7 (1987)).
@@ -44,8 +45,13 @@ module kschur_tolerances
    !> and what is enlarged more than this is nearer to singular than rounding lets one tell.
    real(wp), parameter, public :: most_enlarged = 30
 
-   !> An eigenvalue whose lambda^2 M is less than this times the rounding of K is hidden by it.
+   !> An eigenvalue is hidden where lambda^2 M is less than this times the rounding of K: it would have fewer than six digits.
    real(wp), parameter, public :: hidden_inertia = 1.0e6_wp
    !> A fixed-point iteration that contracts less than this in a turn is given up.
    real(wp), parameter, public :: contraction = 0.1_wp
+
+   !> With more motions without mass than this the iteration is left to filter infinite eigenvalues, which costs less.
+   integer, parameter, public :: most_massless = 64
+   !> A symmetric form needs the infinite eigenvalue only where more than this part of the unknowns, as modes, is wanted.
+   integer, parameter, public :: most_part = 4
 end module kschur_tolerances
