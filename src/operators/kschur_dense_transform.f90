@@ -15,8 +15,8 @@ module kschur_dense_transform
    use kschur_outcome, only: certified_unknown, certified_yes, history_type, reason_cancelled, reason_fewer_modes
    use kschur_problem, only: modal_problem_type
    use kschur_quadratic_transform_real, only: quadratic_transform_type
-   use kschur_root_invariant, only: zero_and_infinite
    use kschur_selection, only: order_by_preference
+   use kschur_staircase, only: zero_and_infinite
    use kschur_symmetric_transform, only: purify, symmetric_transform_type
    use kschur_spare_solvers, only: spare_solvers_type
    use kschur_transform, only: transform_type

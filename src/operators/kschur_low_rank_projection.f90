@@ -15,9 +15,8 @@ module kschur_low_rank_projection
    use kschur_lapack, only: dgesv
    use kschur_local_forces, only: local_forces_type
    use kschur_projected, only: symmetric_eigenvectors
-   use kschur_root_invariant, only: zero_and_infinite
-   use kschur_root_space, only: root_space_type
    use kschur_spectral_map, only: spectral_map_type
+   use kschur_staircase, only: root_space_type, zero_and_infinite
    implicit none
    private
    public :: projection_type, new_projection

@@ -8,7 +8,7 @@ module kschur_low_rank_space
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_local_forces, only: local_forces_type
    use kschur_low_rank_shapes, only: responses_type
-   use kschur_root_space, only: root_space_type
+   use kschur_staircase, only: root_space_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    implicit none
    private

@@ -8,10 +8,10 @@ module kschur_lowest
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_krylov_real, only: krylov_schur
    use kschur_modal_selection, only: modal_selection_type
+   use kschur_null_space, only: null_space_type
    use kschur_operator, only: real_operator_type
    use kschur_problem, only: modal_problem_type
    use kschur_processes, only: processes_type
-   use kschur_scaled_stiffness, only: scaled_stiffness_type
    use kschur_spectral_map, only: spectral_map_type
    implicit none
    private
@@ -21,7 +21,7 @@ module kschur_lowest
    type, extends(real_operator_type) :: flexibility_type
       type(modal_problem_type), pointer :: problem => null()
       type(deflation_type), pointer :: deflation => null()
-      type(scaled_stiffness_type), pointer :: stiffness => null()
+      type(null_space_type), pointer :: stiffness => null()
    contains
       procedure :: order
       procedure :: apply

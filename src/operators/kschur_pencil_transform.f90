@@ -6,7 +6,6 @@ module kschur_pencil_transform
    use kschur_deflation, only: deflation_type
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
-   use kschur_root_invariant, only: zero_and_infinite
    use kschur_kinds, only: wp
    use kschur_krylov_complex, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
@@ -20,6 +19,7 @@ module kschur_pencil_transform
    use kschur_quadratic_transform_complex, only: new_quadratic_transform, quadratic_transform_type
    use kschur_shift_invert, only: shift_invert_type, new_shift_invert
    use kschur_spare_solvers, only: spare_solvers_type
+   use kschur_staircase, only: zero_and_infinite
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_complex_type
    implicit none

@@ -5,7 +5,6 @@ module kschur_quadratic_transform_real
    use kschur_deflation, only: deflation_type
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
-   use kschur_root_invariant, only: undamped_zeros, zero_and_infinite
    use kschur_kinds, only: wp, long
    use kschur_krylov_real, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
@@ -19,8 +18,8 @@ module kschur_quadratic_transform_real
    use kschur_quadratic_rows, only: end_sharing, share_operator
    use kschur_random, only: random_vector
    use kschur_ritz_real, only: decomposition_type
-   use kschur_root_space, only: root_space_type
    use kschur_spare_solvers, only: spare_solvers_type
+   use kschur_staircase, only: root_space_type, undamped_zeros, zero_and_infinite
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
    use kschur_two_level_real, only: two_level_basis_type

@@ -3,8 +3,8 @@ import re
 import sys
 from pathlib import Path
 
-ROOMS = ["base", "terms", "linear", "parallel", "krylov", "arpack", "problem", "pairs", "proof", "operators", "modes", "solve", "study",
-         "files"]
+ROOMS = ["base", "terms", "linear", "parallel", "krylov", "arpack", "problem", "pairs", "known", "proof", "operators", "modes", "solve",
+         "study", "files"]
 
 
 def main(src):

@@ -3,6 +3,7 @@
 module kschur_magnitudes
    use kschur_kinds, only: wp
    use kschur_sparse, only: csr_matrix_type
+   use kschur_tolerances, only: blurred_entry
    implicit none
    private
    public :: add_magnitudes, magnitudes
@@ -13,11 +14,10 @@ contains
    pure function magnitudes(x)
       real(wp), intent(in) :: x(:, :)
       real(wp) :: magnitudes(size(x, 1), size(x, 2))
-      real(wp), parameter :: part = 1.0e-3_wp
       integer :: j
 
       do j = 1, size(x, 2)
-         magnitudes(:, j) = max(abs(x(:, j)), part*maxval(abs(x(:, j))))
+         magnitudes(:, j) = max(abs(x(:, j)), blurred_entry*maxval(abs(x(:, j))))
       end do
    end function magnitudes
 

@@ -6,11 +6,13 @@ module kschur_mass
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
+   use kschur_magnitudes, only: add_magnitudes
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type
+   use kschur_tolerances, only: cancelled, least_of_mass
    implicit none
    private
-   public :: examine_mass
+   public :: examine_mass, is_dominant
 
 contains
 
@@ -59,7 +61,6 @@ contains
    logical function seems_definite(mass)
       type(csr_matrix_type), intent(in) :: mass
       integer, parameter :: steps = 60
-      real(wp), parameter :: small = 1.0e-4_wp, exhausted = 1.0e-12_wp
       real(wp), allocatable :: scaling(:), before(:), x(:), y(:, :)
       real(wp) :: alpha, beta, pivot
       integer(long) :: state
@@ -81,14 +82,26 @@ contains
          call mass%add_product(1.0_wp, reshape(scaling*x, [mass%rows, 1]), y)
          y(:, 1) = scaling*y(:, 1) - beta*before
          alpha = dot_product(x, y(:, 1))
-         pivot = alpha - small - beta**2/pivot
+         pivot = alpha - least_of_mass - beta**2/pivot
          seems_definite = pivot > 0
          if (.not. seems_definite) return
          y(:, 1) = y(:, 1) - alpha*x
          beta = norm2(y)
-         if (beta <= exhausted) return
+         if (beta <= cancelled) return
          before = x
          x = y(:, 1)/beta
       end do
    end function seems_definite
+
+   !> Whether each positive diagonal entry is clearly larger than all others of its row together: then a symmetric matrix is
+   !> definite (Gershgorin).
+   pure logical function is_dominant(matrix)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp) :: diagonal(matrix%rows), sums(matrix%rows, 1)
+
+      diagonal = matrix%diagonal()
+      sums = 0
+      call add_magnitudes(matrix, spread(spread(1.0_wp, 1, matrix%rows), 2, 1), sums)
+      is_dominant = all(2*diagonal - sums(:, 1) > least_of_mass*diagonal .and. diagonal > 0)
+   end function is_dominant
 end module kschur_mass

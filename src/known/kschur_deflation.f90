@@ -3,17 +3,15 @@ module kschur_deflation
    use kschur_kinds, only: wp
    use kschur_lapack, only: dsygv
    use kschur_magnitudes, only: add_magnitudes, magnitudes
+   use kschur_null_space, only: subtract
    use kschur_problem, only: modal_problem_type, damping_proportional
-   use kschur_root_space, only: root_space_type
    use kschur_row_sums, only: row_sums_type
-   use kschur_tall_products_complex, only: complex_length => column_length
-   use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
+   use kschur_staircase, only: root_space_type
+   use kschur_tall_products_real, only: column_length
+   use kschur_tolerances, only: cancelled, clear_force, hidden_inertia, nothing_left
    implicit none
    private
-   public :: deflation_type, new_deflation
-
-   ! What a projection leaves of a vector below this part of it is rounding.
-   real(wp), parameter :: nothing_left = 100*epsilon(1.0_wp)
+   public :: deflation_type, new_deflation, separate_by_damping
 
    !> Rigid motions N with R N = M N diag(decay): they have the eigenvalues 0 and
    !> -decay, and the motions M-orthogonal to them are a problem of their own. Without
@@ -62,80 +60,83 @@ contains
       real(wp), intent(in) :: motions(:, :)
       !> Their multipliers xi, K phi + Cq^T xi = 0, m x k.
       real(wp), intent(in) :: multipliers(:, :)
-      ! Of all of R, and of the terms of a row.
-      real(wp), parameter :: rounding = 1.0e-12_wp, clear = 1.0e-8_wp
-      real(wp), allocatable :: shapes(:, :), masses(:, :), dampers(:, :), mass(:, :), damping(:, :), decay(:), work(:), &
-         terms(:, :)
-      logical, allocatable :: separate(:)
-      real(wp) :: norm
-      integer :: n, k, i, info
+      real(wp), allocatable :: both(:, :), masses(:, :), dampers(:, :), decay(:), terms(:, :), level(:)
+      logical :: separate
+      integer :: n, m, k, i
 
       n = problem%unknowns()
+      m = problem%multipliers()
       k = merge(size(motions, 2), 0, problem%symmetric)
-      allocate (masses(n, k), dampers(n, k), shapes(n, k), source=0.0_wp)
-      allocate (separate(k), source=.true.)
-      call problem%mass%add_product(1.0_wp, motions(:, :k), masses)
-      call problem%damping%add_product(1.0_wp, motions(:, :k), dampers)
-      allocate (mass(k, k), source=matmul(transpose(motions(:, :k)), masses))
-      allocate (damping(k, k), source=matmul(transpose(motions(:, :k)), dampers))
-      allocate (decay(k), work(10*k + 1))
-      call dsygv(1, "V", "U", k, damping, max(k, 1), mass, max(k, 1), decay, work, size(work), info)
-      ! A motion without mass leaves no inner product.
-      if (info /= 0) separate = .false.
-      shapes = matmul(motions(:, :k), damping)
-      masses = matmul(masses, damping)
-      dampers = matmul(dampers, damping)
+      allocate (both(n + m, k))
+      both(:n, :) = motions(:, :k)
+      both(n + 1:, :) = multipliers(:, :k)
+      call separate_by_damping(problem, both, decay, separate)
       if (problem%damping_kind == damping_proportional) decay = problem%alpha
-      norm = problem%damping%infinity_norm()
-      allocate (terms(n, k), source=0.0_wp)
-      call add_magnitudes(problem%damping, magnitudes(shapes), terms)
+      allocate (masses(n, k), dampers(n, k), terms(n, k), source=0.0_wp)
+      call problem%mass%add_product(1.0_wp, both(:n, :), masses)
+      call problem%damping%add_product(1.0_wp, both(:n, :), dampers)
+      call add_magnitudes(problem%damping, magnitudes(both(:n, :)), terms)
+      allocate (level, source=cancelled*problem%damping%infinity_norm()*maxval(abs(both(:n, :)), 1))
       do i = 1, k
-         associate (level => norm*maxval(abs(shapes(:, i))))
-            ! A row of large units hides what others have.
-            if (problem%damping_kind /= damping_proportional .and. maxval(abs(dampers(:, i))) <= rounding*level .and. &
-               all(abs(dampers(:, i)) <= clear*terms(:, i))) decay(i) = 0
-            if (.not. maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) <= rounding*level) separate(i) = .false.
-         end associate
+         ! A row of large units hides what others have.
+         if (problem%damping_kind /= damping_proportional .and. maxval(abs(dampers(:, i))) <= level(i) .and. &
+            all(abs(dampers(:, i)) <= clear_force*terms(:, i))) decay(i) = 0
+         separate = separate .and. maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) <= level(i)
       end do
-      allocate (deflation%reactions, source=matmul(multipliers(:, :k), damping))
-      if (.not. all(separate)) then
-         k = 0
-         deallocate (shapes, masses, decay, deflation%reactions)
-         allocate (shapes(n, k), masses(n, k), decay(k), deflation%reactions(size(multipliers, 1), k))
-      end if
+      if (.not. separate) k = 0
       deflation%others = size(motions, 2) - k
-      call move_alloc(shapes, deflation%shapes)
-      call move_alloc(masses, deflation%images)
-      call move_alloc(decay, deflation%decay)
+      allocate (deflation%shapes, source=both(:n, :k))
+      allocate (deflation%reactions, source=both(n + 1:, :k))
+      allocate (deflation%images, source=masses(:, :k))
+      allocate (deflation%decay, source=decay(:k))
       if (k < size(motions, 2)) deflation%blur = blur(problem, motions)
    end subroutine new_deflation
 
+   !> Makes motions M-orthonormal such that damping couples none of them with another.
+   subroutine separate_by_damping(problem, x, rates, done)
+      type(modal_problem_type), intent(in) :: problem
+      !> Motions above their multipliers, (n + m) x k.
+      real(wp), intent(inout) :: x(:, :)
+      !> Of their decays, k numbers (1/s).
+      real(wp), allocatable, intent(out) :: rates(:)
+      !> Not where a motion has no mass, which leaves no inner product.
+      logical, intent(out) :: done
+      real(wp), allocatable :: masses(:, :), dampers(:, :), mass(:, :), damping(:, :), work(:)
+      integer :: n, k, info
+
+      n = problem%unknowns()
+      k = size(x, 2)
+      allocate (masses(n, k), dampers(n, k), source=0.0_wp)
+      call problem%mass%add_product(1.0_wp, x(:n, :), masses)
+      call problem%damping%add_product(1.0_wp, x(:n, :), dampers)
+      mass = matmul(transpose(x(:n, :)), masses)
+      damping = matmul(transpose(x(:n, :)), dampers)
+      allocate (rates(k), work(10*k + 1))
+      call dsygv(1, "V", "U", k, damping, max(k, 1), mass, max(k, 1), rates, work, size(work), info)
+      done = info == 0
+      x = matmul(x, damping)
+   end subroutine separate_by_damping
+
    ! lambda^2 phi^T M phi a million times the rounding of phi^T K phi. A motion whose inertia is rounding has none: its zero
    ! is not double, and little blurred.
-   pure real(wp) function blur(problem, motions)
+   real(wp) function blur(problem, motions)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: motions(:, :)
-      real(wp), parameter :: visible = 1.0e6_wp, rounding = 1.0e-12_wp
-      real(wp) :: inertia, of_masses, terms
-      integer :: i, j, l
+      real(wp), dimension(size(motions, 1), size(motions, 2)) :: forces, of_masses, of_springs
+      real(wp) :: inertia
+      integer :: j
 
+      forces = 0
+      of_masses = 0
+      of_springs = 0
+      call problem%mass%add_product(1.0_wp, motions, forces)
+      call add_magnitudes(problem%mass, abs(motions), of_masses)
+      call add_magnitudes(problem%stiffness, abs(motions), of_springs)
       blur = 0
       do j = 1, size(motions, 2)
-         inertia = 0
-         of_masses = 0
-         terms = 0
-         do i = 1, size(motions, 1)
-            associate (m => problem%mass, k => problem%stiffness, phi => motions(:, j))
-               do l = m%row_start(i), m%row_start(i + 1) - 1
-                  inertia = inertia + phi(i)*m%value(l)*phi(m%column(l))
-                  of_masses = of_masses + abs(phi(i)*m%value(l)*phi(m%column(l)))
-               end do
-               do l = k%row_start(i), k%row_start(i + 1) - 1
-                  terms = terms + abs(phi(i)*k%value(l)*phi(k%column(l)))
-               end do
-            end associate
-         end do
-         if (inertia > rounding*of_masses) blur = max(blur, sqrt(visible*epsilon(1.0_wp)*terms/inertia))
+         inertia = dot_product(motions(:, j), forces(:, j))
+         if (inertia > cancelled*dot_product(abs(motions(:, j)), of_masses(:, j))) blur = max(blur, &
+            sqrt(hidden_inertia*epsilon(1.0_wp)*dot_product(abs(motions(:, j)), of_springs(:, j))/inertia))
       end do
    end function blur
 
@@ -173,47 +174,30 @@ contains
       do j = 1, size(x, 2)
          before(j) = column_length(x(:, j:j), sums=self%sums)
       end do
-      call subtract(self%images, self%shapes, self%sums, x)
+      call subtract(self%images, self%shapes, x, sums=self%sums)
       do j = 1, size(x, 2)
          if (column_length(x(:, j:j), sums=self%sums) <= nothing_left*before(j)) x(:, j) = 0
       end do
    end subroutine project_real
 
+   subroutine project_complex(self, x)
+      class(deflation_type), intent(in) :: self
+      complex(wp), intent(inout) :: x(:, :)
+      real(wp), allocatable :: parts(:, :, :)
+
+      if (size(self%decay) == 0) return
+      allocate (parts(size(x, 1), size(x, 2), 2))
+      parts(:, :, 1) = real(x, wp)
+      parts(:, :, 2) = aimag(x)
+      call project_real(self, parts(:, :, 1))
+      call project_real(self, parts(:, :, 2))
+      x = cmplx(parts(:, :, 1), parts(:, :, 2), wp)
+   end subroutine project_complex
+
    subroutine project_forces(self, f)
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: f(:, :)
 
-      call subtract(self%shapes, self%images, self%sums, f)
+      call subtract(self%shapes, self%images, f, sums=self%sums)
    end subroutine project_forces
-
-   ! X := X - B A^T X.
-   subroutine subtract(a, b, sums, x)
-      real(wp), contiguous, intent(in) :: a(:, :), b(:, :)
-      type(row_sums_type), intent(in) :: sums
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      real(wp) :: coefficients(size(a, 2), size(x, 2))
-
-      if (size(a, 2) == 0) return
-      call inner_products(a, x, coefficients, sums=sums)
-      call subtract_combinations(b, coefficients, x)
-   end subroutine subtract
-
-   subroutine project_complex(self, x)
-      class(deflation_type), intent(in) :: self
-      complex(wp), intent(inout) :: x(:, :)
-      complex(wp) :: coefficient(1, 1)
-      real(wp) :: before
-      integer :: i, j
-
-      if (size(self%decay) == 0) return
-      do j = 1, size(x, 2)
-         before = complex_length(x(:, j:j), sums=self%sums)
-         do i = 1, size(self%decay)
-            coefficient = dot_product(self%images(:, i), x(:, j))
-            call self%sums%add_up(coefficient)
-            x(:, j) = x(:, j) - coefficient(1, 1)*self%shapes(:, i)
-         end do
-         if (complex_length(x(:, j:j), sums=self%sums) <= nothing_left*before) x(:, j) = 0
-      end do
-   end subroutine project_complex
 end module kschur_deflation

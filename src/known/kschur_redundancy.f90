@@ -5,15 +5,12 @@ module kschur_redundancy
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_mumps_real, only: mumps_real_type
-   use kschur_random, only: random_vector
+   use kschur_null_space, only: orthonormalize
    use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
+   use kschur_tolerances, only: null_constraint
    implicit none
    private
    public :: count_redundant, find_redundant
-
-   ! A singular value of the scaled Cq below the root of this is zero.
-   real(wp), parameter :: negligible = 1.0e-13_wp
-   integer, parameter :: scalings = 20
 
 contains
 
@@ -32,33 +29,29 @@ contains
       class(real_linear_solver_type), allocatable :: solver
       type(matrix_structure_type) :: structure
       type(csr_matrix_type) :: matrix
-      integer :: columns
+      logical :: last
 
       redundant = 0
       if (constraints%rows == 0) return
-      call bordered(constraints, negligible, matrix, columns, error)
+      call bordered(constraints, null_constraint, matrix, error)
       if (allocated(error)) return
       structure%symmetric = .true.
       if (present(counting)) then
          if (allocated(counting)) allocate (solver, source=counting)
       end if
-      if (allocated(solver)) then
+      do
+         last = .not. allocated(solver)
+         if (last) allocate (mumps_real_type :: solver)
          call solver%factorize(matrix, structure, error)
          if (allocated(error)) then
             ! It is nearly singular where constraints are redundant.
-            if (error%code /= error_singular) return
-            deallocate (error, solver)
+            if (last .or. error%code /= error_singular) return
          else
             if (present(effort)) call effort%add_factors(solver)
-            if (solver%negative_pivots < 0) deallocate (solver)
+            if (last .or. solver%negative_pivots >= 0) exit
          end if
-      end if
-      if (.not. allocated(solver)) then
-         allocate (mumps_real_type :: solver)
-         call solver%factorize(matrix, structure, error)
-         if (allocated(error)) return
-         if (present(effort)) call effort%add_factors(solver)
-      end if
+         deallocate (solver)
+      end do
       redundant = constraints%rows - solver%negative_pivots
    end subroutine count_redundant
 
@@ -77,81 +70,63 @@ contains
       type(mumps_real_type) :: solver
       type(matrix_structure_type) :: structure
       type(csr_matrix_type) :: matrix
-      real(wp), allocatable :: x(:, :), shares(:, :)
+      real(wp), allocatable :: x(:, :), shares(:, :), none(:, :), column(:)
       integer(long) :: state
-      integer :: i, j, n, place(2)
+      integer :: i, j, m, place(2)
 
-      allocate (follows(constraints%rows), source=.false.)
+      m = constraints%rows
+      allocate (follows(m), source=.false.)
       if (redundant == 0) return
-      call bordered(constraints, -negligible, matrix, n, error)
+      call bordered(constraints, -null_constraint, matrix, error)
       if (allocated(error)) return
       structure%symmetric = .true.
       call solver%factorize(matrix, structure, error)
       if (allocated(error)) return
       call effort%add_factors(solver)
-      allocate (x(matrix%rows, redundant), source=0.0_wp)
+      ! Columns of zeros make fresh starts.
+      allocate (x(matrix%rows, redundant), none(matrix%rows, 0), source=0.0_wp)
       state = 1
-      do j = 1, redundant
-         call random_vector(state, x(n + 1:, j))
-      end do
+      call orthonormalize(none, m, x, state)
       do i = 1, iterations
-         x(:n, :) = 0
          call solver%solve(x, error)
          if (allocated(error)) return
-         call orthonormalize(x(n + 1:, :))
+         call orthonormalize(none, m, x, state)
+         x(m + 1:, :) = 0
       end do
       call effort%add_solves(solver)
-      allocate (shares, source=x(n + 1:, :))
+      allocate (shares, source=x(:m, :))
       do i = 1, redundant
          place = maxloc(abs(shares))
-         associate (row => place(1), column => place(2))
-            follows(row) = .true.
-            x(n + 1:, 1) = shares(:, column)/shares(row, column)
-            do j = 1, redundant
-               shares(:, j) = shares(:, j) - shares(row, j)*x(n + 1:, 1)
-            end do
-            ! Rounding must not bring them back.
-            shares(row, :) = 0
-            shares(:, column) = 0
-         end associate
+         follows(place(1)) = .true.
+         column = shares(:, place(2))/shares(place(1), place(2))
+         do j = 1, redundant
+            shares(:, j) = shares(:, j) - shares(place(1), j)*column
+         end do
+         ! Rounding must not bring them back.
+         shares(place(1), :) = 0
+         shares(:, place(2)) = 0
       end do
    end subroutine find_redundant
 
-   pure subroutine orthonormalize(x)
-      real(wp), intent(inout) :: x(:, :)
-      integer :: j, pass
-
-      do j = 1, size(x, 2)
-         do pass = 1, 2
-            x(:, j) = x(:, j)/norm2(x(:, j))
-            x(:, j) = x(:, j) - matmul(x(:, :j - 1), matmul(x(:, j), x(:, :j - 1)))
-         end do
-         x(:, j) = x(:, j)/norm2(x(:, j))
-      end do
-   end subroutine orthonormalize
-
-   ! [I C^T; C tau I], C without empty columns and of rows and columns of one size.
-   subroutine bordered(constraints, tau, matrix, columns, error)
+   ! [tau I, C; C^T, I], C without empty columns and of rows and columns of one size.
+   subroutine bordered(constraints, tau, matrix, error)
       type(csr_matrix_type), intent(in) :: constraints
       real(wp), intent(in) :: tau
       type(csr_matrix_type), intent(out) :: matrix
-      integer, intent(out) :: columns
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: value(:)
       integer, allocatable :: row(:), column(:)
-      integer :: m, i
+      integer :: m, n, i
 
       m = constraints%rows
-      call number_columns(constraints, column, columns)
+      call number_columns(constraints, column, n)
       allocate (row(size(column)), source=constraints%row_indices())
       allocate (value(size(column)), source=constraints%value)
-      call center(row, m, column, columns, value)
-      call equilibrate(column, columns, value)
-      call equilibrate(row, m, value)
-      associate (n => columns)
-         call new_csr_from_triplets(matrix, n + m, n + m, [[(i, i=1, n + m)], n + row, column], &
-            [[(i, i=1, n + m)], column, n + row], [spread(1.0_wp, 1, n), spread(tau, 1, m), value, value], error)
-      end associate
+      call center(row, m, column, n, value)
+      value = scale(value, -exponent(norms(column, n, value)))
+      value = scale(value, -exponent(norms(row, m, value)))
+      call new_csr_from_triplets(matrix, m + n, m + n, [[(i, i=1, m + n)], row, m + column], &
+         [[(i, i=1, m + n)], m + column, row], [spread(tau, 1, m), spread(1.0_wp, 1, n), value, value], error)
    end subroutine bordered
 
    ! Numbers the columns that are not empty: of each entry its new column.
@@ -178,54 +153,41 @@ contains
    pure subroutine center(row, rows, column, columns, value)
       integer, intent(in) :: row(:), rows, column(:), columns
       real(wp), intent(inout) :: value(:)
-      real(wp) :: level(size(value)), of_rows(rows), of_columns(columns)
+      integer, parameter :: sweeps = 20
+      real(wp) :: level(size(value)), entries(size(value)), of_rows(rows), of_columns(columns)
       integer :: i
 
       level = exponent(value)
+      entries = merge(1, 0, abs(value) > 0)
       of_columns = 0
-      do i = 1, scalings
-         of_rows = means(row, rows, level - of_columns(column), value)
-         of_columns = means(column, columns, level - of_rows(row), value)
+      do i = 1, sweeps
+         of_rows = sums(row, rows, entries*(level - of_columns(column)))/max(sums(row, rows, entries), 1.0_wp)
+         of_columns = sums(column, columns, entries*(level - of_rows(row)))/max(sums(column, columns, entries), 1.0_wp)
       end do
       value = scale(value, -nint(of_rows(row)) - nint(of_columns(column)))
    end subroutine center
 
-   ! Of each line, over its entries that are not zero.
-   pure function means(line, lines, level, value)
+   ! The Euclidean norm of the line (row or column) that each entry belongs to; of an empty one 1/2.
+   pure function norms(line, lines, value)
       integer, intent(in) :: line(:), lines
-      real(wp), intent(in) :: level(:), value(:)
-      real(wp) :: means(lines)
-      integer :: entries(lines), k
+      real(wp), intent(in) :: value(:)
+      real(wp) :: norms(size(value)), total(lines)
 
-      means = 0
-      entries = 0
-      do k = 1, size(value)
-         if (.not. abs(value(k)) > 0) cycle
-         means(line(k)) = means(line(k)) + level(k)
-         entries(line(k)) = entries(line(k)) + 1
-      end do
-      means = means/max(entries, 1)
-   end function means
+      total = sqrt(sums(line, lines, value**2))
+      where (.not. total > 0) total = 0.5_wp
+      norms = total(line)
+   end function norms
 
-   ! Scales the lines (rows or columns) to Euclidean norms near one, by powers of two.
-   pure subroutine equilibrate(line, lines, value)
+   ! Over the entries of each line.
+   pure function sums(line, lines, value)
       integer, intent(in) :: line(:), lines
-      real(wp), intent(inout) :: value(:)
-      real(wp) :: largest(lines), total(lines)
+      real(wp), intent(in) :: value(:)
+      real(wp) :: sums(lines)
       integer :: k
 
-      largest = 0
+      sums = 0
       do k = 1, size(value)
-         largest(line(k)) = max(largest(line(k)), abs(value(k)))
+         sums(line(k)) = sums(line(k)) + value(k)
       end do
-      where (.not. largest > 0) largest = 1
-      total = 0
-      do k = 1, size(value)
-         total(line(k)) = total(line(k)) + (value(k)/largest(line(k)))**2
-      end do
-      total = largest*sqrt(total)
-      do k = 1, size(value)
-         if (total(line(k)) > 0) value(k) = value(k)*scale(1.0_wp, -exponent(total(line(k))))
-      end do
-   end subroutine equilibrate
+   end function sums
 end module kschur_redundancy

@@ -1,0 +1,235 @@
+!> What is known of a problem before it is iterated: its rigid motions as modes, with the decay that damping gives
+!> them, what of them is deflated, the root spaces of zero and infinity where that cannot be done, and how many
+!> eigenvalues it has.
+module kschur_examination
+   use kschur_deflation, only: deflation_type, new_deflation
+   use kschur_effort, only: effort_type
+   use kschur_eigenpairs, only: append_pairs, eigenpairs_type
+   use kschur_eigenvalue_count, only: eigenvalue_count_type
+   use kschur_error, only: error_type, error_singular, new_error
+   use kschur_kinds, only: wp
+   use kschur_magnitudes, only: add_magnitudes
+   use kschur_mass, only: is_dominant
+   use kschur_null_space, only: find_null_space, null_space_type
+   use kschur_options, only: formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero, &
+      formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped
+   use kschur_problem, only: modal_problem_type
+   use kschur_rigid_decays, only: find_rigid_decays
+   use kschur_singular_vectors, only: right_singular_vectors
+   use kschur_solver_choice, only: inner_solvers_type
+   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
+   use kschur_staircase, only: find_root_space, root_space_type
+   use kschur_tolerances, only: cancelled, most_massless, most_part, null_residual
+   implicit none
+   private
+   public :: examination_type, find_rigid, suppose_none
+
+   !> What is known beforehand.
+   type :: examination_type
+      !> Constraints that follow from others.
+      integer :: redundant = 0
+      type(deflation_type) :: deflation
+      !> All rigid motions and their decays.
+      type(eigenpairs_type) :: rigid
+      !> The null space of the stiffness and its factors, whose solves are not accounted for yet; not allocated where it was
+      !> not looked for rigid motions.
+      type(null_space_type), allocatable :: stiffness
+      type(eigenvalue_count_type) :: total
+   contains
+      !> The rigid motions without the decays.
+      procedure :: rigid_motions
+   end type examination_type
+
+contains
+
+   !> Finds the eigenvalue zero, and what can be deflated or locked with it.
+   subroutine find_rigid(problem, formulation, modes, inner, known, effort, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> One of `formulation_*`.
+      integer, intent(in) :: formulation
+      !> How many modes are wanted: a symmetric form needs the eigenvalue infinity only where that is nearly all.
+      integer, intent(in) :: modes
+      type(inner_solvers_type), intent(in) :: inner
+      type(examination_type), intent(inout) :: known
+      class(effort_type), intent(inout) :: effort
+      type(error_type), allocatable, intent(out) :: error
+      type(null_space_type), allocatable :: rigid
+
+      allocate (rigid)
+      call find_null_space(rigid, problem, problem%stiffness, inner, effort, error)
+      if (.not. allocated(error)) call check_inertia(problem, rigid%motions, error)
+      if (allocated(error)) return
+      call set_rigid(problem, rigid, known)
+      if (modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
+         all(formulation /= [formulation_symmetric, formulation_proportional])) &
+         call find_root_spaces(problem, formulation, inner, rigid, known, effort, error)
+      if (.not. allocated(error)) call move_alloc(rigid, known%stiffness)
+   end subroutine find_rigid
+
+   !> Where it is not looked for rigid motions there are none.
+   subroutine suppose_none(problem, known)
+      type(modal_problem_type), intent(in) :: problem
+      type(examination_type), intent(inout) :: known
+      type(null_space_type) :: none
+
+      allocate (none%motions(problem%unknowns(), 0), none%multipliers(problem%multipliers(), 0))
+      call set_rigid(problem, none, known)
+   end subroutine suppose_none
+
+   ! Zeros, and behind them the decays that damping gives to motions without stiffness.
+   subroutine set_rigid(problem, null_space, known)
+      type(modal_problem_type), intent(in) :: problem
+      type(null_space_type), intent(in) :: null_space
+      type(examination_type), intent(inout) :: known
+      integer, allocatable :: decaying(:)
+      integer :: k, l, j
+
+      associate (motions => null_space%motions, deflation => known%deflation, rigid => known%rigid)
+         call new_deflation(deflation, problem, motions, null_space%multipliers)
+         allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], abs(deflation%decay) > 0))
+         k = size(motions, 2)
+         l = size(decaying)
+         allocate (rigid%lambda(k + l), source=(0.0_wp, 0.0_wp))
+         allocate (rigid%real_phi(problem%unknowns(), k + l), rigid%xi(problem%multipliers(), k + l))
+         rigid%lambda(k + 1:) = -deflation%decay(decaying)
+         rigid%real_phi(:, :k) = motions
+         rigid%real_phi(:, k + 1:) = deflation%shapes(:, decaying)
+         rigid%xi(:, :k) = null_space%multipliers
+         rigid%xi(:, k + 1:) = deflation%reactions(:, decaying)
+      end associate
+   end subroutine set_rigid
+
+   !> n x k.
+   subroutine rigid_motions(self, motions)
+      class(examination_type), intent(in) :: self
+      real(wp), allocatable, intent(out) :: motions(:, :)
+      integer, allocatable :: zeros(:)
+      integer :: i, j
+
+      associate (rigid => self%rigid)
+         allocate (zeros, source=pack([(j, j=1, size(rigid%lambda))], .not. abs(rigid%lambda) > 0))
+         allocate (motions(rigid%rows(), size(zeros)), source=reshape([(real(rigid%column(zeros(i)), wp), i=1, size(zeros))], &
+            [rigid%rows(), size(zeros)]))
+      end associate
+   end subroutine rigid_motions
+
+   ! Fails where a rigid motion has neither mass nor damping: then the problem is singular for every lambda.
+   subroutine check_inertia(problem, motions, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> A basis of all rigid motions, n x k.
+      real(wp), intent(in) :: motions(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: forces(:, :), force(:), rotation(:, :), least(:, :)
+      logical :: nothing(2)
+      integer :: n, k
+
+      n = size(motions, 1)
+      k = size(motions, 2)
+      if (k == 0) return
+      allocate (forces(2*n, k), source=0.0_wp)
+      call problem%mass%add_product(1/problem%mass%infinity_norm(), motions, forces(:n, :))
+      if (.not. problem%damping%is_zero()) &
+         call problem%damping%add_product(1/problem%damping%infinity_norm(), motions, forces(n + 1:, :))
+      call right_singular_vectors(forces, force, rotation, error)
+      if (allocated(error)) return
+      least = matmul(motions, rotation(:, k:))
+      nothing = [vanishes(problem%mass), vanishes(problem%damping)]
+      if (all(nothing)) call new_error(error, error_singular, &
+         "the problem is singular for every lambda: some motion has neither mass, damping nor stiffness; give it one of them, "// &
+         "or a constraint that holds it")
+
+   contains
+
+      ! Whether A times the least motion is rounding: small beside its terms, or beside A.
+      logical function vanishes(matrix)
+         type(csr_matrix_type), intent(in) :: matrix
+         real(wp), dimension(n, 1) :: product, terms
+
+         product = 0
+         terms = 0
+         call matrix%add_product(1.0_wp, least, product)
+         call add_magnitudes(matrix, abs(least), terms)
+         vanishes = maxval(abs(product)) <= max(cancelled*maxval(terms), null_residual*matrix%infinity_norm()*maxval(abs(least)))
+      end function vanishes
+   end subroutine check_inertia
+
+   ! That of infinity belongs to the reversed polynomial, that of zero to what is not deflated.
+   subroutine find_root_spaces(problem, formulation, inner, rigid, known, effort, error)
+      type(modal_problem_type), intent(in) :: problem
+      integer, intent(in) :: formulation
+      type(inner_solvers_type), intent(in) :: inner
+      !> Of the stiffness.
+      type(null_space_type), intent(inout) :: rigid
+      type(examination_type), intent(inout) :: known
+      class(effort_type), intent(inout) :: effort
+      type(error_type), allocatable, intent(out) :: error
+      type(null_space_type) :: massless
+
+      associate (deflation => known%deflation)
+         deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_low_rank, formulation_damped, &
+            formulation_damped_constrained, formulation_damped_constrained_zero])
+         if (deflation%others > 0) then
+            call complete(deflation%zero, rigid, problem%mass)
+            if (.not. allocated(error) .and. problem%symmetric .and. .not. deflation%oscillator) &
+               call add_decays(problem, rigid, known, error)
+            if (allocated(error)) return
+         end if
+         if (count(.not. problem%mass%row_maxima() > 0) > most_massless) return
+         deflation%infinite_is_known = problem%symmetric .and. is_dominant(problem%mass)
+         if (deflation%infinite_is_known) return
+         call find_null_space(massless, problem, problem%mass, inner, effort, error)
+         if (allocated(error)) return
+         call complete(deflation%infinite, massless, problem%stiffness)
+         deflation%infinite_is_known = .not. allocated(error)
+         call effort%add_solves(massless%solver)
+      end associate
+
+   contains
+
+      subroutine complete(space, null_space, last)
+         type(root_space_type), intent(out) :: space
+         type(null_space_type), intent(inout) :: null_space
+         !> Of the coefficients that are not the one of the null space.
+         type(csr_matrix_type), intent(in) :: last
+
+         if (known%deflation%oscillator) then
+            call find_root_space(space, null_space, signed(last, formulation), empty_csr_matrix(last%rows, last%rows), error)
+         else
+            call find_root_space(space, null_space, problem%damping, last, error)
+         end if
+      end subroutine complete
+   end subroutine find_root_spaces
+
+   ! Decays that rounding of the stiffness would hide from an iteration become known.
+   subroutine add_decays(problem, rigid, known, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(null_space_type), intent(inout) :: rigid
+      type(examination_type), intent(inout) :: known
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: lambda(:), x(:, :)
+      type(eigenpairs_type) :: pairs
+      integer :: n
+
+      n = problem%unknowns()
+      associate (deflation => known%deflation)
+         call find_rigid_decays(problem, rigid, 2*deflation%others - deflation%zero%multiplicity(), deflation%blur, lambda, x, &
+            error)
+         if (allocated(error) .or. size(lambda) == 0) return
+         call deflation%zero%add_eigenpairs(lambda, x(:n, :))
+      end associate
+      allocate (pairs%lambda, source=cmplx(lambda, 0, wp))
+      allocate (pairs%real_phi, source=x(:n, :))
+      allocate (pairs%xi, source=cmplx(x(n + 1:, :), 0, wp))
+      call append_pairs(known%rigid, pairs)
+   end subroutine add_decays
+
+   ! The second coefficient of A - theta B, or of B - A/theta, where A is K or -K.
+   function signed(matrix, formulation)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: formulation
+      type(csr_matrix_type) :: signed
+
+      signed = matrix
+      if (formulation == formulation_undamped) signed%value = -signed%value
+   end function signed
+end module kschur_examination

@@ -1,0 +1,242 @@
+!> The whole eigenspace of the eigenvalue zero, or of the infinite one, with its Jordan chains: an iteration would see
+!> a chain of length k as a ring of radius epsilon^(1/k), and what is near zero or far off as one of it.
+module kschur_staircase
+   use kschur_error, only: error_type, error_singular, new_error
+   use kschur_invariant, only: invariant_type
+   use kschur_kinds, only: wp
+   use kschur_magnitudes, only: add_magnitudes, magnitudes
+   use kschur_null_space, only: null_space_type
+   use kschur_singular_vectors, only: right_singular_vectors
+   use kschur_sparse, only: csr_matrix_type
+   use kschur_tolerances, only: cancelled, nothing_left
+   implicit none
+   private
+   public :: find_root_space, root_space_type, undamped_zeros, zero_and_infinite
+
+   !> States (x, v) of the chains of lambda = 0 in lambda^2 A2 + lambda A1 + A0, v_j = x_{j-1} and
+   !> A0 x_j + Cq^T xi_j = -(A1 x_{j-1} + A2 x_{j-2}), Cq x_j = 0 (Gohberg, Lancaster, Rodman, Matrix Polynomials
+   !> (1982), section 1.4).
+   type :: root_space_type
+      !> n x s; s is the multiplicity of the eigenvalue, and of what is known beside it.
+      real(wp), allocatable :: x(:, :), v(:, :)
+      !> State j follows the combination links(:, j) of the states before it, s x s, strictly upper triangular.
+      real(wp), allocatable :: links(:, :)
+      !> Of eigenvalues beside it that are known with it: the last states, each an eigenvector with its eigenvalue (1/s) in
+      !> the diagonal of the links. Not allocated: none.
+      real(wp), allocatable :: beside(:)
+   contains
+      procedure :: multiplicity
+      procedure :: states => count_states
+      procedure :: add_eigenpairs
+   end type root_space_type
+
+contains
+
+   !> The root space that begins with null vectors of A0 on the motions that the constraints allow.
+   subroutine find_root_space(space, null_space, first, second, error)
+      type(root_space_type), intent(out) :: space
+      !> Of A0.
+      type(null_space_type), intent(inout) :: null_space
+      !> A1 and A2.
+      type(csr_matrix_type), intent(in) :: first, second
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: left(:, :), forces(:, :), terms(:, :), level(:, :), factor(:), used(:, :), fresh(:, :), &
+         both(:, :), singular(:), vectors(:, :), y(:, :)
+      integer :: n, k, s
+
+      n = size(null_space%motions, 1)
+      k = size(null_space%motions, 2)
+      allocate (space%x, source=null_space%motions)
+      allocate (space%v(n, k), space%links(k, k), used(k, 0), source=0.0_wp)
+      if (k == 0) return
+      call null_space%find_left(left, error)
+      if (allocated(error) .or. size(left, 2) /= k) return
+      ! Motions that are mixed hide what is light, or damped little, behind what is not.
+      call reduce_to_echelon(space%x)
+      call reduce_to_echelon(left)
+      do
+         s = space%states()
+         allocate (forces(n, s), terms(n, s), source=0.0_wp)
+         call first%add_product(1.0_wp, space%x, forces)
+         call second%add_product(1.0_wp, space%v, forces)
+         call add_magnitudes(first, magnitudes(space%x), terms)
+         call add_magnitudes(second, magnitudes(space%v), terms)
+         where (abs(forces) <= cancelled*terms) forces = 0
+         ! A long state would hide what is not zero of others.
+         level = matmul(transpose(magnitudes(left)), terms)
+         factor = scale(1.0_wp, -exponent(maxval(level, 1)))
+         space%x = space%x*spread(factor, 1, n)
+         space%v = space%v*spread(factor, 1, n)
+         space%links = space%links*spread(factor, 1, s)
+         forces = forces*spread(factor, 1, n)
+         level = level*spread(factor, 1, k)
+         ! Combinations that no left vector sees, without those that were used: null vectors of both together.
+         allocate (both(k + size(used, 2), s), source=0.0_wp)
+         both(:k, :) = matmul(transpose(left), forces)/spread(max(maxval(level, 2), tiny(1.0_wp)), 2, s)
+         both(k + 1:, :size(used, 1)) = transpose(used)
+         call right_singular_vectors(both, singular, vectors, error)
+         if (allocated(error)) return
+         fresh = vectors(:, count(singular > cancelled) + 1:)
+         if (size(fresh, 2) == 0) return
+         ! No eigenvalue is there more often than all of them together: the links are rounding.
+         if (s + size(fresh, 2) > 2*n) then
+            call new_error(error, error_singular, "rounding hides how often zero or infinity is an eigenvalue: "// &
+               "the problem is singular for every lambda, or nearly so; look for motions with neither mass nor stiffness")
+            return
+         end if
+         ! The next states are (-A0^+ f, X a) for combinations a.
+         forces = matmul(forces, fresh)
+         allocate (y(n + size(null_space%multipliers, 1), size(fresh, 2)), source=0.0_wp)
+         if (any(abs(forces) > 0)) call null_space%pseudo_solve(-forces, y, error)
+         if (allocated(error)) return
+         call append(space%v, matmul(space%x, fresh), n)
+         call append(space%x, y(:n, :), n)
+         call append(space%links, fresh, space%states())
+         call append(used, fresh, space%states())
+         deallocate (forces, terms, both, y)
+      end do
+   end subroutine find_root_space
+
+   pure integer function multiplicity(self)
+      class(root_space_type), intent(in) :: self
+
+      multiplicity = self%states()
+      if (allocated(self%beside)) multiplicity = multiplicity - size(self%beside)
+   end function multiplicity
+
+   !> s
+   pure integer function count_states(self)
+      class(root_space_type), intent(in) :: self
+
+      count_states = 0
+      if (allocated(self%x)) count_states = size(self%x, 2)
+   end function count_states
+
+   !> Adds eigenpairs beside zero.
+   subroutine add_eigenpairs(self, lambda, x)
+      class(root_space_type), intent(inout) :: self
+      !> p numbers (1/s), and n x p.
+      real(wp), intent(in) :: lambda(:), x(:, :)
+      integer :: s, j
+
+      s = self%states()
+      call append(self%links, reshape([real(wp) ::], [0, size(lambda)]), s + size(lambda))
+      do j = 1, size(lambda)
+         self%links(s + j, s + j) = lambda(j)
+      end do
+      call append(self%v, x*spread(lambda, 1, size(x, 1)), size(x, 1))
+      call append(self%x, x, size(x, 1))
+      self%beside = lambda
+   end subroutine add_eigenpairs
+
+   ! Puts columns behind those there are, all with zeros down to a number of rows.
+   pure subroutine append(columns, more, rows)
+      real(wp), allocatable, intent(inout) :: columns(:, :)
+      real(wp), intent(in) :: more(:, :)
+      integer, intent(in) :: rows
+      real(wp), allocatable :: all(:, :)
+
+      allocate (all(rows, size(columns, 2) + size(more, 2)), source=0.0_wp)
+      all(:size(columns, 1), :size(columns, 2)) = columns
+      all(:size(more, 1), size(columns, 2) + 1:) = more
+      call move_alloc(all, columns)
+   end subroutine append
+
+   ! Replaces a basis of rank k by the reduced echelon one of the same space, by elimination with complete pivoting (Golub, Van
+   ! Loan, Matrix Computations (2013), section 3.4): each vector has one where all others have zero, and nowhere more than
+   ! pivots grow. Entries that are rounding beside that become zero.
+   pure subroutine reduce_to_echelon(basis)
+      real(wp), intent(inout) :: basis(:, :)
+      real(wp) :: column(size(basis, 1)), factor
+      integer :: j, l, largest, place(2)
+
+      do j = 1, size(basis, 2)
+         ! Rows of pivots before have zeros here.
+         place = maxloc(abs(basis(:, j:)))
+         largest = place(2) + j - 1
+         if (.not. abs(basis(place(1), largest)) > 0) return
+         column = basis(:, largest)/basis(place(1), largest)
+         basis(:, largest) = basis(:, j)
+         basis(:, j) = column
+         do l = 1, size(basis, 2)
+            factor = basis(place(1), l)
+            if (l == j .or. .not. abs(factor) > 0) cycle
+            basis(:, l) = basis(:, l) - factor*column
+            basis(place(1), l) = 0
+         end do
+      end do
+      where (abs(basis) <= nothing_left) basis = 0
+   end subroutine reduce_to_echelon
+
+   !> The states (phi, lambda/unit phi, ...) of the root spaces of zero and of infinity as an invariant subspace of
+   !> shift-invert at sigma. With A Z = B Z J it is T = (J - sigma)^{-1}, with B Z = A Z J it is (1 - sigma J)^{-1} J.
+   function zero_and_infinite(zero, infinite, order, shift, unit, oscillator) result(invariant)
+      !> That of infinity is the one of the reversed polynomial, whose states are (lambda phi, phi).
+      type(root_space_type), intent(in) :: zero, infinite
+      !> Length of the states.
+      integer, intent(in) :: order
+      !> sigma, a theta.
+      complex(wp), intent(in) :: shift
+      !> Unit of lambda in the second part of a state (1/s).
+      real(wp), intent(in) :: unit
+      !> Whether states are phi alone.
+      logical, intent(in) :: oscillator
+      type(invariant_type) :: invariant
+      complex(wp), parameter :: none = 0, one = 1
+      integer :: n, k, s
+
+      k = zero%states()
+      s = k + infinite%states()
+      allocate (invariant%vectors(order, s))
+      allocate (invariant%projected(s, s))
+      invariant%vectors = 0
+      invariant%projected = 0
+      if (k > 0) then
+         n = size(zero%x, 1)
+         invariant%vectors(:n, :k) = zero%x
+         if (.not. oscillator) invariant%vectors(n + 1:2*n, :k) = zero%v/unit
+         invariant%projected(:k, :k) = quotient(zero%links, none, one, one, -shift)
+      end if
+      if (s == k) return
+      n = size(infinite%x, 1)
+      if (oscillator) then
+         invariant%vectors(:n, k + 1:) = infinite%x
+      else
+         invariant%vectors(:n, k + 1:) = infinite%v
+         invariant%vectors(n + 1:2*n, k + 1:) = infinite%x/unit
+      end if
+      invariant%projected(k + 1:, k + 1:) = quotient(infinite%links, one, none, -shift, one)
+   end function zero_and_infinite
+
+   !> The root space of lambda = 0 that rigid motions without damping have at least: (phi, 0), and (0, phi) next in
+   !> its chain.
+   pure function undamped_zeros(motions) result(space)
+      !> n x k.
+      real(wp), intent(in) :: motions(:, :)
+      type(root_space_type) :: space
+      integer :: n, k, j
+
+      n = size(motions, 1)
+      k = size(motions, 2)
+      allocate (space%x(n, 2*k), space%v(n, 2*k), space%links(2*k, 2*k), source=0.0_wp)
+      space%x(:, :k) = motions
+      space%v(:, k + 1:) = motions
+      do j = 1, k
+         space%links(j, k + j) = 1
+      end do
+   end function undamped_zeros
+
+   ! (c J + d)^{-1} (a J + b) of an upper triangular J.
+   pure function quotient(j, a, b, c, d) result(q)
+      real(wp), intent(in) :: j(:, :)
+      complex(wp), intent(in) :: a, b, c, d
+      complex(wp) :: q(size(j, 1), size(j, 1))
+      integer :: i
+
+      q = a*j
+      do i = size(j, 1), 1, -1
+         q(i, i) = q(i, i) + b
+         q(i, :) = (q(i, :) - c*matmul(j(i, i + 1:), q(i + 1:, :)))/(c*j(i, i) + d)
+      end do
+   end function quotient
+end module kschur_staircase
