@@ -7,14 +7,11 @@ module kschur_description
    use kschur_result, only: modal_result_type, kind_overdamped, kind_real, kind_rigid, kind_undamped, &
       kind_underdamped, kind_unstable
    use kschur_sparse, only: csr_matrix_type
+   use kschur_tolerances, only: no_energy, undamped_tolerance
    implicit none
    private
-   public :: describe, form, no_energy, undamped_tolerance
+   public :: describe, form
 
-   !> An energy below this, relative to its terms, is rounding.
-   real(wp), parameter :: no_energy = 8*epsilon(1.0_wp)
-   !> A real part below this, relative to the eigenvalue, is rounding.
-   real(wp), parameter :: undamped_tolerance = 1.0e-11_wp
    real(wp), parameter :: pi = acos(-1.0_wp)
 
 contains

@@ -17,20 +17,13 @@ module kschur_left
    use kschur_random, only: random_vector
    use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_sparse, only: complex_combination, csr_matrix_type, new_csr_from_triplets
-   use kschur_tolerances, only: same_value
+   use kschur_tolerances, only: cancelled, nothing_left, same_shape, same_value
    implicit none
    private
    public :: condition_number, find_left_pairs, inverse_iteration_type, merges, set_left_modes
 
-   ! A left vector is one when its residual at the eigenvalue of the mode is
-   ! below this, or not this much worse than that of the mode itself.
-   real(wp), parameter :: acceptable = 1.0e-12_wp, as_good = 10
-   ! Eigenvalues closer than this, relative to their size, are equal to rounding.
-   real(wp), parameter :: equal = 1.0e-14_wp
-   ! What rounding may do to a problem.
-   real(wp), parameter :: rounding = 100*epsilon(1.0_wp)
-   ! The squared sine of the angle between shapes that are one to rounding.
-   real(wp), parameter :: parallel = 1.0e-6_wp
+   ! A left vector is one when its residual at the eigenvalue of the mode is not this much worse than that of the mode itself.
+   real(wp), parameter :: as_good = 10
 
    !> How left vectors are computed that were not found: a factorisation for each.
    type :: inverse_iteration_type
@@ -68,7 +61,7 @@ contains
 
       call match(found, pairs, left)
       k = size(left%lambda)
-      allocate (limits(k), source=max(acceptable, as_good*errors))
+      allocate (limits(k), source=max(cancelled, as_good*errors))
       allocate (missing(k), source=backward_errors(transposed, left) > limits)
       if (present(inverse)) call compute(transposed, missing, inverse, left, effort, error)
       if (allocated(error)) return
@@ -130,7 +123,7 @@ contains
       pending = chosen
       do j = 1, size(chosen)
          if (.not. pending(j)) cycle
-         group = pack([(i, i=1, size(chosen))], pending .and. near(left%lambda, j, equal))
+         group = pack([(i, i=1, size(chosen))], pending .and. near(left%lambda, j, nothing_left))
          call iterate_inversely(problem, group, inverse, left, effort, error)
          call take_cancelled(error, cancelled)
          if (allocated(error) .or. cancelled) return
@@ -316,7 +309,7 @@ contains
             if (.not. (is_number(left, j) .and. abs(lambda) > 0)) cycle
             condition = condition_number(problem, lambda, left%phi(:, j), phi)
             if (condition > huge(condition)) cycle
-            if (merges(modes%lambda, modes%phi, j, rounding*condition*abs(lambda))) &
+            if (merges(modes%lambda, modes%phi, j, nothing_left*condition*abs(lambda))) &
                condition = ieee_value(1.0_wp, ieee_positive_inf)
             if (condition <= huge(condition) .and. .not. modes%error_bound(j) >= 0) modes%error_bound(j) = &
                condition*max(modes%backward_error(j), epsilon(1.0_wp))*abs(lambda)
@@ -354,11 +347,11 @@ contains
       merges = .true.
       do i = 1, size(lambda)
          if (i /= j .and. abs(lambda(i) - lambda(j)) <= distance) then
-            if (1 - abs(dot_product(phi(:, i), phi(:, j)))**2 <= parallel) return
+            if (1 - abs(dot_product(phi(:, i), phi(:, j)))**2 <= same_shape**2) return
          end if
       end do
       if (abs(aimag(lambda(j))) > 0 .and. 2*abs(aimag(lambda(j))) <= distance) then
-         if (1 - abs(sum(phi(:, j)**2))**2 <= parallel) return
+         if (1 - abs(sum(phi(:, j)**2))**2 <= same_shape**2) return
       end if
       merges = .false.
    end function merges

@@ -8,18 +8,13 @@ module kschur_mode_selection
    use kschur_shapes, only: repeats_zero
    use kschur_split, only: match_conjugates
    use kschur_threads, only: panel_rows
-   use kschur_tolerances, only: same_value
+   use kschur_tolerances, only: anything, known_well, nearly_zero, same_value, spurious
    implicit none
    private
    public :: accept_pairs, distances, drop_spurious, highest, insert_pairs, judge_pairs, nearest_first, wanted_type
 
-   !> A pair above this backward error is no mode of the problem.
-   real(wp), parameter, public :: spurious = 1.0e-5_wp
    ! Infinite eigenvalues are further off than the modes by this factor, whatever rounding made of them.
    real(wp), parameter :: far = 10
-   ! Where an eigenvalue is while it is iterated, and so its distance from the target, is known no better than this; where
-   ! it is the target, than this part of it.
-   real(wp), parameter :: blurred = 1.0e-4_wp, rounded = 1.0e-10_wp
 
    !> Which modes are wanted, and what is known of where they are.
    type :: wanted_type
@@ -170,7 +165,7 @@ contains
       order = order(nearest_first(lambda(order), wanted%target))
       known = size(order)
       if (eigenvalues_of(lambda, accepted) < wanted%most) known = count(distances(lambda(order), wanted%target) <= &
-         wanted%reach + max(blurred*min(wanted%reach, abs(lambda(order))), rounded*abs(lambda(order))))
+         wanted%reach + max(nearly_zero*min(wanted%reach, abs(lambda(order))), known_well*abs(lambda(order))))
       order = order(:min(known, wanted%modes))
    end subroutine rank
 
@@ -194,7 +189,6 @@ contains
       integer, intent(in) :: most
       logical, intent(inout) :: accepted(:)
       logical, intent(out) :: dropped
-      real(wp), parameter :: anything = 1.0e-2_wp
       logical :: doubtful(size(lambda))
 
       dropped = .false.

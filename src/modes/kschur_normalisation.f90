@@ -1,12 +1,13 @@
 !> How long shapes are: of unit length, of unit mass, or with a largest entry of one.
 module kschur_normalisation
-   use kschur_description, only: form, no_energy
+   use kschur_description, only: form
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_options, only: normalisation_displacement, normalisation_length, normalisation_mass
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
    use kschur_text, only: text
+   use kschur_tolerances, only: cancelled, no_energy
    implicit none
    private
    public :: normalise_shapes
@@ -42,8 +43,6 @@ contains
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: normalisation
       complex(wp), intent(in) :: phi(:)
-      ! Entries that rounding left, of a shape of unit length, weigh no more than this part of M.
-      real(wp), parameter :: rounding = (1.0e4_wp*epsilon(1.0_wp))**2
       complex(wp) :: mass
       real(wp) :: terms
 
@@ -52,7 +51,7 @@ contains
       else
          call form(problem%mass, phi, mass, terms)
          size_of = 0
-         if (real(mass, wp) > max(no_energy*terms, rounding*problem%mass%infinity_norm())) size_of = sqrt(real(mass, wp))
+         if (real(mass, wp) > max(no_energy*terms, cancelled**2*problem%mass%infinity_norm())) size_of = sqrt(real(mass, wp))
       end if
    end function size_of
 

@@ -10,14 +10,11 @@ module kschur_notes
    use kschur_result, only: modal_result_type, append_note, certified_unknown, kind_rigid, inaccurate_above, note_length, &
       reason_converged, reason_max_restarts
    use kschur_text, only: magnitude, text
+   use kschur_tolerances, only: cancelled, known_well, nearly_equal
    implicit none
    private
    public :: note_inaccurate, note_modes, note_problem
 
-   ! Backward errors above this are worth a note.
-   real(wp), parameter :: noted_above = 1.0e-10_wp
-   ! Eigenvalues closer than this, relative to their size, are nearly defective if their shapes are parallel.
-   real(wp), parameter :: nearly_equal = 1.0e-6_wp
 
 contains
 
@@ -80,7 +77,6 @@ contains
       type(modal_result_type), intent(in) :: result
       integer, intent(out) :: free
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: rounding = 1.0e-12_wp
       real(wp), allocatable :: motions(:, :), forces(:, :), force(:), work(:)
       real(wp) :: no_u(1, 1), no_vt(1, 1)
       integer, allocatable :: rigid(:)
@@ -98,7 +94,7 @@ contains
       allocate (force(min(n, k)), work(10*k + n))
       call dgesvd("N", "N", n, k, forces, n, force, no_u, 1, no_vt, 1, work, size(work), info)
       if (info /= 0) call new_error(error, error_library, "LAPACK's dgesvd did not converge")
-      free = k - count(force > rounding*problem%damping%infinity_norm())
+      free = k - count(force > cancelled*problem%damping%infinity_norm())
    end subroutine count_undamped
 
    ! One note for each group of modes that nearly share eigenvalue and shape.
@@ -160,7 +156,7 @@ contains
       type(modal_result_type), intent(inout) :: result
       logical, allocatable :: noted(:)
 
-      allocate (noted(size(result%backward_error)), source=result%backward_error > noted_above)
+      allocate (noted(size(result%backward_error)), source=result%backward_error > known_well)
       if (any(noted)) call result%add_note(trim(modes(noted, problem%index_base))//": the backward error is "// &
          magnitude(maxval(result%backward_error))//either(any(result%backward_error > inaccurate_above), &
          ", too large to count as converged", ""))

@@ -1,19 +1,15 @@
 !> Shapes compared: which eigenpairs are the same.
 module kschur_shapes
-   use kschur_description, only: form, no_energy
-   use kschur_eigenpairs, only: eigenpairs_type, normalize
+   use kschur_description, only: form
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_problem, only: modal_problem_type
+   use kschur_tolerances, only: nearly_zero, no_energy, nothing_left, same_shape
    implicit none
    private
-   public :: orthonormalize_zeros, repeats_zero, rest_of_state
+   public :: orthonormalize_zeros, repeats_zero, rest_beside, rest_of_state
 
-   ! What is left of a unit vector that depends on others.
-   real(wp), parameter :: dependent = 1.0e-3_wp
-   ! A zero eigenvalue found by iteration is below this, relative to the shift
-   ! or to the first one that is not rigid.
-   real(wp), parameter :: nearly_zero = 1.0e-4_wp
 
 contains
 
@@ -57,7 +53,6 @@ contains
       logical :: repeats(k)
       complex(wp), allocatable :: zeros(:, :), shape(:)
       ! A root whose inertia is less than this part of the terms of stiffness is made of their rounding.
-      real(wp), parameter :: blurring = 100*epsilon(1.0_wp)
       complex(wp) :: m, r, s
       real(wp) :: m_terms, r_terms, k_terms, smallest, largest
       logical :: pending(k)
@@ -72,7 +67,7 @@ contains
       do i = k + 1, k + rigid
          if (abs(pairs%lambda(i)) > 0) cycle
          call take_rest(pairs, i, zeros(:, :l), shape)
-         if (.not. length(shape) > epsilon(1.0_wp)/dependent) cycle
+         if (.not. length(shape) > epsilon(1.0_wp)/same_shape) cycle
          l = l + 1
          zeros(:, l) = shape/length(shape)
       end do
@@ -84,7 +79,7 @@ contains
          pending(j) = .false.
          if (smallest < huge(1.0_wp) .and. abs(pairs%lambda(j)) > nearly_zero*max(reference, smallest)) exit
          call take_rest(pairs, j, zeros(:, :l), shape)
-         repeats(j) = length(shape) <= dependent
+         repeats(j) = length(shape) <= same_shape
          if (.not. repeats(j)) smallest = min(smallest, abs(pairs%lambda(j)))
       end do
       largest = reference
@@ -96,7 +91,7 @@ contains
          call form(problem%damping, shape, r, r_terms)
          call form(problem%stiffness, shape, s, k_terms)
          repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= no_energy*r_terms .or. &
-            abs(pairs%lambda(j)**2)*m_terms <= blurring*k_terms .or. &
+            abs(pairs%lambda(j)**2)*m_terms <= nothing_left*k_terms .or. &
             abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r))
          if (repeats(j)) repeats(j) = .not. is_decay(j)
       end do
@@ -123,6 +118,22 @@ contains
       end function is_decay
    end function repeats_zero
 
+   !> What the state of a pair of one list has outside the span of those of another list that are near to its eigenvalue.
+   real(wp) function rest_beside(pairs, others, j, distance) result(rest)
+      class(eigenpairs_type), intent(in) :: pairs, others
+      !> Of the others.
+      integer, intent(in) :: j
+      !> How near, relative to it.
+      real(wp), intent(in) :: distance
+      type(eigenpairs_type) :: near
+      integer :: i
+
+      near = chosen_pairs(pairs, abs(pairs%lambda - others%lambda(j)) <= distance*abs(others%lambda(j)))
+      if (allocated(others%weights)) near%weights = others%weights
+      call append_pairs(near, chosen_pairs(others, [(i == j, i=1, size(others%lambda))]))
+      rest = rest_of_state(near, [(i, i=1, size(near%lambda) - 1)], size(near%lambda))
+   end function rest_beside
+
    !> What the state [phi; lambda phi/|lambda|] of pair j, of unit norm in the units in which shapes are compared, has outside
    !> the span of those of other pairs.
    real(wp) function rest_of_state(pairs, others, j) result(rest)
@@ -136,7 +147,7 @@ contains
       do i = 1, size(others)
          state = state_of(others(i))
          call take_out(states(:, :kept), state)
-         if (.not. length(state) > epsilon(1.0_wp)/dependent) cycle
+         if (.not. length(state) > epsilon(1.0_wp)/same_shape) cycle
          kept = kept + 1
          states(:, kept) = state/length(state)
       end do

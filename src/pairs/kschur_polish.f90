@@ -14,12 +14,10 @@ module kschur_polish
    use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_sparse, only: complex_combination, csr_matrix_type
    use kschur_split, only: cluster_type
+   use kschur_tolerances, only: cancelled
    implicit none
    private
    public :: polished_type, polisher_type
-
-   ! Copies of an eigenvalue differ by less, relative to it: rounding of a Ritz value next to the shift.
-   real(wp), parameter :: copies = 1.0e-12_wp
 
    !> Polishes clusters of one problem, each with factors of its own.
    type :: polisher_type
@@ -94,8 +92,9 @@ contains
    !>
    !>     [P(s) Cq^T; Cq 0] [x'; xi] = -[M v + (R + s M) x; 0],  v' = x + s x',
    !>
-   !> and takes the Ritz pairs that lie where the cluster does, until they stay where they are. A cluster on the real axis has a real space: two real eigenvalues and a conjugate pair beside the axis are the
-   !> same until its Schur form tells. Copies, and the roots of a defective eigenvalue, are as many as the space holds.
+   !> and takes the Ritz pairs that lie where the cluster does, until they stay where they are. A cluster on the real axis has a
+   !> real space: two real eigenvalues and a conjugate pair beside the axis are the same until its Schur form tells. Copies,
+   !> and the roots of a defective eigenvalue, are as many as the space holds.
    subroutine polish(self, problem, cluster, shift, members, worst, guards, polished, error)
       class(polisher_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
@@ -110,11 +109,11 @@ contains
       integer, intent(in) :: guards
       type(polished_type), intent(out) :: polished
       type(error_type), allocatable, intent(out) :: error
-      ! The space becomes no larger than this.
+      ! Steps without progress; the space becomes no larger than this.
       integer, parameter :: steps = 5, largest = 200
       complex(wp), allocatable :: states(:, :), images(:, :), solutions(:, :)
       type(polished_type) :: now
-      real(wp) :: limit
+      real(wp) :: limit, least
       integer(long) :: random_state
       integer :: step, inside
       logical :: settled
@@ -126,6 +125,7 @@ contains
       call begin_states(members, cluster, abs(shift), guards, random_state, states, error)
       if (allocated(error)) return
       step = 0
+      least = huge(1.0_wp)
       do while (step < steps)
          step = step + 1
          call apply(self, problem, shift, states, images, solutions, error)
@@ -134,6 +134,10 @@ contains
          call keep_pairs(now%pairs, cluster%holds(now%pairs%lambda))
          inside = count_of(cluster, now%pairs%lambda)
          now%errors = backward_errors(problem, now%pairs)
+         if (size(now%errors) > 0 .and. 2*now%worst() < least) then
+            least = now%worst()
+            step = 0
+         end if
          now%complete = size(now%errors) > 0 .and. now%worst() <= self%above .and. &
             (guards == 0 .or. inside < size(states, 2))
          call keep_pairs(now%pairs, now%errors <= limit)
@@ -164,7 +168,7 @@ contains
          if (.not. settled) return
          if (size(members%lambda) == 1 .and. now%eigenvalues == 1) return
          settled = now%eigenvalues == before%eigenvalues .and. all([(any(abs(before%pairs%lambda - now%pairs%lambda(i)) <= &
-            copies*abs(cluster%centre)), i=1, size(now%errors))])
+            cancelled*abs(cluster%centre)), i=1, size(now%errors))])
       end function is_settled
    end subroutine polish
 
@@ -304,7 +308,7 @@ contains
       real(wp) :: noise
       integer :: n, p, j
 
-      noise = copies*abs(shift)/abs(shift - cluster%centre)
+      noise = cancelled*abs(shift)/abs(shift - cluster%centre)
       n = size(images, 1)/2
       p = size(images, 2)
       t = matmul(conjg(transpose(states)), images)

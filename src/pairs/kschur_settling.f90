@@ -7,23 +7,14 @@ module kschur_settling
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_residual_parts, only: residual_parts
    use kschur_sparse, only: csr_matrix_type, transpose_csr
-   use kschur_tolerances, only: real_tolerance
+   use kschur_tolerances, only: cancelled, correctable, dependent, near_axis, no_energy, real_tolerance, spurious
    implicit none
    private
    public :: settle_pairs
 
-   ! Rounding of the factored matrix moves eigenvalues by less than this, relative to their size.
-   real(wp), parameter :: rounded = 1.0e-3_wp
    ! Further from an axis than this, relative to its size, an eigenvalue is not looked at.
-   real(wp), parameter :: near = 1.0e-4_wp
    ! A discriminant below this, relative to its terms, is none.
-   real(wp), parameter :: double_root = 8*epsilon(1.0_wp)
-   ! The residual of a pair that has converged.
-   real(wp), parameter :: converged = 1.0e-12_wp
    ! The real part of a shape that was found roughly is polished afterwards.
-   real(wp), parameter :: loose = 1.0e-8_wp
-   ! What is left of the terms of a residual where the pair is one for rounding.
-   real(wp), parameter :: cancelled = 1.0e-6_wp
 
 contains
 
@@ -94,12 +85,11 @@ contains
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
-      real(wp), parameter :: rounding = 1.0e-10_wp
 
       associate (part => products%parts*(l - 1) + 1)
          associate (damping => products%damping(:, part), mass => products%mass(:, part))
             is_rigid = abs(lambda) > 0 .and. &
-               maxval(abs(real(lambda, wp)*mass + damping)) <= rounding*maxval(abs(damping))
+               maxval(abs(real(lambda, wp)*mass + damping)) <= dependent*maxval(abs(damping))
          end associate
       end associate
    end function is_rigid
@@ -123,7 +113,7 @@ contains
 
       copy_errors = backward_errors(problem, copies)
       if (allocated(pairs%weights)) copies%weights = pairs%weights
-      where (residual_parts(problem, copies, copy_errors < 1) > cancelled) copy_errors = 1
+      where (residual_parts(problem, copies, copy_errors < 1) > spurious) copy_errors = 1
       do i = 1, size(doubled)
          associate (j => doubled(i))
             if (copy_errors(i) <= max(100*errors(j), 1.0e-12_wp) .and. .not. pairs%is_real()) cycle
@@ -189,7 +179,7 @@ contains
          roots = [roots(1)/m, k/roots(1)]
       end associate
       next = minloc(abs(roots - lambda), 1)
-      if (abs(roots(next) - lambda) <= rounded*abs(lambda)) lambda = cmplx(roots(next), kind=wp)
+      if (abs(roots(next) - lambda) <= correctable*abs(lambda)) lambda = cmplx(roots(next), kind=wp)
    end subroutine correct
 
    ! lambda^2 is real, most often.
@@ -202,8 +192,8 @@ contains
       associate (lambda => pairs%lambda(j))
          place = cmplx(0, aimag(lambda), wp)
          if (abs(aimag(lambda)) < abs(real(lambda, wp))) place = cmplx(real(lambda, wp), 0, wp)
-         if (.not. abs(lambda - place) > 0 .or. abs(lambda - place) > near*abs(lambda)) return
-         if (error_at(problem, pairs, j, place) <= max(converged, noise(error_at(problem, pairs, j, lambda)))) lambda = place
+         if (.not. abs(lambda - place) > 0 .or. abs(lambda - place) > near_axis*abs(lambda)) return
+         if (error_at(problem, pairs, j, place) <= max(cancelled, noise(error_at(problem, pairs, j, lambda)))) lambda = place
       end associate
    end subroutine settle_undamped
 
@@ -224,7 +214,7 @@ contains
 
       factor = 0
       associate (lambda => pairs%lambda(j))
-         if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > near*abs(lambda)) return
+         if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > near_axis*abs(lambda)) return
          multiple = real_phase(cmplx(products%square(l), kind=wp))
          turned = products%real_part(l, multiple)
          if (.not. turned%length(1) > 0) return
@@ -235,13 +225,13 @@ contains
             ! u^T P(lambda) u has real roots, or a double one for rounding.
             forms = real(turned%forms(:, 1), xp)
             terms = forms(2)**2 + 4*abs(forms(1)*forms(3))
-            if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -double_root*terms)) return
+            if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -no_energy*terms)) return
             limit = noise(sqrt(limit))
          else if (.not. is_paired(pairs, j) .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
-            limit = max(loose, noise(limit))
+            limit = max(real_tolerance, noise(limit))
          else if (is_paired(pairs, j)) then
             ! Either way it stands for two: that what is known roughly is no pair is seen when it is polished.
-            limit = noise(min(limit, converged))
+            limit = noise(min(limit, cancelled))
          else
             limit = noise(limit)
          end if

@@ -89,7 +89,8 @@ contains
    end function new_cluster
 
    !> Of a real problem, eigenvalues below the real axis that mirror others of the list above it are the same modes. Each
-   !> mirrors one, so that copies stay as many as there are. Next to the axis both may be real, and stay.
+   !> mirrors one, so that copies stay as many as there are. Next to the axis both may be real, and stay, unless one is exactly
+   !> the conjugate of the other.
    pure subroutine match_conjugates(lambda, discs, paired, mirrored)
       complex(wp), intent(in) :: lambda(:)
       real(wp), intent(in) :: discs(:)
@@ -97,14 +98,16 @@ contains
       logical, intent(inout) :: paired(:)
       logical, intent(out) :: mirrored(:)
       logical :: upper(size(lambda))
+      real(wp) :: distance
       integer :: i, j
 
       mirrored = .false.
-      upper = aimag(lambda) > discs .and. .not. paired
+      upper = aimag(lambda) > 0 .and. .not. paired
       do j = 1, size(lambda)
-         if (.not. aimag(lambda(j)) < -discs(j) .or. paired(j) .or. .not. any(upper)) cycle
+         if (.not. aimag(lambda(j)) < 0 .or. paired(j) .or. .not. any(upper)) cycle
          i = minloc(abs(lambda - conjg(lambda(j))), 1, upper)
-         if (abs(lambda(i) - conjg(lambda(j))) > max(discs(i), discs(j))) cycle
+         distance = abs(lambda(i) - conjg(lambda(j)))
+         if (distance > 0 .and. (abs(aimag(lambda(j))) <= discs(j) .or. distance > max(discs(i), discs(j)))) cycle
          mirrored(j) = .true.
          upper(i) = .false.
          paired(i) = .true.

@@ -4,7 +4,6 @@ module kschur_band_part
    use kschur_band_parts, only: half_gap, part_type
    use kschur_checkpoint, only: finished_type
    use kschur_context, only: solve_context_type
-   use kschur_description, only: undamped_tolerance
    use kschur_effort, only: effort_type
    use kschur_error, only: error_type, error_singular
    use kschur_kinds, only: wp
@@ -13,6 +12,7 @@ module kschur_band_part
    use kschur_result, only: note_length
    use kschur_search, only: find_modes
    use kschur_shift, only: place_shift
+   use kschur_tolerances, only: undamped_tolerance
    implicit none
    private
    public :: finished_parts_type, part_modes_type, solve_part

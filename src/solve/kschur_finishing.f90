@@ -2,10 +2,10 @@
 module kschur_finishing
    use kschur_backward_error, only: backward_errors
    use kschur_context, only: solve_context_type
-   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs, normalize
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
    use kschur_kinds, only: wp
-   use kschur_mode_selection, only: distances, insert_pairs, spurious, wanted_type
+   use kschur_mode_selection, only: distances, insert_pairs, wanted_type
    use kschur_modes, only: modes_type
    use kschur_outcome, only: inaccurate_above
    use kschur_polish, only: polished_type, polisher_type
@@ -13,23 +13,17 @@ module kschur_finishing
    use kschur_residual_parts, only: residual_parts
    use kschur_scaling, only: constraint_factors
    use kschur_settling, only: settle_pairs
-   use kschur_shapes, only: rest_of_state
-   use kschur_split, only: cluster_type, new_cluster, split
-   use kschur_tolerances, only: same_value
+   use kschur_shapes, only: rest_beside, rest_of_state
+   use kschur_split, only: cluster_type, split
+   use kschur_spectral_map, only: spectral_map_type
+   use kschur_tolerances, only: anything, cancelled, clear_force, dependent_state, good_enough, same_shape, same_value, &
+      spurious, uneven
    implicit none
    private
    public :: finish_modes
 
-   ! Units that are further apart than this hide errors.
-   real(wp), parameter :: uneven = 1.0e6_wp
-   ! A mode with a backward error above this can be known better, most often.
-   real(wp), parameter :: nearly_rounding = 1.0e-13_wp
-   ! An eigenvalue that may be off by this part of it may be anything.
-   real(wp), parameter :: anything = 1.0e-2_wp
    ! What may be anything is looked for as far as this part of its eigenvalue.
    real(wp), parameter :: half = 0.5_wp
-   ! What is left of a state of unit norm in the span of others.
-   real(wp), parameter :: dependent = 1.0e-2_wp
 
    !> What is asked of each mode, in the units that balance has found: in those as given, errors may hide behind a few large
    !> entries.
@@ -127,7 +121,6 @@ contains
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
       logical :: may_be(size(pairs%lambda))
-      real(wp), parameter :: hidden = 1.0e-8_wp
       complex(wp) :: force(pairs%rows(), 1)
       integer :: j
 
@@ -135,7 +128,7 @@ contains
          force = 0
          call problem%mass%add_product(pairs%lambda(j)**2, pairs%phi(:, j:j), force)
          call problem%damping%add_product(pairs%lambda(j), pairs%phi(:, j:j), force)
-         may_be(j) = norm2(abs(force)) > hidden*problem%stiffness%infinity_norm()*norm2(abs(pairs%phi(:, j)))
+         may_be(j) = norm2(abs(force)) > clear_force*problem%stiffness%infinity_norm()*norm2(abs(pairs%phi(:, j)))
       end do
    end function may_be_infinite
 
@@ -143,7 +136,7 @@ contains
    pure real(wp) function good_enough_of(s)
       type(solve_context_type), intent(in) :: s
 
-      good_enough_of = max(nearly_rounding, s%options%tolerance/10)
+      good_enough_of = max(good_enough, s%options%tolerance/10)
    end function good_enough_of
 
    ! Which eigenvalues are those of rigid motions.
@@ -161,8 +154,7 @@ contains
       end do
    end function are_known
 
-   ! The clusters that are to be polished. Shapes that are held as real ones are orthogonal, as Lanczos has them, and are
-   ! polished one by one.
+   ! The clusters that are to be polished. Shapes that are held as real ones are orthogonal, as Lanczos has them.
    subroutine find_suspects(modes, judgement, suspects)
       type(modes_type), intent(in) :: modes
       type(judgement_type), intent(in) :: judgement
@@ -174,14 +166,7 @@ contains
 
       allocate (discs, source=same_value*abs(modes%lambda))
       where (judgement%poor) discs = max(discs, min(judgement%uncertainty, anything*abs(modes%lambda)))
-      if (modes%is_real()) then
-         allocate (clusters(size(discs)))
-         do j = 1, size(discs)
-            clusters(j) = new_cluster(modes%lambda, discs, [j])
-         end do
-      else
-         call split(modes%lambda, discs, clusters)
-      end if
+      call split(modes%lambda, discs, clusters)
       allocate (suspect, source=[(is_suspect(clusters(i)), i=1, size(clusters))])
       allocate (suspects(count(suspect)))
       j = 0
@@ -203,8 +188,8 @@ contains
 
          associate (members => cluster%members)
             is_suspect = any(judgement%poor(members) .or. judgement%doubtful(members))
-            if (.not. is_suspect .and. abs(cluster%centre) > 0) is_suspect = &
-               any([(rest_of_state(modes, members(:l - 1), members(l)) <= dependent, l=2, size(members))])
+            if (.not. (is_suspect .or. modes%is_real()) .and. abs(cluster%centre) > 0) is_suspect = &
+               any([(rest_of_state(modes, members(:l - 1), members(l)) <= dependent_state, l=2, size(members))])
          end associate
       end function is_suspect
    end subroutine find_suspects
@@ -228,7 +213,8 @@ contains
       type(eigenpairs_type) :: members
       complex(wp) :: shift
       logical :: chosen(size(modes%lambda))
-      integer :: few
+      logical, allocatable :: others(:)
+      integer :: j
 
       chosen = .false.
       chosen(cluster%members) = .true.
@@ -242,9 +228,8 @@ contains
       call polisher%factor_beside(s%work, cluster, shift, error)
       if (.not. allocated(error)) then
          call s%effort%add_factors(polisher%solver)
-         few = guards(min(size(cluster%members), 2))
-         if (modes%is_real()) few = 0
-         call polisher%polish(s%work, cluster, shift, members, maxval(judgement%errors(cluster%members)), few, polished, error)
+         call polisher%polish(s%work, cluster, shift, members, maxval(judgement%errors(cluster%members)), &
+            guards(min(size(cluster%members), 2)), polished, error)
       end if
       if (allocated(error)) then
          if (all(error%code /= [error_singular, error_convergence, error_cancelled])) return
@@ -253,8 +238,14 @@ contains
       end if
       if (is_accepted()) then
          gone(cluster%members) = .true.
-         if (modes%is_real()) call make_real(polished%pairs)
+         if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          if (allocated(found%lambda)) then
+            ! Eigenvalues known so badly that they were not near to each other may be found beside both.
+            allocate (others(size(polished%errors)))
+            do j = 1, size(others)
+               others(j) = rest_beside(found, polished%pairs, j, same_value) > dependent_state
+            end do
+            call keep_pairs(polished%pairs, others)
             call append_pairs(found, polished%pairs)
          else
             found = polished%pairs
@@ -276,12 +267,41 @@ contains
       end function is_accepted
    end subroutine polish_cluster
 
-   ! Shapes that are real but for their phase.
-   subroutine make_real(pairs)
+   ! Shapes of oscillators are real but for their phase; those of copies are combinations, and become orthogonal.
+   subroutine make_real(map, pairs)
+      type(spectral_map_type), intent(in) :: map
       type(eigenpairs_type), intent(inout) :: pairs
+      complex(wp) :: xi(size(pairs%xi, 1), 2)
+      real(wp) :: shape(pairs%rows(), 2), left(2)
+      integer :: i, j, l
 
-      ! Normalised, their largest entries are real.
-      allocate (pairs%real_phi, source=real(pairs%phi, wp))
+      allocate (pairs%real_phi(pairs%rows(), size(pairs%lambda)))
+      do j = 1, size(pairs%lambda)
+         ! Normalised, their largest entries are real. Multipliers of a real shape are real but for the factor of damping.
+         associate (reaction => map%reaction(pairs%lambda(j)))
+            shape = reshape([real(pairs%phi(:, j), wp), aimag(pairs%phi(:, j))], shape=[size(shape, 1), 2])
+            xi(:, 1) = reaction*real(pairs%xi(:, j)/reaction, wp)
+            xi(:, 2) = reaction*aimag(pairs%xi(:, j)/reaction)
+         end associate
+         do l = 1, 2
+            do i = 1, j - 1
+               if (abs(pairs%lambda(i) - pairs%lambda(j)) > cancelled*abs(pairs%lambda(j))) cycle
+               associate (part => dot_product(pairs%real_phi(:, i), shape(:, l)))
+                  shape(:, l) = shape(:, l) - part*pairs%real_phi(:, i)
+                  xi(:, l) = xi(:, l) - part*pairs%xi(:, i)
+               end associate
+            end do
+            left(l) = norm2(shape(:, l))
+         end do
+         l = merge(1, 2, left(1) > same_shape)
+         if (left(2) > same_shape .or. l == 1) then
+            pairs%real_phi(:, j) = shape(:, l)/left(l)
+            pairs%xi(:, j) = xi(:, l)/left(l)
+         else
+            ! The shape of a double root.
+            pairs%real_phi(:, j) = real(pairs%phi(:, j), wp)
+         end if
+      end do
       deallocate (pairs%phi)
    end subroutine make_real
 end module kschur_finishing

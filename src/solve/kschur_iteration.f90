@@ -13,7 +13,7 @@ module kschur_iteration
    use kschur_outcome, only: reason_converged
    use kschur_settings, only: set_iteration_options
    use kschur_split, only: match_conjugates
-   use kschur_tolerances, only: same_value
+   use kschur_tolerances, only: nearly_equal, same_value
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -77,12 +77,8 @@ contains
       if (allocated(ritz%paired)) then
          call move_alloc(ritz%paired, paired)
       else
-         if (abs(aimag(s%transform%shift)) > 0) then
-            allocate (paired(size(ritz%mu)), source=.false.)
-         else
-            call drop_conjugates(ritz%mu, ritz%vectors, paired)
-         end if
-         call drop_mirrored(s%transform, ritz%mu, ritz%vectors, paired)
+         allocate (paired(size(ritz%mu)), source=.false.)
+         if (allocated(ritz%vectors)) call drop_mirrored(s%transform, ritz%mu, ritz%vectors, paired)
       end if
       if (s%transform%recover_applies) s%effort%operator_applications = s%effort%operator_applications + size(ritz%mu)
       call s%end_step(phase_iterate)
@@ -122,10 +118,9 @@ contains
    ! Whether two values may be one.
    pure logical function any_copies(values)
       complex(wp), intent(in) :: values(:)
-      real(wp), parameter :: equal = 1.0e-6_wp
       integer :: j
 
-      any_copies = any([(any(abs(values(:j - 1) - values(j)) <= equal*abs(values(j))), j=1, size(values))])
+      any_copies = any([(any(abs(values(:j - 1) - values(j)) <= nearly_equal*abs(values(j))), j=1, size(values))])
    end function any_copies
 
    subroutine tell_complaint(s)
@@ -194,29 +189,4 @@ contains
       mu = pack(mu, .not. again)
       paired = pack(paired, .not. again)
    end subroutine drop_mirrored
-
-   ! Keeps one of each conjugate pair.
-   subroutine drop_conjugates(mu, vectors, paired)
-      complex(wp), allocatable, intent(inout) :: mu(:)
-      complex(wp), allocatable, intent(inout) :: vectors(:, :)
-      !> Of those that are left, which stand for a pair.
-      logical, allocatable, intent(out) :: paired(:)
-      logical :: both(size(mu))
-      integer :: kept, j
-
-      both = [(abs(aimag(mu(j))) > 0 .and. any(.not. abs(mu - conjg(mu(j))) > 0), j=1, size(mu))]
-      kept = 0
-      do j = 1, size(mu)
-         if (both(j) .and. aimag(mu(j)) > 0) cycle
-         kept = kept + 1
-         both(kept) = both(j)
-         if (kept == j) cycle
-         mu(kept) = mu(j)
-         vectors(:, kept) = vectors(:, j)
-      end do
-      allocate (paired, source=both(:kept))
-      if (kept == size(mu)) return
-      mu = mu(:kept)
-      vectors = vectors(:, :kept)
-   end subroutine drop_conjugates
 end module kschur_iteration

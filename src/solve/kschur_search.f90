@@ -4,7 +4,7 @@ module kschur_search
    use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type, whole_both, whole_given, whole_iterated
    use kschur_effort, only: phase_judge, phase_recover
-   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
+   use kschur_eigenpairs, only: append_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
    use kschur_iteration, only: iterate
    use kschur_kinds, only: wp
@@ -16,9 +16,9 @@ module kschur_search
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
    use kschur_shift, only: factor_beside, move_to_modes
-   use kschur_shapes, only: rest_of_state
+   use kschur_shapes, only: rest_beside
    use kschur_text, only: text
-   use kschur_tolerances, only: same_value
+   use kschur_tolerances, only: anything, dependent_state, same_shape, same_value
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -223,38 +223,17 @@ contains
       call judge_pairs(s%problem, wanted_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
          more, others)
       others%weights = s%plan%weights()
-      allocate (known, source=[(is_among(modes, others, j), j=1, size(others%lambda))])
+      allocate (known, source=.not. abs(others%lambda) > 0)
+      do j = 1, size(known)
+         ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape; others share an
+         ! eigenvalue, and more of their neighbours is in a shape.
+         if (.not. known(j)) known(j) = rest_beside(modes, others, j, anything) <= same_shape
+         if (.not. known(j)) known(j) = rest_beside(modes, others, j, same_value) <= dependent_state
+      end do
       call others%drop(known)
       call modes%append(others)
       call modes%take(nearest_first(modes%lambda, s%options%target))
    end subroutine add_pairs
-
-   ! Whether one of some others is a combination of modes that there are.
-   logical function is_among(modes, others, j)
-      type(modes_type), intent(in) :: modes, others
-      integer, intent(in) :: j
-      ! Roots of a defective eigenvalue that were found from different shifts lie this far apart, with one shape; others share
-      ! an eigenvalue, and more of their neighbours is in a shape that was found from far off.
-      real(wp), parameter :: split = 1.0e-2_wp, parallel = 1.0e-3_wp, neighbours = 3.0e-2_wp
-
-      is_among = .not. abs(others%lambda(j)) > 0
-      if (.not. is_among) is_among = rest_beside(split) <= parallel
-      if (.not. is_among) is_among = rest_beside(same_value) <= neighbours
-
-   contains
-
-      real(wp) function rest_beside(distance)
-         real(wp), intent(in) :: distance
-         type(eigenpairs_type) :: near, one
-         integer :: i
-
-         near = chosen_pairs(modes, abs(modes%lambda - others%lambda(j)) <= distance*abs(others%lambda(j)))
-         one = chosen_pairs(others, [(i == j, i=1, size(others%lambda))])
-         if (allocated(others%weights)) near%weights = others%weights
-         call append_pairs(near, one)
-         rest_beside = rest_of_state(near, [(i, i=1, size(near%lambda) - 1)], size(near%lambda))
-      end function rest_beside
-   end function is_among
 
    ! What may be anything is what is missing, where it is an eigenpair, nothing else was found anywhere and one eigenvalue is
    ! missing; of several nobody knows which they are.

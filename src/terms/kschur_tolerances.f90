@@ -9,6 +9,37 @@ module kschur_tolerances
    !> Two eigenvalues closer than this, relative to their size, may be one found twice.
    real(wp), parameter, public :: same_value = 1.0e-5_wp
 
+   !> A pair of modes nearer to each other than this, while they are iterated, may be copies: the square root of the
+   !> tolerance of their residuals.
+   real(wp), parameter, public :: nearly_equal = 1.0e-6_wp
+   !> The sine of the angle between shapes that are one: what iteration from a shift far off leaves of other modes in them.
+   real(wp), parameter, public :: same_shape = 1.0e-3_wp
+   !> What is left of a state of unit norm in the span of others where it is no other than these. Measured: found from far off,
+   !> shapes have a hundredth of their neighbours in them.
+   real(wp), parameter, public :: dependent_state = 1.0e-2_wp
+   !> An eigenvalue that iteration put this near to an axis, relative to it, may lie on it: the square root of a residual
+   !> splits a double one by less.
+   real(wp), parameter, public :: near_axis = 1.0e-4_wp
+   !> Rounding of the factored matrix moves eigenvalues that Rayleigh's functional may correct by less than this part of them.
+   real(wp), parameter, public :: correctable = 1.0e-3_wp
+   !> Zeros found by iteration are a ring of radius sqrt(epsilon) in units of the shift, and below this part of it.
+   real(wp), parameter, public :: nearly_zero = 1.0e-4_wp
+   !> An energy below this part of its terms is rounding, summed in more than the working precision.
+   real(wp), parameter, public :: no_energy = 8*epsilon(1.0_wp)
+   !> A real part below this, relative to the eigenvalue, is rounding of R or of an undamped problem.
+   real(wp), parameter, public :: undamped_tolerance = 1.0e-11_wp
+
+   !> A backward error that is good enough: a shape of a mode near the shift has no larger one (numbers of docs/results.md).
+   real(wp), parameter, public :: good_enough = 1.0e-13_wp
+   !> A backward error that deserves a note, and how well an eigenvalue is known at least where it is accepted, relative to it.
+   real(wp), parameter, public :: known_well = 1.0e-10_wp
+   !> A pair with a backward error above this is no mode of the problem.
+   real(wp), parameter, public :: spurious = 1.0e-5_wp
+   !> An eigenvalue that may be off by this part of it may be anything.
+   real(wp), parameter, public :: anything = 1.0e-2_wp
+   !> Units further apart than this hide errors: a backward error of `good_enough` in the large ones is none in the small.
+   real(wp), parameter, public :: uneven = 1.0e6_wp
+
    !> A sum below this part of the magnitudes of its terms is their rounding: gamma_n = n epsilon (Higham 2002, section 3.1)
    !> of some thousand terms. What changes less has settled.
    real(wp), parameter, public :: cancelled = 1.0e-12_wp
