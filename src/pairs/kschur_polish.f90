@@ -138,8 +138,7 @@ contains
             least = now%worst()
             step = 0
          end if
-         now%complete = size(now%errors) > 0 .and. now%worst() <= self%above .and. &
-            (guards == 0 .or. inside < size(states, 2))
+         now%complete = size(now%errors) > 0 .and. now%worst() <= self%above .and. inside < size(states, 2)
          call keep_pairs(now%pairs, now%errors <= limit)
          now%errors = pack(now%errors, now%errors <= limit)
          now%eigenvalues = count_of(cluster, now%pairs%lambda)
@@ -150,7 +149,7 @@ contains
          end if
          call move_alloc(images, states)
          ! Where no random vector stays outside, the space may be too small.
-         if (guards > 0 .and. inside == size(states, 2) .and. inside < min(largest, size(states, 1))) then
+         if (inside == size(states, 2) .and. inside < min(largest, size(states, 1))) then
             call add_random(guards, random_state, states)
             step = 0
          end if

@@ -1,6 +1,5 @@
 !> What an iteration left inaccurate or in doubt is polished, cluster by cluster.
 module kschur_finishing
-   use kschur_backward_error, only: backward_errors
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs, normalize
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type

@@ -130,8 +130,9 @@ contains
             size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
          call s%hold(whole_iterated, error)
          if (allocated(error)) return
+         missing = s%options%modes - size(modes%lambda)
          ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
-            round == rounds
+            round == rounds .or. missing >= before
          if (.not. s%options%is_plain() .and. (ends .or. .not. fewer(s, modes))) then
             call s%announce_phase("refinement")
             call finish_modes(s, modes, aside, error)
@@ -140,7 +141,7 @@ contains
          call drop_spurious(modes)
          call s%end_step(phase_judge)
          missing = s%options%modes - size(modes%lambda)
-         if (missing == 0 .or. missing >= before .or. ends) exit
+         if (missing == 0 .or. ends) exit
          round = round + 1
          before = missing
          asked = min(asked + max(missing, asked/4), s%known%total%number)
