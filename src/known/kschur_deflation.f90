@@ -8,7 +8,7 @@ module kschur_deflation
    use kschur_row_sums, only: row_sums_type
    use kschur_staircase, only: root_space_type
    use kschur_tall_products_real, only: column_length
-   use kschur_tolerances, only: cancelled, clear_force, hidden_inertia, nothing_left
+   use kschur_tolerances, only: cancelled, hidden_inertia, root_epsilon, rounding_of_sums
    implicit none
    private
    public :: deflation_type, new_deflation, separate_by_damping
@@ -80,7 +80,7 @@ contains
       do i = 1, k
          ! A row of large units hides what others have.
          if (problem%damping_kind /= damping_proportional .and. maxval(abs(dampers(:, i))) <= level(i) .and. &
-            all(abs(dampers(:, i)) <= clear_force*terms(:, i))) decay(i) = 0
+            all(abs(dampers(:, i)) <= root_epsilon*terms(:, i))) decay(i) = 0
          separate = separate .and. maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) <= level(i)
       end do
       if (.not. separate) k = 0
@@ -176,7 +176,7 @@ contains
       end do
       call subtract(self%images, self%shapes, x, sums=self%sums)
       do j = 1, size(x, 2)
-         if (column_length(x(:, j:j), sums=self%sums) <= nothing_left*before(j)) x(:, j) = 0
+         if (column_length(x(:, j:j), sums=self%sums) <= rounding_of_sums*before(j)) x(:, j) = 0
       end do
    end subroutine project_real
 

@@ -19,10 +19,15 @@ module kschur_examination
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_staircase, only: find_root_space, root_space_type
-   use kschur_tolerances, only: cancelled, most_massless, most_part, null_residual
+   use kschur_tolerances, only: cancelled, rounding_of_row
    implicit none
    private
    public :: examination_type, find_rigid, suppose_none
+
+   ! With more motions without mass than this the iteration is left to filter infinite eigenvalues, which costs less.
+   integer, parameter :: most_massless = 64
+   ! A symmetric form needs the infinite eigenvalue only where more than this part of the unknowns, as modes, is wanted.
+   integer, parameter :: most_part = 4
 
    !> What is known beforehand.
    type :: examination_type
@@ -149,7 +154,7 @@ contains
          terms = 0
          call matrix%add_product(1.0_wp, least, product)
          call add_magnitudes(matrix, abs(least), terms)
-         vanishes = maxval(abs(product)) <= max(cancelled*maxval(terms), null_residual*matrix%infinity_norm()*maxval(abs(least)))
+         vanishes = maxval(abs(product)) <= max(cancelled*maxval(terms), rounding_of_row*matrix%infinity_norm()*maxval(abs(least)))
       end function vanishes
    end subroutine check_inertia
 

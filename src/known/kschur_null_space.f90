@@ -16,7 +16,7 @@ module kschur_null_space
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, identity_csr_matrix, linear_combination, transpose_csr
    use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
    use kschur_tied_levels, only: spread_levels
-   use kschur_tolerances, only: above_rounding, dependent, least_enlarged, most_enlarged, null_residual, visible_pivot
+   use kschur_tolerances, only: above_rounding, dependent, least_enlarged, most_enlarged, rounding_of_row, visible_pivot
    implicit none
    private
    public :: find_null_space, null_space_type, orthonormalize, subtract
@@ -243,7 +243,7 @@ contains
 
       n = size(space%scaling)
       doubtful = .false.
-      negligible = null_residual*max(4.0_wp, space%matrix%infinity_norm())
+      negligible = rounding_of_row*max(4.0_wp, space%matrix%infinity_norm())
       allocate (x(size(basis, 1), wanted), source=0.0_wp)
       do i = 1, 2*iterations
          x(n + 1:, :) = 0

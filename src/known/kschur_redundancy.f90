@@ -7,7 +7,7 @@ module kschur_redundancy
    use kschur_mumps_real, only: mumps_real_type
    use kschur_null_space, only: orthonormalize
    use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
-   use kschur_tolerances, only: null_constraint
+   use kschur_tolerances, only: above_all_rounding
    implicit none
    private
    public :: count_redundant, find_redundant
@@ -33,7 +33,7 @@ contains
 
       redundant = 0
       if (constraints%rows == 0) return
-      call bordered(constraints, null_constraint, matrix, error)
+      call bordered(constraints, above_all_rounding, matrix, error)
       if (allocated(error)) return
       structure%symmetric = .true.
       if (present(counting)) then
@@ -77,7 +77,7 @@ contains
       m = constraints%rows
       allocate (follows(m), source=.false.)
       if (redundant == 0) return
-      call bordered(constraints, -null_constraint, matrix, error)
+      call bordered(constraints, -above_all_rounding, matrix, error)
       if (allocated(error)) return
       structure%symmetric = .true.
       call solver%factorize(matrix, structure, error)

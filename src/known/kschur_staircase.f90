@@ -8,7 +8,7 @@ module kschur_staircase
    use kschur_null_space, only: null_space_type
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: cancelled, nothing_left
+   use kschur_tolerances, only: cancelled, rounding_of_sums
    implicit none
    private
    public :: find_root_space, root_space_type, undamped_zeros, zero_and_infinite
@@ -165,7 +165,7 @@ contains
             basis(place(1), l) = 0
          end do
       end do
-      where (abs(basis) <= nothing_left) basis = 0
+      where (abs(basis) <= rounding_of_sums) basis = 0
    end subroutine reduce_to_echelon
 
    !> The states (phi, lambda/unit phi, ...) of the root spaces of zero and of infinity as an invariant subspace of

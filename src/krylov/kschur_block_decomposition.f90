@@ -19,12 +19,11 @@ module kschur_block_decomposition
    use kschur_row_team, only: row_team_type
    use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
    use kschur_threads, only: panel_rows
+   use kschur_tolerances, only: rounding_of_sums
    implicit none
    private
-   public :: block_decomposition_type, breakdown, dot, drop_last, make_room, orthonormalize
+   public :: block_decomposition_type, dot, drop_last, make_room, orthonormalize
 
-   !> What is left of a vector in the span of the basis.
-   real(wp), parameter :: breakdown = 100*epsilon(1.0_wp)
    ! Where so much of each column is left, what is left is orthogonal to rounding.
    real(wp), parameter :: enough_left = 0.7_wp
 
@@ -199,7 +198,7 @@ contains
          end if
          total(:kept, :) = matmul(triangle(:kept, :), total(:q, :))
          q = min(kept, d%most - k)
-         limit = breakdown
+         limit = rounding_of_sums
          deallocate (gram, c, triangle)
          statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
          if (q == 0 .or. settled) exit

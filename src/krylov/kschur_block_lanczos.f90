@@ -3,7 +3,7 @@
 !>
 !> Sources: Golub and Underwood (1977); Nour-Omid, Parlett, Ericsson, Jensen, Math. Comp. 48 (1987), semidefinite B.
 module kschur_block_lanczos
-   use kschur_block_decomposition, only: block_decomposition_type, breakdown, dot, drop_last, orthonormalize
+   use kschur_block_decomposition, only: block_decomposition_type, dot, drop_last, orthonormalize
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library
    use kschur_kinds, only: wp, long
@@ -12,6 +12,7 @@ module kschur_block_lanczos
    use kschur_random, only: state_of_seed
    use kschur_tall_products_real, only: inner_products
    use kschur_together, only: begin_together, end_together, to_add_random, to_expand
+   use kschur_tolerances, only: rounding_of_sums
    implicit none
    private
    public :: add_directions, add_random_directions, add_random_here, expand_block, expand_here
@@ -43,7 +44,7 @@ contains
          d%metric_scale = max(d%metric_scale, (lengths(j)/d%sums%length(norm2(x(:, j))))**2)
          x(:, j) = x(:, j)/lengths(j)
       end do
-      call orthonormalize(operator, d, x, 1.0_wp, breakdown, coefficients, statistics, error)
+      call orthonormalize(operator, d, x, 1.0_wp, rounding_of_sums, coefficients, statistics, error)
       do j = 1, size(x, 2)
          coefficients(:, j) = lengths(j)*coefficients(:, j)
       end do
@@ -92,11 +93,11 @@ contains
          statistics%operator_applications = statistics%operator_applications + size(y, 2)
          call drop_last(d, before)
          coefficients = 0
-         call orthonormalize(operator, d, y, d%scale, breakdown, coefficients(:, :size(y, 2)), statistics, error)
+         call orthonormalize(operator, d, y, d%scale, rounding_of_sums, coefficients(:, :size(y, 2)), statistics, error)
          deallocate (y)
          ! What the metric does not see is no direction.
          do while (d%vectors > before)
-            if (breakdown*d%metric_scale*d%sums%length(norm2(d%basis%columns(d%vectors, 1)))**2 <= 1) exit
+            if (rounding_of_sums*d%metric_scale*d%sums%length(norm2(d%basis%columns(d%vectors, 1)))**2 <= 1) exit
             call drop_last(d, d%vectors - 1)
          end do
       end do
@@ -112,7 +113,7 @@ contains
       real(wp), optional, intent(in) :: noise
       real(wp) :: limit
 
-      limit = breakdown
+      limit = rounding_of_sums
       if (present(noise)) limit = noise
       call begin_together(d, to_expand, [integer ::], limit)
       call expand_here(operator, d, limit, statistics, error)

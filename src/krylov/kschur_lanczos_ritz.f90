@@ -2,13 +2,14 @@
 !>
 !> Source: Wu and Simon, SIAM J. Matrix Anal. Appl. 22 (2000).
 module kschur_lanczos_ritz
-   use kschur_block_decomposition, only: block_decomposition_type, breakdown
+   use kschur_block_decomposition, only: block_decomposition_type
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type
    use kschur_projected, only: symmetric_eigenvectors
    use kschur_selection, only: selection_type, order_by_preference
+   use kschur_tolerances, only: rounding_of_sums
    implicit none
    private
    public :: decomposition_type, extract, project, ritz_type, truncate
@@ -70,7 +71,7 @@ contains
          if (d%locked == 0) cycle
          ! To rounding, a new copy of a locked value is not more wanted than that.
          near = minloc(abs(values(:d%locked) - ritz%values(i)), 1)
-         if (abs(values(near) - ritz%values(i)) <= breakdown*d%scale) values(d%locked + i) = values(near)
+         if (abs(values(near) - ritz%values(i)) <= rounding_of_sums*d%scale) values(d%locked + i) = values(near)
       end do
       allocate (ritz%order(m), source=order_by_preference(selection, values))
       ritz%needed = selection%needed(values(ritz%order))

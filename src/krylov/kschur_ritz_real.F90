@@ -7,6 +7,7 @@ module kschur_ritz_real
    use kschur_krylov_options, only: krylov_options_type
    use kschur_projected, only: eigenvector_couplings, join_pairs, schur_form, schur_values
    use kschur_selection, only: order_by_preference, selection_type
+   use kschur_tolerances, only: may_be_anything
    implicit none
    private
    public :: choose, decomposition_type, look_for_hidden, project, ritz_type

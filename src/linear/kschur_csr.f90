@@ -4,6 +4,7 @@ module kschur_csr
    use kschur_kinds, only: wp
    use kschur_memory, only: complex_bytes, integer_bytes, real_bytes
    use kschur_row_products, only: add_four_rows, add_rows
+   use kschur_tolerances, only: rounding_of_sums
    implicit none
    private
    public :: csr_matrix_type, complex_csr_matrix_type, same_pattern
@@ -248,7 +249,6 @@ contains
 
    pure logical function is_symmetric(self)
       class(csr_matrix_type), intent(in) :: self
-      real(wp), parameter :: rounding = 64*epsilon(1.0_wp)
       real(wp) :: maxima(self%rows), mirrored
       ! Of each row, the first entry that was not compared: those before it have met row after row.
       integer :: next(self%rows)
@@ -286,7 +286,7 @@ contains
          integer, intent(in) :: i, j
 
          negligible = .not. abs(difference) > 0
-         if (.not. negligible) negligible = abs(difference) <= rounding*min(maxima(i), maxima(j))
+         if (.not. negligible) negligible = abs(difference) <= rounding_of_sums*min(maxima(i), maxima(j))
       end function negligible
    end function is_symmetric
 

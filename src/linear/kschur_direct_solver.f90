@@ -16,13 +16,11 @@ module kschur_direct_solver
    use kschur_quasi_definite, only: low_fill, quasi_definite_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: text
+   use kschur_tolerances, only: good_enough
    use kschur_trial_solution, only: try_solver
    implicit none
    private
    public :: direct_real_type
-
-   ! Of a trial solution.
-   real(wp), parameter :: acceptable = 1.0e-12_wp
 
    !> LDL or MUMPS; `description` says which and why.
    type, extends(real_linear_solver_type) :: direct_real_type
@@ -132,7 +130,7 @@ contains
       if (.not. allocated(error)) &
          call try_solver(ldl, matrix, structure%multipliers, backward_error, error, self%refinements)
       if (allocated(error)) return
-      if (backward_error > acceptable) then
+      if (backward_error > good_enough) then
          call new_error(error, error_library, "a trial solution has a large residual")
       else
          call move_alloc(ldl, self%solver)

@@ -8,9 +8,10 @@ module kschur_iterative_real
    use kschur_processes, only: processes_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: magnitude
+   use kschur_tolerances, only: contraction, rounding_of_sums
    implicit none
    private
-   public :: iterative_real_type, acceptable
+   public :: iterative_real_type
 
 #define SCALAR real(wp)
 #define MATRIX_TYPE csr_matrix_type

@@ -16,6 +16,7 @@ module kschur_ldl
    use kschur_symbolic, only: analyze, symbolic_type
    use kschur_text, only: text
    use kschur_threads, only: panel_rows
+   use kschur_tolerances, only: cancelled, rounding_of_sums
    implicit none
    private
    public :: ldl_real_type
@@ -106,12 +107,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       ! Below this part of its diagonal entry a pivot is what rounding left. Quasi-definite factors grow
       ! with the reciprocal of the smallest.
-      real(wp), parameter :: rounding = 64*epsilon(1.0_wp), unstable = 1.0e-12_wp
       real(wp), allocatable :: diagonal(:)
 
       associate (pivot => self%factors%pivot, order => self%symbolic%order)
          allocate (diagonal, source=matrix%diagonal())
-         if (.not. all(abs(pivot) > merge(unstable, rounding, self%quasi_definite)*abs(diagonal(order)))) then
+         if (.not. all(abs(pivot) > merge(cancelled, rounding_of_sums, self%quasi_definite)*abs(diagonal(order)))) then
             call new_error(error, error_singular, "a pivot of the matrix is zero")
          else if (self%quasi_definite .and. any(pivot < 0 .and. order <= matrix%rows - multipliers)) then
             call new_error(error, error_library, "the matrix is not quasi-definite")

@@ -14,6 +14,7 @@ module kschur_quasi_definite
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
    use kschur_threads, only: panel_rows
+   use kschur_tolerances, only: above_all_rounding, root_epsilon
    use kschur_trial_solution, only: try_solver
    implicit none
    private
@@ -47,8 +48,6 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
-      ! Backward error of a trial solution that needs no refinement.
-      real(wp), parameter :: small = 1.0e-13_wp
       real(wp) :: backward_error
       logical :: compliant
 
@@ -66,7 +65,7 @@ contains
       else
          call try_solver(self%ldl, matrix, structure%multipliers, backward_error, error)
          if (allocated(error)) return
-         compliant = backward_error > small
+         compliant = backward_error > above_all_rounding
       end if
       self%refined = compliant .or. self%ldl%factor_entries <= int(low_fill, long)*matrix%rows
       if (compliant) call factorize_compliant(self, structure, error)
@@ -119,7 +118,6 @@ contains
       integer, intent(in) :: multipliers
       type(csr_matrix_type), intent(out) :: compliance
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: small = 1.0e-8_wp
       real(wp) :: delta(multipliers), stiffness(min(matrix%rows, matrix%columns))
       integer :: n, i
 
@@ -127,7 +125,7 @@ contains
       stiffness = matrix%diagonal()
       do i = 1, multipliers
          associate (first => matrix%row_start(n + i), last => matrix%row_start(n + i + 1) - 1)
-            delta(i) = small*maxval([0.0_wp, abs(matrix%value(first:last))])**2/ &
+            delta(i) = root_epsilon*maxval([0.0_wp, abs(matrix%value(first:last))])**2/ &
                max(maxval([0.0_wp, stiffness(matrix%column(first:last))]), tiny(1.0_wp))
          end associate
       end do

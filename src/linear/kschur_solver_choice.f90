@@ -5,7 +5,7 @@ module kschur_solver_choice
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_inertia_solver, only: inertia_real_type
    use kschur_iterative_complex, only: iterative_complex_type
-   use kschur_iterative_real, only: acceptable, iterative_real_type
+   use kschur_iterative_real, only: iterative_real_type
    use kschur_kinds, only: wp
    use kschur_last_analysis, only: last_analysis_type
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
@@ -13,6 +13,7 @@ module kschur_solver_choice
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_options, only: inner_auto, inner_iterative, modal_options_type
    use kschur_processes, only: processes_type
+   use kschur_tolerances, only: rounding_of_sums
    implicit none
    private
    public :: inner_solvers_type, choose_inner_solvers
@@ -127,10 +128,10 @@ contains
       type(iterative_complex_type) :: for_complex
 
       for_real%tolerance = part_of_tolerance*tolerance
-      for_real%accuracy = acceptable
+      for_real%accuracy = rounding_of_sums
       for_real%processes => processes
       for_complex%tolerance = part_of_tolerance*tolerance
-      for_complex%accuracy = acceptable
+      for_complex%accuracy = rounding_of_sums
       for_complex%processes => processes
       allocate (inner%real, source=for_real)
       allocate (inner%complex, source=for_complex)

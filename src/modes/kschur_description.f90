@@ -7,7 +7,7 @@ module kschur_description
    use kschur_result, only: modal_result_type, kind_overdamped, kind_real, kind_rigid, kind_undamped, &
       kind_underdamped, kind_unstable
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: no_energy, undamped_tolerance
+   use kschur_tolerances, only: rounding_of_row, twelve_digits
    implicit none
    private
    public :: describe, form
@@ -38,9 +38,9 @@ contains
          if (omega > 0) zeta = 0 - real(lambda, wp)/omega
          if (.not. omega > 0) then
             result%kind(j) = kind_rigid
-         else if (real(lambda, wp) > undamped_tolerance*omega) then
+         else if (real(lambda, wp) > twelve_digits*omega) then
             result%kind(j) = kind_unstable
-         else if (real(lambda, wp) >= -undamped_tolerance*omega) then
+         else if (real(lambda, wp) >= -twelve_digits*omega) then
             result%kind(j) = kind_undamped
          else if (abs(aimag(lambda)) > 0) then
             result%kind(j) = kind_underdamped
@@ -67,7 +67,7 @@ contains
       if (.not. problem%symmetric) return
       call form(problem%mass, phi, m, m_terms)
       call form(problem%stiffness, phi, k, k_terms)
-      if (real(k, wp) <= no_energy*k_terms .or. real(m, wp) <= no_energy*m_terms) return
+      if (real(k, wp) <= rounding_of_row*k_terms .or. real(m, wp) <= rounding_of_row*m_terms) return
       if (rigid_mass(problem, rigid, phi) > 0.5_wp*real(m, wp)) return
       other = real(k, wp)/(real(m, wp)*lambda)
       kind = kind_overdamped

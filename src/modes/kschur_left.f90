@@ -17,7 +17,7 @@ module kschur_left
    use kschur_random, only: random_vector
    use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_sparse, only: complex_combination, csr_matrix_type, new_csr_from_triplets
-   use kschur_tolerances, only: cancelled, nothing_left, same_shape, same_value
+   use kschur_tolerances, only: cancelled, rounding_of_sums, same_shape, same_value
    implicit none
    private
    public :: condition_number, find_left_pairs, inverse_iteration_type, merges, set_left_modes
@@ -123,7 +123,7 @@ contains
       pending = chosen
       do j = 1, size(chosen)
          if (.not. pending(j)) cycle
-         group = pack([(i, i=1, size(chosen))], pending .and. near(left%lambda, j, nothing_left))
+         group = pack([(i, i=1, size(chosen))], pending .and. near(left%lambda, j, rounding_of_sums))
          call iterate_inversely(problem, group, inverse, left, effort, error)
          call take_cancelled(error, cancelled)
          if (allocated(error) .or. cancelled) return
@@ -309,7 +309,7 @@ contains
             if (.not. (is_number(left, j) .and. abs(lambda) > 0)) cycle
             condition = condition_number(problem, lambda, left%phi(:, j), phi)
             if (condition > huge(condition)) cycle
-            if (merges(modes%lambda, modes%phi, j, nothing_left*condition*abs(lambda))) &
+            if (merges(modes%lambda, modes%phi, j, rounding_of_sums*condition*abs(lambda))) &
                condition = ieee_value(1.0_wp, ieee_positive_inf)
             if (condition <= huge(condition) .and. .not. modes%error_bound(j) >= 0) modes%error_bound(j) = &
                condition*max(modes%backward_error(j), epsilon(1.0_wp))*abs(lambda)

@@ -8,7 +8,7 @@ module kschur_mode_selection
    use kschur_shapes, only: repeats_zero
    use kschur_split, only: match_conjugates
    use kschur_threads, only: panel_rows
-   use kschur_tolerances, only: anything, known_well, nearly_zero, same_value, spurious
+   use kschur_tolerances, only: equal_value, may_be_anything, nearly_zero, same_value, spurious
    implicit none
    private
    public :: accept_pairs, distances, drop_spurious, highest, insert_pairs, judge_pairs, nearest_first, wanted_type
@@ -165,7 +165,7 @@ contains
       order = order(nearest_first(lambda(order), wanted%target))
       known = size(order)
       if (eigenvalues_of(lambda, accepted) < wanted%most) known = count(distances(lambda(order), wanted%target) <= &
-         wanted%reach + max(nearly_zero*min(wanted%reach, abs(lambda(order))), known_well*abs(lambda(order))))
+         wanted%reach + max(nearly_zero*min(wanted%reach, abs(lambda(order))), equal_value*abs(lambda(order))))
       order = order(:min(known, wanted%modes))
    end subroutine rank
 
@@ -193,7 +193,7 @@ contains
 
       dropped = .false.
       do while (eigenvalues_of(lambda, accepted) > most)
-         doubtful = accepted .and. uncertainty > anything*abs(lambda)
+         doubtful = accepted .and. uncertainty > may_be_anything*abs(lambda)
          if (any(doubtful)) then
             accepted(maxloc(uncertainty/max(abs(lambda), tiny(1.0_wp)), 1, doubtful)) = .false.
          else

@@ -7,7 +7,7 @@ module kschur_normalisation
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
    use kschur_text, only: text
-   use kschur_tolerances, only: cancelled, no_energy
+   use kschur_tolerances, only: cancelled, rounding_of_row
    implicit none
    private
    public :: normalise_shapes
@@ -51,7 +51,7 @@ contains
       else
          call form(problem%mass, phi, mass, terms)
          size_of = 0
-         if (real(mass, wp) > max(no_energy*terms, cancelled**2*problem%mass%infinity_norm())) size_of = sqrt(real(mass, wp))
+         if (real(mass, wp) > max(rounding_of_row*terms, cancelled**2*problem%mass%infinity_norm())) size_of = sqrt(real(mass, wp))
       end if
    end function size_of
 

@@ -10,7 +10,7 @@ module kschur_notes
    use kschur_result, only: modal_result_type, append_note, certified_unknown, kind_rigid, inaccurate_above, note_length, &
       reason_converged, reason_max_restarts
    use kschur_text, only: magnitude, text
-   use kschur_tolerances, only: cancelled, known_well, nearly_equal
+   use kschur_tolerances, only: cancelled, noted_above, same_frequency
    implicit none
    private
    public :: note_inaccurate, note_modes, note_problem
@@ -109,14 +109,14 @@ contains
       do j = 1, size(pending)
          if (.not. pending(j)) cycle
          pending(j) = .false.
-         if (.not. merges(result%eigenvalues, result%eigenvectors, j, nearly_equal*abs(result%eigenvalues(j)))) cycle
-         allocate (group(size(pending)), source=pending .and. near(result%eigenvalues, j, nearly_equal))
+         if (.not. merges(result%eigenvalues, result%eigenvectors, j, same_frequency*abs(result%eigenvalues(j)))) cycle
+         allocate (group(size(pending)), source=pending .and. near(result%eigenvalues, j, same_frequency))
          group(j) = .true.
          worst = 0
          do i = 1, size(group)
             if (.not. group(i)) cycle
             group(i) = merges(result%eigenvalues, result%eigenvectors, i, &
-               nearly_equal*abs(result%eigenvalues(j)))
+               same_frequency*abs(result%eigenvalues(j)))
             if (group(i)) worst = max(worst, condition_of(problem, result, i))
          end do
          pending = pending .and. .not. group
@@ -156,7 +156,7 @@ contains
       type(modal_result_type), intent(inout) :: result
       logical, allocatable :: noted(:)
 
-      allocate (noted(size(result%backward_error)), source=result%backward_error > known_well)
+      allocate (noted(size(result%backward_error)), source=result%backward_error > noted_above)
       if (any(noted)) call result%add_note(trim(modes(noted, problem%index_base))//": the backward error is "// &
          magnitude(maxval(result%backward_error))//either(any(result%backward_error > inaccurate_above), &
          ", too large to count as converged", ""))

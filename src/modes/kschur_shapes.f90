@@ -5,7 +5,7 @@ module kschur_shapes
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_problem, only: modal_problem_type
-   use kschur_tolerances, only: nearly_zero, no_energy, nothing_left, same_shape
+   use kschur_tolerances, only: nearly_zero, rounding_of_row, rounding_of_sums, same_shape
    implicit none
    private
    public :: orthonormalize_zeros, repeats_zero, rest_beside, rest_of_state
@@ -90,8 +90,8 @@ contains
          call form(problem%mass, shape, m, m_terms)
          call form(problem%damping, shape, r, r_terms)
          call form(problem%stiffness, shape, s, k_terms)
-         repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= no_energy*r_terms .or. &
-            abs(pairs%lambda(j)**2)*m_terms <= nothing_left*k_terms .or. &
+         repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= rounding_of_row*r_terms .or. &
+            abs(pairs%lambda(j)**2)*m_terms <= rounding_of_sums*k_terms .or. &
             abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r))
          if (repeats(j)) repeats(j) = .not. is_decay(j)
       end do

@@ -19,6 +19,7 @@ module kschur_dense_transform
    use kschur_staircase, only: zero_and_infinite
    use kschur_symmetric_transform, only: purify, symmetric_transform_type
    use kschur_spare_solvers, only: spare_solvers_type
+   use kschur_tolerances, only: twelve_digits
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -104,8 +105,6 @@ contains
    subroutine compute(self, error)
       class(dense_transform_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
-      ! A coupling between copies of an eigenvalue below this part of it may be rounding.
-      real(wp), parameter :: noise = 1.0e-11_wp
       real(wp), allocatable :: motions(:, :), basis(:, :), dual(:, :)
 
       allocate (self%pairs)
@@ -124,7 +123,7 @@ contains
             if (.not. allocated(error)) call new_energy_basis(operator%problem, motions, real(self%shift, wp), operator%unit, &
                basis, dual, error)
             if (.not. allocated(error)) call general_eigenpairs(operator, basis, dual, zero_and_infinite(known%zero, &
-               known%infinite, operator%order(), self%shift, operator%unit, oscillator=.false.), noise, self%pairs, error)
+               known%infinite, operator%order(), self%shift, operator%unit, oscillator=.false.), twelve_digits, self%pairs, error)
             self%complete = known%infinite_is_known
          end associate
       end select

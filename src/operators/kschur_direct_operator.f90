@@ -10,6 +10,7 @@ module kschur_direct_operator
    use kschur_pencil, only: pencil_type
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type, complex_combination, new_csr_from_triplets
+   use kschur_tolerances, only: blurred_value
    implicit none
    private
    public :: direct_operator_type, new_direct_operator
@@ -80,7 +81,6 @@ contains
    subroutine check_mass(operator, error)
       type(direct_operator_type), intent(inout) :: operator
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: acceptable = 1.0e-4_wp
       complex(wp), allocatable :: x(:, :), y(:, :)
       real(wp), allocatable :: random(:)
       integer(long) :: state
@@ -96,7 +96,7 @@ contains
       call operator%pencil%b%add_product((1.0_wp, 0.0_wp), x, y)
       call operator%solver%solve(y, error)
       if (allocated(error)) return
-      if (.not. maxval(abs(y(:last, 1) - x(:last, 1))) <= acceptable*maxval(abs(random))) &
+      if (.not. maxval(abs(y(:last, 1) - x(:last, 1))) <= blurred_value*maxval(abs(random))) &
          call new_error(error, error_singular, &
          "the mass matrix has no inverse on the motions that the constraints allow: there is no largest eigenvalue")
    end subroutine check_mass

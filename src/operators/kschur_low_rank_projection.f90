@@ -17,12 +17,10 @@ module kschur_low_rank_projection
    use kschur_projected, only: symmetric_eigenvectors
    use kschur_spectral_map, only: spectral_map_type
    use kschur_staircase, only: root_space_type, zero_and_infinite
+   use kschur_tolerances, only: twelve_digits
    implicit none
    private
    public :: projection_type, new_projection
-
-   ! Of a coupling between copies of an eigenvalue, relative to that: below, it may be rounding.
-   real(wp), parameter :: noise = 1.0e-11_wp
 
    !> The undamped part in a space, its Ritz pairs, and what the local forces add to it.
    type :: projection_type
@@ -111,7 +109,7 @@ contains
       do j = 1, size(known%vectors, 2)
          known%vectors(:, j) = known%vectors(places, j)/factors
       end do
-      call matrix_eigenpairs(ordered, known, noise, pairs, error)
+      call matrix_eigenpairs(ordered, known, twelve_digits, pairs, error)
       if (allocated(error)) return
       do j = 1, 2*k
          matrix(places, j) = factors*pairs%basis(:, j)

@@ -10,6 +10,7 @@ module kschur_low_rank_space
    use kschur_low_rank_shapes, only: responses_type
    use kschur_staircase, only: root_space_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
+   use kschur_tolerances, only: dependent
    implicit none
    private
    public :: begin_or_continue, filter, low_rank_space_type
@@ -75,13 +76,11 @@ contains
       class(symmetric_shift_invert_type), intent(inout) :: operator
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      ! These states are no better known.
-      real(wp), parameter :: blurred = 1.0e-10_wp
       real(wp), allocatable :: x(:, :)
 
       allocate (x, source=operator%deflation%zero%x)
       call add_directions(operator, space, x, space%zeros, statistics, error)
-      if (.not. allocated(error)) call expand_block(operator, space, statistics, error, blurred)
+      if (.not. allocated(error)) call expand_block(operator, space, statistics, error, dependent)
    end subroutine add_zeros
 
    subroutine add_responses(space, operator, forces, statistics, error)

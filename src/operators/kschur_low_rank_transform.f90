@@ -27,6 +27,7 @@ module kschur_low_rank_transform
    use kschur_spare_solvers, only: spare_solvers_type
    use kschur_spectral_map, only: spectral_map_type
    use kschur_symmetric_transform, only: new_symmetric_transform, symmetric_transform_type
+   use kschur_tolerances, only: seems_zero
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
    implicit none
@@ -275,7 +276,6 @@ contains
       class(krylov_options_type), intent(in) :: options
       type(look_type), intent(in) :: seen
       type(ritz_pairs_type), intent(inout) :: ritz
-      real(wp), parameter :: nearly_zero = 1.0e-6_wp
       complex(wp) :: lambda(2), mu(size(seen%undamped%values))
       integer :: found, j
 
@@ -283,7 +283,7 @@ contains
       do j = 1, size(mu)
          associate (value => seen%undamped%values(j), undamped => self%undamped)
             if (seen%undamped%residuals(j) > options%tolerance .or. .not. abs(value) > 0) cycle
-            if (abs(undamped%shift + 1/value) <= nearly_zero*abs(undamped%shift)) cycle
+            if (abs(undamped%shift + 1/value) <= seems_zero**2*abs(undamped%shift)) cycle
             lambda = undamped%map%lambdas(undamped%shift + 1/value)
             found = found + 1
             mu(found) = 1/(lambda(1) - self%shift)

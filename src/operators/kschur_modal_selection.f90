@@ -4,7 +4,7 @@ module kschur_modal_selection
    use kschur_kinds, only: wp
    use kschur_selection, only: selection_type
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: real_tolerance, same_value
+   use kschur_tolerances, only: real_tolerance, same_value, seems_zero
    implicit none
    private
    public :: modal_selection_type
@@ -123,8 +123,6 @@ contains
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: values(:)
       complex(wp) :: roots(2)
-      ! A theta below this, relative to the shift, may be a zero.
-      real(wp), parameter :: nearly_zero = 1.0e-6_wp
       real(wp) :: second(size(values)), reach
       logical :: zero
       integer :: modes, i
@@ -135,7 +133,7 @@ contains
          roots = self%lambdas_of(values(i))
          reach = minval(abs(roots - self%target))
          ! Of a zero without damping the two roots are one mode.
-         zero = maxval(abs(roots))**2 <= nearly_zero*abs(self%shift) .and. .not. abs(self%map%alpha) > 0
+         zero = maxval(abs(roots))**2 <= seems_zero**2*abs(self%shift) .and. .not. abs(self%map%alpha) > 0
          if (.not. zero .and. all(abs(aimag(roots)) <= real_tolerance*abs(roots))) &
             second(i) = maxval(abs(roots - self%target))
          modes = i + count(second(:i) <= reach)

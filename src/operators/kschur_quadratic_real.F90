@@ -12,6 +12,7 @@ module kschur_quadratic_real
    use kschur_row_matrix, only: row_matrix_type
    use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_sparse, only: csr_matrix_type, linear_combination
+   use kschur_tolerances, only: known_well, rounding_of_sums, singular_shift
    implicit none
    private
    public :: quadratic_operator_type, new_quadratic_operator

@@ -9,6 +9,7 @@ module kschur_shift_invert
    use kschur_pencil, only: pencil_type
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, complex_combination
+   use kschur_tolerances, only: known_well, rounding_of_sums, singular_shift
    implicit none
    private
    public :: shift_invert_type, new_shift_invert
@@ -74,7 +75,6 @@ contains
       type(shift_invert_type), intent(inout) :: operator
       type(complex_csr_matrix_type), intent(in) :: shifted
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: acceptable = 1.0e-6_wp, blurring = 1.0e-10_wp, rounding = 64*epsilon(1.0_wp)
       complex(wp), allocatable :: x(:, :), y(:, :), b(:)
       real(wp), allocatable :: random(:)
       real(wp) :: size_of_b, level
@@ -97,7 +97,7 @@ contains
             b(i) = b(i) - shifted%value(k)*y(shifted%column(k), 1)
          end do
       end do
-      singular = operator%solver%null_pivots > 0 .and. .not. maxval(abs(b)) <= acceptable*size_of_b
+      singular = operator%solver%null_pivots > 0 .and. .not. maxval(abs(b)) <= known_well*size_of_b
       ! The level of theta, should sigma be 0.
       level = operator%pencil%unit
       if (.not. operator%pencil%is_damped()) level = level**2
@@ -105,7 +105,7 @@ contains
          x = y/norm2(abs(y))
          call operator%apply(x, y, error)
          if (allocated(error)) return
-         singular = .not. max(blurring*abs(operator%shift), rounding*level)*norm2(abs(y)) <= 1
+         singular = .not. max(singular_shift*abs(operator%shift), rounding_of_sums*level)*norm2(abs(y)) <= 1
       end if
       if (singular) call new_error(error, error_singular, &
          "the shifted problem is singular: the shift is an eigenvalue; move it a little")

@@ -9,6 +9,7 @@ module kschur_symmetric_operator
    use kschur_processes, only: processes_type
    use kschur_row_matrix, only: row_matrix_type
    use kschur_row_sums, only: row_sums_type
+   use kschur_tolerances, only: root_epsilon
    implicit none
    private
    public :: symmetric_shift_invert_type
@@ -83,8 +84,6 @@ contains
       real(wp), contiguous, intent(inout) :: x(:, :)
       real(wp), intent(out) :: noise
       type(error_type), allocatable, intent(out) :: error
-      ! Of the unit length, at most: of a Ritz value that is the square.
-      real(wp), parameter :: negligible = 1.0e-8_wp
       real(wp) :: violations(size(self%factors), size(x, 2))
 
       noise = 0
@@ -92,8 +91,8 @@ contains
       violations = 0
       call self%constraints%add_product(1.0_wp, x, violations, error)
       if (allocated(error)) return
-      if (.not. self%sums%length(norm2(violations))*self%weight_of_violations > negligible) return
-      noise = negligible
+      if (.not. self%sums%length(norm2(violations))*self%weight_of_violations > root_epsilon) return
+      noise = root_epsilon
       call take_out(self, violations, x, error)
    end subroutine restrict
 

@@ -26,6 +26,7 @@ module kschur_symmetric_transform
    use kschur_sparse, only: csr_matrix_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_symmetric_rows, only: end_sharing, share_operator
+   use kschur_tolerances, only: drowning, known_well, nearly_zero, root_epsilon, rounding_of_sums, singular_shift
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
    use kschur_threads, only: panel_rows
@@ -108,9 +109,6 @@ contains
       type(symmetric_transform_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: acceptable = 1.0e-6_wp, blurring = 1.0e-10_wp
-      ! Rounding makes deflated motions of nothing, and so much of them drowns the rest.
-      real(wp), parameter :: drowning = 10, nothing = 1.0e-8_wp
       real(wp), allocatable :: x(:, :), y(:, :), rhs(:, :), f(:, :)
       logical :: singular
       integer(long) :: state
@@ -124,7 +122,7 @@ contains
       y = x
       call self%operator%deflation%project(y)
       ! Nothing is left to iterate on.
-      if (norm2(y) <= nothing*norm2(x)) return
+      if (norm2(y) <= root_epsilon*norm2(x)) return
       call self%operator%apply_metric(x, y, error)
       if (allocated(error)) return
       rhs(:n, :) = y
@@ -133,7 +131,7 @@ contains
       if (allocated(error)) return
       call matrix%add_product(-1.0_wp, rhs, f)
       singular = self%operator%solver%null_pivots > 0 .and. &
-         .not. maxval(abs(f(:n, :))) <= acceptable*maxval(abs(y))
+         .not. maxval(abs(f(:n, :))) <= known_well*maxval(abs(y))
       x = rhs(:n, :)
       call self%operator%deflation%project(x)
       if (.not. singular .and. norm2(x) > 0) then
@@ -145,7 +143,8 @@ contains
          if (allocated(error)) return
          x = rhs(:n, :)
          call self%operator%deflation%project(x)
-         singular = .not. (blurring*abs(self%shift)*norm2(x) <= 1 .and. norm2(rhs(:n, :) - x) <= drowning*norm2(x))
+         ! Rounding makes deflated motions of nothing.
+         singular = .not. (singular_shift*abs(self%shift)*norm2(x) <= 1 .and. norm2(rhs(:n, :) - x) <= drowning*norm2(x))
       end if
       if (singular) call new_error(error, error_singular, &
          "the shifted problem is singular: the shift is an eigenvalue; move it a little")
@@ -252,7 +251,6 @@ contains
       real(wp), intent(inout) :: shapes(:, :)
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: accurate = 1.0e-14_wp, nearly_zero = 1.0e-4_wp
       ! Columns that are multiplied at a time.
       integer, parameter :: block = 4
       real(wp), allocatable :: y(:, :), work(:, :, :)
@@ -282,7 +280,7 @@ contains
                associate (force => work(:, j - first + 1, 1), inertia => work(:, j - first + 1, 2))
                   force = force - theta*inertia
                   impure(j) = .not. dnrm2(n, force, 1) <= &
-                     accurate*dnrm2(n, shapes(:, j), 1)*(level_of_stiffness + abs(theta)*level_of_mass)
+                     rounding_of_sums*dnrm2(n, shapes(:, j), 1)*(level_of_stiffness + abs(theta)*level_of_mass)
                end associate
                impure(j) = impure(j) .or. abs(theta) <= nearly_zero*abs(shift)
             end do

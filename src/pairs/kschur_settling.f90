@@ -7,7 +7,7 @@ module kschur_settling
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_residual_parts, only: residual_parts
    use kschur_sparse, only: csr_matrix_type, transpose_csr
-   use kschur_tolerances, only: cancelled, correctable, dependent, near_axis, no_energy, real_tolerance, spurious
+   use kschur_tolerances, only: blurred_value, cancelled, correctable, dependent, real_tolerance, rounding_of_row, spurious
    implicit none
    private
    public :: settle_pairs
@@ -192,7 +192,7 @@ contains
       associate (lambda => pairs%lambda(j))
          place = cmplx(0, aimag(lambda), wp)
          if (abs(aimag(lambda)) < abs(real(lambda, wp))) place = cmplx(real(lambda, wp), 0, wp)
-         if (.not. abs(lambda - place) > 0 .or. abs(lambda - place) > near_axis*abs(lambda)) return
+         if (.not. abs(lambda - place) > 0 .or. abs(lambda - place) > blurred_value*abs(lambda)) return
          if (error_at(problem, pairs, j, place) <= max(cancelled, noise(error_at(problem, pairs, j, lambda)))) lambda = place
       end associate
    end subroutine settle_undamped
@@ -214,7 +214,7 @@ contains
 
       factor = 0
       associate (lambda => pairs%lambda(j))
-         if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > near_axis*abs(lambda)) return
+         if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > blurred_value*abs(lambda)) return
          multiple = real_phase(cmplx(products%square(l), kind=wp))
          turned = products%real_part(l, multiple)
          if (.not. turned%length(1) > 0) return
@@ -225,7 +225,7 @@ contains
             ! u^T P(lambda) u has real roots, or a double one for rounding.
             forms = real(turned%forms(:, 1), xp)
             terms = forms(2)**2 + 4*abs(forms(1)*forms(3))
-            if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -no_energy*terms)) return
+            if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -rounding_of_row*terms)) return
             limit = noise(sqrt(limit))
          else if (.not. is_paired(pairs, j) .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
             limit = max(real_tolerance, noise(limit))

@@ -2,6 +2,7 @@
 module kschur_damping
    use kschur_kinds, only: wp
    use kschur_sparse, only: csr_matrix_type
+   use kschur_tolerances, only: above_all_rounding, cancelled
    implicit none
    private
    public :: classify_damping
@@ -15,8 +16,6 @@ module kschur_damping
    !> The names of the kinds of damping, in this order from `damping_none` on.
    character(len=*), parameter, public :: damping_names(0:2) = [character(len=12) :: "none", "proportional", "general"]
 
-   ! To which damping is proportional.
-   real(wp), parameter :: rounding = 1.0e-13_wp
    ! Shares that are larger than R by this factor cancel: their rounding is not small beside R, as where M and K are nearly
    ! parallel.
    real(wp), parameter :: cancelling = 10
@@ -105,8 +104,8 @@ contains
       real(wp), intent(in) :: level
       real(wp), intent(inout) :: alpha, beta
 
-      if (abs(alpha)*largest(mass) <= rounding*level) alpha = 0
-      if (abs(beta)*largest(stiffness) <= rounding*level) beta = 0
+      if (abs(alpha)*largest(mass) <= above_all_rounding*level) alpha = 0
+      if (abs(beta)*largest(stiffness) <= above_all_rounding*level) beta = 0
    end subroutine drop_rounding
 
    ! The entries of a matrix over those of another of its shape, where these are not zero.
@@ -137,7 +136,6 @@ contains
    pure subroutine fit(m, k, right, alpha, beta)
       real(wp), intent(in) :: m(:), k(:), right(:)
       real(wp), intent(out) :: alpha, beta
-      real(wp), parameter :: parallel = 1.0e-12_wp
       real(wp) :: along, square_of_m, square_of_rest, step
       integer :: pass
 
@@ -146,7 +144,7 @@ contains
       along = 0
       if (square_of_m > 0) along = dot_product(m, k)/square_of_m
       square_of_rest = sum((k - along*m)**2)
-      if (.not. square_of_rest > parallel**2*sum(k**2)) square_of_rest = 0
+      if (.not. square_of_rest > cancelled**2*sum(k**2)) square_of_rest = 0
       alpha = 0
       beta = 0
       ! The second pass fits what the rounding of long sums left.
@@ -292,7 +290,7 @@ contains
 
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
             associate (j => matrix%column(k))
-               if (abs(difference(j)) <= rounding*min(terms(j), 10*level(i))) then
+               if (abs(difference(j)) <= above_all_rounding*min(terms(j), 10*level(i))) then
                   difference(j) = 0
                else if (terms(j) > 0) then
                   width = width + 1

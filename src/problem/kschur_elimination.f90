@@ -3,15 +3,13 @@ module kschur_elimination
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
+   use kschur_tolerances, only: twelve_digits
    implicit none
    private
    public :: eliminate, ties_type
 
    ! Unknowns that one master may have tied to it; ties beyond stay multipliers, or T^T K T would fill.
    integer, parameter :: max_slaves = 64
-   ! A coefficient vanishes at this part of its terms' magnitudes, and as much again for each number they are made of: what
-   ! was written with twelve digits is the same constraint again, and not one that clamps.
-   real(wp), parameter :: rounding = 1.0e-11_wp
 
    !> What was eliminated of m rows in n unknowns.
    type :: ties_type
@@ -160,7 +158,8 @@ contains
          work%length = 0
          do k = 1, found
             master = masters(k)
-            if (abs(total(master)) > rounding*weight(master)) then
+            ! What was written with twelve digits is the same constraint again, and not one that clamps.
+            if (abs(total(master)) > twelve_digits*weight(master)) then
                work%length = work%length + 1
                masters(work%length) = master
                work%values(work%length) = total(master)

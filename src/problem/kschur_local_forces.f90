@@ -7,6 +7,7 @@ module kschur_local_forces
    use kschur_problem, only: modal_problem_type, damping_general
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets, transpose_csr
    use kschur_text, only: text
+   use kschur_tolerances, only: rounding_of_row, rounding_of_sums
    implicit none
    private
    public :: description_of, local_forces_type, new_local_forces, symmetric_stiffness
@@ -91,7 +92,6 @@ contains
       type(csr_matrix_type), intent(out) :: skew
       logical, intent(out) :: few
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: rounding = 8*epsilon(1.0_wp)
       type(csr_matrix_type) :: whole, level
       integer, allocatable :: row(:)
       logical, allocatable :: left(:)
@@ -102,7 +102,7 @@ contains
       if (.not. problem%symmetric) then
          whole = linear_combination(0.5_wp, problem%stiffness, -0.5_wp, transpose_csr(problem%stiffness))
          level = symmetric_stiffness(problem)
-         left = abs(whole%value) > rounding*abs(level%value)
+         left = abs(whole%value) > rounding_of_row*abs(level%value)
          row = whole%row_indices()
          few = count(left) <= most**2
          if (.not. few) return
@@ -206,7 +206,6 @@ contains
       !> As many rows as are independent, and a column for each row in that order.
       real(wp), allocatable, intent(out) :: combinations(:, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: rounding = 1.0e-14_wp
       real(wp) :: a(2*size(first, 2), size(first, 1)), tau(size(first, 1)), work(8*size(a) + 8), largest
       integer :: m, n, i, j, rank, info
 
@@ -223,7 +222,7 @@ contains
       end do
       allocate (pivots(n), source=0)
       call dgeqp3(m, n, a, m, pivots, tau, work, size(work), info)
-      rank = count([(abs(a(j, j)) > rounding*abs(a(1, 1)), j=1, min(m, n))])
+      rank = count([(abs(a(j, j)) > rounding_of_sums*abs(a(1, 1)), j=1, min(m, n))])
       if (info /= 0) call new_error(error, error_library, "LAPACK's dgeqp3 failed")
       allocate (combinations(rank, n), source=0.0_wp)
       do j = 1, rank

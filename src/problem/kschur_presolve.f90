@@ -12,12 +12,10 @@ module kschur_presolve
    use kschur_problem, only: modal_problem_type, settle_modal_problem
    use kschur_sparse, only: complete_pattern, csr_matrix_type, linear_combination, new_csr_from_triplets
    use kschur_threads, only: panel_rows
+   use kschur_tolerances, only: cancelled, rounding_of_row
    implicit none
    private
    public :: presolve_type, presolve
-
-   ! Below this part of its largest term a row is what rounding left.
-   real(wp), parameter :: cancelled = 1.0e-10_wp
 
    !> What was eliminated, and the way back; made by `presolve`.
    type, extends(ties_type) :: presolve_type
@@ -159,7 +157,6 @@ contains
       real(wp), intent(in) :: value(:)
       type(csr_matrix_type), intent(inout) :: reduced
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
       type(csr_matrix_type) :: terms
       real(wp) :: largest(reduced%rows)
       integer :: k
@@ -171,7 +168,7 @@ contains
       if (.not. any(reduced%row_maxima() < cancelled*largest)) return
       call new_csr_from_triplets(terms, reduced%rows, reduced%columns, row, column, abs(value), error)
       if (allocated(error)) return
-      where (abs(reduced%value) <= rounding*terms%value) reduced%value = 0
+      where (abs(reduced%value) <= rounding_of_row*terms%value) reduced%value = 0
    end subroutine drop_rounding
 
    !> Makes the reduced problem that of other damping and stiffness, with the mass and the constraints it was made of and in

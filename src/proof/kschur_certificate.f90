@@ -20,19 +20,11 @@ module kschur_certificate
    use kschur_row_problem, only: row_problem_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_spectral_map, only: spectral_map_type
+   use kschur_tolerances, only: known_well, may_be_anything, nearly_zero, same_value
    implicit none
    private
    public :: certificate_type, indistinct, inertia_census_type, new_inertia_census
 
-   ! Eigenvalues are told apart only beyond this, relative to them.
-   real(wp), parameter :: same = 1.0e-5_wp
-   ! The value of a Ritz pair with this residual is known to its square.
-   real(wp), parameter :: known_well = 1.0e-6_wp
-   ! Gaps between the reciprocals of theta - shift, relative to them: one that
-   ! will do, and one that is too narrow.
-   real(wp), parameter :: wide = 1.0e-2_wp, narrow = 1.0e-5_wp
-   ! An iterated zero may be off by this, relative to the root of the shift.
-   real(wp), parameter :: nearly_zero = 1.0e-4_wp
    real(wp), parameter :: infinity = huge(1.0_wp)
 
    !> What is proved, and what it took.
@@ -86,7 +78,7 @@ contains
       !> From the target, and of an eigenvalue from zero (1/s).
       real(wp), intent(in) :: distance, size
 
-      indistinct = same*min(distance, size)
+      indistinct = same_value*min(distance, size)
    end function indistinct
 
    !> Ritz values are 1/(theta - shift).
@@ -277,12 +269,12 @@ contains
       if (abs(theta) >= infinity) return
       last = 1/(side*(theta - self%shift))
       ! Where the distance does not grow with theta, the interval holds values nobody looked for.
-      if (any(side*values > last .and. self%reach_of(values) > (1 + same)*reach)) return
+      if (any(side*values > last .and. self%reach_of(values) > (1 + same_value)*reach)) return
 
       place = 0
       if (.not. tight) place = clear_gap(side*values, residuals, last)
       if (.not. place > 0) place = near_gap(side*values, residuals, last)
-      if (.not. place > 0) place = (1 + same)*last
+      if (.not. place > 0) place = (1 + same_value)*last
       theta = self%shift + side/place
       negative = self%negative_at(theta, merge(self%known_below(theta, values, residuals), 0, side > 0))
    end subroutine end_of_interval
@@ -305,10 +297,10 @@ contains
       integer :: i
 
       middle = 0
-      widest = narrow
+      widest = same_value
       upper = last
       known = .true.
-      do while (known .and. widest < wide)
+      do while (known .and. widest < may_be_anything)
          lower = 0
          known = .false.
          i = maxloc(values, 1, values < upper .and. values > 0)
@@ -333,7 +325,7 @@ contains
       real(wp) :: upper, lower, widest
 
       middle = 0
-      upper = (1 + same)*last
+      upper = (1 + same_value)*last
       widest = 0
       do while (upper > last)
          lower = max(last, maxval(values, values < upper .and. residuals <= known_well))
@@ -344,7 +336,7 @@ contains
          upper = lower
       end do
       ! Before all of them is where the interval ends without them.
-      if (.not. any(values > middle .and. values < (1 + same)*last .and. residuals <= known_well)) middle = 0
+      if (.not. any(values > middle .and. values < (1 + same_value)*last .and. residuals <= known_well)) middle = 0
    end function near_gap
 
    ! Negative directions at theta; -1 where they cannot be told.

@@ -8,12 +8,10 @@ module kschur_inertia
    use kschur_saddle, only: symmetric_saddle
    use kschur_scaling, only: constraint_factors
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
+   use kschur_tolerances, only: root_epsilon
    implicit none
    private
    public :: count_below, counting_matrix, negative_directions
-
-   ! Of the constraints, relative to the stiffness.
-   real(wp), parameter :: compliance = 1.0e-8_wp
 
 contains
 
@@ -23,9 +21,9 @@ contains
    !>
    !> A little compliance of the constraints makes every one of their pivots negative,
    !> those of redundant rows too, which would be rounding. It lowers each eigenvalue by
-   !> some `compliance` of itself. The motions it lets in are far above theta, as the
+   !> some `root_epsilon` of itself. The motions it lets in are far above theta, as the
    !> constraints are scaled to the level of K and theta M; but between constraints that
-   !> differ by less than the root of `compliance` they are not, and then too many are counted.
+   !> differ by less than the root of that they are not, and then too many are counted.
    subroutine count_below(problem, theta, known, solver, below)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: theta
@@ -61,7 +59,7 @@ contains
       factors = constraint_factors(problem, scaling_row, sqrt(cmplx(theta, 0, wp)))
       call symmetric_saddle(problem, factors, theta, parts(1), structure, error)
       if (.not. allocated(error)) call new_csr_from_triplets(parts(2), n + m, n + m, [(n + i, i=1, m)], &
-         [(n + i, i=1, m)], -compliance*factors*problem%constraints%row_maxima(), error)
+         [(n + i, i=1, m)], -root_epsilon*factors*problem%constraints%row_maxima(), error)
       if (allocated(error)) return
       matrix = linear_combination([1.0_wp, 1.0_wp], parts)
       structure%least_negative = known + m

@@ -15,6 +15,7 @@ module kschur_winding
    use kschur_closed_curve, only: closed_curve_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgelsy
+   use kschur_tolerances, only: dependent
    implicit none
    private
    public :: analytic_function_type, count_unknown_zeros, reason_length
@@ -267,7 +268,6 @@ contains
       type(closed_curve_type), intent(in) :: curve
       integer, intent(in) :: degree
       complex(wp) :: values(samples%taken)
-      real(wp), parameter :: negligible = 1.0e-10_wp
       complex(wp) :: powers(samples%taken, 0:degree)
       real(wp), allocatable :: matrix(:, :), rhs(:, :), work(:)
       integer, allocatable :: pivot(:)
@@ -285,7 +285,7 @@ contains
       matrix(:, :degree + 1) = real(powers, wp)
       if (curve%circle) matrix(:, degree + 2:) = -aimag(powers(:, 1:))
       rhs(:, 1) = real(samples%logarithm(:n), wp)
-      call dgelsy(n, columns, 1, matrix, n, rhs, n, pivot, negligible, rank, work, size(work), info)
+      call dgelsy(n, columns, 1, matrix, n, rhs, n, pivot, dependent, rank, work, size(work), info)
       values = matmul(powers, rhs(:degree + 1, 1))
       if (curve%circle) values = values + (0.0_wp, 1.0_wp)*matmul(powers(:, 1:), rhs(degree + 2:columns, 1))
    end function fitted

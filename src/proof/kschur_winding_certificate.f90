@@ -18,15 +18,12 @@ module kschur_winding_certificate
    use kschur_redundancy, only: count_redundant
    use kschur_scaling, only: constraint_factors
    use kschur_text, only: text
+   use kschur_tolerances, only: blurred_value, may_be_anything
    use kschur_winding, only: count_unknown_zeros, reason_length
    implicit none
    private
    public :: certify_by_winding, winding_certificate_type
 
-   ! The distance of the furthest mode is known up to this, relative to it.
-   real(wp), parameter :: blurred = 1.0e-4_wp
-   ! A gap between distances, relative to them, that will do. Where nothing is known beyond, it is taken to be one.
-   real(wp), parameter :: wide = 1.0e-2_wp
    ! Entries of the border for redundant constraints, at most.
    integer, parameter :: largest_border = 5000000
 
@@ -112,7 +109,7 @@ contains
       in_a_gap = radius_within(reach, distances(listed, target))
       call count_within(in_a_gap, nearer)
       nearest = nearer
-      if (nearer < unknown) call count_within((1 - blurred)*reach, nearest)
+      if (nearer < unknown) call count_within((1 - blurred_value)*reach, nearest)
       if (nearest < 0 .and. nearer > 0) then
          nearest = nearer
          certificate%reach = in_a_gap
@@ -161,7 +158,8 @@ contains
       if (allocated(error)) reason = error%message
    end subroutine prepare
 
-   ! The middle of the first wide gap beyond, or of the widest one; what follows on the last distance is not known.
+   ! The middle of the first wide gap beyond, or of the widest one; what follows on the last distance is not known, and is
+   ! taken to be one.
    pure real(wp) function radius_beyond(reach, further) result(radius)
       real(wp), intent(in) :: reach
       real(wp), intent(in) :: further(:)
@@ -170,7 +168,7 @@ contains
       radius = reach
       widest = 0
       lower = reach
-      do while (any(further > lower) .and. widest < wide)
+      do while (any(further > lower) .and. widest < may_be_anything)
          upper = minval(further, further > lower)
          if (upper - lower > widest*upper) then
             widest = (upper - lower)/upper
@@ -178,7 +176,7 @@ contains
          end if
          lower = upper
       end do
-      if (widest < wide/2) radius = (1 + wide/2)*lower
+      if (widest < may_be_anything/2) radius = (1 + may_be_anything/2)*lower
    end function radius_beyond
 
    ! The middle of the first wide gap within, or of the widest one.
@@ -187,10 +185,10 @@ contains
       real(wp), intent(in) :: nearer(:)
       real(wp) :: lower, upper, widest
 
-      radius = (1 - blurred)*reach
+      radius = (1 - blurred_value)*reach
       widest = 0
       upper = reach
-      do while (any(nearer < upper) .and. widest < wide)
+      do while (any(nearer < upper) .and. widest < may_be_anything)
          lower = maxval(nearer, nearer < upper)
          if (upper - lower > widest*upper) then
             widest = (upper - lower)/upper

@@ -26,12 +26,11 @@ module kschur_band
    use kschur_solver, only: report_none
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_threads, only: enter_solve, leave_solve
+   use kschur_tolerances, only: same_frequency
    implicit none
    private
    public :: band_options, prepare_band, solve_band, solve_band_prepared
 
-   ! The edges of a band are moved outwards by this, relative to them.
-   real(wp), parameter :: edge = 1.0e-6_wp
    real(wp), parameter :: pi = acos(-1.0_wp)
 
 contains
@@ -145,7 +144,7 @@ contains
       logical :: counted
 
       own = options
-      band = 2*pi*[(1 - edge)*first, (1 + edge)*last]
+      band = 2*pi*[(1 - same_frequency)*first, (1 + same_frequency)*last]
       counted = can_be_counted(s)
       if (counted) call solve_counted(s, band, modes, counted, error, groups)
       if (.not. allocated(error) .and. .not. counted) call solve_disc(s, band, modes, error)

@@ -1,7 +1,7 @@
 !> One part of a band: the modes that were counted in it.
 module kschur_band_part
    use kschur_archive, only: archive_type
-   use kschur_band_parts, only: half_gap, part_type
+   use kschur_band_parts, only: part_type
    use kschur_checkpoint, only: finished_type
    use kschur_context, only: solve_context_type
    use kschur_effort, only: effort_type
@@ -12,7 +12,7 @@ module kschur_band_part
    use kschur_result, only: note_length
    use kschur_search, only: find_modes
    use kschur_shift, only: place_shift
-   use kschur_tolerances, only: undamped_tolerance
+   use kschur_tolerances, only: same_value, twelve_digits
    implicit none
    private
    public :: finished_parts_type, part_modes_type, solve_part
@@ -114,10 +114,10 @@ contains
       found%effort%restarts = s%effort%restarts - before%restarts
       ! Those of a certificate are added to the others when the factors are left.
       found%effort%factorizations = s%effort%factorizations - before%factorizations + s%transform%certificate%factorizations
-      found%counted = all(abs(real(found%lambda, wp)) <= undamped_tolerance*abs(found%lambda))
+      found%counted = all(abs(real(found%lambda, wp)) <= twelve_digits*abs(found%lambda))
       if (.not. found%counted) return
-      inside = pack([(i, i=1, size(found%lambda))], aimag(found%lambda) > (1 - half_gap)*part%from .and. &
-         aimag(found%lambda) < (1 + half_gap)*part%to .and. abs(found%lambda) > 0)
+      inside = pack([(i, i=1, size(found%lambda))], aimag(found%lambda) > (1 - same_value)*part%from .and. &
+         aimag(found%lambda) < (1 + same_value)*part%to .and. abs(found%lambda) > 0)
       if (size(inside) > expected) inside = inside(:expected)
       call found%take(inside)
       found%certified = merge(certified_yes, certified_no, size(inside) == expected)

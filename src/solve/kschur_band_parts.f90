@@ -7,12 +7,11 @@ module kschur_band_parts
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: real_linear_solver_type
    use kschur_text, only: text
+   use kschur_tolerances, only: same_value, seems_zero
    implicit none
    private
    public :: count_at, part_type, count_parts
 
-   !> Half of the width of the gaps where a band is cut, relative to their place.
-   real(wp), parameter, public :: half_gap = 1.0e-5_wp
    !> No more modes than this are computed at once.
    integer, parameter :: most_modes = 10000
    ! A part with more modes than this is cut.
@@ -47,8 +46,6 @@ contains
       !> False where the modes cannot be counted, as where K has negative eigenvalues.
       logical, intent(out) :: counted
       type(error_type), allocatable, intent(out) :: error
-      ! Zeros are known no better than this, relative to the band.
-      real(wp), parameter :: nearly_zero = 1.0e-3_wp
       type(part_type) :: whole
       real(wp) :: unstable
       integer :: negative
@@ -58,7 +55,7 @@ contains
       if (allocated(error)) return
       whole = part_type(band(1), band(2), zeros, 0)
       call count_at(s, band(2)**2, whole%below_to)
-      unstable = nearly_zero*band(2)
+      unstable = seems_zero*band(2)
       if (band(1) > 0) then
          call count_at(s, band(1)**2, whole%below_from)
          unstable = min(unstable, band(1))
@@ -97,11 +94,11 @@ contains
       if (part%below_to - part%below_from > enough .and. part%to - part%from > narrow*part%to) then
          do i = 1, size(places)
             middle = part%from + places(i)*(part%to - part%from)
-            call count_at(s, ((1 - half_gap)*middle)**2, left)
-            call count_at(s, ((1 + half_gap)*middle)**2, right)
+            call count_at(s, ((1 - same_value)*middle)**2, left)
+            call count_at(s, ((1 + same_value)*middle)**2, right)
             if (left /= right .or. left < part%below_from .or. right > part%below_to) cycle
-            call cut(s, part_type(part%from, (1 - half_gap)*middle, part%below_from, left), parts)
-            call cut(s, part_type((1 + half_gap)*middle, part%to, right, part%below_to), parts)
+            call cut(s, part_type(part%from, (1 - same_value)*middle, part%below_from, left), parts)
+            call cut(s, part_type((1 + same_value)*middle, part%to, right, part%below_to), parts)
             return
          end do
       end if

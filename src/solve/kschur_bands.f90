@@ -8,12 +8,11 @@ module kschur_bands
    use kschur_options, only: modal_options_type
    use kschur_outcome, only: certified_no, certified_unknown, reason_converged
    use kschur_result, only: modal_result_type
+   use kschur_tolerances, only: same_frequency
    implicit none
    private
    public :: solve_bands
 
-   ! As `solve_band` moves its edges outwards.
-   real(wp), parameter :: edge = 1.0e-6_wp
    real(wp), parameter :: pi = acos(-1.0_wp)
 
 contains
@@ -110,7 +109,7 @@ contains
       part%options%target = part%target
       part%band = band
       call part%take(pack([(i, i=1, size(found%eigenvalues))], &
-         found%frequency_hz >= (1 - edge)*band(1) .and. found%frequency_hz <= (1 + edge)*band(2)))
+         found%frequency_hz >= (1 - same_frequency)*band(1) .and. found%frequency_hz <= (1 + same_frequency)*band(2)))
       part%modes_asked = size(part%eigenvalues)
       part%options%modes = part%modes_asked
    end function part_of

@@ -5,13 +5,11 @@ module kschur_certify
    use kschur_modes, only: modes_type
    use kschur_outcome, only: certified_no, certified_yes, reason_cancelled, reason_converged
    use kschur_text, only: text
+   use kschur_tolerances, only: nearly_zero
    use kschur_winding_certificate, only: certify_by_winding, winding_certificate_type
    implicit none
    private
    public :: certify_modes
-
-   ! A zero of the iteration may be off by this, relative to the shift.
-   real(wp), parameter :: nearly_zero = 1.0e-4_wp
 
 contains
 

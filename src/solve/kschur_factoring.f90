@@ -17,6 +17,7 @@ module kschur_factoring
       new_real_quadratic => new_quadratic_transform
    use kschur_scaling, only: constraint_factors, first_scale
    use kschur_symmetric_transform, only: symmetric_transform_type, new_symmetric_transform
+   use kschur_tolerances, only: rounding_of_row
    implicit none
    private
    public :: factor_at
@@ -31,14 +32,13 @@ contains
       integer, intent(in) :: formulation
       complex(wp), intent(in) :: shift
       type(error_type), allocatable, intent(out) :: error
-      ! What is deflated cannot be seen in the factors.
-      real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
       type(placement_type) :: placement
 
       call s%drop_transform()
       s%shift = shift
       if (s%dense) s%shift = abs(shift)
-      if (any(abs(s%known%deflation%eigenvalues() - s%shift) <= rounding*abs(s%shift))) then
+      ! What is deflated cannot be seen in the factors.
+      if (any(abs(s%known%deflation%eigenvalues() - s%shift) <= rounding_of_row*abs(s%shift))) then
          call new_error(error, error_singular, "the shift is the eigenvalue of a rigid motion; move it a little")
          return
       end if

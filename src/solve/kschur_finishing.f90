@@ -15,8 +15,8 @@ module kschur_finishing
    use kschur_shapes, only: rest_beside, rest_of_state
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: anything, cancelled, clear_force, dependent_state, good_enough, same_shape, same_value, &
-      spurious, uneven
+   use kschur_tolerances, only: above_all_rounding, cancelled, dependent_state, may_be_anything, root_epsilon, same_shape, &
+      same_value, spurious, uneven
    implicit none
    private
    public :: finish_modes
@@ -108,8 +108,8 @@ contains
       allocate (open, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
       allocate (judgement%poor, source=open .and. judgement%errors > good_enough_of(s))
       judgement%uncertainty = uncertainty
-      allocate (judgement%doubtful, source=open .and. (uncertainty > anything*abs(modes%lambda) .or. &
-         modes%error_bound > anything*abs(modes%lambda)))
+      allocate (judgement%doubtful, source=open .and. (uncertainty > may_be_anything*abs(modes%lambda) .or. &
+         modes%error_bound > may_be_anything*abs(modes%lambda)))
       if (any(judgement%doubtful)) judgement%doubtful = unpack(may_be_infinite(s%work, &
          s%contract(chosen_pairs(modes, judgement%doubtful))), judgement%doubtful, .false.)
    end function judge
@@ -127,7 +127,7 @@ contains
          force = 0
          call problem%mass%add_product(pairs%lambda(j)**2, pairs%phi(:, j:j), force)
          call problem%damping%add_product(pairs%lambda(j), pairs%phi(:, j:j), force)
-         may_be(j) = norm2(abs(force)) > clear_force*problem%stiffness%infinity_norm()*norm2(abs(pairs%phi(:, j)))
+         may_be(j) = norm2(abs(force)) > root_epsilon*problem%stiffness%infinity_norm()*norm2(abs(pairs%phi(:, j)))
       end do
    end function may_be_infinite
 
@@ -135,7 +135,7 @@ contains
    pure real(wp) function good_enough_of(s)
       type(solve_context_type), intent(in) :: s
 
-      good_enough_of = max(good_enough, s%options%tolerance/10)
+      good_enough_of = max(above_all_rounding, s%options%tolerance/10)
    end function good_enough_of
 
    ! Which eigenvalues are those of rigid motions.
@@ -164,7 +164,7 @@ contains
       integer :: i, j
 
       allocate (discs, source=same_value*abs(modes%lambda))
-      where (judgement%poor) discs = max(discs, min(judgement%uncertainty, anything*abs(modes%lambda)))
+      where (judgement%poor) discs = max(discs, min(judgement%uncertainty, may_be_anything*abs(modes%lambda)))
       call split(modes%lambda, discs, clusters)
       allocate (suspect, source=[(is_suspect(clusters(i)), i=1, size(clusters))])
       allocate (suspects(count(suspect)))
@@ -174,7 +174,7 @@ contains
          j = j + 1
          suspects(j) = clusters(i)
          associate (members => clusters(i)%members)
-            if (any(judgement%poor(members))) call suspects(j)%widen(anything)
+            if (any(judgement%poor(members))) call suspects(j)%widen(may_be_anything)
             if (any(judgement%doubtful(members))) call suspects(j)%widen(half)
          end associate
       end do

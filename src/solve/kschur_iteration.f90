@@ -13,7 +13,7 @@ module kschur_iteration
    use kschur_outcome, only: reason_converged
    use kschur_settings, only: set_iteration_options
    use kschur_split, only: match_conjugates
-   use kschur_tolerances, only: nearly_equal, same_value
+   use kschur_tolerances, only: same_frequency, same_value
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -120,7 +120,7 @@ contains
       complex(wp), intent(in) :: values(:)
       integer :: j
 
-      any_copies = any([(any(abs(values(:j - 1) - values(j)) <= nearly_equal*abs(values(j))), j=1, size(values))])
+      any_copies = any([(any(abs(values(:j - 1) - values(j)) <= same_frequency*abs(values(j))), j=1, size(values))])
    end function any_copies
 
    subroutine tell_complaint(s)

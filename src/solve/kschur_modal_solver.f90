@@ -21,6 +21,7 @@ module kschur_modal_solver
    use kschur_spare_solvers, only: spare_solvers_type
    use kschur_sparse, only: csr_matrix_type, same_pattern
    use kschur_threads, only: enter_solve, leave_solve
+   use kschur_tolerances, only: seems_zero
    implicit none
    private
    public :: modal_solver_type, new_modal_solver
@@ -361,8 +362,7 @@ contains
    pure logical function seems_rigid(s, result)
       type(solve_context_type), intent(in) :: s
       type(modal_result_type), intent(in) :: result
-      real(wp), parameter :: low = 1.0e-3_wp
 
-      seems_rigid = any(abs(result%eigenvalues) < low*abs(s%shift))
+      seems_rigid = any(abs(result%eigenvalues) < seems_zero*abs(s%shift))
    end function seems_rigid
 end module kschur_modal_solver

@@ -18,7 +18,7 @@ module kschur_search
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_shapes, only: rest_beside
    use kschur_text, only: text
-   use kschur_tolerances, only: anything, dependent_state, same_shape, same_value
+   use kschur_tolerances, only: dependent_state, may_be_anything, same_shape, same_value
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -228,7 +228,7 @@ contains
       do j = 1, size(known)
          ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape; others share an
          ! eigenvalue, and more of their neighbours is in a shape.
-         if (.not. known(j)) known(j) = rest_beside(modes, others, j, anything) <= same_shape
+         if (.not. known(j)) known(j) = rest_beside(modes, others, j, may_be_anything) <= same_shape
          if (.not. known(j)) known(j) = rest_beside(modes, others, j, same_value) <= dependent_state
       end do
       call others%drop(known)

@@ -16,6 +16,7 @@ module kschur_shift
    use kschur_options, only: formulation_quadratic
    use kschur_scaling, only: first_scale, typical_rate
    use kschur_text, only: magnitude
+   use kschur_tolerances, only: above_the_typical, nearly_zero, too_far
    implicit none
    private
    public :: factor_beside, move_to_modes, place_shift, scale_of
@@ -23,9 +24,6 @@ module kschur_shift
    ! A shift within this factor of that place is left where it is.
    real(wp), parameter :: close_enough = 4
    integer, parameter :: shift_attempts = 5
-   ! Beyond this, relative to the shift or to the lowest, an eigenvalue may be an infinite one that rounding
-   ! blurred; that is far above a rate typical of the matrices.
-   real(wp), parameter :: too_far = 1.0e6_wp, above_the_typical = 100
    ! A few steps tell a scale to this part of it.
    real(wp), parameter :: roughly = 0.1_wp
    ! Where to, by what factors, should it be an eigenvalue.
@@ -257,8 +255,6 @@ contains
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(out) :: scale
       type(error_type), allocatable, intent(out) :: error
-      ! So far below the shift a zero may be blurred by rounding.
-      real(wp), parameter :: too_near = 1.0e-4_wp
       type(modal_selection_type) :: selection
       type(ritz_pairs_type) :: ritz
       type(stopper_type) :: stopper
@@ -286,7 +282,7 @@ contains
          magnitudes(i) = maxval(abs(lambdas))
          real_ones(i) = .not. any(abs(aimag(lambdas)) > 0)
       end do
-      call observe(but_lowest(magnitudes, real_ones, slow_decays(s)), too_near*abs(s%shift), &
+      call observe(but_lowest(magnitudes, real_ones, slow_decays(s)), nearly_zero*abs(s%shift), &
          min(too_far*abs(s%shift), above_the_typical*typical_rate(s%work)), 1, scale)
    end subroutine observe_here
 

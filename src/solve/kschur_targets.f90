@@ -12,6 +12,7 @@ module kschur_targets
    use kschur_outcome, only: certified_no, reason_converged
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
+   use kschur_tolerances, only: same_frequency
    implicit none
    private
    public :: solve_targets
@@ -161,7 +162,6 @@ contains
       type(group_type), intent(in) :: group
       complex(wp), intent(in) :: target
       integer, intent(in) :: modes
-      real(wp), parameter :: inside = 1 - 1.0e-6_wp
       integer :: order(size(found%eigenvalues)), i
 
       covers = found%reason == reason_converged .and. size(found%eigenvalues) == group%modes .and. &
@@ -171,7 +171,8 @@ contains
       end do
       if (.not. covers) return
       order = nearest_first(found%eigenvalues, target)
-      covers = abs(upper(target) - group%centre) + distances(found%eigenvalues(order(modes)), target) <= inside*reach_of(found)
+      covers = abs(upper(target) - group%centre) + distances(found%eigenvalues(order(modes)), target) <= &
+         (1 - same_frequency)*reach_of(found)
    end function covers
 
    ! The modes nearest to a target.

@@ -6,6 +6,7 @@ module kschur_following
    use kschur_mode_groups, only: form_between, solve_small
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
+   use kschur_tolerances, only: equal_value
    implicit none
    private
    public :: are_equal, is_ambiguous, match_modes, mode_shares, swapping_pair
@@ -111,9 +112,8 @@ contains
    !> Whether two eigenvalues are one, as far as rounding lets one see.
    elemental logical function are_equal(a, b)
       complex(wp), intent(in) :: a, b
-      real(wp), parameter :: equal = 1.0e-8_wp
 
-      are_equal = abs(a - b) <= equal*max(abs(a), abs(b))
+      are_equal = abs(a - b) <= equal_value*max(abs(a), abs(b))
    end function are_equal
 
    !> Two modes whose damped frequencies change their order, and the part of the way where they are equal; no modes where

@@ -13,6 +13,7 @@ module kschur_frequency_response
    use kschur_sparse, only: complex_combination, csr_matrix_type
    use kschur_text, only: magnitude, text
    use kschur_threads, only: enter_solve, leave_solve
+   use kschur_tolerances, only: known_well
    implicit none
    private
    public :: frequency_response
@@ -129,7 +130,6 @@ contains
       complex(wp), contiguous, intent(out) :: x(:, :), xi(:, :)
       type(error_type), allocatable, intent(out) :: error
       ! Refined until a step changes no more; what so many steps do not settle is left to rounding of the factors.
-      real(wp), parameter :: settled = 1.0e-6_wp
       integer, parameter :: steps = 5
       type(csr_matrix_type) :: blocks(3)
       real(wp) :: factors(problem%multipliers())
@@ -157,7 +157,7 @@ contains
          if (allocated(error)) return
          x = x + y(:n, :)
          xi = xi + spread(factors, 2, size(y, 2))*y(n + 1:, :)
-         if (all([(norm2(abs(y(:n, j))) <= settled*norm2(abs(x(:, j))), j=1, size(y, 2))])) return
+         if (all([(norm2(abs(y(:n, j))) <= known_well*norm2(abs(x(:, j))), j=1, size(y, 2))])) return
       end do
       call resonates(lambda, error)
    end subroutine respond

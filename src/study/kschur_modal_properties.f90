@@ -13,6 +13,7 @@ module kschur_modal_properties
    use kschur_result, only: modal_result_type
    use kschur_text, only: text
    use kschur_threads, only: enter_solve, leave_solve, one_thread
+   use kschur_tolerances, only: dependent
    implicit none
    private
    public :: find_modal_properties
@@ -176,8 +177,6 @@ contains
       !> chi^T R phi.
       complex(wp), intent(in) :: damping(:, :)
       complex(wp), allocatable, intent(inout) :: factor(:, :)
-      ! What is damped less, relative to the terms, is not damped.
-      real(wp), parameter :: rounding = 1.0e-10_wp
       complex(wp), dimension(size(damping, 1), size(damping, 1)) :: copy, u, vt
       complex(wp) :: work(5*size(damping, 1))
       complex(wp), allocatable :: left(:, :), right(:, :), free(:, :)
@@ -193,7 +192,7 @@ contains
       end do
       copy = damping
       call zgesvd("A", "A", k, k, copy, k, s, u, k, vt, k, work, size(work), rwork, info)
-      damped = count(s > rounding*largest)
+      damped = count(s > dependent*largest)
       allocate (left(k, k - damped), source=conjg(u(:, damped + 1:)))
       allocate (right(k, k - damped), source=conjg(transpose(vt(damped + 1:, :))))
       allocate (free(k - damped, size(factor, 2)), source=matmul(transpose(left), factor))

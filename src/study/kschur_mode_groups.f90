@@ -8,6 +8,7 @@ module kschur_mode_groups
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
    use kschur_sparse, only: csr_matrix_type
+   use kschur_tolerances, only: equal_value
    implicit none
    private
    public :: mode_group_type, bytes_of_groups, check_modes_of, form_between, group_of, solve_small
@@ -62,10 +63,8 @@ contains
 
    pure elemental logical function are_equal(lambda, other)
       complex(wp), intent(in) :: lambda, other
-      ! Eigenvalues that differ by less, relative to their size, are equal to rounding.
-      real(wp), parameter :: equal = 1.0e-9_wp
 
-      are_equal = abs(lambda - other) <= equal*abs(other)
+      are_equal = abs(lambda - other) <= equal_value*abs(other)
    end function are_equal
 
    !> The modes that share the eigenvalue of mode j.

@@ -10,6 +10,7 @@ module kschur_sweep
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type, reason_cancelled
    use kschur_sparse, only: csr_matrix_type, linear_combination
+   use kschur_tolerances, only: equal_value
    implicit none
    private
    public :: sweep_type, sweep_event_type, new_sweep, event_names, event_crossing, event_veering, event_unsure
@@ -305,9 +306,6 @@ contains
       integer, intent(in) :: first, second
       ! A veering turns shapes by a right angle, most of it where the gap is below so many times the smallest.
       real(wp), parameter :: turned = 0.6_wp, near = 6
-      ! Damped frequencies that differ by less, relative to the eigenvalues, are in no order: those of both whirls of a damped
-      ! rotor are the same, and rounding would make them cross.
-      real(wp), parameter :: rounding = 1.0e-8_wp
       real(wp) :: order(size(self%values)), gap(size(self%values)), angle
       logical :: both(size(self%values))
       integer :: p, before, lowest
@@ -317,7 +315,9 @@ contains
          .not. are_equal(self%eigenvalues(first, :), self%eigenvalues(second, :))
       if (count(both) < 2) return
       order = aimag(self%eigenvalues(first, :) - self%eigenvalues(second, :))
-      where (abs(order) <= rounding*abs(self%eigenvalues(first, :))) order = 0
+      ! Damped frequencies that differ by less are in no order: those of both whirls of a damped rotor are the same, and
+      ! rounding would make them cross.
+      where (abs(order) <= equal_value*abs(self%eigenvalues(first, :))) order = 0
       gap = abs(self%eigenvalues(first, :) - self%eigenvalues(second, :))
       before = 0
       do p = 1, size(order)

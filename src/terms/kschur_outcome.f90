@@ -1,9 +1,10 @@
 !> How an iteration went and why it ended.
 module kschur_outcome
    use kschur_kinds, only: wp
+   use kschur_tolerances, only: inaccurate_above
    implicit none
    private
-   public :: history_type
+   public :: history_type, inaccurate_above
 
    !> All the modes that were asked for have converged.
    integer, parameter, public :: reason_converged = 0
@@ -20,8 +21,6 @@ module kschur_outcome
    !> The names of the reasons, in this order from `reason_converged` on.
    character(len=*), parameter, public :: reason_names(0:5) = [character(len=12) :: &
       "converged", "max_restarts", "fewer_modes", "cancelled", "inaccurate", "interrupted"]
-   !> A mode above this backward error does not count as converged.
-   real(wp), parameter, public :: inaccurate_above = 1.0e-8_wp
 
    !> Whether a count of eigenvalues proves that no mode is missing: nothing was
    !> counted, it does, the count and the modes differ.
