@@ -27,6 +27,8 @@ module kschur_low_rank_space
    contains
       !> Whether it may not grow.
       procedure :: at_end
+      !> Whether it has all motions.
+      procedure :: whole
       !> The responses, as many rows as vectors were expanded.
       procedure :: expanded_responses
       !> The states of the eigenvalue zero in the Ritz vectors.
@@ -110,6 +112,12 @@ contains
 
       at_end = self%full() .or. self%expanded >= self%limit
    end function at_end
+
+   pure logical function whole(self)
+      class(low_rank_space_type), intent(in) :: self
+
+      whole = self%closed() .and. self%vectors >= self%most
+   end function whole
 
    pure function expanded_responses(self) result(responses)
       class(low_rank_space_type), intent(in) :: self
