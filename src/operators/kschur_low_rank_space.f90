@@ -21,6 +21,8 @@ module kschur_low_rank_space
    type, extends(block_decomposition_type) :: low_rank_space_type
       !> It may grow to so many vectors now.
       integer :: limit = 0
+      !> It began with so many: states, a random vector, responses.
+      integer :: begun = 0
       !> Responses to unit local forces and states of the eigenvalue zero as combinations of the basis.
       real(wp), allocatable :: responses(:, :), zeros(:, :)
       type(responses_type) :: unit_responses
@@ -70,6 +72,7 @@ contains
       if (z > 0) call add_zeros(space, operator, statistics, error)
       if (.not. allocated(error)) call add_random_directions(operator, space, 1, filter, options%seed, statistics, error)
       if (.not. allocated(error)) call add_responses(space, operator, forces, statistics, error)
+      space%begun = space%vectors
    end subroutine begin_or_continue
 
    subroutine add_zeros(space, operator, statistics, error)

@@ -118,6 +118,8 @@ contains
       if (allocated(error)) return
       ritz%statistics%reason = reason_max_restarts
       next = min(selection%wanted, self%space%limit)
+      ! Without the responses the projected problem is another one.
+      if (options%verify) next = max(next, self%space%begun)
       proceed = .true.
       do
          if (associated(options%checkpoint)) call self%keep(options%checkpoint, ritz%statistics, next, error)
