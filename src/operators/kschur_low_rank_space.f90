@@ -22,12 +22,16 @@ module kschur_low_rank_space
    type, extends(block_decomposition_type) :: low_rank_space_type
       !> It may grow to so many vectors now.
       integer :: limit = 0
+      !> It began with so many: states, a random vector, responses.
+      integer :: begun = 0
       !> Responses to unit local forces and states of the eigenvalue zero as combinations of the basis.
       real(wp), allocatable :: responses(:, :), zeros(:, :)
       type(responses_type) :: unit_responses
    contains
       !> Whether it may not grow.
       procedure :: at_end
+      !> Whether it has all motions.
+      procedure :: whole
       !> The responses, as many rows as vectors were expanded.
       procedure :: expanded_responses
       !> The states of the eigenvalue zero in the Ritz vectors.
@@ -69,6 +73,7 @@ contains
       if (z > 0) call add_zeros(space, operator, statistics, error)
       if (.not. allocated(error)) call add_random_directions(operator, space, 1, filter, options%seed, statistics, error)
       if (.not. allocated(error)) call add_responses(space, operator, forces, statistics, error)
+      space%begun = space%vectors
    end subroutine begin_or_continue
 
    subroutine add_zeros(space, operator, statistics, error)
@@ -109,6 +114,12 @@ contains
 
       at_end = self%full() .or. self%expanded >= self%limit
    end function at_end
+
+   pure logical function whole(self)
+      class(low_rank_space_type), intent(in) :: self
+
+      whole = self%closed() .and. self%vectors >= self%most
+   end function whole
 
    pure function expanded_responses(self) result(responses)
       class(low_rank_space_type), intent(in) :: self

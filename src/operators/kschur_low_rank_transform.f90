@@ -119,6 +119,8 @@ contains
       if (allocated(error)) return
       ritz%statistics%reason = reason_max_restarts
       next = min(selection%wanted, self%space%limit)
+      ! Without the responses the projected problem is another one.
+      if (options%verify) next = max(next, self%space%begun)
       proceed = .true.
       do
          if (associated(options%checkpoint)) call self%keep(options%checkpoint, ritz%statistics, next, error)
@@ -149,9 +151,9 @@ contains
       end do
       if (.not. proceed) then
          ritz%statistics%reason = reason_cancelled
-      else if (seen%settled() .and. (complete .or. self%space%closed())) then
+      else if (seen%settled() .and. (complete .or. self%space%whole())) then
          ritz%statistics%reason = reason_converged
-      else if (self%space%closed()) then
+      else if (self%space%closed() .and. .not. seen%settled()) then
          ritz%statistics%reason = reason_fewer_modes
       end if
       call extract(self, seen, ritz)
@@ -267,6 +269,8 @@ contains
       reach = maxval([0.0_wp, (selection%key(seen%pairs%values(seen%chosen(j))), j=1, size(seen%chosen))])
       near = max(1, count([(undamped%key(cmplx(seen%undamped%values(j), 0, wp)) <= reach, j=1, size(order))]))
       self%census%target = selection%target
+      ! Damped modes may be the furthest: copies at a lesser distance are to be there all the same.
+      self%census%within = reach
       call self%census%examine(seen%undamped%values(order), seen%undamped%residuals(order), near, complete)
    end subroutine copies_are_there
 

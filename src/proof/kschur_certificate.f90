@@ -42,6 +42,8 @@ module kschur_certificate
    type, extends(census_type) :: inertia_census_type
       !> The modes nearest to this lambda are wanted (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp)
+      !> All within this distance of it are wanted too (1/s).
+      real(wp) :: within = 0
       type(certificate_type) :: certificate
       type(modal_problem_type), pointer, private :: problem => null()
       type(row_problem_type), pointer, private :: matrices => null()
@@ -138,7 +140,7 @@ contains
       complete = .false.
       if (self%given_up .or. wanted == 0 .or. wanted > size(values)) return
       ! Zeros are known no better than this.
-      reach = max(maxval(self%reach_of(values(:wanted))), nearly_zero*sqrt(abs(self%shift)))
+      reach = max(self%within, maxval(self%reach_of(values(:wanted))), nearly_zero*sqrt(abs(self%shift)))
       slack = indistinct(reach, sqrt(abs(self%shift) + 1/minval(abs(values(:wanted)), abs(values(:wanted)) > tiny(1.0_wp))))
       if (self%counted .and. reach <= self%certificate%reach + slack) &
          complete = self%found(values, residuals, wanted) == self%expected
