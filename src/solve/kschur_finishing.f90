@@ -87,11 +87,14 @@ contains
       type(eigenpairs_type) :: pairs
       real(wp), allocatable :: bounds(:), uncertainty(:), errors(:)
       logical, allocatable :: open(:)
+      logical :: all_found
       integer :: j
 
       allocate (judgement%errors, source=modes%backward_error)
       uncertainty = modes%uncertainty
-      if (s%plan%spread_of_units() > uneven) then
+      ! Where all eigenvalues there are were found, each is one, and is to be known well in any units.
+      all_found = s%known%total%exact .and. modes%found == s%known%total%number
+      if (s%plan%spread_of_units() > uneven .or. all_found) then
          pairs = s%contract(modes)
          do j = 1, size(pairs%lambda)
             call normalize(pairs, j)
