@@ -122,6 +122,7 @@ contains
          limit = max(highest(problem), far*max(wanted%reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
          infinite = errors > spurious .and. .not. abs(lambda) <= limit
          accepted = accepted .and. .not. infinite
+         if (eigenvalues_of(lambda, accepted) > wanted%most) accepted = accepted .and. errors <= spurious
          call drop_beyond(lambda, modes%uncertainty, wanted%most, accepted, dropped)
          modes%beyond = dropped .or. any(infinite)
       end associate

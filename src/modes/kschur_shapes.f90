@@ -10,7 +10,6 @@ module kschur_shapes
    private
    public :: orthonormalize_zeros, repeats_zero, rest_beside, rest_of_state
 
-
 contains
 
    !> Makes the shapes of the pairs with eigenvalue zero orthonormal, and normalises all.
@@ -52,7 +51,6 @@ contains
       real(wp), intent(in) :: reference
       logical :: repeats(k)
       complex(wp), allocatable :: zeros(:, :), shape(:)
-      ! A root whose inertia is less than this part of the terms of stiffness is made of their rounding.
       complex(wp) :: m, r, s
       real(wp) :: m_terms, r_terms, k_terms, smallest, largest
       logical :: pending(k)

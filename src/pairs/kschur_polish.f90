@@ -1,7 +1,7 @@
 !> The eigenpairs of one cluster, by iteration of their space with factors beside it.
 module kschur_polish
    use kschur_backward_error, only: backward_errors
-   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, keep_pairs, move_pairs, normalize
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, keep_pairs, normalize
    use kschur_error, only: error_type
    use kschur_gram_schmidt_complex, only: orthonormalize
    use kschur_kinds, only: long, wp
@@ -138,7 +138,8 @@ contains
             least = now%worst()
             step = 0
          end if
-         now%complete = size(now%errors) > 0 .and. now%worst() <= self%above .and. inside < size(states, 2)
+         now%complete = size(now%errors) > 0 .and. now%worst() <= self%above .and. &
+            (guards == 0 .or. inside < size(states, 2))
          call keep_pairs(now%pairs, now%errors <= limit)
          now%errors = pack(now%errors, now%errors <= limit)
          now%eigenvalues = count_of(cluster, now%pairs%lambda)
@@ -149,7 +150,7 @@ contains
          end if
          call move_alloc(images, states)
          ! Where no random vector stays outside, the space may be too small.
-         if (inside == size(states, 2) .and. inside < min(largest, size(states, 1))) then
+         if (guards > 0 .and. inside == size(states, 2) .and. inside < min(largest, size(states, 1))) then
             call add_random(guards, random_state, states)
             step = 0
          end if

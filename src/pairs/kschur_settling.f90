@@ -12,10 +12,6 @@ module kschur_settling
    private
    public :: settle_pairs
 
-   ! Further from an axis than this, relative to its size, an eigenvalue is not looked at.
-   ! A discriminant below this, relative to its terms, is none.
-   ! The real part of a shape that was found roughly is polished afterwards.
-
 contains
 
    !> Settles where eigenvalues are: those of a symmetric problem at the value of Rayleigh's functional, wrong by the

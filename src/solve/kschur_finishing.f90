@@ -50,6 +50,7 @@ contains
       type(eigenpairs_type) :: found
       logical, dimension(size(modes%lambda)) :: gone, nowhere
       complex(wp), allocatable :: badly(:)
+      logical, allocatable :: others(:)
       real(wp) :: reach
       integer :: i
 
@@ -72,6 +73,12 @@ contains
       if (allocated(found%lambda)) then
          call s%expand(found, error)
          if (allocated(error)) return
+         ! A wide cluster may have held neighbours that stay.
+         allocate (others(size(found%lambda)))
+         do i = 1, size(others)
+            others(i) = rest_beside(modes, found, i, same_value) > dependent_state
+         end do
+         call keep_pairs(found, others)
          call insert_pairs(s%problem, wanted_type(s%options%modes, s%options%target, reference=abs(s%shift)), found, modes)
       end if
       ! Infinite eigenvalues that rounding blurred, or modes. Beyond the furthest of all that are wanted they do not matter.
@@ -87,28 +94,27 @@ contains
       type(eigenpairs_type) :: pairs
       real(wp), allocatable :: bounds(:), uncertainty(:), errors(:)
       logical, allocatable :: open(:)
-      logical :: all_found
+      logical :: evenly
       integer :: j
 
       allocate (judgement%errors, source=modes%backward_error)
       uncertainty = modes%uncertainty
       ! Where all eigenvalues there are were found, each is one, and is to be known well in any units.
-      all_found = s%known%total%exact .and. modes%found == s%known%total%number
-      if (s%plan%spread_of_units() > uneven .or. all_found) then
+      evenly = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
+      if (evenly) then
          pairs = s%contract(modes)
          do j = 1, size(pairs%lambda)
             call normalize(pairs, j)
          end do
          call settle_pairs(s%work, pairs, 0, errors, bounds, uncertainty)
-         errors = errors(:size(modes%lambda))
-         uncertainty = uncertainty(:size(modes%lambda))
          judgement%errors = max(judgement%errors, errors)
          ! These suit eigenvalues of one size only: terms of a residual tell what is poor.
-         judgement%errors = max(judgement%errors, residual_parts(s%work, chosen_pairs(pairs, [(j <= size(errors), &
-            j=1, size(pairs%lambda))]), errors <= good_enough_of(s)))
+         judgement%errors = max(judgement%errors, residual_parts(s%work, pairs, errors <= good_enough_of(s)))
       end if
       ! Rigid motions and their decays are known.
       allocate (open, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
+      ! What has a larger backward error is not near to an eigenpair, unless units hide that it is, or all there are were found.
+      if (.not. evenly) open = open .and. judgement%errors <= may_be_anything
       allocate (judgement%poor, source=open .and. judgement%errors > good_enough_of(s))
       judgement%uncertainty = uncertainty
       allocate (judgement%doubtful, source=open .and. (uncertainty > may_be_anything*abs(modes%lambda) .or. &
@@ -216,7 +222,7 @@ contains
       complex(wp) :: shift
       logical :: chosen(size(modes%lambda))
       logical, allocatable :: others(:)
-      integer :: j
+      integer :: few, j
 
       chosen = .false.
       chosen(cluster%members) = .true.
@@ -230,8 +236,10 @@ contains
       call polisher%factor_beside(s%work, cluster, shift, error)
       if (.not. allocated(error)) then
          call s%effort%add_factors(polisher%solver)
-         call polisher%polish(s%work, cluster, shift, members, maxval(judgement%errors(cluster%members)), &
-            guards(min(size(cluster%members), 2)), polished, error)
+         few = guards(min(size(cluster%members), 2))
+         ! Copies of oscillators are what Lanczos counts.
+         if (modes%is_real() .and. size(cluster%members) == 1) few = 0
+         call polisher%polish(s%work, cluster, shift, members, maxval(judgement%errors(cluster%members)), few, polished, error)
       end if
       if (allocated(error)) then
          if (all(error%code /= [error_singular, error_convergence, error_cancelled])) return

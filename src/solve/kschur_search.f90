@@ -52,6 +52,7 @@ contains
       if (s%is_stopped()) modes%reason = reason_cancelled
       if (allocated(aside%lambda) .and. .not. all_known(s, modes)) modes%inaccurate = modes%inaccurate + &
          count(distances(aside%lambda, s%options%target) < maxval([0.0_wp, distances(modes%lambda, s%options%target)]))
+      if (all_known(s, modes)) modes%inaccurate = 0
       call give_reason(s, complete, modes)
       call certify_by_count(s, modes)
       call s%end_step(phase_judge)
@@ -133,7 +134,7 @@ contains
          missing = s%options%modes - size(modes%lambda)
          ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
             round == rounds .or. missing >= before
-         if (.not. s%options%is_plain() .and. (ends .or. .not. fewer(s, modes))) then
+         if (.not. s%options%is_plain() .and. statistics%reason /= reason_cancelled .and. (ends .or. .not. fewer(s, modes))) then
             call s%announce_phase("refinement")
             call finish_modes(s, modes, aside, error)
             if (allocated(error)) return
@@ -218,6 +219,7 @@ contains
       type(modes_type), intent(inout) :: modes
       type(modes_type) :: others
       logical, allocatable :: known(:)
+      integer, allocatable :: order(:)
       integer :: j
 
       call append_pairs(more, s%known%rigid)
@@ -233,7 +235,8 @@ contains
       end do
       call others%drop(known)
       call modes%append(others)
-      call modes%take(nearest_first(modes%lambda, s%options%target))
+      allocate (order, source=nearest_first(modes%lambda, s%options%target))
+      call modes%take(order(:min(size(order), s%options%modes)))
    end subroutine add_pairs
 
    ! What may be anything is what is missing, where it is an eigenpair, nothing else was found anywhere and one eigenvalue is
