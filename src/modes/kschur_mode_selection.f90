@@ -55,7 +55,7 @@ contains
       !> Used up.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
-      logical, allocatable :: accepted(:), mirrored(:), repeated(:)
+      logical, allocatable :: accepted(:), badly(:), mirrored(:), repeated(:)
       integer, allocatable :: order(:)
       integer :: k
 
@@ -70,9 +70,12 @@ contains
       repeated = repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference)
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. (mirrored .or. repeated)
-      call leave_infinite(problem, wanted, pairs%lambda, modes, accepted)
-      modes%inaccurate = 0
+      call leave_infinite(problem, wanted, pairs%lambda, modes, accepted, badly)
       call rank(wanted, pairs%lambda, accepted, order)
+      ! Beyond the furthest of all that are wanted they do not matter.
+      if (size(order) == wanted%modes) badly = badly .and. distances(pairs%lambda, wanted%target) <= &
+         maxval(distances(pairs%lambda(order), wanted%target))
+      modes%inaccurate = count(badly)
       ! What is neither known well nor listed will never be looked at.
       accepted = accepted .and. modes%backward_error <= spurious
       accepted(order) = .true.
@@ -109,12 +112,14 @@ contains
    end subroutine normalize_first
 
    ! Leaves out what is known badly and lies where infinite eigenvalues do, and what is more than there is.
-   subroutine leave_infinite(problem, wanted, lambda, modes, accepted)
+   subroutine leave_infinite(problem, wanted, lambda, modes, accepted, badly)
       type(modal_problem_type), intent(in) :: problem
       type(wanted_type), intent(in) :: wanted
       complex(wp), intent(in) :: lambda(:)
       type(modes_type), intent(inout) :: modes
       logical, intent(inout) :: accepted(:)
+      !> Those that are more than there is, and known badly.
+      logical, allocatable, intent(out) :: badly(:)
       logical :: infinite(size(lambda)), dropped
       real(wp) :: limit
 
@@ -122,7 +127,8 @@ contains
          limit = max(highest(problem), far*max(wanted%reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
          infinite = errors > spurious .and. .not. abs(lambda) <= limit
          accepted = accepted .and. .not. infinite
-         if (eigenvalues_of(lambda, accepted) > wanted%most) accepted = accepted .and. errors <= spurious
+         allocate (badly, source=accepted .and. errors > spurious .and. eigenvalues_of(lambda, accepted) > wanted%most)
+         accepted = accepted .and. .not. badly
          call drop_beyond(lambda, modes%uncertainty, wanted%most, accepted, dropped)
          modes%beyond = dropped .or. any(infinite)
       end associate
