@@ -67,7 +67,7 @@ contains
       call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound, modes%uncertainty)
       ! Real shapes stayed as they were.
       if (.not. pairs%is_real()) call normalize_first(pairs, k)
-      repeated = repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference)
+      allocate (repeated, source=repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference))
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. (mirrored .or. repeated)
       call leave_infinite(problem, wanted, pairs%lambda, modes, accepted, badly)

@@ -133,7 +133,8 @@ contains
          if (allocated(error)) return
          call keep_pairs(now%pairs, cluster%holds(now%pairs%lambda))
          inside = count_of(cluster, now%pairs%lambda)
-         now%errors = backward_errors(problem, now%pairs)
+         if (allocated(now%errors)) deallocate (now%errors)
+         allocate (now%errors, source=backward_errors(problem, now%pairs))
          if (size(now%errors) > 0 .and. 2*now%worst() < least) then
             least = now%worst()
             step = 0

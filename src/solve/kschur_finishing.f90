@@ -98,7 +98,7 @@ contains
       integer :: j
 
       allocate (judgement%errors, source=modes%backward_error)
-      uncertainty = modes%uncertainty
+      allocate (uncertainty, source=modes%uncertainty)
       ! Where all eigenvalues there are were found, each is one, and is to be known well in any units.
       evenly = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
       if (evenly) then
@@ -116,7 +116,7 @@ contains
       ! What has a larger backward error is not near to an eigenpair, unless units hide that it is, or all there are were found.
       if (.not. evenly) open = open .and. judgement%errors <= may_be_anything
       allocate (judgement%poor, source=open .and. judgement%errors > good_enough_of(s))
-      judgement%uncertainty = uncertainty
+      allocate (judgement%uncertainty, source=uncertainty)
       allocate (judgement%doubtful, source=open .and. (uncertainty > may_be_anything*abs(modes%lambda) .or. &
          modes%error_bound > may_be_anything*abs(modes%lambda)))
       if (any(judgement%doubtful)) judgement%doubtful = unpack(may_be_infinite(s%work, &
