@@ -56,8 +56,8 @@ contains
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
       logical, allocatable :: accepted(:), badly(:), mirrored(:), repeated(:)
-      integer, allocatable :: order(:)
-      integer :: k
+      integer, allocatable :: order(:), motion(:)
+      integer :: j, k
 
       k = size(pairs%lambda) - wanted%rigid
       if (.not. allocated(pairs%paired)) allocate (pairs%paired(size(pairs%lambda)), source=.false.)
@@ -80,6 +80,8 @@ contains
       accepted = accepted .and. modes%backward_error <= spurious
       accepted(order) = .true.
       modes%found = eigenvalues_of(pairs%lambda, accepted)
+      allocate (motion, source=[spread(0, 1, k), (j, j=1, wanted%rigid), spread(0, 1, size(pairs%lambda) - k - wanted%rigid)])
+      call move_alloc(motion, modes%motion)
       call move_pairs(pairs, modes)
       call modes%take(order)
    end subroutine judge_pairs
@@ -185,7 +187,6 @@ contains
       call move_alloc(pairs%phi, modes%phi)
       call move_alloc(pairs%real_phi, modes%real_phi)
       call move_alloc(pairs%xi, modes%xi)
-      if (allocated(pairs%weights)) call move_alloc(pairs%weights, modes%weights)
    end subroutine move_pairs
 
    ! Takes out of a list of more eigenvalues than there are those that may be anything, and then the largest: they

@@ -1,7 +1,7 @@
 !> What an iteration left inaccurate or in doubt is polished, cluster by cluster.
 module kschur_finishing
    use kschur_context, only: solve_context_type
-   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs, normalize
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
    use kschur_kinds, only: wp
    use kschur_mode_selection, only: distances, insert_pairs, wanted_type
@@ -11,12 +11,11 @@ module kschur_finishing
    use kschur_problem, only: modal_problem_type
    use kschur_residual_parts, only: residual_parts
    use kschur_scaling, only: constraint_factors
-   use kschur_settling, only: settle_pairs
-   use kschur_shapes, only: rest_beside, rest_of_state
+   use kschur_shapes, only: rest_beside, rests_of_states
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
    use kschur_tolerances, only: above_all_rounding, cancelled, dependent_state, may_be_anything, root_epsilon, same_shape, &
-      same_value, spurious, uneven
+      same_value, uneven
    implicit none
    private
    public :: finish_modes
@@ -24,11 +23,10 @@ module kschur_finishing
    ! What may be anything is looked for as far as this part of its eigenvalue.
    real(wp), parameter :: half = 0.5_wp
 
-   !> What is asked of each mode, in the units that balance has found: in those as given, errors may hide behind a few large
-   !> entries.
+   !> What is asked of each mode.
    type :: judgement_type
-      !> Backward errors, and how far eigenvalues may be off (1/s).
-      real(wp), allocatable :: errors(:), uncertainty(:)
+      !> Backward errors, and where units differ residuals beside their own terms.
+      real(wp), allocatable :: errors(:)
       !> Which are worth polishing; which may be no eigenvalues by their error bounds.
       logical, allocatable :: poor(:), doubtful(:)
    end type judgement_type
@@ -40,6 +38,7 @@ contains
    !> found there is no eigenvalue.
    subroutine finish_modes(s, modes, aside, error)
       type(solve_context_type), intent(inout) :: s
+      !> Of what is iterated, in the units that balance has found: in those as given, errors may hide behind a few large entries.
       type(modes_type), intent(inout) :: modes
       !> Those in doubt that were not found again although they have small backward errors; where there are none it stays.
       type(eigenpairs_type), intent(inout) :: aside
@@ -68,18 +67,16 @@ contains
       nowhere = nowhere .and. .not. gone
       if (any(nowhere .and. modes%backward_error <= inaccurate_above)) &
          aside = chosen_pairs(modes, nowhere .and. modes%backward_error <= inaccurate_above)
-      allocate (badly, source=pack(modes%lambda, nowhere .and. judgement%errors > spurious))
+      allocate (badly, source=pack(modes%lambda, nowhere .and. judgement%errors > inaccurate_above))
       call modes%drop(gone .or. nowhere)
       if (allocated(found%lambda)) then
-         call s%expand(found, error)
-         if (allocated(error)) return
          ! A wide cluster may have held neighbours that stay.
          allocate (others(size(found%lambda)))
          do i = 1, size(others)
             others(i) = rest_beside(modes, found, i, same_value) > dependent_state
          end do
          call keep_pairs(found, others)
-         call insert_pairs(s%problem, wanted_type(s%options%modes, s%options%target, reference=abs(s%shift)), found, modes)
+         call insert_pairs(s%work, wanted_type(s%options%modes, s%options%target, reference=abs(s%shift)), found, modes)
       end if
       ! Infinite eigenvalues that rounding blurred, or modes. Beyond the furthest of all that are wanted they do not matter.
       reach = huge(1.0_wp)
@@ -91,36 +88,23 @@ contains
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(in) :: modes
       type(judgement_type) :: judgement
-      type(eigenpairs_type) :: pairs
-      real(wp), allocatable :: bounds(:), uncertainty(:), errors(:)
       logical, allocatable :: open(:)
       logical :: evenly
-      integer :: j
 
       allocate (judgement%errors, source=modes%backward_error)
-      allocate (uncertainty, source=modes%uncertainty)
-      ! Where all eigenvalues there are were found, each is one, and is to be known well in any units.
+      ! Where all eigenvalues there are were found, each is one, and is to be known well in any units. Backward errors suit
+      ! eigenvalues of one size only: terms of a residual tell what is poor.
       evenly = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
-      if (evenly) then
-         pairs = s%contract(modes)
-         do j = 1, size(pairs%lambda)
-            call normalize(pairs, j)
-         end do
-         call settle_pairs(s%work, pairs, 0, errors, bounds, uncertainty)
-         judgement%errors = max(judgement%errors, errors)
-         ! These suit eigenvalues of one size only: terms of a residual tell what is poor.
-         judgement%errors = max(judgement%errors, residual_parts(s%work, pairs, errors <= good_enough_of(s)))
-      end if
+      if (evenly) judgement%errors = max(judgement%errors, residual_parts(s%work, modes, &
+         modes%backward_error <= good_enough_of(s)))
       ! Rigid motions and their decays are known.
       allocate (open, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
       ! What has a larger backward error is not near to an eigenpair, unless units hide that it is, or all there are were found.
       if (.not. evenly) open = open .and. judgement%errors <= may_be_anything
       allocate (judgement%poor, source=open .and. judgement%errors > good_enough_of(s))
-      allocate (judgement%uncertainty, source=uncertainty)
-      allocate (judgement%doubtful, source=open .and. (uncertainty > may_be_anything*abs(modes%lambda) .or. &
-         modes%error_bound > may_be_anything*abs(modes%lambda)))
+      allocate (judgement%doubtful, source=open .and. modes%uncertainty > may_be_anything*abs(modes%lambda))
       if (any(judgement%doubtful)) judgement%doubtful = unpack(may_be_infinite(s%work, &
-         s%contract(chosen_pairs(modes, judgement%doubtful))), judgement%doubtful, .false.)
+         chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
    end function judge
 
    ! Whether inertia and damping are a part of the forces on a shape that rounding of the stiffness does not hide. Where they are
@@ -162,7 +146,7 @@ contains
       end do
    end function are_known
 
-   ! The clusters that are to be polished. Shapes that are held as real ones are orthogonal, as Lanczos has them.
+   ! The clusters that are to be polished.
    subroutine find_suspects(modes, judgement, suspects)
       type(modes_type), intent(in) :: modes
       type(judgement_type), intent(in) :: judgement
@@ -173,7 +157,7 @@ contains
       integer :: i, j
 
       allocate (discs, source=same_value*abs(modes%lambda))
-      where (judgement%poor) discs = max(discs, min(judgement%uncertainty, may_be_anything*abs(modes%lambda)))
+      where (judgement%poor) discs = max(discs, min(modes%uncertainty, may_be_anything*abs(modes%lambda)))
       call split(modes%lambda, discs, clusters)
       allocate (suspect, source=[(is_suspect(clusters(i)), i=1, size(clusters))])
       allocate (suspects(count(suspect)))
@@ -192,12 +176,11 @@ contains
 
       logical function is_suspect(cluster)
          type(cluster_type), intent(in) :: cluster
-         integer :: l
 
          associate (members => cluster%members)
             is_suspect = any(judgement%poor(members) .or. judgement%doubtful(members))
-            if (.not. (is_suspect .or. modes%is_real()) .and. abs(cluster%centre) > 0) is_suspect = &
-               any([(rest_of_state(modes, members(:l - 1), members(l)) <= dependent_state, l=2, size(members))])
+            if (.not. is_suspect .and. size(members) > 1 .and. abs(cluster%centre) > 0) is_suspect = &
+               any(rests_of_states(modes, members) <= dependent_state)
          end associate
       end function is_suspect
    end subroutine find_suspects
@@ -226,7 +209,8 @@ contains
 
       chosen = .false.
       chosen(cluster%members) = .true.
-      members = s%contract(chosen_pairs(modes, chosen))
+      members = chosen_pairs(modes, chosen)
+      call members%make_complex()
       if (.not. allocated(polisher)) then
          allocate (polisher)
          call polisher%begin(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough_of(s), &
@@ -261,7 +245,7 @@ contains
             found = polished%pairs
          end if
       else if (polished%eigenvalues == 0) then
-         nowhere(cluster%members) = judgement%doubtful(cluster%members) .or. judgement%errors(cluster%members) > spurious
+         nowhere(cluster%members) = judgement%doubtful(cluster%members) .or. judgement%errors(cluster%members) > inaccurate_above
       end if
 
    contains
