@@ -11,7 +11,7 @@ module kschur_mode_selection
    use kschur_tolerances, only: equal_value, may_be_anything, nearly_zero, same_value, spurious
    implicit none
    private
-   public :: accept_pairs, distances, drop_spurious, highest, insert_pairs, judge_pairs, nearest_first, wanted_type
+   public :: accept_pairs, distances, drop_spurious, highest, judge_pairs, nearest_first, wanted_type
 
    ! Infinite eigenvalues are further off than the modes by this factor, whatever rounding made of them.
    real(wp), parameter :: far = 10
@@ -145,22 +145,6 @@ contains
          call modes%drop(badly)
       end associate
    end subroutine drop_spurious
-
-   !> Puts eigenpairs among the modes that there are, which they are none of.
-   subroutine insert_pairs(problem, wanted, pairs, modes)
-      type(modal_problem_type), intent(in) :: problem
-      type(wanted_type), intent(in) :: wanted
-      !> Used up.
-      type(eigenpairs_type), intent(inout) :: pairs
-      type(modes_type), intent(inout) :: modes
-      type(modes_type) :: more
-      integer, allocatable :: order(:)
-
-      call judge_pairs(problem, wanted, pairs, more)
-      call modes%append(more)
-      allocate (order, source=nearest_first(modes%lambda, wanted%target))
-      call modes%take(order(:min(size(order), wanted%modes)))
-   end subroutine insert_pairs
 
    ! The wanted ones of those that are accepted and so near that none can lie between them.
    subroutine rank(wanted, lambda, accepted, order)

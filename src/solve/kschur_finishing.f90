@@ -4,7 +4,7 @@ module kschur_finishing
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
    use kschur_kinds, only: wp
-   use kschur_mode_selection, only: distances, insert_pairs, wanted_type
+   use kschur_mode_selection, only: distances, judge_pairs, nearest_first, wanted_type
    use kschur_modes, only: modes_type
    use kschur_outcome, only: inaccurate_above
    use kschur_polish, only: polished_type, polisher_type
@@ -47,19 +47,22 @@ contains
       type(polisher_type), allocatable :: polisher
       type(cluster_type), allocatable :: clusters(:)
       type(eigenpairs_type) :: found
+      type(modes_type) :: more
       logical, dimension(size(modes%lambda)) :: gone, nowhere
       complex(wp), allocatable :: badly(:)
       logical, allocatable :: others(:)
+      integer, allocatable :: order(:)
       real(wp) :: reach
-      integer :: i
+      integer :: lost, i
 
       judgement = judge(s, modes)
+      lost = 0
       gone = .false.
       nowhere = .false.
       call find_suspects(modes, judgement, clusters)
       do i = 1, size(clusters)
          if (s%is_stopped()) exit
-         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, gone, nowhere, error)
+         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, gone, nowhere, lost, error)
          if (allocated(error)) return
       end do
       if (allocated(polisher)) call s%effort%add_solves(polisher%solver)
@@ -76,12 +79,14 @@ contains
             others(i) = rest_beside(modes, found, i, same_value) > dependent_state
          end do
          call keep_pairs(found, others)
-         call insert_pairs(s%work, wanted_type(s%options%modes, s%options%target, reference=abs(s%shift)), found, modes)
+         call judge_pairs(s%work, wanted_type(target=s%options%target, reference=abs(s%shift)), found, more)
+         call modes%append(more)
       end if
       ! Infinite eigenvalues that rounding blurred, or modes. Beyond the furthest of all that are wanted they do not matter.
+      allocate (order, source=nearest_first(modes%lambda, s%options%target))
       reach = huge(1.0_wp)
-      if (size(modes%lambda) == s%options%modes) reach = maxval(distances(modes%lambda, s%options%target))
-      modes%inaccurate = modes%inaccurate + count(distances(badly, s%options%target) <= reach)
+      if (size(order) >= s%options%modes) reach = distances(modes%lambda(order(s%options%modes)), s%options%target)
+      modes%inaccurate = modes%inaccurate + lost + count(distances(badly, s%options%target) <= reach)
    end subroutine finish_modes
 
    function judge(s, modes) result(judgement)
@@ -113,14 +118,15 @@ contains
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
       logical :: may_be(size(pairs%lambda))
-      complex(wp) :: force(pairs%rows(), 1)
+      complex(wp), dimension(pairs%rows(), 1) :: phi, force
       integer :: j
 
       do j = 1, size(may_be)
+         phi(:, 1) = pairs%column(j)
          force = 0
-         call problem%mass%add_product(pairs%lambda(j)**2, pairs%phi(:, j:j), force)
-         call problem%damping%add_product(pairs%lambda(j), pairs%phi(:, j:j), force)
-         may_be(j) = norm2(abs(force)) > root_epsilon*problem%stiffness%infinity_norm()*norm2(abs(pairs%phi(:, j)))
+         call problem%mass%add_product(pairs%lambda(j)**2, phi, force)
+         call problem%damping%add_product(pairs%lambda(j), phi, force)
+         may_be(j) = norm2(abs(force)) > root_epsilon*problem%stiffness%infinity_norm()*norm2(abs(phi))
       end do
    end function may_be_infinite
 
@@ -186,7 +192,7 @@ contains
    end subroutine find_suspects
 
    ! One cluster: contracted, factored, iterated, and accepted or left as it was.
-   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, gone, nowhere, error)
+   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, gone, nowhere, lost, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
       type(cluster_type), intent(in) :: cluster
@@ -197,6 +203,8 @@ contains
       type(eigenpairs_type), intent(inout) :: found
       !> Members whose place is taken, and those that are no eigenvalues.
       logical, intent(inout) :: gone(:), nowhere(:)
+      !> Grows by what should be there and is not.
+      integer, intent(inout) :: lost
       type(error_type), allocatable, intent(out) :: error
       ! Copies that may not be known, beside one or several members.
       integer, parameter :: guards(2) = [2, 4]
@@ -232,6 +240,8 @@ contains
       end if
       if (is_accepted()) then
          gone(cluster%members) = .true.
+         lost = lost + max(0, count(rests_of_states(modes, cluster%members) > dependent_state .and. &
+            .not. judgement%doubtful(cluster%members)) - polished%eigenvalues)
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          if (allocated(found%lambda)) then
             ! Eigenvalues known so badly that they were not near to each other may be found beside both.

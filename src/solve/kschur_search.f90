@@ -138,7 +138,7 @@ contains
          call drop_spurious(modes)
          call s%end_step(phase_judge)
          missing = s%options%modes - size(modes%lambda)
-         if (missing == 0 .or. ends) exit
+         if (missing <= 0 .or. ends) exit
          round = round + 1
          before = missing
          asked = min(asked + max(missing, asked/4), s%known%total%number)
@@ -203,13 +203,16 @@ contains
       call modes%drop(modes%backward_error > inaccurate_above)
    end subroutine search_elsewhere
 
-   ! Shapes of the problem as given, and how well they satisfy it.
+   ! The wanted ones of the modes, their shapes those of the problem as given, and how well they satisfy it.
    subroutine give_shapes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: order(:)
       integer :: j
 
+      allocate (order, source=nearest_first(modes%lambda, s%options%target))
+      call modes%take(order(:min(size(order), s%options%modes)))
       call s%hold(whole_given, error)
       if (.not. allocated(error)) call s%expand(modes%eigenpairs_type, error)
       if (allocated(error)) return
@@ -238,7 +241,6 @@ contains
       real(wp), intent(in) :: reference
       type(modes_type), intent(inout) :: modes
       type(modes_type) :: others, other
-      integer, allocatable :: order(:)
       integer :: j
 
       call append_pairs(more, s%contract(s%known%rigid))
@@ -255,8 +257,6 @@ contains
          other%found = eigenvalues_of(other%lambda, [.true.])
          call modes%append(other)
       end do
-      allocate (order, source=nearest_first(modes%lambda, s%options%target))
-      call modes%take(order(:min(size(order), s%options%modes)))
    end subroutine add_pairs
 
    ! What may be anything is what is missing, where it is an eigenpair, nothing else was found anywhere and one eigenvalue is
