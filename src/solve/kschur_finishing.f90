@@ -1,9 +1,11 @@
 !> What an iteration left inaccurate or in doubt is polished, cluster by cluster.
 module kschur_finishing
-   use kschur_context, only: solve_context_type
+   use kschur_backward_error, only: backward_errors
+   use kschur_context, only: solve_context_type, whole_given, whole_iterated
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
    use kschur_kinds, only: wp
+   use kschur_memory, only: require_memory
    use kschur_mode_selection, only: distances, judge_pairs, nearest_first, wanted_type
    use kschur_modes, only: modes_type
    use kschur_outcome, only: inaccurate_above
@@ -25,7 +27,7 @@ module kschur_finishing
 
    !> What is asked of each mode.
    type :: judgement_type
-      !> Backward errors, and where units differ residuals beside their own terms.
+      !> Backward errors, in both units; where these differ much, residuals beside their own terms.
       real(wp), allocatable :: errors(:)
       !> Which are worth polishing; which may be no eigenvalues by their error bounds.
       logical, allocatable :: poor(:), doubtful(:)
@@ -55,7 +57,8 @@ contains
       real(wp) :: reach
       integer :: lost, i
 
-      judgement = judge(s, modes)
+      call judge(s, modes, judgement, error)
+      if (allocated(error)) return
       lost = 0
       gone = .false.
       nowhere = .false.
@@ -89,14 +92,17 @@ contains
       modes%inaccurate = modes%inaccurate + lost + count(distances(badly, s%options%target) <= reach)
    end subroutine finish_modes
 
-   function judge(s, modes) result(judgement)
-      type(solve_context_type), intent(in) :: s
+   subroutine judge(s, modes, judgement, error)
+      type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
-      type(judgement_type) :: judgement
+      type(judgement_type), intent(out) :: judgement
+      type(error_type), allocatable, intent(out) :: error
       logical, allocatable :: open(:)
       logical :: evenly
 
       allocate (judgement%errors, source=modes%backward_error)
+      if (s%plan%spread_of_units() > 1) call add_errors_as_given(s, modes, judgement%errors, error)
+      if (allocated(error)) return
       ! Where all eigenvalues there are were found, each is one, and is to be known well in any units. Backward errors suit
       ! eigenvalues of one size only: terms of a residual tell what is poor.
       evenly = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
@@ -110,7 +116,25 @@ contains
       allocate (judgement%doubtful, source=open .and. modes%uncertainty > may_be_anything*abs(modes%lambda))
       if (any(judgement%doubtful)) judgement%doubtful = unpack(may_be_infinite(s%work, &
          chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
-   end function judge
+   end subroutine judge
+
+   ! Backward errors in the units of the problem as given, where these are larger.
+   subroutine add_errors_as_given(s, modes, errors, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(in) :: modes
+      real(wp), intent(inout) :: errors(:)
+      type(error_type), allocatable, intent(out) :: error
+      type(eigenpairs_type) :: given
+
+      call require_memory(s%bytes_of_shapes(size(errors)), "mode shapes", error)
+      if (allocated(error)) return
+      given = modes%eigenpairs_type
+      call s%hold(whole_given, error)
+      if (.not. allocated(error)) call s%expand(given, error)
+      if (allocated(error)) return
+      errors = max(errors, backward_errors(s%problem, given))
+      call s%hold(whole_iterated, error)
+   end subroutine add_errors_as_given
 
    ! Whether inertia and damping are a part of the forces on a shape that rounding of the stiffness does not hide. Where they are
    ! not, as of the lowest modes of a fine mesh, an eigenvalue has a wide bound, but is none that is infinite.
