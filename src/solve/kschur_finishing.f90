@@ -1,6 +1,6 @@
 !> What an iteration left inaccurate or in doubt is polished, cluster by cluster.
 module kschur_finishing
-   use kschur_backward_error, only: backward_errors
+   use kschur_backward_error, only: judge_as_given
    use kschur_context, only: solve_context_type, whole_given, whole_iterated
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
@@ -29,6 +29,8 @@ module kschur_finishing
    type :: judgement_type
       !> Backward errors, in both units; where these differ much, residuals beside their own terms.
       real(wp), allocatable :: errors(:)
+      !> How far eigenvalues may be off (1/s), by the better of their bounds in both units.
+      real(wp), allocatable :: uncertainty(:)
       !> Which are worth polishing; which may be no eigenvalues by their error bounds.
       logical, allocatable :: poor(:), doubtful(:)
    end type judgement_type
@@ -101,7 +103,8 @@ contains
       logical :: evenly
 
       allocate (judgement%errors, source=modes%backward_error)
-      if (s%plan%spread_of_units() > 1) call add_errors_as_given(s, modes, judgement%errors, error)
+      allocate (judgement%uncertainty, source=modes%uncertainty)
+      if (s%plan%spread_of_units() > 1) call judge_in_given_units(s, modes, judgement, error)
       if (allocated(error)) return
       ! Where all eigenvalues there are were found, each is one, and is to be known well in any units. Backward errors suit
       ! eigenvalues of one size only: terms of a residual tell what is poor.
@@ -113,18 +116,19 @@ contains
       ! What has a larger backward error is not near to an eigenpair, unless units hide that it is, or all there are were found.
       if (.not. evenly) open = open .and. judgement%errors <= may_be_anything
       allocate (judgement%poor, source=open .and. judgement%errors > good_enough_of(s))
-      allocate (judgement%doubtful, source=open .and. modes%uncertainty > may_be_anything*abs(modes%lambda))
+      allocate (judgement%doubtful, source=open .and. judgement%uncertainty > may_be_anything*abs(modes%lambda))
       if (any(judgement%doubtful)) judgement%doubtful = unpack(may_be_infinite(s%work, &
          chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
    end subroutine judge
 
-   ! Backward errors in the units of the problem as given, where these are larger.
-   subroutine add_errors_as_given(s, modes, errors, error)
+   ! What the units of the problem as given make of errors and bounds.
+   subroutine judge_in_given_units(s, modes, judgement, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
-      real(wp), intent(inout) :: errors(:)
+      type(judgement_type), intent(inout) :: judgement
       type(error_type), allocatable, intent(out) :: error
       type(eigenpairs_type) :: given
+      real(wp), dimension(size(modes%lambda)) :: errors, bounds
 
       call require_memory(s%bytes_of_shapes(size(errors)), "mode shapes", error)
       if (allocated(error)) return
@@ -132,9 +136,11 @@ contains
       call s%hold(whole_given, error)
       if (.not. allocated(error)) call s%expand(given, error)
       if (allocated(error)) return
-      errors = max(errors, backward_errors(s%problem, given))
+      call judge_as_given(s%problem, given, modes%motion > 0, errors, bounds)
+      judgement%errors = max(judgement%errors, errors)
+      where (bounds >= 0) judgement%uncertainty = min(judgement%uncertainty, bounds)
       call s%hold(whole_iterated, error)
-   end subroutine add_errors_as_given
+   end subroutine judge_in_given_units
 
    ! Whether inertia and damping are a part of the forces on a shape that rounding of the stiffness does not hide. Where they are
    ! not, as of the lowest modes of a fine mesh, an eigenvalue has a wide bound, but is none that is infinite.
@@ -187,7 +193,7 @@ contains
       integer :: i, j
 
       allocate (discs, source=same_value*abs(modes%lambda))
-      where (judgement%poor) discs = max(discs, min(modes%uncertainty, may_be_anything*abs(modes%lambda)))
+      where (judgement%poor) discs = max(discs, min(judgement%uncertainty, may_be_anything*abs(modes%lambda)))
       call split(modes%lambda, discs, clusters)
       allocate (suspect, source=[(is_suspect(clusters(i)), i=1, size(clusters))])
       allocate (suspects(count(suspect)))
