@@ -41,10 +41,13 @@ contains
       k = size(pairs%lambda)
       transposed = transpose_csr(problem%constraints)
       norms = norms_of(problem)
-      allocate (errors(k), bounds(k), uncertainty(k), doubled(0))
+      allocate (errors(k), bounds(k), uncertainty(k), source=0.0_wp)
+      allocate (doubled(0))
       copies = chosen_pairs(pairs, spread(.false., 1, k))
       do first = 1, k, pairs_at_once(pairs)
          last = min(first + pairs_at_once(pairs) - 1, k)
+         ! Nothing is asked of zeros that are known.
+         if (all([(j > k - known .and. .not. abs(pairs%lambda(j)) > 0, j=first, last)])) cycle
          call multiply_pairs(problem, transposed, pairs, first, last, products)
          do j = first, last
             l = j - first + 1

@@ -20,14 +20,14 @@ module kschur_finishing
       same_value, uneven
    implicit none
    private
-   public :: finish_modes
+   public :: are_good, finish_modes
 
    ! What may be anything is looked for as far as this part of its eigenvalue.
    real(wp), parameter :: half = 0.5_wp
 
    !> What is asked of each mode.
    type :: judgement_type
-      !> Backward errors, in both units; where these differ much, residuals beside their own terms.
+      !> Backward errors; where units differ much, residuals beside their own terms.
       real(wp), allocatable :: errors(:)
       !> How far eigenvalues may be off (1/s), by the better of their bounds in both units.
       real(wp), allocatable :: uncertainty(:)
@@ -104,8 +104,6 @@ contains
 
       allocate (judgement%errors, source=modes%backward_error)
       allocate (judgement%uncertainty, source=modes%uncertainty)
-      if (s%plan%spread_of_units() > 1) call judge_in_given_units(s, modes, judgement, error)
-      if (allocated(error)) return
       ! Where all eigenvalues there are were found, each is one, and is to be known well in any units. Backward errors suit
       ! eigenvalues of one size only: terms of a residual tell what is poor.
       evenly = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
@@ -117,30 +115,33 @@ contains
       if (.not. evenly) open = open .and. judgement%errors <= may_be_anything
       allocate (judgement%poor, source=open .and. judgement%errors > good_enough_of(s))
       allocate (judgement%doubtful, source=open .and. judgement%uncertainty > may_be_anything*abs(modes%lambda))
-      if (any(judgement%doubtful)) judgement%doubtful = unpack(may_be_infinite(s%work, &
-         chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
+      if (.not. any(judgement%doubtful)) return
+      call bound_in_given_units(s, modes, judgement, error)
+      if (allocated(error)) return
+      judgement%doubtful = unpack(may_be_infinite(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
    end subroutine judge
 
-   ! What the units of the problem as given make of errors and bounds.
-   subroutine judge_in_given_units(s, modes, judgement, error)
+   ! In the units of the problem as given, modes in doubt may have better bounds.
+   subroutine bound_in_given_units(s, modes, judgement, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
       type(judgement_type), intent(inout) :: judgement
       type(error_type), allocatable, intent(out) :: error
       type(eigenpairs_type) :: given
-      real(wp), dimension(size(modes%lambda)) :: errors, bounds
+      real(wp), dimension(count(judgement%doubtful)) :: errors, bounds
 
-      call require_memory(s%bytes_of_shapes(size(errors)), "mode shapes", error)
+      call require_memory(s%bytes_of_shapes(2*size(errors)), "mode shapes", error)
       if (allocated(error)) return
-      given = modes%eigenpairs_type
+      given = chosen_pairs(modes, judgement%doubtful)
       call s%hold(whole_given, error)
       if (.not. allocated(error)) call s%expand(given, error)
       if (allocated(error)) return
-      call judge_as_given(s%problem, given, modes%motion > 0, errors, bounds)
-      judgement%errors = max(judgement%errors, errors)
-      where (bounds >= 0) judgement%uncertainty = min(judgement%uncertainty, bounds)
+      call judge_as_given(s%problem, given, spread(.false., 1, size(errors)), errors, bounds)
+      where (.not. bounds >= 0) bounds = huge(1.0_wp)
+      judgement%uncertainty = min(judgement%uncertainty, unpack(bounds, judgement%doubtful, huge(1.0_wp)))
+      judgement%doubtful = judgement%doubtful .and. judgement%uncertainty > may_be_anything*abs(modes%lambda)
       call s%hold(whole_iterated, error)
-   end subroutine judge_in_given_units
+   end subroutine bound_in_given_units
 
    ! Whether inertia and damping are a part of the forces on a shape that rounding of the stiffness does not hide. Where they are
    ! not, as of the lowest modes of a fine mesh, an eigenvalue has a wide bound, but is none that is infinite.
@@ -159,6 +160,14 @@ contains
          may_be(j) = norm2(abs(force)) > root_epsilon*problem%stiffness%infinity_norm()*norm2(abs(phi))
       end do
    end function may_be_infinite
+
+   !> Whether no mode is worth polishing by its backward error.
+   pure logical function are_good(s, modes)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+
+      are_good = all(modes%backward_error <= good_enough_of(s) .or. modes%backward_error > may_be_anything .or. modes%motion > 0)
+   end function are_good
 
    ! The backward error that is good enough.
    pure real(wp) function good_enough_of(s)

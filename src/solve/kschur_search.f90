@@ -10,7 +10,7 @@ module kschur_search
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_statistics_type
-   use kschur_finishing, only: finish_modes
+   use kschur_finishing, only: are_good, finish_modes
    use kschur_mode_selection, only: accept_pairs, distances, drop_spurious, highest, judge_pairs, nearest_first, wanted_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
@@ -49,6 +49,13 @@ contains
       end if
       call give_shapes(s, modes, error)
       if (allocated(error)) return
+      if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled .or. modes%unsure .or. are_good(s, modes))) then
+         ! What is accurate in even units may not be so as given.
+         call take_shapes(s, modes)
+         call finish_modes(s, modes, aside, error)
+         if (.not. allocated(error)) call give_shapes(s, modes, error)
+         if (allocated(error)) return
+      end if
       if (s%is_stopped()) modes%reason = reason_cancelled
       if (allocated(aside%lambda) .and. .not. all_known(s, modes)) modes%inaccurate = modes%inaccurate + &
          count(distances(aside%lambda, s%options%target) < maxval([0.0_wp, distances(modes%lambda, s%options%target)]))
@@ -231,6 +238,18 @@ contains
       call drop_spurious(modes)
       call s%hold(whole_iterated, error)
    end subroutine give_shapes
+
+   ! The same modes as what is iterated has them, with what is known of them.
+   subroutine take_shapes(s, modes)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(inout) :: modes
+      integer :: j
+
+      modes%eigenpairs_type = s%contract(modes)
+      do j = 1, size(modes%lambda)
+         call normalize(modes, j)
+      end do
+   end subroutine take_shapes
 
    ! Of what was found at another shift, what is none of the modes that there are.
    subroutine add_pairs(s, more, reference, modes)
