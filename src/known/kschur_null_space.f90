@@ -259,11 +259,13 @@ contains
          if (size(x, 2) == 0) return
       end do
       call orthonormalize(basis, n, x, state)
-      ! What the turn from left to right left of E.
-      allocate (zero(size(x, 1), size(x, 2)), source=0.0_wp)
-      call refine(space, transposed, zero, x, error)
-      if (allocated(error)) return
-      call orthonormalize(basis, n, x)
+      ! What the turn from left to right left of E. Each step enlarges rounding along one null vector, which must not drown others.
+      do i = 1, refinements
+         zero = 0*x
+         call refine(space, transposed, zero, x, 1, error)
+         if (allocated(error)) return
+         call orthonormalize(basis, n, x)
+      end do
       forces = product_of(space%matrix, transposed, x)
       ! Columns that have any force would drown those of the others.
       clear = pack([(j, j=1, size(x, 2))], norm2(forces, 1) < sqrt(real(n, wp)))
@@ -346,23 +348,24 @@ contains
       allocate (rhs(self%matrix%rows, size(f, 2)), source=0.0_wp)
       rhs(:n, :) = f*spread(self%scaling, 2, size(f, 2))
       y = 0
-      call refine(self, .false., rhs, y, error, self%basis)
+      call refine(self, .false., rhs, y, refinements, error, self%basis)
       y = y*spread([self%scaling, self%constraint_scaling], 2, size(f, 2))
    end subroutine pseudo_solve
 
    ! Refines solutions of A x = f, without what they have along other vectors: each step takes out more of what E changed.
-   subroutine refine(space, transposed, f, x, error, others)
+   subroutine refine(space, transposed, f, x, steps, error, others)
       class(null_space_type), intent(inout) :: space
       logical, intent(in) :: transposed
       real(wp), contiguous, intent(in) :: f(:, :)
       real(wp), contiguous, intent(inout) :: x(:, :)
+      integer, intent(in) :: steps
       type(error_type), allocatable, intent(out) :: error
       real(wp), contiguous, optional, intent(in) :: others(:, :)
       real(wp), allocatable :: residual(:, :)
       integer :: step
 
       allocate (residual, mold=f)
-      do step = 1, refinements
+      do step = 1, steps
          residual = f - product_of(space%matrix, transposed, x)
          call solve(space, transposed, residual, error)
          if (allocated(error)) return
