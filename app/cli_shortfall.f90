@@ -33,8 +33,11 @@ contains
       case (reason_fewer_modes)
          sentence = sentence//"the problem has no more"
       case (reason_inaccurate)
-         sentence = text(count(result%backward_error <= inaccurate_above))//" of "//text(result%modes_asked)// &
-            " modes: the others are inaccurate; another --shift or none may help"
+         associate (accurate => count(result%backward_error <= inaccurate_above))
+            sentence = text(accurate)//" of "//text(result%modes_asked)//" modes: the others are inaccurate; another --shift "// &
+               "or none may help"
+            if (accurate >= result%modes_asked) sentence = text(accurate)//" modes, of which not all are known: see the notes"
+         end associate
       case (reason_interrupted)
          sentence = sentence//"the computation was interrupted"
          if (size(result%eigenvalues) >= result%modes_asked) sentence = sentence//" before it was certain that they are the "// &

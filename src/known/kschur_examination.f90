@@ -36,6 +36,8 @@ module kschur_examination
       type(deflation_type) :: deflation
       !> All rigid motions and their decays.
       type(eigenpairs_type) :: rigid
+      !> Whether one of them may be a mode that rounding of the stiffness hides.
+      logical :: doubtful = .false.
       !> The null space of the stiffness and its factors, whose solves are not accounted for yet; not allocated where it was
       !> not looked for rigid motions.
       type(null_space_type), allocatable :: stiffness
@@ -64,6 +66,7 @@ contains
       call find_null_space(rigid, problem, problem%stiffness, inner, effort, error)
       if (.not. allocated(error)) call check_inertia(problem, rigid%motions, error)
       if (allocated(error)) return
+      known%doubtful = rigid%doubtful
       call set_rigid(problem, rigid, known)
       if (modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
          all(formulation /= [formulation_symmetric, formulation_proportional])) &

@@ -3,6 +3,7 @@
 module kschur_null_space
    use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: effort_type
+   use kschur_energies, only: separate_energies
    use kschur_error, only: error_type, error_convergence, error_singular
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
@@ -16,7 +17,8 @@ module kschur_null_space
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, identity_csr_matrix, linear_combination, transpose_csr
    use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
    use kschur_tied_levels, only: spread_levels
-   use kschur_tolerances, only: above_rounding, dependent, least_enlarged, most_enlarged, rounding_of_row, visible_pivot
+   use kschur_tolerances, only: above_rounding, blurred_value, contraction, dependent, least_enlarged, most_enlarged, &
+      rounding_of_energy, rounding_of_row, visible_pivot
    implicit none
    private
    public :: find_null_space, null_space_type, orthonormalize, subtract
@@ -33,6 +35,8 @@ module kschur_null_space
       real(wp), allocatable :: scaling(:), constraint_scaling(:)
       !> Holds the factors.
       class(real_linear_solver_type), allocatable :: solver
+      !> Whether some vector stores more energy than rounding of a symmetric A makes likely: it may be none.
+      logical :: doubtful = .false.
       ! The scaled matrix, and E.
       type(csr_matrix_type), private :: matrix, added
       logical, private :: symmetric = .false.
@@ -223,7 +227,59 @@ contains
          if (size(basis, 2) == n .or. (more < wanted .and. .not. (doubtful .and. (wanted == 1 .or. more > 0)))) exit
          if (wanted == 1 .or. more == wanted) wanted = together*max(1, size(basis, 2)/together)
       end do
+      if (space%symmetric .and. size(basis, 2) > 0) call leave_strained(space, state, basis, error)
    end subroutine find_vectors
+
+   ! Leaves out what stores energy, as the lowest modes of a long chain do whose forces are rounding beside the largest of A. Null
+   ! vectors that have some of these modes in them are told from them by iteration of a space that holds both, in which the
+   ! energies of modes settle and those of null vectors vanish.
+   subroutine leave_strained(space, state, basis, error)
+      class(null_space_type), intent(inout) :: space
+      integer(long), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: basis(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: most_turns = 20
+      real(wp), allocatable :: x(:, :), energies(:), before(:), parts(:)
+      logical, allocatable :: null(:), settled(:)
+      integer :: n, k, turn, j
+
+      n = size(space%scaling)
+      k = size(basis, 2)
+      allocate (x, source=basis)
+      call separate_energies(space%matrix, n, x, energies, parts, error)
+      if (allocated(error)) return
+      space%doubtful = any(parts > rounding_of_energy)
+      if (all(parts <= rounding_of_row)) return
+      deallocate (x)
+      allocate (x(size(basis, 1), min(n, k + max(k, 2*together))), source=0.0_wp)
+      x(:, :k) = basis
+      allocate (before(0))
+      do turn = 1, most_turns
+         x(n + 1:, :) = 0
+         call orthonormalize(x(:, :0), n, x, state)
+         call solve(space, .false., x, error)
+         if (allocated(error)) return
+         call orthonormalize(x(:, :0), n, x)
+         call separate_energies(space%matrix, n, x, energies, parts, error)
+         if (allocated(error)) return
+         null = parts <= rounding_of_row
+         settled = energies >= negligible(space)
+         if (size(before) == size(energies)) settled = settled .or. &
+            energies >= merge(contraction, 1 - blurred_value, null)*before
+         if (all(settled)) exit
+         before = energies
+      end do
+      null = null .or. .not. settled
+      space%doubtful = any(null .and. parts > rounding_of_energy)
+      basis = x(:, pack([(j, j=1, size(null))], null))
+   end subroutine leave_strained
+
+   ! A force on a vector of unit norm below this is rounding.
+   real(wp) function negligible(space)
+      type(null_space_type), intent(in) :: space
+
+      negligible = rounding_of_row*max(4.0_wp, space%matrix%infinity_norm())
+   end function negligible
 
    ! Adds up to `wanted` null vectors to those there are, fewer if there are no more: inverse iteration on a block of random
    ! vectors, with the adjoint in turn, as an unsymmetric matrix may be far from normal.
@@ -238,12 +294,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: x(:, :), forces(:, :), force(:), rotation(:, :), zero(:, :)
       integer, allocatable :: clear(:)
-      real(wp) :: negligible
       integer :: i, j, n, null
 
       n = size(space%scaling)
       doubtful = .false.
-      negligible = rounding_of_row*max(4.0_wp, space%matrix%infinity_norm())
       allocate (x(size(basis, 1), wanted), source=0.0_wp)
       do i = 1, 2*iterations
          x(n + 1:, :) = 0
@@ -274,11 +328,11 @@ contains
       ! The combinations that meet the least forces are the last singular vectors.
       call right_singular_vectors(forces(:, clear), force, rotation, error)
       if (allocated(error)) return
-      null = count(force < negligible)
+      null = count(force < negligible(space))
       doubtful = null < size(x, 2)
       x = matmul(x, rotation(:, size(x, 2) - null + 1:))
       ! A free motion needs no reaction.
-      where (abs(x(n + 1:, :)) < negligible) x(n + 1:, :) = 0
+      where (abs(x(n + 1:, :)) < negligible(space)) x(n + 1:, :) = 0
       basis = reshape([basis, x], [size(basis, 1), size(basis, 2) + null])
    end subroutine find_more
 

@@ -4,6 +4,7 @@ module kschur_finishing
    use kschur_context, only: solve_context_type, whole_given, whole_iterated
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
+   use kschur_hidden, only: are_known, feel_inertia
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
    use kschur_mode_selection, only: distances, judge_pairs, nearest_first, wanted_type
@@ -16,8 +17,7 @@ module kschur_finishing
    use kschur_shapes, only: rest_beside, rests_of_states
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: above_all_rounding, cancelled, dependent_state, may_be_anything, root_epsilon, same_shape, &
-      same_value, uneven
+   use kschur_tolerances, only: above_all_rounding, cancelled, dependent_state, may_be_anything, same_shape, same_value, uneven
    implicit none
    private
    public :: are_good, finish_modes
@@ -118,7 +118,7 @@ contains
       if (.not. any(judgement%doubtful)) return
       call bound_in_given_units(s, modes, judgement, error)
       if (allocated(error)) return
-      judgement%doubtful = unpack(may_be_infinite(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
+      judgement%doubtful = unpack(feel_inertia(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
    end subroutine judge
 
    ! In the units of the problem as given, modes in doubt may have better bounds.
@@ -143,24 +143,6 @@ contains
       call s%hold(whole_iterated, error)
    end subroutine bound_in_given_units
 
-   ! Whether inertia and damping are a part of the forces on a shape that rounding of the stiffness does not hide. Where they are
-   ! not, as of the lowest modes of a fine mesh, an eigenvalue has a wide bound, but is none that is infinite.
-   function may_be_infinite(problem, pairs) result(may_be)
-      type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type), intent(in) :: pairs
-      logical :: may_be(size(pairs%lambda))
-      complex(wp), dimension(pairs%rows(), 1) :: phi, force
-      integer :: j
-
-      do j = 1, size(may_be)
-         phi(:, 1) = pairs%column(j)
-         force = 0
-         call problem%mass%add_product(pairs%lambda(j)**2, phi, force)
-         call problem%damping%add_product(pairs%lambda(j), phi, force)
-         may_be(j) = norm2(abs(force)) > root_epsilon*problem%stiffness%infinity_norm()*norm2(abs(phi))
-      end do
-   end function may_be_infinite
-
    !> Whether no mode is worth polishing by its backward error.
    pure logical function are_good(s, modes)
       type(solve_context_type), intent(in) :: s
@@ -175,21 +157,6 @@ contains
 
       good_enough_of = max(above_all_rounding, s%options%tolerance/10)
    end function good_enough_of
-
-   ! Which eigenvalues are those of rigid motions.
-   function are_known(s, lambda)
-      type(solve_context_type), intent(in) :: s
-      complex(wp), intent(in) :: lambda(:)
-      logical :: are_known(size(lambda))
-      complex(wp), allocatable :: known(:)
-      integer :: i
-
-      allocate (known, source=s%known%deflation%eigenvalues())
-      are_known = .false.
-      do i = 1, size(known)
-         are_known = are_known .or. abs(lambda - known(i)) <= same_value*abs(known(i))
-      end do
-   end function are_known
 
    ! The clusters that are to be polished.
    subroutine find_suspects(modes, judgement, suspects)

@@ -4,6 +4,7 @@ module kschur_report
    use kschur_description, only: describe
    use kschur_effort, only: phase_judge
    use kschur_error, only: error_type
+   use kschur_hidden, only: tell_hidden
    use kschur_kinds, only: wp
    use kschur_last_analysis, only: last_analysis_type
    use kschur_memory, only: require_memory
@@ -36,6 +37,7 @@ contains
       real(wp), allocatable :: rigid(:, :)
 
       call require_memory(s%bytes_of_shapes(2*size(modes%lambda)), "the result", error)
+      if (.not. allocated(error)) call tell_hidden(s, modes, error)
       if (allocated(error)) return
       call report_factors(s, result)
       call s%announce_phase("result", whole_given, error)

@@ -94,6 +94,9 @@ module kschur_tolerances
    !> What rounding leaves of a sum of one sparse row, gamma_n of a dozen terms (Higham 2002, section 3.1): of terms that
    !> cancel, of a null vector after refinement, of one number that is computed in two ways.
    real(wp), parameter, public :: rounding_of_row = 16*epsilon(1.0_wp)
+   !> What rounding of its entries leaves of the energy of a null vector, relative to the terms: entries are sums of a few
+   !> numbers, whose errors add up at worst. Measured on random problems: half of it.
+   real(wp), parameter, public :: rounding_of_energy = 4*epsilon(1.0_wp)
    !> What elimination, a projection or a residual leaves below this part of its terms is rounding: gamma_n of short sums,
    !> growth of pivots included. So is what two entries of a symmetric matrix differ by.
    real(wp), parameter, public :: rounding_of_sums = 100*epsilon(1.0_wp)

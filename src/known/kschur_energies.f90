@@ -1,0 +1,41 @@
+!> The energies of vectors in a symmetric matrix, which tell a null vector from one whose force is small.
+module kschur_energies
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_magnitudes, only: add_magnitudes, magnitudes
+   use kschur_singular_vectors, only: right_singular_vectors
+   use kschur_sparse, only: csr_matrix_type
+   implicit none
+   private
+   public :: separate_energies
+
+contains
+
+   !> Combines vectors so that their energies x^T A x are independent of each other. Such an energy is known better than the
+   !> force A x: it errs with the square of what the vector does.
+   subroutine separate_energies(matrix, n, x, energies, parts, error)
+      !> A, symmetric.
+      type(csr_matrix_type), intent(in) :: matrix
+      !> The first n rows are motions, the others multipliers, which are zero where they are none.
+      integer, intent(in) :: n
+      !> k columns, orthonormal in the first n rows.
+      real(wp), intent(inout) :: x(:, :)
+      !> k numbers without sign, the largest first, and relative to the terms that they are sums of.
+      real(wp), allocatable, intent(out) :: energies(:), parts(:)
+      !> Where LAPACK fails.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), dimension(size(x, 1), size(x, 2)) :: forces, sizes
+      real(wp), allocatable :: rotation(:, :)
+
+      forces = 0
+      call matrix%add_product(1.0_wp, x, forces)
+      call right_singular_vectors(matmul(transpose(x), forces), energies, rotation, error)
+      if (allocated(error)) return
+      x = matmul(x, rotation)
+      sizes(:n, :) = magnitudes(x(:n, :))
+      sizes(n + 1:, :) = abs(x(n + 1:, :))
+      forces = 0
+      call add_magnitudes(matrix, sizes, forces)
+      allocate (parts, source=energies/max(tiny(1.0_wp), sum(sizes*forces, 1)))
+   end subroutine separate_energies
+end module kschur_energies
