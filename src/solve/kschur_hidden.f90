@@ -6,7 +6,7 @@ module kschur_hidden
    use kschur_kinds, only: wp
    use kschur_magnitudes, only: add_magnitudes
    use kschur_modes, only: modes_type
-   use kschur_outcome, only: reason_converged, reason_fewer_modes, reason_inaccurate
+   use kschur_outcome, only: certified_unknown, certified_yes, reason_converged, reason_fewer_modes, reason_inaccurate
    use kschur_problem, only: modal_problem_type
    use kschur_text, only: magnitude
    use kschur_tolerances, only: cancelled, root_epsilon, rounding_of_sums, same_value
@@ -43,6 +43,7 @@ contains
          return
       end if
       if (any(modes%reason == [reason_converged, reason_fewer_modes])) modes%reason = reason_inaccurate
+      if (modes%certified == certified_yes) modes%certified = certified_unknown
    end subroutine tell_hidden
 
    ! Below this (1/s) a mode cannot be told from a zero: |lambda|^2 times the inertia of its shape is rounding of the energy.
