@@ -20,6 +20,7 @@ contains
    function shortfall(result) result(sentence)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: sentence
+      logical :: accurate(size(result%eigenvalues))
 
       sentence = text(size(result%eigenvalues))//" of "//text(result%modes_asked)//" modes: "
       select case (result%reason)
@@ -33,7 +34,9 @@ contains
       case (reason_fewer_modes)
          sentence = sentence//"the problem has no more"
       case (reason_inaccurate)
-         sentence = text(count(result%backward_error <= inaccurate_above))//" of "//text(result%modes_asked)// &
+         accurate = result%backward_error <= inaccurate_above
+         if (allocated(result%condition)) accurate = accurate .and. result%condition >= 0
+         sentence = text(count(accurate))//" of "//text(result%modes_asked)// &
             " modes: the others are inaccurate; another --shift or none may help"
       case (reason_interrupted)
          sentence = sentence//"the computation was interrupted"

@@ -8,7 +8,7 @@ module kschur_backward_error
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    implicit none
    private
-   public :: backward_errors, bound_of, judge, least_bound, norms_of
+   public :: backward_errors, bound_of, judge, least_bound, level_of, norms_of
 
 contains
 
@@ -106,6 +106,7 @@ contains
          problem%constraints%infinity_norm()]
    end function norms_of
 
+   !> |lambda|^2 ||M|| + |lambda| ||R|| + ||K||, the measure of residuals.
    pure real(wp) function level_of(lambda, norms) result(level)
       complex(wp), intent(in) :: lambda
       real(wp), intent(in) :: norms(4)

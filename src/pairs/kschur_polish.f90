@@ -5,6 +5,7 @@ module kschur_polish
    use kschur_error, only: error_type
    use kschur_gram_schmidt_complex, only: orthonormalize
    use kschur_kinds, only: long, wp
+   use kschur_lapack, only: zgesvd
    use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_memory, only: require_memory
    use kschur_outcome, only: inaccurate_above
@@ -14,10 +15,13 @@ module kschur_polish
    use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_sparse, only: complex_combination, csr_matrix_type
    use kschur_split, only: cluster_type
-   use kschur_tolerances, only: cancelled
+   use kschur_tolerances, only: above_all_rounding, cancelled
    implicit none
    private
    public :: polished_type, polisher_type
+
+   ! Steps without progress.
+   integer, parameter :: steps = 5
 
    !> Polishes clusters of one problem, each with factors of its own.
    type :: polisher_type
@@ -25,15 +29,18 @@ module kschur_polish
       real(wp) :: above = 0
       !> Where a cluster is factored, from its centre and relative to it: near, but not singular.
       real(wp) :: offset = 1.0e-6_wp
+      !> What that is relative to where the centre is zero: a size of eigenvalues (1/s).
+      real(wp) :: reference = 0
       class(complex_linear_solver_type), allocatable :: solver
       ! Factor of each constraint.
       real(wp), allocatable, private :: factors(:)
-      ! M, R and K, the latter with constraints.
-      type(csr_matrix_type), private :: blocks(3)
+      ! M, R and K, the latter with constraints; not allocated before the first cluster.
+      type(csr_matrix_type), allocatable, private :: blocks(:)
    contains
       procedure :: begin
       procedure :: factor_beside
       procedure :: polish
+      procedure :: find_shapes
    end type polisher_type
 
    !> What is known of a cluster after that.
@@ -53,25 +60,22 @@ module kschur_polish
 
 contains
 
-   subroutine begin(self, problem, factors, above, solver, error)
+   subroutine begin(self, factors, above, solver)
       class(polisher_type), intent(out) :: self
-      type(modal_problem_type), intent(in) :: problem
       !> Factor of each constraint.
       real(wp), intent(in) :: factors(:)
       real(wp), intent(in) :: above
       !> A prototype.
       class(complex_linear_solver_type), intent(in) :: solver
-      type(error_type), allocatable, intent(out) :: error
 
       self%above = above
       allocate (self%factors, source=factors)
       allocate (self%solver, source=solver)
-      call saddle_blocks(problem, factors, self%blocks, error)
    end subroutine begin
 
    !> Factors the problem beside a cluster. One eigenvalue converges the faster the nearer. Several: further off than they are
    !> spread, so that all of them converge alike, and than the roots of a defective one are split, whose chain would be lost
-   !> behind its eigenvector; as far as other eigenvalues let the space converge.
+   !> behind its eigenvector; as far as other eigenvalues let the space converge. So is a zero that nothing damps.
    subroutine factor_beside(self, problem, cluster, shift, error)
       class(polisher_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
@@ -79,10 +83,17 @@ contains
       complex(wp), intent(out) :: shift
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: beyond = 1.5_wp, furthest = 1.0e-3_wp, of_gap = 1/30.0_wp
-      real(wp) :: distance
+      real(wp) :: distance, unit
 
-      distance = max(self%offset*abs(cluster%centre), beyond*cluster%spread)
-      if (size(cluster%members) > 1) distance = max(distance, min(furthest*abs(cluster%centre), of_gap*cluster%gap))
+      if (.not. allocated(self%blocks)) then
+         allocate (self%blocks(3))
+         call saddle_blocks(problem, self%factors, self%blocks, error)
+         if (allocated(error)) return
+      end if
+      unit = merge(abs(cluster%centre), self%reference, abs(cluster%centre) > 0)
+      distance = max(self%offset*unit, beyond*cluster%spread)
+      if (size(cluster%members) > 1 .or. .not. abs(cluster%centre) > 0) &
+         distance = max(distance, min(furthest*unit, of_gap*cluster%gap))
       shift = cluster%centre + distance
       call self%solver%factorize(complex_combination([shift**2, shift, (1.0_wp, 0.0_wp)], self%blocks), &
          saddle_structure(problem), error)
@@ -109,8 +120,8 @@ contains
       integer, intent(in) :: guards
       type(polished_type), intent(out) :: polished
       type(error_type), allocatable, intent(out) :: error
-      ! Steps without progress; the space becomes no larger than this.
-      integer, parameter :: steps = 5, largest = 200
+      ! The space becomes no larger than this.
+      integer, parameter :: largest = 200
       complex(wp), allocatable :: states(:, :), images(:, :), solutions(:, :)
       type(polished_type) :: now
       real(wp) :: limit, least
@@ -172,6 +183,55 @@ contains
             cancelled*abs(cluster%centre)), i=1, size(now%errors))])
       end function is_settled
    end subroutine polish
+
+   !> Shapes of the eigenvalues of a cluster where these are known: the space of random states is iterated as above, until
+   !> the shapes at these eigenvalues are good or stay as they are.
+   subroutine find_shapes(self, problem, cluster, shift, lambda, found, errors, error)
+      class(polisher_type), intent(inout) :: self
+      type(modal_problem_type), intent(in) :: problem
+      type(cluster_type), intent(in) :: cluster
+      !> Where the factors are.
+      complex(wp), intent(in) :: shift
+      !> Eigenvalues of the members (1/s).
+      complex(wp), intent(in) :: lambda(:)
+      !> An eigenpair for each, of unit norm.
+      type(eigenpairs_type), intent(out) :: found
+      !> Their backward errors; `huge` where there is none.
+      real(wp), intent(out) :: errors(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: guards = 4
+      complex(wp), allocatable :: states(:, :), images(:, :), solutions(:, :)
+      type(eigenpairs_type) :: now
+      real(wp) :: now_errors(size(lambda)), unfit, least
+      integer(long) :: random_state
+      integer :: step, states_of_zero
+
+      errors = huge(1.0_wp)
+      allocate (now%lambda(0), now%phi(problem%unknowns(), 0), now%xi(size(self%factors), 0))
+      random_state = state_of_seed(0)
+      states_of_zero = merge(0, size(lambda), abs(cluster%centre) > 0)
+      call begin_states(now, cluster, abs(shift), count_of(cluster, lambda) + states_of_zero + guards, random_state, states, error)
+      if (allocated(error)) return
+      step = 0
+      least = huge(1.0_wp)
+      do while (step < steps .and. size(states, 2) > 0)
+         step = step + 1
+         call apply(self, problem, shift, states, images, solutions, error)
+         if (allocated(error)) return
+         call fit_shapes(lambda, shift, states, images, solutions, now)
+         now_errors = backward_errors(problem, now)
+         unfit = sum(log(max(now_errors, self%above)))
+         if (unfit < least) then
+            if (unfit < least - log(2.0_wp)) step = 0
+            least = unfit
+            found = now
+            errors = now_errors
+         end if
+         if (all(now_errors <= self%above)) exit
+         call move_alloc(images, states)
+         call make_orthonormal(states)
+      end do
+   end subroutine find_shapes
 
    pure integer function count_of(cluster, lambda)
       type(cluster_type), intent(in) :: cluster
@@ -337,4 +397,40 @@ contains
          call normalize(found, j)
       end do
    end subroutine find_pairs
+
+   ! The combinations y of states of least ||(T - mu) y||, mu = 1/(lambda - s), T the projected operator. An eigenvector of T
+   ! would have an eigenvalue of its own: roots of a defective one are split by rounding. Of copies each is orthogonal to
+   ! those before it, where that costs no more than rounding.
+   subroutine fit_shapes(lambda, shift, states, images, solutions, found)
+      complex(wp), intent(in) :: lambda(:), shift, states(:, :), images(:, :), solutions(:, :)
+      type(eigenpairs_type), intent(out) :: found
+      complex(wp) :: y(size(states, 2), size(lambda)), t(size(states, 2), size(states, 2)), vt(size(states, 2), size(states, 2)), &
+         a(size(states, 2) + size(lambda), size(states, 2)), no_u(1, 1), work(8*size(a, 1)), mu
+      real(wp) :: singular(size(states, 2)), rwork(5*size(states, 2)), noise
+      complex(wp), allocatable :: taken(:, :)
+      integer :: i, j, n, p, info
+
+      n = size(states, 1)/2
+      p = size(states, 2)
+      t = matmul(conjg(transpose(states)), images)
+      y = 0
+      do j = 1, size(lambda)
+         mu = 1/(lambda(j) - shift)
+         noise = above_all_rounding*abs(shift)*abs(mu)**2
+         a(:p, :) = t
+         do i = 1, p
+            a(i, i) = t(i, i) - mu
+         end do
+         a(p + 1:, :) = noise*conjg(transpose(y))
+         call zgesvd("N", "A", size(a, 1), p, a, size(a, 1), singular, no_u, 1, vt, p, work, size(work), rwork, info)
+         if (info == 0) y(:, j) = conjg(vt(p, :))
+      end do
+      allocate (taken, source=matmul(solutions, y))
+      allocate (found%lambda, source=lambda)
+      allocate (found%phi, source=taken(:n, :))
+      allocate (found%xi, source=taken(n + 1:, :))
+      do j = 1, size(lambda)
+         call normalize(found, j)
+      end do
+   end subroutine fit_shapes
 end module kschur_polish
