@@ -11,7 +11,7 @@ module kschur_mode_selection
    use kschur_tolerances, only: equal_value, may_be_anything, nearly_zero, same_value, spurious
    implicit none
    private
-   public :: accept_pairs, distances, drop_spurious, highest, insert_pairs, judge_pairs, nearest_first, wanted_type
+   public :: accept_pairs, distances, drop_spurious, highest, judge_pairs, nearest_first, wanted_type
 
    ! Infinite eigenvalues are further off than the modes by this factor, whatever rounding made of them.
    real(wp), parameter :: far = 10
@@ -56,8 +56,8 @@ contains
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
       logical, allocatable :: accepted(:), badly(:), mirrored(:), repeated(:)
-      integer, allocatable :: order(:)
-      integer :: k
+      integer, allocatable :: order(:), motion(:)
+      integer :: j, k
 
       k = size(pairs%lambda) - wanted%rigid
       if (.not. allocated(pairs%paired)) allocate (pairs%paired(size(pairs%lambda)), source=.false.)
@@ -80,6 +80,8 @@ contains
       accepted = accepted .and. modes%backward_error <= spurious
       accepted(order) = .true.
       modes%found = eigenvalues_of(pairs%lambda, accepted)
+      allocate (motion, source=[spread(0, 1, k), (j, j=1, wanted%rigid), spread(0, 1, size(pairs%lambda) - k - wanted%rigid)])
+      call move_alloc(motion, modes%motion)
       call move_pairs(pairs, modes)
       call modes%take(order)
    end subroutine judge_pairs
@@ -144,22 +146,6 @@ contains
       end associate
    end subroutine drop_spurious
 
-   !> Puts eigenpairs among the modes that there are, which they are none of.
-   subroutine insert_pairs(problem, wanted, pairs, modes)
-      type(modal_problem_type), intent(in) :: problem
-      type(wanted_type), intent(in) :: wanted
-      !> Used up.
-      type(eigenpairs_type), intent(inout) :: pairs
-      type(modes_type), intent(inout) :: modes
-      type(modes_type) :: more
-      integer, allocatable :: order(:)
-
-      call judge_pairs(problem, wanted, pairs, more)
-      call modes%append(more)
-      allocate (order, source=nearest_first(modes%lambda, wanted%target))
-      call modes%take(order(:min(size(order), wanted%modes)))
-   end subroutine insert_pairs
-
    ! The wanted ones of those that are accepted and so near that none can lie between them.
    subroutine rank(wanted, lambda, accepted, order)
       type(wanted_type), intent(in) :: wanted
@@ -185,7 +171,6 @@ contains
       call move_alloc(pairs%phi, modes%phi)
       call move_alloc(pairs%real_phi, modes%real_phi)
       call move_alloc(pairs%xi, modes%xi)
-      if (allocated(pairs%weights)) call move_alloc(pairs%weights, modes%weights)
    end subroutine move_pairs
 
    ! Takes out of a list of more eigenvalues than there are those that may be anything, and then the largest: they

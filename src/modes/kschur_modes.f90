@@ -23,6 +23,8 @@ module kschur_modes
       !> Left vectors, their multipliers and the condition numbers; not allocated unless asked for.
       complex(wp), allocatable :: left_phi(:, :), left_xi(:, :)
       real(wp), allocatable :: condition(:)
+      !> Which of the rigid motions that are known each one is; 0: none.
+      integer, allocatable :: motion(:)
       !> How many eigenvalues are known, both of a conjugate pair counted, whether listed or not.
       integer :: found = 0
       !> How many pairs among the modes are too inaccurate to be listed.
@@ -60,6 +62,7 @@ contains
       self%backward_error = self%backward_error(order)
       self%error_bound = self%error_bound(order)
       self%uncertainty = self%uncertainty(order)
+      self%motion = self%motion(order)
       if (.not. allocated(self%condition)) return
       call take_columns(self%left_phi, order)
       call take_columns(self%left_xi, order)
@@ -85,6 +88,7 @@ contains
       self%backward_error = [self%backward_error, more%backward_error]
       self%error_bound = [self%error_bound, more%error_bound]
       self%uncertainty = [self%uncertainty, more%uncertainty]
+      self%motion = [self%motion, more%motion]
       self%found = self%found + more%found
    end subroutine append
 
@@ -94,7 +98,7 @@ contains
       type(modes_type) :: modes
 
       allocate (modes%lambda(0), modes%phi(unknowns, 0), modes%xi(constraints, 0), modes%backward_error(0), &
-         modes%error_bound(0), modes%uncertainty(0))
+         modes%error_bound(0), modes%uncertainty(0), modes%motion(0))
       allocate (modes%history%converged(0), modes%history%operator_applications(0), modes%history%residual(0))
    end function no_modes
 

@@ -3,12 +3,11 @@ module kschur_shapes
    use kschur_description, only: form
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dznrm2
    use kschur_problem, only: modal_problem_type
-   use kschur_tolerances, only: nearly_zero, rounding_of_row, rounding_of_sums, same_shape
+   use kschur_tolerances, only: above_all_rounding, nearly_zero, rounding_of_row, rounding_of_sums, same_shape
    implicit none
    private
-   public :: orthonormalize_zeros, repeats_zero, rest_beside, rest_of_state
+   public :: orthonormalize_zeros, repeats_zero, rest_beside, rests_of_states
 
 contains
 
@@ -50,25 +49,18 @@ contains
       !> A size of lambda (1/s), as the shift, against which zeros are seen.
       real(wp), intent(in) :: reference
       logical :: repeats(k)
-      complex(wp), allocatable :: zeros(:, :), shape(:)
+      integer :: zeros(count(.not. abs(pairs%lambda(k + 1:k + rigid)) > 0))
+      complex(wp) :: shape(pairs%rows())
       complex(wp) :: m, r, s
       real(wp) :: m_terms, r_terms, k_terms, smallest, largest
       logical :: pending(k)
-      integer :: i, j, l
+      integer :: i, j
 
       repeats = .false.
       if (min(rigid, k) == 0) return
       ! Seen against any of them.
       if (minval(abs(pairs%lambda(:k))) > nearly_zero*max(reference, maxval(abs(pairs%lambda(:k))))) return
-      allocate (zeros(pairs%rows(), rigid), shape(pairs%rows()))
-      l = 0
-      do i = k + 1, k + rigid
-         if (abs(pairs%lambda(i)) > 0) cycle
-         call take_rest(pairs, i, zeros(:, :l), shape)
-         if (.not. length(shape) > epsilon(1.0_wp)/same_shape) cycle
-         l = l + 1
-         zeros(:, l) = shape/length(shape)
-      end do
+      zeros = pack([(i, i=k + 1, k + rigid)], .not. abs(pairs%lambda(k + 1:k + rigid)) > 0)
       ! From the smallest one on, as far as a zero may lie: shapes cost more than places.
       pending = .true.
       smallest = huge(1.0_wp)
@@ -76,8 +68,7 @@ contains
          j = minloc(abs(pairs%lambda(:k)), 1, pending)
          pending(j) = .false.
          if (smallest < huge(1.0_wp) .and. abs(pairs%lambda(j)) > nearly_zero*max(reference, smallest)) exit
-         call take_rest(pairs, j, zeros(:, :l), shape)
-         repeats(j) = length(shape) <= same_shape
+         repeats(j) = rest_beside_zeros(j) <= same_shape
          if (.not. repeats(j)) smallest = min(smallest, abs(pairs%lambda(j)))
       end do
       largest = reference
@@ -96,23 +87,35 @@ contains
 
    contains
 
+      ! What the shape of pair j has outside the span of rigid motions.
+      real(wp) function rest_beside_zeros(j) result(rest)
+         integer, intent(in) :: j
+         integer :: all(size(zeros) + 1), i, l
+         complex(wp) :: gram(size(zeros) + 1, size(zeros) + 1)
+         real(wp) :: rests(size(zeros) + 1)
+
+         all = [zeros, j]
+         do l = 1, size(all)
+            do i = 1, l
+               gram(i, l) = product_of_shapes(pairs, all(i), all(l))
+            end do
+         end do
+         rests = distances_from_span(gram)
+         rest = rests(size(rests))
+      end function rest_beside_zeros
+
       ! Whether damping and inertia balance each other. Of an unsymmetric problem shape^* R shape does not tell.
       logical function is_decay(j)
          integer, intent(in) :: j
          real(wp), parameter :: most = 0.5_wp
          complex(wp), dimension(pairs%rows(), 1) :: phi, inertia, total
-         real(wp) :: units(pairs%rows())
 
          phi(:, 1) = pairs%column(j)
          inertia = 0
          call problem%mass%add_product(pairs%lambda(j), phi, inertia)
          total = inertia
          call problem%damping%add_product((1.0_wp, 0.0_wp), phi, total)
-         units = 1
-         if (allocated(pairs%weights)) then
-            where (pairs%weights > 0) units = 1/pairs%weights
-         end if
-         is_decay = norm2(units*abs(total(:, 1))) < most*norm2(units*abs(inertia(:, 1)))
+         is_decay = norm2(abs(total(:, 1))) < most*norm2(abs(inertia(:, 1)))
       end function is_decay
    end function repeats_zero
 
@@ -124,81 +127,64 @@ contains
       !> How near, relative to it.
       real(wp), intent(in) :: distance
       type(eigenpairs_type) :: near
+      real(wp), allocatable :: rests(:)
       integer :: i
 
       near = chosen_pairs(pairs, abs(pairs%lambda - others%lambda(j)) <= distance*abs(others%lambda(j)))
-      if (allocated(others%weights)) near%weights = others%weights
       call append_pairs(near, chosen_pairs(others, [(i == j, i=1, size(others%lambda))]))
-      rest = rest_of_state(near, [(i, i=1, size(near%lambda) - 1)], size(near%lambda))
+      allocate (rests, source=rests_of_states(near, [(i, i=1, size(near%lambda))]))
+      rest = rests(size(rests))
    end function rest_beside
 
-   !> What the state [phi; lambda phi/|lambda|] of pair j, of unit norm in the units in which shapes are compared, has outside
-   !> the span of those of other pairs.
-   real(wp) function rest_of_state(pairs, others, j) result(rest)
+   !> What the states [phi; lambda phi/|lambda|] of some pairs, of unit norm, have outside the span of those before them.
+   function rests_of_states(pairs, chosen) result(rests)
       class(eigenpairs_type), intent(in) :: pairs
       !> Their positions.
-      integer, intent(in) :: others(:), j
-      complex(wp) :: states(2*pairs%rows(), size(others)), state(2*pairs%rows())
-      integer :: i, kept
+      integer, intent(in) :: chosen(:)
+      real(wp) :: rests(size(chosen))
+      complex(wp) :: gram(size(chosen), size(chosen)), direction(size(chosen))
+      integer :: i, j
 
-      kept = 0
-      do i = 1, size(others)
-         state = state_of(others(i))
-         call take_out(states(:, :kept), state)
-         if (.not. length(state) > epsilon(1.0_wp)/same_shape) cycle
-         kept = kept + 1
-         states(:, kept) = state/length(state)
-      end do
-      state = state_of(j)
-      call take_out(states(:, :kept), state)
-      rest = length(state)
-
-   contains
-
-      function state_of(i) result(state)
-         integer, intent(in) :: i
-         complex(wp) :: state(2*pairs%rows())
-
-         associate (n => pairs%rows(), lambda => pairs%lambda(i))
-            state(:n) = pairs%column(i)
-            if (allocated(pairs%weights)) state(:n) = pairs%weights*state(:n)
-            state(n + 1:) = lambda/max(abs(lambda), tiny(1.0_wp))*state(:n)
-         end associate
-         state = state/max(length(state), tiny(1.0_wp))
-      end function state_of
-   end function rest_of_state
-
-   ! What the shape of pair i, of unit norm in the units in which shapes are compared, has outside a span.
-   subroutine take_rest(pairs, i, span, rest)
-      type(eigenpairs_type), intent(in) :: pairs
-      integer, intent(in) :: i
-      !> Orthonormal columns.
-      complex(wp), intent(in) :: span(:, :)
-      complex(wp), contiguous, intent(out) :: rest(:)
-
-      rest = pairs%column(i)
-      if (allocated(pairs%weights)) rest = pairs%weights*rest
-      rest = rest/max(length(rest), tiny(1.0_wp))
-      call take_out(span, rest)
-   end subroutine take_rest
-
-   ! Takes out of a vector what lies in a span.
-   subroutine take_out(span, x)
-      !> Orthonormal columns.
-      complex(wp), intent(in) :: span(:, :)
-      complex(wp), contiguous, intent(inout) :: x(:)
-      integer :: l, pass
-
-      do pass = 1, 2
-         do l = 1, size(span, 2)
-            x = x - dot_product(span(:, l), x)*span(:, l)
+      direction = pairs%lambda(chosen)/max(abs(pairs%lambda(chosen)), tiny(1.0_wp))
+      do j = 1, size(chosen)
+         do i = 1, j
+            gram(i, j) = product_of_shapes(pairs, chosen(i), chosen(j))*(1 + conjg(direction(i))*direction(j))
          end do
       end do
-   end subroutine take_out
+      rests = distances_from_span(gram)
+   end function rests_of_states
 
-   real(wp) function length(x)
-      complex(wp), contiguous, intent(in) :: x(:)
+   ! x_i^* x_j.
+   complex(wp) function product_of_shapes(pairs, i, j) result(product)
+      class(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: i, j
 
-      length = dznrm2(size(x), x, 1)
-   end function length
+      if (pairs%is_real()) then
+         product = dot_product(pairs%real_phi(:, i), pairs%real_phi(:, j))
+      else
+         product = dot_product(pairs%phi(:, i), pairs%phi(:, j))
+      end if
+   end function product_of_shapes
+
+   ! How far each of some vectors, of unit norm, is from the span of those before it: the roots of the pivots of their Gram
+   ! matrix, which are known to the root of rounding. One that is not told from rounding takes no further part.
+   pure function distances_from_span(gram) result(distances)
+      !> The upper triangle.
+      complex(wp), intent(in) :: gram(:, :)
+      real(wp) :: distances(size(gram, 1)), pivot
+      complex(wp) :: left(size(gram, 1), size(gram, 1))
+      integer :: i, j, k
+
+      left = gram
+      do k = 1, size(gram, 1)
+         pivot = real(left(k, k), wp)
+         distances(k) = sqrt(max(pivot, 0.0_wp)/max(real(gram(k, k), wp), tiny(1.0_wp)))
+         if (.not. distances(k)**2 > above_all_rounding) cycle
+         do j = k + 1, size(gram, 1)
+            do i = k + 1, j
+               left(i, j) = left(i, j) - conjg(left(k, i))*left(k, j)/pivot
+            end do
+         end do
+      end do
+   end function distances_from_span
 end module kschur_shapes

@@ -8,7 +8,7 @@ module kschur_backward_error
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    implicit none
    private
-   public :: backward_errors, bound_of, judge, least_bound, level_of, norms_of
+   public :: backward_errors, judge, judge_as_given, least_bound, level_of, norms_of
 
 contains
 
@@ -37,8 +37,31 @@ contains
       end do
    end function backward_errors
 
+   !> Backward errors of pairs, and absolute bounds of the errors of their eigenvalues (1/s), NaN where not known.
+   subroutine judge_as_given(problem, pairs, motions, errors, bounds)
+      type(modal_problem_type), intent(in) :: problem
+      class(eigenpairs_type), intent(in) :: pairs
+      !> Which are rigid motions, known as such.
+      logical, intent(in) :: motions(:)
+      real(wp), intent(out) :: errors(:), bounds(:)
+      type(csr_matrix_type) :: transposed
+      type(products_type) :: products
+      real(wp) :: norms(4)
+      integer :: first, last, j
+
+      transposed = transpose_csr(problem%constraints)
+      norms = norms_of(problem)
+      do first = 1, size(errors), pairs_at_once(pairs)
+         last = min(first + pairs_at_once(pairs) - 1, size(errors))
+         call multiply_pairs(problem, transposed, pairs, first, last, products)
+         do j = first, last
+            call judge(problem%symmetric, norms, products, j - first + 1, pairs%lambda(j), motions(j), errors(j), bounds(j))
+         end do
+      end do
+   end subroutine judge_as_given
+
    !> The backward error of one pair, and what it bounds.
-   subroutine judge(symmetric, norms, products, l, lambda, error, bound)
+   subroutine judge(symmetric, norms, products, l, lambda, is_motion, error, bound)
       !> Of the problem, and what `norms_of` says of it.
       logical, intent(in) :: symmetric
       real(wp), intent(in) :: norms(4)
@@ -46,6 +69,8 @@ contains
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
+      !> Whether it is a rigid motion: how fast that decays is known as well as M and R are, K has no part in it.
+      logical, intent(in) :: is_motion
       real(wp), intent(out) :: error
       !> An absolute bound of the error of lambda (1/s); NaN where not known.
       real(wp), intent(out) :: bound
@@ -56,11 +81,12 @@ contains
          bound = 0
       else if (symmetric) then
          bound = bound_of(products, l, lambda, error, norms)
+         if (is_motion) bound = bound_of(products, l, lambda, epsilon(1.0_wp), [norms(:2), 0.0_wp, norms(4)])
       end if
    end subroutine judge
 
-   !> How far from lambda a root of phi^T P phi is (1/s): a backward error r moves one by about r/|slope|, at critical
-   !> damping by sqrt(r/inertia). NaN where it has no bound.
+   ! How far from lambda a root of phi^T P phi is (1/s): a backward error r moves one by about r/|slope|, at critical
+   ! damping by sqrt(r/inertia). NaN where it has no bound.
    real(wp) function bound_of(products, l, lambda, error, norms) result(bound)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l

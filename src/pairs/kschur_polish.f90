@@ -126,7 +126,7 @@ contains
       type(polished_type) :: now
       real(wp) :: limit, least
       integer(long) :: random_state
-      integer :: step, inside
+      integer :: step, inside, filled
       logical :: settled
 
       random_state = state_of_seed(0)
@@ -136,6 +136,7 @@ contains
       call begin_states(members, cluster, abs(shift), guards, random_state, states, error)
       if (allocated(error)) return
       step = 0
+      filled = 0
       least = huge(1.0_wp)
       do while (step < steps)
          step = step + 1
@@ -161,9 +162,10 @@ contains
             if (settled) exit
          end if
          call move_alloc(images, states)
-         ! Where no random vector stays outside, the space may be too small.
-         if (guards > 0 .and. inside == size(states, 2) .and. inside < min(largest, size(states, 1))) then
+         ! Where no random vector stays outside, the space may be too small, unless there are no more motions.
+         if (guards > 0 .and. inside == size(states, 2) .and. inside > filled .and. inside < largest) then
             call add_random(guards, random_state, states)
+            filled = inside
             step = 0
          end if
          call make_orthonormal(states)

@@ -1,6 +1,6 @@
 !> Where the eigenvalues of eigenpairs are: at Rayleigh's functional, and on an axis where they belong there.
 module kschur_settling
-   use kschur_backward_error, only: backward_errors, bound_of, judge, least_bound, norms_of
+   use kschur_backward_error, only: backward_errors, judge, least_bound, norms_of
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
    use kschur_kinds, only: wp, xp
    use kschur_problem, only: damping_none, modal_problem_type
@@ -61,13 +61,11 @@ contains
             end if
             if (abs(factor) > 0) then
                call make_real(pairs, j, factor)
-               call judge(problem%symmetric, norms, products%real_part(l, factor), 1, pairs%lambda(j), errors(j), bounds(j))
+               call judge(problem%symmetric, norms, products%real_part(l, factor), 1, pairs%lambda(j), j > k - known, &
+                  errors(j), bounds(j))
             else
-               call judge(problem%symmetric, norms, products, l, pairs%lambda(j), errors(j), bounds(j))
+               call judge(problem%symmetric, norms, products, l, pairs%lambda(j), j > k - known, errors(j), bounds(j))
             end if
-            ! A rigid motion is taken as one: how fast it decays is known as well as M and R are, K has no part in it.
-            if (j > k - known .and. bounds(j) > 0) bounds(j) = &
-               bound_of(products, l, pairs%lambda(j), epsilon(1.0_wp), [norms(:2), 0.0_wp, norms(4)])
             uncertainty(j) = bounds(j)
             if (.not. bounds(j) >= 0) uncertainty(j) = least_bound(products, l, pairs%lambda(j), errors(j), norms)
          end do
@@ -108,7 +106,6 @@ contains
       integer :: i
 
       copy_errors = backward_errors(problem, copies)
-      if (allocated(pairs%weights)) copies%weights = pairs%weights
       where (residual_parts(problem, copies, copy_errors < 1) > spurious) copy_errors = 1
       do i = 1, size(doubled)
          associate (j => doubled(i))
@@ -257,7 +254,6 @@ contains
 
       pair = chosen_pairs(pairs, [(i == j, i=1, size(pairs%lambda))])
       pair%lambda = lambda
-      if (allocated(pairs%weights)) pair%weights = pairs%weights
       if (present(factor)) call make_real(pair, 1, factor)
       error = sum(residual_parts(problem, pair, [.true.]))
    end function error_at

@@ -17,8 +17,6 @@ module kschur_eigenpairs
       complex(wp), allocatable :: xi(:, :)
       !> Whether it is known that the conjugate of a pair is another one. Not allocated: of none.
       logical, allocatable :: paired(:)
-      !> Of each unknown, where shapes are compared: in units far apart all would look alike. Not allocated: one.
-      real(wp), allocatable :: weights(:)
       !> The shapes, where all are real, with or without columns behind them; `phi` is not allocated then.
       real(wp), allocatable :: real_phi(:, :)
    contains
@@ -30,6 +28,8 @@ module kschur_eigenpairs
       procedure :: column
       !> From here on the shapes are held as complex ones.
       procedure :: make_complex
+      !> From here on their real parts are held.
+      procedure :: make_real
    end type eigenpairs_type
 
 contains
@@ -71,7 +71,6 @@ contains
       call move_alloc(from%phi, to%phi)
       call move_alloc(from%xi, to%xi)
       call move_alloc(from%paired, to%paired)
-      call move_alloc(from%weights, to%weights)
       call move_alloc(from%real_phi, to%real_phi)
    end subroutine move_pairs
 
@@ -83,6 +82,13 @@ contains
       call copy_shapes(self, self%phi)
       deallocate (self%real_phi)
    end subroutine make_complex
+
+   subroutine make_real(self)
+      class(eigenpairs_type), intent(inout) :: self
+
+      allocate (self%real_phi, source=real(self%phi, wp))
+      deallocate (self%phi)
+   end subroutine make_real
 
    ! A column at a time: there may be no room for another copy of all.
    subroutine copy_shapes(pairs, phi)
@@ -159,7 +165,6 @@ contains
       if (all(chosen)) return
       kept = chosen_pairs(pairs, chosen)
       if (allocated(pairs%paired)) kept%paired = pack(pairs%paired, chosen)
-      if (allocated(pairs%weights)) call move_alloc(pairs%weights, kept%weights)
       call move_pairs(kept, pairs)
    end subroutine keep_pairs
 

@@ -35,8 +35,6 @@ module kschur_presolve
       procedure :: put_values
       !> T^T f: forces on the reduced unknowns.
       procedure :: restrict
-      !> Of each unknown the reciprocal of the unit that balance measures it in, n numbers; 0 of clamped ones.
-      procedure :: weights
       !> The largest unit of a reduced unknown in those as given over the smallest.
       procedure :: spread_of_units
       !> Leaves constraints of the reduced problem out that follow from its others.
@@ -228,14 +226,6 @@ contains
       end subroutine add
    end subroutine refill
 
-   pure function weights(self)
-      class(presolve_type), intent(in) :: self
-      real(wp) :: weights(self%unknowns_before)
-
-      weights = 0
-      where (abs(self%factor) > 0) weights = 1/abs(self%factor)
-   end function weights
-
    pure real(wp) function spread_of_units(self)
       class(presolve_type), intent(in) :: self
       real(wp) :: units(self%unknowns_after)
@@ -283,23 +273,17 @@ contains
       end do
    end subroutine change_units
 
-   !> Puts phi = T y in the place of each shape y, and shapes of the problem that was reduced behind them.
-   subroutine expand_shapes(self, pairs, more)
+   !> Puts phi = T y in the place of each shape y.
+   subroutine expand_shapes(self, pairs)
       class(presolve_type), intent(in) :: self
       class(eigenpairs_type), intent(inout) :: pairs
-      class(eigenpairs_type), optional, intent(in) :: more
       real(wp), allocatable :: real_phi(:, :)
       complex(wp), allocatable :: phi(:, :)
-      integer :: i, j, k, l
+      integer :: i, j, k
 
       k = size(pairs%lambda)
-      l = 0
-      if (present(more)) l = size(more%lambda)
-      if (l > 0) then
-         if (.not. more%is_real()) call pairs%make_complex()
-      end if
       if (pairs%is_real()) then
-         allocate (real_phi(self%unknowns_before, k + l))
+         allocate (real_phi(self%unknowns_before, k))
          !$omp parallel do schedule(static) private(i) if (self%unknowns_before > panel_rows)
          do j = 1, k
             do i = 1, self%unknowns_before
@@ -307,10 +291,9 @@ contains
             end do
          end do
          !$omp end parallel do
-         if (l > 0) real_phi(:, k + 1:) = more%real_phi(:, :l)
          call move_alloc(real_phi, pairs%real_phi)
       else
-         allocate (phi(self%unknowns_before, k + l))
+         allocate (phi(self%unknowns_before, k))
          !$omp parallel do schedule(static) private(i) if (self%unknowns_before > panel_rows)
          do j = 1, k
             do i = 1, self%unknowns_before
@@ -318,9 +301,6 @@ contains
             end do
          end do
          !$omp end parallel do
-         do j = 1, l
-            phi(:, k + j) = more%column(j)
-         end do
          call move_alloc(phi, pairs%phi)
       end if
    end subroutine expand_shapes

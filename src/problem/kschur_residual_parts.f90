@@ -1,4 +1,4 @@
-!> Residuals that do not depend on units.
+!> Residuals beside their own terms.
 module kschur_residual_parts
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp
@@ -10,24 +10,19 @@ module kschur_residual_parts
 
 contains
 
-   !> The residual of some pairs beside the products of entries that it is a sum of, both measured as shapes are compared:
-   !> unlike a backward error it does not depend on the units of the unknowns. Zero of the others.
+   !> The residual of some pairs beside the products of entries that it is a sum of, in 2-norms: unlike a backward error it
+   !> does not depend on the size of the eigenvalue. Zero of the others.
    function residual_parts(problem, pairs, chosen) result(parts)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: chosen(:)
       real(wp) :: parts(size(pairs%lambda))
       complex(wp), dimension(pairs%rows(), 1) :: phi, residual
-      real(wp), dimension(pairs%rows()) :: units, terms
+      real(wp) :: terms(pairs%rows())
       integer :: j
 
       parts = 0
       if (.not. any(chosen)) return
-      units = 1
-      if (allocated(pairs%weights)) then
-         units = 0
-         where (pairs%weights > 0) units = 1/pairs%weights
-      end if
       do j = 1, size(parts)
          if (.not. chosen(j)) cycle
          phi(:, 1) = pairs%column(j)
@@ -41,7 +36,7 @@ contains
          call add_sizes(problem%damping, abs(pairs%lambda(j)), phi(:, 1), terms)
          call add_sizes(problem%stiffness, 1.0_wp, phi(:, 1), terms)
          call add_transposed_sizes(problem%constraints, pairs%xi(:, j), terms)
-         parts(j) = norm2(units*abs(residual(:, 1)))/max(norm2(units*terms), tiny(1.0_wp))
+         parts(j) = norm2(abs(residual(:, 1)))/max(norm2(terms), tiny(1.0_wp))
       end do
    end function residual_parts
 

@@ -179,29 +179,18 @@ contains
       bytes_of_shapes = complex_bytes*shapes*(real(self%problem%unknowns(), wp) + self%problem%multipliers())
    end function bytes_of_shapes
 
-   subroutine expand(self, pairs, error, more)
+   subroutine expand(self, pairs, error)
       class(solve_context_type), intent(inout) :: self
       type(eigenpairs_type), intent(inout) :: pairs
       type(error_type), allocatable, intent(inout) :: error
-      !> Pairs of the problem as given, to stand behind: so many columns are not copied again.
-      type(eigenpairs_type), optional, intent(in) :: more
       complex(wp), allocatable :: xi(:, :)
-      integer :: k, l
 
       if (associated(self%shared)) call self%shared%bring_back(self%processes, error)
       if (allocated(error)) return
-      k = size(pairs%lambda)
-      l = 0
-      if (present(more)) l = size(more%lambda)
-      call self%plan%expand_shapes(pairs, more)
-      allocate (xi(self%problem%multipliers(), k + l))
-      call expand_multipliers(self%plan, self%problem, pairs, xi(:, :k))
+      call self%plan%expand_shapes(pairs)
+      allocate (xi(self%problem%multipliers(), size(pairs%lambda)))
+      call expand_multipliers(self%plan, self%problem, pairs, xi)
       call move_alloc(xi, pairs%xi)
-      pairs%weights = self%plan%weights()
-      if (l == 0) return
-      pairs%xi(:, k + 1:) = more%xi
-      pairs%lambda = [pairs%lambda, more%lambda]
-      if (allocated(pairs%paired)) pairs%paired = [pairs%paired, spread(.false., 1, l)]
    end subroutine expand
 
    function contract(self, given) result(pairs)
@@ -216,6 +205,7 @@ contains
       do j = 1, size(pairs%lambda)
          call self%plan%contract(given%column(j), given%xi(:, j), pairs%phi(:, j), pairs%xi(:, j))
       end do
+      if (given%is_real()) call pairs%make_real()
    end function contract
 
    subroutine hold(self, whole, error)

@@ -1,22 +1,23 @@
 !> What an iteration left inaccurate or in doubt is polished, cluster by cluster.
 module kschur_finishing
-   use kschur_context, only: solve_context_type
-   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs, normalize
+   use kschur_backward_error, only: judge_as_given
+   use kschur_context, only: solve_context_type, whole_given, whole_iterated
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
    use kschur_kinds, only: wp
-   use kschur_mode_selection, only: distances, insert_pairs, wanted_type
+   use kschur_memory, only: require_memory
+   use kschur_mode_selection, only: distances, judge_pairs, nearest_first, wanted_type
    use kschur_modes, only: modes_type
    use kschur_outcome, only: inaccurate_above
    use kschur_polish, only: polished_type, polisher_type
    use kschur_problem, only: modal_problem_type
    use kschur_residual_parts, only: residual_parts
    use kschur_scaling, only: constraint_factors
-   use kschur_settling, only: settle_pairs
-   use kschur_shapes, only: rest_beside, rest_of_state
+   use kschur_shapes, only: rest_beside, rests_of_states
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
    use kschur_tolerances, only: above_all_rounding, cancelled, dependent_state, may_be_anything, root_epsilon, same_shape, &
-      same_value, spurious, uneven
+      same_value, uneven
    implicit none
    private
    public :: finish_modes
@@ -24,11 +25,12 @@ module kschur_finishing
    ! What may be anything is looked for as far as this part of its eigenvalue.
    real(wp), parameter :: half = 0.5_wp
 
-   !> What is asked of each mode, in the units that balance has found: in those as given, errors may hide behind a few large
-   !> entries.
+   !> What is asked of each mode.
    type :: judgement_type
-      !> Backward errors, and how far eigenvalues may be off (1/s).
-      real(wp), allocatable :: errors(:), uncertainty(:)
+      !> Backward errors, in both units; where these differ much, residuals beside their own terms.
+      real(wp), allocatable :: errors(:)
+      !> How far eigenvalues may be off (1/s), by the better of their bounds in both units.
+      real(wp), allocatable :: uncertainty(:)
       !> Which are worth polishing; which may be no eigenvalues by their error bounds.
       logical, allocatable :: poor(:), doubtful(:)
    end type judgement_type
@@ -40,6 +42,7 @@ contains
    !> found there is no eigenvalue.
    subroutine finish_modes(s, modes, aside, error)
       type(solve_context_type), intent(inout) :: s
+      !> Of what is iterated, in the units that balance has found: in those as given, errors may hide behind a few large entries.
       type(modes_type), intent(inout) :: modes
       !> Those in doubt that were not found again although they have small backward errors; where there are none it stays.
       type(eigenpairs_type), intent(inout) :: aside
@@ -48,13 +51,17 @@ contains
       type(polisher_type) :: polisher
       type(cluster_type), allocatable :: clusters(:)
       type(eigenpairs_type) :: found
+      type(modes_type) :: more
       logical, dimension(size(modes%lambda)) :: gone, nowhere
       complex(wp), allocatable :: badly(:)
       logical, allocatable :: others(:)
+      integer, allocatable :: order(:)
       real(wp) :: reach
-      integer :: i
+      integer :: lost, i
 
-      judgement = judge(s, modes)
+      call judge(s, modes, judgement, error)
+      if (allocated(error)) return
+      lost = 0
       gone = .false.
       nowhere = .false.
       call find_suspects(modes, judgement, clusters)
@@ -62,7 +69,7 @@ contains
       call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough_of(s), s%inner%complex)
       do i = 1, size(clusters)
          if (s%is_stopped()) exit
-         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, gone, nowhere, error)
+         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, gone, nowhere, lost, error)
          if (allocated(error)) return
       end do
       call s%effort%add_solves(polisher%solver)
@@ -70,60 +77,72 @@ contains
       nowhere = nowhere .and. .not. gone
       if (any(nowhere .and. modes%backward_error <= inaccurate_above)) &
          aside = chosen_pairs(modes, nowhere .and. modes%backward_error <= inaccurate_above)
-      allocate (badly, source=pack(modes%lambda, nowhere .and. judgement%errors > spurious))
+      allocate (badly, source=pack(modes%lambda, nowhere .and. judgement%errors > inaccurate_above))
       call modes%drop(gone .or. nowhere)
       if (allocated(found%lambda)) then
-         call s%expand(found, error)
-         if (allocated(error)) return
          ! A wide cluster may have held neighbours that stay.
          allocate (others(size(found%lambda)))
          do i = 1, size(others)
             others(i) = rest_beside(modes, found, i, same_value) > dependent_state
          end do
          call keep_pairs(found, others)
-         call insert_pairs(s%problem, wanted_type(s%options%modes, s%options%target, reference=abs(s%shift)), found, modes)
+         call judge_pairs(s%work, wanted_type(target=s%options%target, reference=abs(s%shift)), found, more)
+         call modes%append(more)
       end if
       ! Infinite eigenvalues that rounding blurred, or modes. Beyond the furthest of all that are wanted they do not matter.
+      allocate (order, source=nearest_first(modes%lambda, s%options%target))
       reach = huge(1.0_wp)
-      if (size(modes%lambda) == s%options%modes) reach = maxval(distances(modes%lambda, s%options%target))
-      modes%inaccurate = modes%inaccurate + count(distances(badly, s%options%target) <= reach)
+      if (size(order) >= s%options%modes) reach = distances(modes%lambda(order(s%options%modes)), s%options%target)
+      modes%inaccurate = modes%inaccurate + lost + count(distances(badly, s%options%target) <= reach)
    end subroutine finish_modes
 
-   function judge(s, modes) result(judgement)
-      type(solve_context_type), intent(in) :: s
+   subroutine judge(s, modes, judgement, error)
+      type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
-      type(judgement_type) :: judgement
-      type(eigenpairs_type) :: pairs
-      real(wp), allocatable :: bounds(:), uncertainty(:), errors(:)
+      type(judgement_type), intent(out) :: judgement
+      type(error_type), allocatable, intent(out) :: error
       logical, allocatable :: open(:)
       logical :: evenly
-      integer :: j
 
       allocate (judgement%errors, source=modes%backward_error)
-      allocate (uncertainty, source=modes%uncertainty)
-      ! Where all eigenvalues there are were found, each is one, and is to be known well in any units.
+      allocate (judgement%uncertainty, source=modes%uncertainty)
+      if (s%plan%spread_of_units() > 1) call judge_in_given_units(s, modes, judgement, error)
+      if (allocated(error)) return
+      ! Where all eigenvalues there are were found, each is one, and is to be known well in any units. Backward errors suit
+      ! eigenvalues of one size only: terms of a residual tell what is poor.
       evenly = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
-      if (evenly) then
-         pairs = s%contract(modes)
-         do j = 1, size(pairs%lambda)
-            call normalize(pairs, j)
-         end do
-         call settle_pairs(s%work, pairs, 0, errors, bounds, uncertainty)
-         judgement%errors = max(judgement%errors, errors)
-         ! These suit eigenvalues of one size only: terms of a residual tell what is poor.
-         judgement%errors = max(judgement%errors, residual_parts(s%work, pairs, errors <= good_enough_of(s)))
-      end if
+      if (evenly) judgement%errors = max(judgement%errors, residual_parts(s%work, modes, &
+         modes%backward_error <= good_enough_of(s)))
       ! Rigid motions and their decays are known.
       allocate (open, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
       ! What has a larger backward error is not near to an eigenpair, unless units hide that it is, or all there are were found.
       if (.not. evenly) open = open .and. judgement%errors <= may_be_anything
       allocate (judgement%poor, source=open .and. judgement%errors > good_enough_of(s))
-      allocate (judgement%uncertainty, source=uncertainty)
-      allocate (judgement%doubtful, source=open .and. (uncertainty > may_be_anything*abs(modes%lambda) .or. &
-         modes%error_bound > may_be_anything*abs(modes%lambda)))
+      allocate (judgement%doubtful, source=open .and. judgement%uncertainty > may_be_anything*abs(modes%lambda))
       if (any(judgement%doubtful)) judgement%doubtful = unpack(may_be_infinite(s%work, &
-         s%contract(chosen_pairs(modes, judgement%doubtful))), judgement%doubtful, .false.)
-   end function judge
+         chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
+   end subroutine judge
+
+   ! What the units of the problem as given make of errors and bounds.
+   subroutine judge_in_given_units(s, modes, judgement, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(in) :: modes
+      type(judgement_type), intent(inout) :: judgement
+      type(error_type), allocatable, intent(out) :: error
+      type(eigenpairs_type) :: given
+      real(wp), dimension(size(modes%lambda)) :: errors, bounds
+
+      call require_memory(s%bytes_of_shapes(size(errors)), "mode shapes", error)
+      if (allocated(error)) return
+      given = modes%eigenpairs_type
+      call s%hold(whole_given, error)
+      if (.not. allocated(error)) call s%expand(given, error)
+      if (allocated(error)) return
+      call judge_as_given(s%problem, given, modes%motion > 0, errors, bounds)
+      judgement%errors = max(judgement%errors, errors)
+      where (bounds >= 0) judgement%uncertainty = min(judgement%uncertainty, bounds)
+      call s%hold(whole_iterated, error)
+   end subroutine judge_in_given_units
 
    ! Whether inertia and damping are a part of the forces on a shape that rounding of the stiffness does not hide. Where they are
    ! not, as of the lowest modes of a fine mesh, an eigenvalue has a wide bound, but is none that is infinite.
@@ -131,14 +150,15 @@ contains
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
       logical :: may_be(size(pairs%lambda))
-      complex(wp) :: force(pairs%rows(), 1)
+      complex(wp), dimension(pairs%rows(), 1) :: phi, force
       integer :: j
 
       do j = 1, size(may_be)
+         phi(:, 1) = pairs%column(j)
          force = 0
-         call problem%mass%add_product(pairs%lambda(j)**2, pairs%phi(:, j:j), force)
-         call problem%damping%add_product(pairs%lambda(j), pairs%phi(:, j:j), force)
-         may_be(j) = norm2(abs(force)) > root_epsilon*problem%stiffness%infinity_norm()*norm2(abs(pairs%phi(:, j)))
+         call problem%mass%add_product(pairs%lambda(j)**2, phi, force)
+         call problem%damping%add_product(pairs%lambda(j), phi, force)
+         may_be(j) = norm2(abs(force)) > root_epsilon*problem%stiffness%infinity_norm()*norm2(abs(phi))
       end do
    end function may_be_infinite
 
@@ -164,7 +184,7 @@ contains
       end do
    end function are_known
 
-   ! The clusters that are to be polished. Shapes that are held as real ones are orthogonal, as Lanczos has them.
+   ! The clusters that are to be polished.
    subroutine find_suspects(modes, judgement, suspects)
       type(modes_type), intent(in) :: modes
       type(judgement_type), intent(in) :: judgement
@@ -194,18 +214,17 @@ contains
 
       logical function is_suspect(cluster)
          type(cluster_type), intent(in) :: cluster
-         integer :: l
 
          associate (members => cluster%members)
             is_suspect = any(judgement%poor(members) .or. judgement%doubtful(members))
-            if (.not. (is_suspect .or. modes%is_real()) .and. abs(cluster%centre) > 0) is_suspect = &
-               any([(rest_of_state(modes, members(:l - 1), members(l)) <= dependent_state, l=2, size(members))])
+            if (.not. is_suspect .and. size(members) > 1 .and. abs(cluster%centre) > 0) is_suspect = &
+               any(rests_of_states(modes, members) <= dependent_state)
          end associate
       end function is_suspect
    end subroutine find_suspects
 
    ! One cluster: contracted, factored, iterated, and accepted or left as it was.
-   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, gone, nowhere, error)
+   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, gone, nowhere, lost, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
       type(cluster_type), intent(in) :: cluster
@@ -215,6 +234,8 @@ contains
       type(eigenpairs_type), intent(inout) :: found
       !> Members whose place is taken, and those that are no eigenvalues.
       logical, intent(inout) :: gone(:), nowhere(:)
+      !> Grows by what should be there and is not.
+      integer, intent(inout) :: lost
       type(error_type), allocatable, intent(out) :: error
       ! Copies that may not be known, beside one or several members.
       integer, parameter :: guards(2) = [2, 4]
@@ -227,7 +248,8 @@ contains
 
       chosen = .false.
       chosen(cluster%members) = .true.
-      members = s%contract(chosen_pairs(modes, chosen))
+      members = chosen_pairs(modes, chosen)
+      call members%make_complex()
       call polisher%factor_beside(s%work, cluster, shift, error)
       if (.not. allocated(error)) then
          call s%effort%add_factors(polisher%solver)
@@ -243,6 +265,8 @@ contains
       end if
       if (is_accepted()) then
          gone(cluster%members) = .true.
+         lost = lost + max(0, count(rests_of_states(modes, cluster%members) > dependent_state .and. &
+            .not. judgement%doubtful(cluster%members)) - polished%eigenvalues)
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          if (allocated(found%lambda)) then
             ! Eigenvalues known so badly that they were not near to each other may be found beside both.
@@ -256,7 +280,7 @@ contains
             found = polished%pairs
          end if
       else if (polished%eigenvalues == 0) then
-         nowhere(cluster%members) = judgement%doubtful(cluster%members) .or. judgement%errors(cluster%members) > spurious
+         nowhere(cluster%members) = judgement%doubtful(cluster%members) .or. judgement%errors(cluster%members) > inaccurate_above
       end if
 
    contains

@@ -1,10 +1,10 @@
 !> The search for the wanted modes: it ends when they are there, or when it is known that there are no more.
 module kschur_search
-   use kschur_backward_error, only: backward_errors
+   use kschur_backward_error, only: backward_errors, judge_as_given
    use kschur_certificate, only: indistinct
-   use kschur_context, only: solve_context_type, whole_both, whole_given, whole_iterated
+   use kschur_context, only: solve_context_type, whole_given, whole_iterated
    use kschur_effort, only: phase_judge, phase_recover
-   use kschur_eigenpairs, only: append_pairs, eigenpairs_type, keep_pairs
+   use kschur_eigenpairs, only: append_pairs, eigenpairs_type, keep_pairs, normalize
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
    use kschur_iteration, only: iterate
    use kschur_kinds, only: wp
@@ -42,13 +42,13 @@ contains
       if (.not. s%options%is_plain() .and. modes%reason /= reason_cancelled) then
          ! What polishing could not mend may be infinite.
          if (fewer(s, modes) .and. s%known%total%exact) call modes%drop(modes%backward_error > inaccurate_above)
-         if (fewer(s, modes)) call s%hold(whole_both, error)
-         if (allocated(error)) return
          if (fewer(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
             call search_elsewhere(s, modes, aside, error)
          if (allocated(error)) return
          if (fewer(s, modes) .and. allocated(aside%lambda) .and. complete) call take_back(s, aside, modes)
       end if
+      call give_shapes(s, modes, error)
+      if (allocated(error)) return
       if (s%is_stopped()) modes%reason = reason_cancelled
       if (allocated(aside%lambda) .and. .not. all_known(s, modes)) modes%inaccurate = modes%inaccurate + &
          count(distances(aside%lambda, s%options%target) < maxval([0.0_wp, distances(modes%lambda, s%options%target)]))
@@ -121,16 +121,12 @@ contains
             places = places + 1
             cycle
          end if
-         call s%hold(whole_given, error)
-         if (allocated(error)) return
+         call s%end_step(phase_recover)
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
-         call s%expand(pairs, error, s%known%rigid)
-         call s%end_step(phase_recover)
-         call judge_pairs(s%problem, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
+         call append_pairs(pairs, s%contract(s%known%rigid))
+         call judge_pairs(s%work, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
             size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
-         call s%hold(whole_iterated, error)
-         if (allocated(error)) return
          missing = s%options%modes - size(modes%lambda)
          ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
             round == rounds .or. missing >= before
@@ -142,7 +138,7 @@ contains
          call drop_spurious(modes)
          call s%end_step(phase_judge)
          missing = s%options%modes - size(modes%lambda)
-         if (missing == 0 .or. ends) exit
+         if (missing <= 0 .or. ends) exit
          round = round + 1
          before = missing
          asked = min(asked + max(missing, asked/4), s%known%total%number)
@@ -193,8 +189,6 @@ contains
          call iterate(s, s%known%total%number, more, reach, statistics, error)
          if (allocated(error)) return
          call keep_pairs(more, abs(more%lambda) > like_zero*off*steps(i)*scale)
-         call s%expand(more, error)
-         if (allocated(error)) return
          call s%end_step(phase_recover)
          call add_pairs(s, more, scale, modes)
          call finish_modes(s, modes, aside, error)
@@ -209,6 +203,35 @@ contains
       call modes%drop(modes%backward_error > inaccurate_above)
    end subroutine search_elsewhere
 
+   ! The wanted ones of the modes, their shapes those of the problem as given, and how well they satisfy it.
+   subroutine give_shapes(s, modes, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      integer, allocatable :: order(:)
+      integer :: j
+
+      allocate (order, source=nearest_first(modes%lambda, s%options%target))
+      call modes%take(order(:min(size(order), s%options%modes)))
+      call s%hold(whole_given, error)
+      if (.not. allocated(error)) call s%expand(modes%eigenpairs_type, error)
+      if (allocated(error)) return
+      do j = 1, size(modes%lambda)
+         associate (i => modes%motion(j))
+            if (i == 0) then
+               call normalize(modes, j)
+            else
+               if (modes%is_real()) modes%real_phi(:, j) = s%known%rigid%real_phi(:, i)
+               if (.not. modes%is_real()) modes%phi(:, j) = s%known%rigid%column(i)
+               modes%xi(:, j) = s%known%rigid%xi(:, i)
+            end if
+         end associate
+      end do
+      call judge_as_given(s%problem, modes, modes%motion > 0, modes%backward_error, modes%error_bound)
+      call drop_spurious(modes)
+      call s%hold(whole_iterated, error)
+   end subroutine give_shapes
+
    ! Of what was found at another shift, what is none of the modes that there are.
    subroutine add_pairs(s, more, reference, modes)
       type(solve_context_type), intent(in) :: s
@@ -217,26 +240,23 @@ contains
       !> A size of lambda (1/s), against which zeros are seen.
       real(wp), intent(in) :: reference
       type(modes_type), intent(inout) :: modes
-      type(modes_type) :: others
-      logical, allocatable :: known(:)
-      integer, allocatable :: order(:)
+      type(modes_type) :: others, other
       integer :: j
 
-      call append_pairs(more, s%known%rigid)
-      call judge_pairs(s%problem, wanted_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
+      call append_pairs(more, s%contract(s%known%rigid))
+      call judge_pairs(s%work, wanted_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
          more, others)
-      others%weights = s%plan%weights()
-      allocate (known, source=.not. abs(others%lambda) > 0)
-      do j = 1, size(known)
+      do j = 1, size(others%lambda)
+         if (others%motion(j) > 0 .or. .not. abs(others%lambda(j)) > 0) cycle
          ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape; others share an
          ! eigenvalue, and more of their neighbours is in a shape.
-         if (.not. known(j)) known(j) = rest_beside(modes, others, j, may_be_anything) <= same_shape
-         if (.not. known(j)) known(j) = rest_beside(modes, others, j, same_value) <= dependent_state
+         if (rest_beside(modes, others, j, may_be_anything) <= same_shape) cycle
+         if (rest_beside(modes, others, j, same_value) <= dependent_state) cycle
+         other = others
+         call other%take([j])
+         other%found = eigenvalues_of(other%lambda, [.true.])
+         call modes%append(other)
       end do
-      call others%drop(known)
-      call modes%append(others)
-      allocate (order, source=nearest_first(modes%lambda, s%options%target))
-      call modes%take(order(:min(size(order), s%options%modes)))
    end subroutine add_pairs
 
    ! What may be anything is what is missing, where it is an eigenpair, nothing else was found anywhere and one eigenvalue is
@@ -248,7 +268,7 @@ contains
 
       if (.not. s%known%total%exact .or. modes%found + 1 /= s%known%total%number) return
       if (eigenvalues_of(aside%lambda, spread(.true., 1, size(aside%lambda))) /= 1) return
-      if (any(backward_errors(s%problem, aside) > inaccurate_above)) return
+      if (any(backward_errors(s%work, aside) > inaccurate_above)) return
       allocate (aside%paired(1), source=.false.)
       call add_pairs(s, aside, abs(s%shift), modes)
       modes%unsure = .true.
