@@ -11,7 +11,7 @@ module kschur_left
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgesv
    use kschur_modes, only: modes_type
-   use kschur_polish, only: polisher_type
+   use kschur_polish, only: polished_type, polisher_type
    use kschur_problem, only: modal_problem_type
    use kschur_split, only: cluster_type, split
    use kschur_tolerances, only: cancelled, rounding_of_sums, same_shape, same_value
@@ -121,24 +121,28 @@ contains
       type(eigenpairs_type), intent(inout) :: left
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
-      type(eigenpairs_type) :: polished
-      real(wp) :: errors(size(limits))
+      ! Random vectors beside two for each: those of the conjugates on the real axis, or of the chains of zeros.
+      integer, parameter :: guards = 4
+      type(polished_type) :: polished
+      type(eigenpairs_type) :: none
       complex(wp) :: shift
       integer :: j
 
       call polisher%factor_beside(transposed, cluster, shift, error)
       if (.not. allocated(error)) then
          call effort%add_factors(polisher%solver)
-         call polisher%find_shapes(transposed, cluster, shift, left%lambda(cluster%members), polished, errors, error)
+         none = chosen_pairs(left, spread(.false., 1, size(left%lambda)))
+         call polisher%polish(transposed, cluster, shift, none, 0.0_wp, 2*size(limits) + guards, polished, error, &
+            left%lambda(cluster%members))
       end if
       if (allocated(error)) then
          if (any(error%code == [error_singular, error_convergence, error_cancelled])) deallocate (error)
          return
       end if
-      do j = 1, size(limits)
-         if (errors(j) > limits(j)) cycle
-         left%phi(:, cluster%members(j)) = polished%phi(:, j)
-         left%xi(:, cluster%members(j)) = polished%xi(:, j)
+      do j = 1, size(polished%errors)
+         if (polished%errors(j) > limits(j)) cycle
+         left%phi(:, cluster%members(j)) = polished%pairs%phi(:, j)
+         left%xi(:, cluster%members(j)) = polished%pairs%xi(:, j)
       end do
    end subroutine polish
 

@@ -40,7 +40,6 @@ module kschur_polish
       procedure :: begin
       procedure :: factor_beside
       procedure :: polish
-      procedure :: find_shapes
    end type polisher_type
 
    !> What is known of a cluster after that.
@@ -105,8 +104,9 @@ contains
    !>
    !> and takes the Ritz pairs that lie where the cluster does, until they stay where they are. A cluster on the real axis has a
    !> real space: two real eigenvalues and a conjugate pair beside the axis are the same until its Schur form tells. Copies,
-   !> and the roots of a defective eigenvalue, are as many as the space holds.
-   subroutine polish(self, problem, cluster, shift, members, worst, guards, polished, error)
+   !> and the roots of a defective eigenvalue, are as many as the space holds. Where eigenvalues are given, it is shapes of
+   !> these that are found, one for each, whatever the Ritz values are.
+   subroutine polish(self, problem, cluster, shift, members, worst, guards, polished, error, lambda)
       class(polisher_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
       type(cluster_type), intent(in) :: cluster
@@ -120,6 +120,8 @@ contains
       integer, intent(in) :: guards
       type(polished_type), intent(out) :: polished
       type(error_type), allocatable, intent(out) :: error
+      !> Eigenvalues (1/s) that are known.
+      complex(wp), optional, intent(in) :: lambda(:)
       ! The space becomes no larger than this.
       integer, parameter :: largest = 200
       complex(wp), allocatable :: states(:, :), images(:, :), solutions(:, :)
@@ -131,6 +133,7 @@ contains
 
       random_state = state_of_seed(0)
       limit = max(self%above, min(10*worst, inaccurate_above))
+      if (present(lambda)) limit = huge(limit)
       polished%pairs = chosen_pairs(members, spread(.false., 1, size(members%lambda)))
       allocate (polished%pairs%paired(0), polished%errors(0))
       call begin_states(members, cluster, abs(shift), guards, random_state, states, error)
@@ -138,12 +141,12 @@ contains
       step = 0
       filled = 0
       least = huge(1.0_wp)
-      do while (step < steps)
+      do while (step < steps .and. size(states, 2) > 0)
          step = step + 1
          call apply(self, problem, shift, states, images, solutions, error)
-         if (.not. allocated(error)) call find_pairs(cluster, shift, states, images, solutions, now%pairs, error)
+         if (.not. allocated(error)) call find_pairs(cluster, shift, states, images, solutions, now%pairs, error, lambda)
          if (allocated(error)) return
-         call keep_pairs(now%pairs, cluster%holds(now%pairs%lambda))
+         if (.not. present(lambda)) call keep_pairs(now%pairs, cluster%holds(now%pairs%lambda))
          inside = count_of(cluster, now%pairs%lambda)
          if (allocated(now%errors)) deallocate (now%errors)
          allocate (now%errors, source=backward_errors(problem, now%pairs))
@@ -156,7 +159,7 @@ contains
          call keep_pairs(now%pairs, now%errors <= limit)
          now%errors = pack(now%errors, now%errors <= limit)
          now%eigenvalues = count_of(cluster, now%pairs%lambda)
-         if (is_better(now, polished)) then
+         if (present(lambda) .or. is_better(now, polished)) then
             settled = is_settled(now, polished)
             polished = now
             if (settled) exit
@@ -185,55 +188,6 @@ contains
             cancelled*abs(cluster%centre)), i=1, size(now%errors))])
       end function is_settled
    end subroutine polish
-
-   !> Shapes of the eigenvalues of a cluster where these are known: the space of random states is iterated as above, until
-   !> the shapes at these eigenvalues are good or stay as they are.
-   subroutine find_shapes(self, problem, cluster, shift, lambda, found, errors, error)
-      class(polisher_type), intent(inout) :: self
-      type(modal_problem_type), intent(in) :: problem
-      type(cluster_type), intent(in) :: cluster
-      !> Where the factors are.
-      complex(wp), intent(in) :: shift
-      !> Eigenvalues of the members (1/s).
-      complex(wp), intent(in) :: lambda(:)
-      !> An eigenpair for each, of unit norm.
-      type(eigenpairs_type), intent(out) :: found
-      !> Their backward errors; `huge` where there is none.
-      real(wp), intent(out) :: errors(:)
-      type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: guards = 4
-      complex(wp), allocatable :: states(:, :), images(:, :), solutions(:, :)
-      type(eigenpairs_type) :: now
-      real(wp) :: now_errors(size(lambda)), unfit, least
-      integer(long) :: random_state
-      integer :: step, states_of_zero
-
-      errors = huge(1.0_wp)
-      allocate (now%lambda(0), now%phi(problem%unknowns(), 0), now%xi(size(self%factors), 0))
-      random_state = state_of_seed(0)
-      states_of_zero = merge(0, size(lambda), abs(cluster%centre) > 0)
-      call begin_states(now, cluster, abs(shift), count_of(cluster, lambda) + states_of_zero + guards, random_state, states, error)
-      if (allocated(error)) return
-      step = 0
-      least = huge(1.0_wp)
-      do while (step < steps .and. size(states, 2) > 0)
-         step = step + 1
-         call apply(self, problem, shift, states, images, solutions, error)
-         if (allocated(error)) return
-         call fit_shapes(lambda, shift, states, images, solutions, now)
-         now_errors = backward_errors(problem, now)
-         unfit = sum(log(max(now_errors, self%above)))
-         if (unfit < least) then
-            if (unfit < least - log(2.0_wp)) step = 0
-            least = unfit
-            found = now
-            errors = now_errors
-         end if
-         if (all(now_errors <= self%above)) exit
-         call move_alloc(images, states)
-         call make_orthonormal(states)
-      end do
-   end subroutine find_shapes
 
    pure integer function count_of(cluster, lambda)
       type(cluster_type), intent(in) :: cluster
@@ -357,12 +311,13 @@ contains
       end do
    end subroutine apply
 
-   ! The Ritz pairs; on the real axis one of each conjugate pair.
-   subroutine find_pairs(cluster, shift, states, images, solutions, found, error)
+   ! The Ritz pairs, on the real axis one of each conjugate pair; or what comes nearest to an eigenvector of each given lambda.
+   subroutine find_pairs(cluster, shift, states, images, solutions, found, error, lambda)
       type(cluster_type), intent(in) :: cluster
       complex(wp), intent(in) :: shift, states(:, :), images(:, :), solutions(:, :)
       type(eigenpairs_type), intent(out) :: found
       type(error_type), allocatable, intent(out) :: error
+      complex(wp), optional, intent(in) :: lambda(:)
       complex(wp), dimension(size(images, 2), size(images, 2)) :: t, u
       complex(wp), allocatable :: y(:, :), taken(:, :)
       real(wp), dimension(size(images, 2), size(images, 2)) :: real_t, real_u
@@ -375,7 +330,10 @@ contains
       n = size(images, 1)/2
       p = size(images, 2)
       t = matmul(conjg(transpose(states)), images)
-      if (cluster%on_axis) then
+      if (present(lambda)) then
+         allocate (found%lambda, source=lambda)
+         allocate (y, source=fitted(t, 1/(lambda - shift), above_all_rounding*abs(shift)))
+      else if (cluster%on_axis) then
          real_t = real(t, wp)
          call schur_form(real_t, real_u, mu, error)
          if (allocated(error)) return
@@ -390,49 +348,37 @@ contains
          call independent_eigenvectors(t, noise, chosen, y)
          y = matmul(u, y)
       end if
-      taken = matmul(solutions, y)
-      allocate (found%lambda, source=shift + 1/mu(chosen))
+      if (.not. present(lambda)) allocate (found%lambda, source=shift + 1/mu(chosen))
+      allocate (taken, source=matmul(solutions, y))
       allocate (found%phi, source=taken(:n, :))
       allocate (found%xi, source=taken(n + 1:, :))
       allocate (found%paired, source=abs(aimag(found%lambda)) > 0)
-      do j = 1, size(chosen)
+      do j = 1, size(found%lambda)
          call normalize(found, j)
       end do
    end subroutine find_pairs
 
-   ! The combinations y of states of least ||(T - mu) y||, mu = 1/(lambda - s), T the projected operator. An eigenvector of T
-   ! would have an eigenvalue of its own: roots of a defective one are split by rounding. Of copies each is orthogonal to
-   ! those before it, where that costs no more than rounding.
-   subroutine fit_shapes(lambda, shift, states, images, solutions, found)
-      complex(wp), intent(in) :: lambda(:), shift, states(:, :), images(:, :), solutions(:, :)
-      type(eigenpairs_type), intent(out) :: found
-      complex(wp) :: y(size(states, 2), size(lambda)), t(size(states, 2), size(states, 2)), vt(size(states, 2), size(states, 2)), &
-         a(size(states, 2) + size(lambda), size(states, 2)), no_u(1, 1), work(8*size(a, 1)), mu
-      real(wp) :: singular(size(states, 2)), rwork(5*size(states, 2)), noise
-      complex(wp), allocatable :: taken(:, :)
-      integer :: i, j, n, p, info
+   ! The combinations y of states of least ||(T - mu) y||. An eigenvector of T would have an eigenvalue of its own: roots of a
+   ! defective one are split by rounding. Of copies each is orthogonal to those before it, where that costs no more than noise.
+   function fitted(t, mu, noise) result(y)
+      complex(wp), intent(in) :: t(:, :), mu(:)
+      !> Of T, relative to mu^2.
+      real(wp), intent(in) :: noise
+      complex(wp) :: y(size(t, 1), size(mu)), vt(size(t, 1), size(t, 1)), a(size(t, 1) + size(mu), size(t, 1)), no_u(1, 1), &
+         work(8*size(a, 1))
+      real(wp) :: singular(size(t, 1)), rwork(5*size(t, 1))
+      integer :: i, j, p, info
 
-      n = size(states, 1)/2
-      p = size(states, 2)
-      t = matmul(conjg(transpose(states)), images)
+      p = size(t, 1)
       y = 0
-      do j = 1, size(lambda)
-         mu = 1/(lambda(j) - shift)
-         noise = above_all_rounding*abs(shift)*abs(mu)**2
+      do j = 1, size(mu)
          a(:p, :) = t
          do i = 1, p
-            a(i, i) = t(i, i) - mu
+            a(i, i) = t(i, i) - mu(j)
          end do
-         a(p + 1:, :) = noise*conjg(transpose(y))
+         a(p + 1:, :) = noise*abs(mu(j))**2*conjg(transpose(y))
          call zgesvd("N", "A", size(a, 1), p, a, size(a, 1), singular, no_u, 1, vt, p, work, size(work), rwork, info)
          if (info == 0) y(:, j) = conjg(vt(p, :))
       end do
-      allocate (taken, source=matmul(solutions, y))
-      allocate (found%lambda, source=lambda)
-      allocate (found%phi, source=taken(:n, :))
-      allocate (found%xi, source=taken(n + 1:, :))
-      do j = 1, size(lambda)
-         call normalize(found, j)
-      end do
-   end subroutine fit_shapes
+   end function fitted
 end module kschur_polish
