@@ -20,6 +20,7 @@ contains
    function shortfall(result) result(sentence)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: sentence
+      logical :: accurate(size(result%eigenvalues))
 
       sentence = text(size(result%eigenvalues))//" of "//text(result%modes_asked)//" modes: "
       select case (result%reason)
@@ -33,11 +34,12 @@ contains
       case (reason_fewer_modes)
          sentence = sentence//"the problem has no more"
       case (reason_inaccurate)
-         associate (accurate => count(result%backward_error <= inaccurate_above))
-            sentence = text(accurate)//" of "//text(result%modes_asked)//" modes: the others are inaccurate; another --shift "// &
-               "or none may help"
-            if (accurate >= result%modes_asked) sentence = text(accurate)//" modes, of which not all are known: see the notes"
-         end associate
+         accurate = result%backward_error <= inaccurate_above
+         if (allocated(result%condition)) accurate = accurate .and. result%condition >= 0
+         sentence = text(count(accurate))//" of "//text(result%modes_asked)// &
+            " modes: the others are inaccurate; another --shift or none may help"
+         if (count(accurate) >= result%modes_asked) sentence = text(count(accurate))// &
+            " modes, of which not all are known: see the notes"
       case (reason_interrupted)
          sentence = sentence//"the computation was interrupted"
          if (size(result%eigenvalues) >= result%modes_asked) sentence = sentence//" before it was certain that they are the "// &

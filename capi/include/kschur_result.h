@@ -79,7 +79,7 @@ enum kschur_reason {
    KSCHUR_REASON_MAX_RESTARTS = 1, /* the restarts ran out first */
    KSCHUR_REASON_FEWER_MODES = 2,  /* there are no more modes; all of them are here */
    KSCHUR_REASON_CANCELLED = 3,    /* the progress callback ended it */
-   KSCHUR_REASON_INACCURATE = 4,   /* a backward error above 1e-8, or modes missing without proof that there are none */
+   KSCHUR_REASON_INACCURATE = 4,   /* a backward error above 1e-8, no left vector, or modes missing without proof */
    KSCHUR_REASON_INTERRUPTED = 5   /* in results of the program that were read: a signal ended it */
 };
 

@@ -1,45 +1,32 @@
-!> Left eigenvectors of modes, psi^* P(lambda) + eta^* Cq = 0, Cq psi = 0:
-!> found ones are paired with the modes, missing ones computed by inverse
-!> iteration; and the condition number of each eigenvalue.
+!> Left eigenvectors of modes, psi^* P(lambda) + eta^* Cq = 0, Cq psi = 0, and the condition number of each eigenvalue.
 !>
-!> All is done with the modes of the transposed problem, chi = conj(psi).
+!> All is done with the modes of the transposed problem, chi = conj(psi): those that were found are paired with the modes; in a
+!> cluster where one is missing, or where copies cannot be told apart, they are polished.
 module kschur_left
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
-   use kschur_backward_error, only: backward_errors
+   use kschur_backward_error, only: backward_errors, level_of, norms_of
    use kschur_effort, only: effort_type
-   use kschur_eigenpairs, only: eigenpairs_type, near, normalize
-   use kschur_error, only: error_type, take_cancelled
-   use kschur_kinds, only: wp, long
-   use kschur_lapack, only: zgesvd
-   use kschur_linear_solver, only: complex_linear_solver_type
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
+   use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
+   use kschur_kinds, only: wp
+   use kschur_lapack, only: zgesv
    use kschur_modes, only: modes_type
+   use kschur_polish, only: polished_type, polisher_type
    use kschur_problem, only: modal_problem_type
-   use kschur_random, only: random_vector
-   use kschur_saddle, only: saddle_blocks, saddle_structure
-   use kschur_sparse, only: complex_combination, csr_matrix_type, new_csr_from_triplets
+   use kschur_split, only: cluster_type, split
    use kschur_tolerances, only: cancelled, rounding_of_sums, same_shape, same_value
    implicit none
    private
-   public :: condition_number, find_left_pairs, inverse_iteration_type, merges, set_left_modes
+   public :: condition_number, find_left_pairs, merges, set_left_modes
 
    ! A left vector is one when its residual at the eigenvalue of the mode is not this much worse than that of the mode itself.
    real(wp), parameter :: as_good = 10
 
-   !> How left vectors are computed that were not found: a factorisation for each.
-   type :: inverse_iteration_type
-      !> A prototype, copies of which are used.
-      class(complex_linear_solver_type), allocatable :: solver
-      !> Factor of each constraint.
-      real(wp), allocatable :: factors(:)
-      !> A size of lambda (1/s), as the shift.
-      real(wp) :: reference = 0
-   end type inverse_iteration_type
-
 contains
 
    !> Eigenpairs of the transposed problem, one for each of the problem and of its eigenvalue: those found that belong to
-   !> them, or what inverse iteration makes. One that could not be found is NaN.
-   subroutine find_left_pairs(problem, transposed, found, pairs, errors, left, effort, error, inverse)
+   !> them, or polished ones. One that could not be found is NaN.
+   subroutine find_left_pairs(problem, transposed, found, pairs, errors, left, effort, error, polisher)
       type(modal_problem_type), intent(in) :: problem
       !> The transposed problem; the problem itself if it is symmetric.
       type(modal_problem_type), intent(in) :: transposed
@@ -52,38 +39,31 @@ contains
       type(eigenpairs_type), intent(out) :: left
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
-      !> With it what is not among them is computed.
-      type(inverse_iteration_type), optional, intent(in) :: inverse
-      type(eigenpairs_type) :: before
+      !> Of the transposed problem; absent: nothing is polished.
+      type(polisher_type), optional, intent(inout) :: polisher
+      type(cluster_type), allocatable :: clusters(:)
       real(wp), allocatable :: limits(:)
-      logical, allocatable :: missing(:), coupled(:)
-      integer :: j, k
+      logical, allocatable :: missing(:)
+      logical :: coupled
+      integer :: i, j
 
       call match(found, pairs, left)
-      k = size(left%lambda)
-      allocate (limits(k), source=max(cancelled, as_good*errors))
-      allocate (missing(k), source=backward_errors(transposed, left) > limits)
-      if (present(inverse)) call compute(transposed, missing, inverse, left, effort, error)
-      if (allocated(error)) return
-      missing = backward_errors(transposed, left) > limits
-      do j = 1, k
+      allocate (limits, source=max(cancelled, as_good*errors))
+      allocate (missing, source=backward_errors(transposed, left) > limits)
+      do j = 1, size(missing)
          if (missing(j)) call leave_out(left, j)
       end do
-      allocate (coupled(k))
-      call biorthogonalize(problem, transposed, pairs, limits, left, coupled)
-      ! Copies that were found may be so nearly parallel that they cannot be told apart without loss.
-      if (present(inverse) .and. any(coupled)) then
-         before = left
-         call compute(transposed, coupled, inverse, left, effort, error)
-         if (allocated(error)) return
-         missing = backward_errors(transposed, left) > limits
-         do j = 1, k
-            if (.not. (coupled(j) .and. missing(j))) cycle
-            left%phi(:, j) = before%phi(:, j)
-            left%xi(:, j) = before%xi(:, j)
-         end do
-         call biorthogonalize(problem, transposed, pairs, limits, left, coupled)
-      end if
+      call split(pairs%lambda, same_value*abs(pairs%lambda), clusters, most=size(missing))
+      do i = 1, size(clusters)
+         associate (members => clusters(i)%members)
+            call decouple(problem, transposed, pairs, limits, members, left, coupled)
+            if (.not. present(polisher) .or. .not. (coupled .or. any(missing(members)))) cycle
+            call polish(transposed, clusters(i), limits(members), polisher, left, effort, error)
+            if (allocated(error)) return
+            call decouple(problem, transposed, pairs, limits, members, left, coupled)
+         end associate
+      end do
+      if (present(polisher)) call effort%add_solves(polisher%solver)
    end subroutine find_left_pairs
 
    !> Sets the left vectors and condition numbers of modes. A mode without a left vector has NaN.
@@ -106,30 +86,6 @@ contains
       modes%left_phi = conjg(left%phi)
       modes%left_xi = conjg(left%xi)
    end subroutine set_left_modes
-
-   ! Left vectors of some modes by inverse iteration, those of equal eigenvalues together.
-   subroutine compute(problem, chosen, inverse, left, effort, error)
-      !> The transposed one.
-      type(modal_problem_type), intent(in) :: problem
-      logical, intent(in) :: chosen(:)
-      type(inverse_iteration_type), intent(in) :: inverse
-      type(eigenpairs_type), intent(inout) :: left
-      class(effort_type), intent(inout) :: effort
-      type(error_type), allocatable, intent(out) :: error
-      logical :: pending(size(chosen)), cancelled
-      integer, allocatable :: group(:)
-      integer :: i, j
-
-      pending = chosen
-      do j = 1, size(chosen)
-         if (.not. pending(j)) cycle
-         group = pack([(i, i=1, size(chosen))], pending .and. near(left%lambda, j, rounding_of_sums))
-         call iterate_inversely(problem, group, inverse, left, effort, error)
-         call take_cancelled(error, cancelled)
-         if (allocated(error) .or. cancelled) return
-         pending(group) = .false.
-      end do
-   end subroutine compute
 
    ! For each mode the nearest eigenpair that no other mode has taken, or NaN.
    subroutine match(found, pairs, left)
@@ -155,142 +111,86 @@ contains
       end do
    end subroutine match
 
-   ! Inverse iteration for the null vectors of P at an eigenvalue that a group
-   ! of modes shares: those of P chi = theta E chi with theta = 0, E a tiny
-   ! random diagonal. Even a defective lambda makes a simple theta. Each random
-   ! start gives another vector of a multiple eigenvalue.
-   subroutine iterate_inversely(problem, group, inverse, left, effort, error)
-      type(modal_problem_type), intent(in) :: problem
-      integer, intent(in) :: group(:)
-      type(inverse_iteration_type), intent(in) :: inverse
+   ! The left vectors of a cluster from factors beside it. What is not good enough, or cannot be factored, stays as it was.
+   subroutine polish(transposed, cluster, limits, polisher, left, effort, error)
+      type(modal_problem_type), intent(in) :: transposed
+      type(cluster_type), intent(in) :: cluster
+      !> Of the backward errors of the members.
+      real(wp), intent(in) :: limits(:)
+      type(polisher_type), intent(inout) :: polisher
       type(eigenpairs_type), intent(inout) :: left
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: steps = 5
-      ! Part of the level of P: pivots must not count as zero.
-      real(wp), parameter :: tiny_part = 1.0e-13_wp
-      class(complex_linear_solver_type), allocatable :: solver
-      type(csr_matrix_type) :: blocks(4)
-      complex(wp), allocatable :: x(:, :)
-      real(wp), allocatable :: random(:), e(:), factors(:)
-      integer(long) :: state
-      complex(wp) :: lambda
-      real(wp) :: strength
-      integer :: i, n, step
+      ! Random vectors beside two for each: those of the conjugates on the real axis, or of the chains of zeros.
+      integer, parameter :: guards = 4
+      type(polished_type) :: polished
+      type(eigenpairs_type) :: none
+      complex(wp) :: shift
+      integer :: j
 
-      n = problem%unknowns()
-      lambda = left%lambda(group(1))
-      allocate (factors, source=inverse%factors)
-      allocate (random(n), e(n), x(n + size(factors), size(group)))
-      state = 1
-      call random_vector(state, e)
-      strength = level(problem, lambda)
-      if (.not. strength > 0) strength = level(problem, cmplx(inverse%reference, kind=wp))
-      e = tiny_part*strength*sign(1 + abs(e), e)
-      call saddle_blocks(problem, factors, blocks(:3), error)
-      if (.not. allocated(error)) call new_csr_from_triplets(blocks(4), size(x, 1), size(x, 1), [(i, i=1, n)], &
-         [(i, i=1, n)], e, error)
-      if (allocated(error)) return
-      allocate (solver, source=inverse%solver)
-      call solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp), (1.0_wp, 0.0_wp)], blocks), &
-         saddle_structure(problem), error)
-      if (allocated(error)) return
+      call polisher%factor_beside(transposed, cluster, shift, error)
+      if (.not. allocated(error)) then
+         call effort%add_factors(polisher%solver)
+         none = chosen_pairs(left, spread(.false., 1, size(left%lambda)))
+         call polisher%polish(transposed, cluster, shift, none, 0.0_wp, 2*size(limits) + guards, polished, error, &
+            left%lambda(cluster%members))
+      end if
+      if (allocated(error)) then
+         if (any(error%code == [error_singular, error_convergence, error_cancelled])) deallocate (error)
+         return
+      end if
+      do j = 1, size(polished%errors)
+         if (polished%errors(j) > limits(j)) cycle
+         left%phi(:, cluster%members(j)) = polished%pairs%phi(:, j)
+         left%xi(:, cluster%members(j)) = polished%pairs%xi(:, j)
+      end do
+   end subroutine polish
 
-      do i = 1, size(group)
-         call random_vector(state, random)
-         x(:n, i) = random
-      end do
-      do step = 1, steps
-         do i = 1, size(group)
-            x(:n, i) = e*x(:n, i)/norm2(abs(x(:n, i)))
-         end do
-         x(n + 1:, :) = 0
-         call solver%solve(x, error)
-         if (allocated(error)) return
-      end do
-      do i = 1, size(group)
-         left%phi(:, group(i)) = x(:n, i)/norm2(abs(x(:n, i)))
-         left%xi(:, group(i)) = factors*x(n + 1:, i)/norm2(abs(x(:n, i)))
-      end do
-      call effort%add_factors(solver)
-      call effort%add_solves(solver)
-      effort%operator_applications = effort%operator_applications + steps*size(group)
-   end subroutine iterate_inversely
-
-   ! Within equal eigenvalues chi_i^T ((lambda_i + lambda_j) M + R) phi_j = 0 for
-   ! i /= j, as between different ones; unit norm, the largest entry real and
-   ! positive. Where that spoils the left vectors, as of a defective eigenvalue,
-   ! they stay as they are.
-   subroutine biorthogonalize(problem, transposed, pairs, limits, left, coupled)
+   ! Within a cluster chi_i^T ((lambda_i + lambda_j) M + R) phi_j = 0 for i /= j, as between other eigenvalues: with G of these
+   ! entries, the left vectors times G^{-T}. Where that spoils them, as those of a defective eigenvalue or copies that are
+   ! nearly parallel, they stay as they are.
+   subroutine decouple(problem, transposed, pairs, limits, members, left, coupled)
       type(modal_problem_type), intent(in) :: problem, transposed
       class(eigenpairs_type), intent(in) :: pairs
       real(wp), intent(in) :: limits(:)
+      integer, intent(in) :: members(:)
       type(eigenpairs_type), intent(inout) :: left
-      !> Which stay as they are although they share an eigenvalue with others.
-      logical, intent(out) :: coupled(:)
+      !> Whether they do.
+      logical, intent(out) :: coupled
       type(eigenpairs_type) :: mixed
-      logical :: pending(size(limits))
-      complex(wp), allocatable :: mixture(:, :)
-      integer, allocatable :: group(:)
-      integer :: i, j
+      complex(wp), allocatable :: force(:, :), g(:, :), mixture(:, :)
+      integer, allocatable :: group(:), pivots(:)
+      logical :: chosen(size(limits))
+      integer :: j, k, info
 
-      coupled = .false.
-      pending = abs(pairs%lambda) > 0 .and. [(is_number(left, j), j=1, size(limits))]
-      do i = 1, size(limits)
-         if (.not. pending(i)) cycle
-         group = pack([(j, j=1, size(limits))], pending .and. near(left%lambda, i, same_value))
-         pending(group) = .false.
-         if (size(group) == 1) cycle
-         call decouple(problem, pairs, left, group, mixture)
-         if (.not. allocated(mixture)) cycle
-         allocate (mixed%lambda(size(group)), source=left%lambda(group))
-         allocate (mixed%phi(size(left%phi, 1), size(group)), source=matmul(left%phi(:, group), mixture))
-         allocate (mixed%xi(size(left%xi, 1), size(group)), source=matmul(left%xi(:, group), mixture))
-         if (all(backward_errors(transposed, mixed) <= limits(group))) then
-            left%phi(:, group) = mixed%phi
-            left%xi(:, group) = mixed%xi
-         else
-            coupled(group) = .true.
-         end if
-         deallocate (mixed%lambda, mixed%phi, mixed%xi)
-      end do
-      do j = 1, size(limits)
-         if (is_number(left, j)) call normalize(left, j)
-      end do
-   end subroutine biorthogonalize
-
-   ! The mixture of the left vectors of a group that makes
-   ! G = chi_i^T ((lambda_i + lambda_j) M + R) phi_j the unit matrix: G^{-T}.
-   ! Not allocated where G is singular.
-   subroutine decouple(problem, pairs, left, group, mixture)
-      type(modal_problem_type), intent(in) :: problem
-      class(eigenpairs_type), intent(in) :: pairs
-      type(eigenpairs_type), intent(in) :: left
-      integer, intent(in) :: group(:)
-      complex(wp), allocatable, intent(out) :: mixture(:, :)
-      complex(wp) :: g(size(group), size(group)), u(size(group), size(group)), vt(size(group), size(group)), &
-         work(8*size(group))
-      real(wp) :: singular(size(group)), rwork(5*size(group))
-      complex(wp), allocatable :: mass_phi(:, :), damping_phi(:, :)
-      integer :: i, j, k, info
-
+      chosen = .false.
+      chosen(members) = [(is_number(left, members(j)), j=1, size(members))] .and. abs(left%lambda(members)) > 0
+      allocate (group, source=pack([(j, j=1, size(chosen))], chosen))
       k = size(group)
-      allocate (mass_phi(size(left%phi, 1), k), damping_phi(size(left%phi, 1), k), source=(0.0_wp, 0.0_wp))
-      call problem%mass%add_product((1.0_wp, 0.0_wp), pairs%phi(:, group), mass_phi)
-      call problem%damping%add_product((1.0_wp, 0.0_wp), pairs%phi(:, group), damping_phi)
+      coupled = .false.
+      if (k < 2) return
+      mixed = chosen_pairs(left, chosen)
+      allocate (force(size(mixed%phi, 1), 1), g(k, k), pivots(k))
+      allocate (mixture(k, k), source=(0.0_wp, 0.0_wp))
       do j = 1, k
-         do i = 1, k
-            g(i, j) = sum(left%phi(:, group(i))* &
-               ((left%lambda(group(i)) + left%lambda(group(j)))*mass_phi(:, j) + damping_phi(:, j)))
-         end do
+         force = 0
+         call problem%mass%add_product((1.0_wp, 0.0_wp), pairs%phi(:, group(j):group(j)), force)
+         g(j, :) = (mixed%lambda + mixed%lambda(j))*matmul(force(:, 1), mixed%phi)
+         force = 0
+         call problem%damping%add_product((1.0_wp, 0.0_wp), pairs%phi(:, group(j):group(j)), force)
+         g(j, :) = g(j, :) + matmul(force(:, 1), mixed%phi)
+         mixture(j, j) = 1
       end do
-      call zgesvd("A", "A", k, k, g, k, singular, u, k, vt, k, work, size(work), rwork, info)
-      if (info /= 0) return
-      if (.not. singular(k) > epsilon(1.0_wp)*singular(1)) return
-      do j = 1, k
-         u(:, j) = u(:, j)/singular(j)
-      end do
-      allocate (mixture, source=matmul(conjg(u), conjg(vt)))
+      call zgesv(k, k, g, k, pivots, mixture, k, info)
+      if (info == 0) then
+         mixed%phi = matmul(mixed%phi, mixture)
+         mixed%xi = matmul(mixed%xi, mixture)
+         coupled = any(backward_errors(transposed, mixed) > limits(group))
+      end if
+      coupled = coupled .or. info /= 0
+      if (coupled) return
+      left%phi(:, group) = mixed%phi
+      left%xi(:, group) = mixed%xi
    end subroutine decouple
 
    ! Normwise relative condition numbers (Tisseur 2000): infinite for a zero
@@ -325,15 +225,16 @@ contains
       complex(wp), intent(in) :: chi(:), phi(:)
       real(wp) :: condition
       complex(wp) :: shape(size(phi), 1), derivative(size(phi), 1)
-      real(wp) :: sensitivity
+      real(wp) :: sensitivity, level
 
       shape(:, 1) = phi
       derivative = 0
       call problem%mass%add_product(2*lambda, shape, derivative)
       call problem%damping%add_product((1.0_wp, 0.0_wp), shape, derivative)
       sensitivity = abs(lambda)*abs(sum(chi*derivative(:, 1)))
+      level = level_of(lambda, norms_of(problem))
       condition = ieee_value(1.0_wp, ieee_positive_inf)
-      if (sensitivity > epsilon(1.0_wp)*level(problem, lambda)) condition = level(problem, lambda)/sensitivity
+      if (sensitivity > epsilon(1.0_wp)*level) condition = level/sensitivity
    end function condition_number
 
    !> Whether an eigenvalue within a distance of that of mode j has its shape.
@@ -355,15 +256,6 @@ contains
       end if
       merges = .false.
    end function merges
-
-   ! |lambda|^2 ||M|| + |lambda| ||R|| + ||K||, the measure of backward errors.
-   pure real(wp) function level(problem, lambda)
-      type(modal_problem_type), intent(in) :: problem
-      complex(wp), intent(in) :: lambda
-
-      level = abs(lambda)**2*problem%mass%infinity_norm() + abs(lambda)*problem%damping%infinity_norm() &
-         + problem%stiffness%infinity_norm()
-   end function level
 
    pure logical function is_number(left, j)
       type(eigenpairs_type), intent(in) :: left

@@ -8,7 +8,7 @@ module kschur_backward_error
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    implicit none
    private
-   public :: backward_errors, judge, judge_as_given, least_bound, norms_of
+   public :: backward_errors, judge, judge_as_given, least_bound, level_of, norms_of
 
 contains
 
@@ -132,6 +132,7 @@ contains
          problem%constraints%infinity_norm()]
    end function norms_of
 
+   !> |lambda|^2 ||M|| + |lambda| ||R|| + ||K||, the measure of residuals.
    pure real(wp) function level_of(lambda, norms) result(level)
       complex(wp), intent(in) :: lambda
       real(wp), intent(in) :: norms(4)

@@ -5,6 +5,7 @@ module kschur_polish
    use kschur_error, only: error_type
    use kschur_gram_schmidt_complex, only: orthonormalize
    use kschur_kinds, only: long, wp
+   use kschur_lapack, only: zgesvd
    use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_memory, only: require_memory
    use kschur_outcome, only: inaccurate_above
@@ -14,10 +15,13 @@ module kschur_polish
    use kschur_saddle, only: saddle_blocks, saddle_structure
    use kschur_sparse, only: complex_combination, csr_matrix_type
    use kschur_split, only: cluster_type
-   use kschur_tolerances, only: cancelled
+   use kschur_tolerances, only: above_all_rounding, cancelled
    implicit none
    private
    public :: polished_type, polisher_type
+
+   ! Steps without progress.
+   integer, parameter :: steps = 5
 
    !> Polishes clusters of one problem, each with factors of its own.
    type :: polisher_type
@@ -25,11 +29,13 @@ module kschur_polish
       real(wp) :: above = 0
       !> Where a cluster is factored, from its centre and relative to it: near, but not singular.
       real(wp) :: offset = 1.0e-6_wp
+      !> What that is relative to where the centre is zero: a size of eigenvalues (1/s).
+      real(wp) :: reference = 0
       class(complex_linear_solver_type), allocatable :: solver
       ! Factor of each constraint.
       real(wp), allocatable, private :: factors(:)
-      ! M, R and K, the latter with constraints.
-      type(csr_matrix_type), private :: blocks(3)
+      ! M, R and K, the latter with constraints; not allocated before the first cluster.
+      type(csr_matrix_type), allocatable, private :: blocks(:)
    contains
       procedure :: begin
       procedure :: factor_beside
@@ -53,25 +59,22 @@ module kschur_polish
 
 contains
 
-   subroutine begin(self, problem, factors, above, solver, error)
+   subroutine begin(self, factors, above, solver)
       class(polisher_type), intent(out) :: self
-      type(modal_problem_type), intent(in) :: problem
       !> Factor of each constraint.
       real(wp), intent(in) :: factors(:)
       real(wp), intent(in) :: above
       !> A prototype.
       class(complex_linear_solver_type), intent(in) :: solver
-      type(error_type), allocatable, intent(out) :: error
 
       self%above = above
       allocate (self%factors, source=factors)
       allocate (self%solver, source=solver)
-      call saddle_blocks(problem, factors, self%blocks, error)
    end subroutine begin
 
    !> Factors the problem beside a cluster. One eigenvalue converges the faster the nearer. Several: further off than they are
    !> spread, so that all of them converge alike, and than the roots of a defective one are split, whose chain would be lost
-   !> behind its eigenvector; as far as other eigenvalues let the space converge.
+   !> behind its eigenvector; as far as other eigenvalues let the space converge. So is a zero that nothing damps.
    subroutine factor_beside(self, problem, cluster, shift, error)
       class(polisher_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
@@ -79,10 +82,17 @@ contains
       complex(wp), intent(out) :: shift
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: beyond = 1.5_wp, furthest = 1.0e-3_wp, of_gap = 1/30.0_wp
-      real(wp) :: distance
+      real(wp) :: distance, unit
 
-      distance = max(self%offset*abs(cluster%centre), beyond*cluster%spread)
-      if (size(cluster%members) > 1) distance = max(distance, min(furthest*abs(cluster%centre), of_gap*cluster%gap))
+      if (.not. allocated(self%blocks)) then
+         allocate (self%blocks(3))
+         call saddle_blocks(problem, self%factors, self%blocks, error)
+         if (allocated(error)) return
+      end if
+      unit = merge(abs(cluster%centre), self%reference, abs(cluster%centre) > 0)
+      distance = max(self%offset*unit, beyond*cluster%spread)
+      if (size(cluster%members) > 1 .or. .not. abs(cluster%centre) > 0) &
+         distance = max(distance, min(furthest*unit, of_gap*cluster%gap))
       shift = cluster%centre + distance
       call self%solver%factorize(complex_combination([shift**2, shift, (1.0_wp, 0.0_wp)], self%blocks), &
          saddle_structure(problem), error)
@@ -94,8 +104,9 @@ contains
    !>
    !> and takes the Ritz pairs that lie where the cluster does, until they stay where they are. A cluster on the real axis has a
    !> real space: two real eigenvalues and a conjugate pair beside the axis are the same until its Schur form tells. Copies,
-   !> and the roots of a defective eigenvalue, are as many as the space holds.
-   subroutine polish(self, problem, cluster, shift, members, worst, guards, polished, error)
+   !> and the roots of a defective eigenvalue, are as many as the space holds. Where eigenvalues are given, it is shapes of
+   !> these that are found, one for each, whatever the Ritz values are.
+   subroutine polish(self, problem, cluster, shift, members, worst, guards, polished, error, lambda)
       class(polisher_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
       type(cluster_type), intent(in) :: cluster
@@ -109,8 +120,10 @@ contains
       integer, intent(in) :: guards
       type(polished_type), intent(out) :: polished
       type(error_type), allocatable, intent(out) :: error
-      ! Steps without progress; the space becomes no larger than this.
-      integer, parameter :: steps = 5, largest = 200
+      !> Eigenvalues (1/s) that are known.
+      complex(wp), optional, intent(in) :: lambda(:)
+      ! The space becomes no larger than this.
+      integer, parameter :: largest = 200
       complex(wp), allocatable :: states(:, :), images(:, :), solutions(:, :)
       type(polished_type) :: now
       real(wp) :: limit, least
@@ -120,6 +133,7 @@ contains
 
       random_state = state_of_seed(0)
       limit = max(self%above, min(10*worst, inaccurate_above))
+      if (present(lambda)) limit = huge(limit)
       polished%pairs = chosen_pairs(members, spread(.false., 1, size(members%lambda)))
       allocate (polished%pairs%paired(0), polished%errors(0))
       call begin_states(members, cluster, abs(shift), guards, random_state, states, error)
@@ -127,12 +141,12 @@ contains
       step = 0
       filled = 0
       least = huge(1.0_wp)
-      do while (step < steps)
+      do while (step < steps .and. size(states, 2) > 0)
          step = step + 1
          call apply(self, problem, shift, states, images, solutions, error)
-         if (.not. allocated(error)) call find_pairs(cluster, shift, states, images, solutions, now%pairs, error)
+         if (.not. allocated(error)) call find_pairs(cluster, shift, states, images, solutions, now%pairs, error, lambda)
          if (allocated(error)) return
-         call keep_pairs(now%pairs, cluster%holds(now%pairs%lambda))
+         if (.not. present(lambda)) call keep_pairs(now%pairs, cluster%holds(now%pairs%lambda))
          inside = count_of(cluster, now%pairs%lambda)
          if (allocated(now%errors)) deallocate (now%errors)
          allocate (now%errors, source=backward_errors(problem, now%pairs))
@@ -145,7 +159,7 @@ contains
          call keep_pairs(now%pairs, now%errors <= limit)
          now%errors = pack(now%errors, now%errors <= limit)
          now%eigenvalues = count_of(cluster, now%pairs%lambda)
-         if (is_better(now, polished)) then
+         if (present(lambda) .or. is_better(now, polished)) then
             settled = is_settled(now, polished)
             polished = now
             if (settled) exit
@@ -297,12 +311,13 @@ contains
       end do
    end subroutine apply
 
-   ! The Ritz pairs; on the real axis one of each conjugate pair.
-   subroutine find_pairs(cluster, shift, states, images, solutions, found, error)
+   ! The Ritz pairs, on the real axis one of each conjugate pair; or what comes nearest to an eigenvector of each given lambda.
+   subroutine find_pairs(cluster, shift, states, images, solutions, found, error, lambda)
       type(cluster_type), intent(in) :: cluster
       complex(wp), intent(in) :: shift, states(:, :), images(:, :), solutions(:, :)
       type(eigenpairs_type), intent(out) :: found
       type(error_type), allocatable, intent(out) :: error
+      complex(wp), optional, intent(in) :: lambda(:)
       complex(wp), dimension(size(images, 2), size(images, 2)) :: t, u
       complex(wp), allocatable :: y(:, :), taken(:, :)
       real(wp), dimension(size(images, 2), size(images, 2)) :: real_t, real_u
@@ -315,7 +330,10 @@ contains
       n = size(images, 1)/2
       p = size(images, 2)
       t = matmul(conjg(transpose(states)), images)
-      if (cluster%on_axis) then
+      if (present(lambda)) then
+         allocate (found%lambda, source=lambda)
+         allocate (y, source=fitted(t, 1/(lambda - shift), above_all_rounding*abs(shift)))
+      else if (cluster%on_axis) then
          real_t = real(t, wp)
          call schur_form(real_t, real_u, mu, error)
          if (allocated(error)) return
@@ -330,13 +348,37 @@ contains
          call independent_eigenvectors(t, noise, chosen, y)
          y = matmul(u, y)
       end if
-      taken = matmul(solutions, y)
-      allocate (found%lambda, source=shift + 1/mu(chosen))
+      if (.not. present(lambda)) allocate (found%lambda, source=shift + 1/mu(chosen))
+      allocate (taken, source=matmul(solutions, y))
       allocate (found%phi, source=taken(:n, :))
       allocate (found%xi, source=taken(n + 1:, :))
       allocate (found%paired, source=abs(aimag(found%lambda)) > 0)
-      do j = 1, size(chosen)
+      do j = 1, size(found%lambda)
          call normalize(found, j)
       end do
    end subroutine find_pairs
+
+   ! The combinations y of states of least ||(T - mu) y||. An eigenvector of T would have an eigenvalue of its own: roots of a
+   ! defective one are split by rounding. Of copies each is orthogonal to those before it, where that costs no more than noise.
+   function fitted(t, mu, noise) result(y)
+      complex(wp), intent(in) :: t(:, :), mu(:)
+      !> Of T, relative to mu^2.
+      real(wp), intent(in) :: noise
+      complex(wp) :: y(size(t, 1), size(mu)), vt(size(t, 1), size(t, 1)), a(size(t, 1) + size(mu), size(t, 1)), no_u(1, 1), &
+         work(8*size(a, 1))
+      real(wp) :: singular(size(t, 1)), rwork(5*size(t, 1))
+      integer :: i, j, p, info
+
+      p = size(t, 1)
+      y = 0
+      do j = 1, size(mu)
+         a(:p, :) = t
+         do i = 1, p
+            a(i, i) = t(i, i) - mu(j)
+         end do
+         a(p + 1:, :) = noise*abs(mu(j))**2*conjg(transpose(y))
+         call zgesvd("N", "A", size(a, 1), p, a, size(a, 1), singular, no_u, 1, vt, p, work, size(work), rwork, info)
+         if (info == 0) y(:, j) = conjg(vt(p, :))
+      end do
+   end function fitted
 end module kschur_polish

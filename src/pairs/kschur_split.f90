@@ -27,15 +27,17 @@ module kschur_split
 contains
 
    !> The clusters of a list of eigenvalues: chains of overlapping discs.
-   pure subroutine split(lambda, discs, clusters)
+   pure subroutine split(lambda, discs, clusters, most)
       complex(wp), intent(in) :: lambda(:)
       !> Radius of each disc (1/s).
       real(wp), intent(in) :: discs(:)
       type(cluster_type), allocatable, intent(out) :: clusters(:)
-      ! A cluster is solved for as one dense problem: it has no more members than this.
-      integer, parameter :: most = 100
-      integer :: label(size(lambda)), members(most), labels, reached, inside, i, j
+      !> A cluster is solved for as one dense problem: it has no more members than this; absent: than a hundred.
+      integer, optional, intent(in) :: most
+      integer :: label(size(lambda)), members(size(lambda)), labels, reached, inside, limit, i, j
 
+      limit = 100
+      if (present(most)) limit = most
       label = 0
       labels = 0
       do j = 1, size(lambda)
@@ -48,7 +50,7 @@ contains
          do while (reached < inside)
             reached = reached + 1
             do i = j + 1, size(lambda)
-               if (inside == most) exit
+               if (inside == limit) exit
                associate (l => members(reached))
                   if (label(i) > 0 .or. abs(lambda(i) - lambda(l)) > max(discs(i), discs(l))) cycle
                end associate

@@ -48,7 +48,7 @@ contains
       type(eigenpairs_type), intent(inout) :: aside
       type(error_type), allocatable, intent(out) :: error
       type(judgement_type) :: judgement
-      type(polisher_type), allocatable :: polisher
+      type(polisher_type) :: polisher
       type(cluster_type), allocatable :: clusters(:)
       type(eigenpairs_type) :: found
       type(modes_type) :: more
@@ -65,12 +65,14 @@ contains
       gone = .false.
       nowhere = .false.
       call find_suspects(modes, judgement, clusters)
+      if (size(clusters) == 0) return
+      call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough_of(s), s%inner%complex)
       do i = 1, size(clusters)
          if (s%is_stopped()) exit
          call polish_cluster(s, modes, clusters(i), judgement, polisher, found, gone, nowhere, lost, error)
          if (allocated(error)) return
       end do
-      if (allocated(polisher)) call s%effort%add_solves(polisher%solver)
+      call s%effort%add_solves(polisher%solver)
       if (.not. any(gone .or. nowhere)) return
       nowhere = nowhere .and. .not. gone
       if (any(nowhere .and. modes%backward_error <= inaccurate_above)) &
@@ -203,8 +205,7 @@ contains
       type(modes_type), intent(in) :: modes
       type(cluster_type), intent(in) :: cluster
       type(judgement_type), intent(in) :: judgement
-      !> Not allocated before the first cluster.
-      type(polisher_type), allocatable, intent(inout) :: polisher
+      type(polisher_type), intent(inout) :: polisher
       !> Of what is iterated; what takes the place of the members is put behind. Not allocated: nothing yet.
       type(eigenpairs_type), intent(inout) :: found
       !> Members whose place is taken, and those that are no eigenvalues.
@@ -225,12 +226,6 @@ contains
       chosen(cluster%members) = .true.
       members = chosen_pairs(modes, chosen)
       call members%make_complex()
-      if (.not. allocated(polisher)) then
-         allocate (polisher)
-         call polisher%begin(s%work, constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough_of(s), &
-            s%inner%complex, error)
-         if (allocated(error)) return
-      end if
       call polisher%factor_beside(s%work, cluster, shift, error)
       if (.not. allocated(error)) then
          call s%effort%add_factors(polisher%solver)

@@ -5,14 +5,16 @@ module kschur_left_run
    use kschur_eigenpairs, only: eigenpairs_type, normalize
    use kschur_error, only: error_type, take_cancelled
    use kschur_examination, only: find_rigid, suppose_none
-   use kschur_left, only: find_left_pairs, inverse_iteration_type, set_left_modes
+   use kschur_left, only: find_left_pairs, set_left_modes
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type, no_modes
-   use kschur_outcome, only: reason_cancelled
+   use kschur_outcome, only: reason_cancelled, reason_converged, reason_inaccurate
+   use kschur_polish, only: polisher_type
    use kschur_problem, only: modal_problem_type
    use kschur_scaling, only: constraint_factors, first_scale
    use kschur_search, only: find_modes
    use kschur_shapes, only: orthonormalize_zeros
+   use kschur_tolerances, only: above_all_rounding
    use kschur_transposed, only: transpose_problem
    implicit none
    private
@@ -20,7 +22,7 @@ module kschur_left_run
 
 contains
 
-   !> Sets the left vectors and condition numbers of modes.
+   !> Sets the left vectors and condition numbers of modes, and why they are not all there.
    subroutine find_left_modes(s, modes, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
@@ -48,6 +50,8 @@ contains
       call set_left_modes(s%problem, left, modes)
       call adjoint%drop_transform()
       call s%effort%add_effort(adjoint%effort)
+      if (modes%reason == reason_converged .and. .not. all(modes%condition >= 0)) &
+         modes%reason = merge(reason_cancelled, reason_inaccurate, found%reason == reason_cancelled)
    end subroutine find_left_modes
 
    ! The modes of the transposed problem; none where nothing was iterated, or no longer is.
@@ -79,7 +83,8 @@ contains
       type(eigenpairs_type), intent(out) :: left
       type(error_type), allocatable, intent(out) :: error
       type(eigenpairs_type) :: pairs
-      type(inverse_iteration_type) :: inverse
+      ! Not allocated where the monitor has ended the iteration.
+      type(polisher_type), allocatable :: polisher
       real(wp), allocatable :: errors(:)
       integer :: j
 
@@ -88,14 +93,13 @@ contains
          call normalize(pairs, j)
       end do
       allocate (errors, source=max(modes%backward_error, backward_errors(s%work, pairs)))
-      if (found%reason == reason_cancelled) then
-         call find_left_pairs(s%work, adjoint%work, adjoint%contract(found), pairs, errors, left, s%effort, error)
-      else
-         allocate (inverse%solver, source=s%inner%complex)
-         allocate (inverse%factors, source=constraint_factors(adjoint%work, s%options%constraint_scaling, s%shift))
-         inverse%reference = max(abs(s%shift), first_scale(adjoint%work))
-         call find_left_pairs(s%work, adjoint%work, adjoint%contract(found), pairs, errors, left, s%effort, error, inverse)
+      if (found%reason /= reason_cancelled) then
+         allocate (polisher)
+         call polisher%begin(constraint_factors(adjoint%work, s%options%constraint_scaling, s%shift), above_all_rounding, &
+            s%inner%complex)
+         polisher%reference = max(abs(s%shift), first_scale(adjoint%work))
       end if
+      call find_left_pairs(s%work, adjoint%work, adjoint%contract(found), pairs, errors, left, s%effort, error, polisher)
    end subroutine find_in_even_units
 
    ! A context for the transposed problem, with the same reduction.

@@ -14,7 +14,8 @@ module kschur_outcome
    integer, parameter, public :: reason_fewer_modes = 2
    !> The monitor asked to stop.
    integer, parameter, public :: reason_cancelled = 3
-   !> A mode has a backward error above `inaccurate_above`, or what was found is too inaccurate to be listed.
+   !> A mode has a backward error above `inaccurate_above` or no left vector that was asked for, or what was found is too
+   !> inaccurate to be listed.
    integer, parameter, public :: reason_inaccurate = 4
    !> A signal ended the program's wait for more modes; the library itself says `reason_cancelled`.
    integer, parameter, public :: reason_interrupted = 5
