@@ -144,8 +144,7 @@ contains
       integer, allocatable :: order(:)
       integer :: n, wanted, most_columns, needed, covered, i
 
-      allocate (statistics%history%converged(0), statistics%history%operator_applications(0), &
-         statistics%history%residual(0))
+      call statistics%history%begin()
       n = process%order()
       wanted = min(max(options%values, 1), n)
       most_columns = n + 2
@@ -251,7 +250,7 @@ contains
       first = process%columns - process%wanted + 1
       residuals = relative(bounds(first:), run%magnitudes(first:))
       converged = count(residuals <= process%tolerance)
-      call record(statistics, converged, maxval(residuals))
+      call statistics%history%add_look(converged, statistics%operator_applications, maxval(residuals))
       if (present(monitor)) call monitor%report(statistics%restarts, converged, process%wanted, maxval(residuals), &
          run%proceed)
    end subroutine look
@@ -275,7 +274,7 @@ contains
       converged = min(process%converged(), process%columns)
       first = max(converged, process%wanted)
       call process%ritz(run%magnitudes, run%bounds)
-      call record(statistics, min(converged, process%wanted), &
+      call statistics%history%add_look(min(converged, process%wanted), statistics%operator_applications, &
          maxval([0.0_wp, relative(run%bounds(:first), run%magnitudes(:first))]))
       if (run%info == 0) then
          run%complete = process%wanted == process%order()
@@ -292,18 +291,6 @@ contains
 
       relative = bound/max(epsilon(1.0_wp)**(2.0_wp/3), magnitude)
    end function relative
-
-   subroutine record(statistics, converged, residual)
-      type(krylov_statistics_type), intent(inout) :: statistics
-      integer, intent(in) :: converged
-      real(wp), intent(in) :: residual
-
-      associate (h => statistics%history)
-         h%converged = [h%converged, converged]
-         h%operator_applications = [h%operator_applications, statistics%operator_applications]
-         h%residual = [h%residual, residual]
-      end associate
-   end subroutine record
 
    ! How many values, most wanted first, are certainly more wanted than any that was not found: these are
    ! no larger than `edge`.

@@ -144,22 +144,17 @@ contains
    subroutine finish_staging(self, error)
       class(staging_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
+      integer(c_int) :: failure
 
       if (self%descriptor < 0) return
-      if (.not. allocated(error)) call publish(self%path, self%target, error)
+      if (.not. allocated(error)) then
+         failure = c_publish(self%path//c_null_char, self%target//c_null_char)
+         if (failure /= 0) call new_error(error, error_file, self%target//": cannot be replaced by what was just written: "// &
+            trim(system_reason(failure)))
+      end if
       call c_unstage(self%descriptor, self%name//c_null_char)
       self%descriptor = -1
    end subroutine finish_staging
-
-   subroutine publish(finished, path, error)
-      character(len=*), intent(in) :: finished, path
-      type(error_type), allocatable, intent(inout) :: error
-      integer(c_int) :: failure
-
-      failure = c_publish(finished//c_null_char, path//c_null_char)
-      if (failure /= 0) call new_error(error, error_file, path//": cannot be replaced by what was just written: "// &
-         trim(system_reason(failure)))
-   end subroutine publish
 
    !> The system's words for what failed last.
    function last_reason() result(reason)

@@ -3,7 +3,7 @@ module kschur_lapack
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: ddot, dnrm2, dznrm2, dgees, dgelsy, dgemm, dgemv, dgeqp3, dgesv, dgesvd, dorgqr, dormqr, dpstrf, dsyevd, dsygv, &
+   public :: dnrm2, dznrm2, dgees, dgelsy, dgemm, dgemv, dgeqp3, dgesv, dgesvd, dorgqr, dormqr, dpstrf, dsyevd, dsygv, &
       dtrevc, dtrsen, dtrsm, zgees, zgemm, zgemv, zgesv, zgesvd, ztrevc, ztrsen
 
    interface
@@ -224,13 +224,6 @@ module kschur_lapack
          real(wp), intent(in) :: alpha, a(lda, *)
          real(wp), intent(inout) :: b(ldb, *)
       end subroutine dtrsm
-
-      !> x^T y.
-      real(wp) function ddot(n, x, incx, y, incy)
-         import :: wp
-         integer, intent(in) :: n, incx, incy
-         real(wp), intent(in) :: x(*), y(*)
-      end function ddot
 
       !> Euclidean norm of a complex vector.
       real(wp) function dnrm2(n, x, incx)

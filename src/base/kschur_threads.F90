@@ -40,10 +40,11 @@ module kschur_threads
       subroutine c_make_heap() bind(c, name="kschur_make_heap")
       end subroutine c_make_heap
 
-      subroutine c_set_blas_threads(threads) bind(c, name="kschur_set_blas_threads")
+      !> Threads of the BLAS, for a factorisation that is made of large products; one before and after it.
+      subroutine set_blas_threads(threads) bind(c, name="kschur_set_blas_threads")
          import :: c_int
          integer(c_int), value :: threads
-      end subroutine c_set_blas_threads
+      end subroutine set_blas_threads
    end interface
 
 contains
@@ -128,11 +129,4 @@ contains
       thread_number = omp_get_thread_num() + 1
 #endif
    end function thread_number
-
-   !> Threads of the BLAS, for a factorisation that is made of large products; one before and after it.
-   subroutine set_blas_threads(threads)
-      integer, intent(in) :: threads
-
-      call c_set_blas_threads(int(threads, c_int))
-   end subroutine set_blas_threads
 end module kschur_threads

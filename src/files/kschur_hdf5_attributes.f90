@@ -84,9 +84,12 @@ contains
       integer(hsize_t), intent(in) :: count
       type(c_ptr), intent(in) :: address
       type(error_type), allocatable, intent(inout) :: error
+      ! HDF5 wants a variable for the address.
+      type(c_ptr) :: buffer
       integer(hid_t) :: attribute, stored
       integer :: status, ignored
 
+      buffer = address
       call open_attribute(attribute, count, file, object, name, error)
       if (allocated(error)) return
       call h5aget_type_f(attribute, stored, status)
@@ -94,21 +97,10 @@ contains
          call check_class(stored, type, label(object, name), error)
          call h5tclose_f(stored, ignored)
       end if
-      if (status == 0 .and. .not. allocated(error)) call read_values(attribute, type, address, status)
+      if (status == 0 .and. .not. allocated(error)) call h5aread_f(attribute, type, buffer, status)
       call h5aclose_f(attribute, ignored)
       if (status < 0) call new_error(error, error_file, label(object, name)//" cannot be read")
    end subroutine read_raw
-
-   ! HDF5 wants a variable for the address.
-   subroutine read_values(attribute, type, address, status)
-      integer(hid_t), intent(in) :: attribute, type
-      type(c_ptr), intent(in) :: address
-      integer, intent(out) :: status
-      type(c_ptr) :: buffer
-
-      buffer = address
-      call h5aread_f(attribute, type, buffer, status)
-   end subroutine read_values
 
    ! Writes `count` values from `address`; a scalar where `count` is 0.
    subroutine write_raw(file, object, name, type, count, address, error)

@@ -14,7 +14,7 @@ module kschur_hdf5_basics
    use kschur_lock, only: acquire_lock, release_lock, lock_hdf5
    implicit none
    private
-   public :: printing_type, silence_hdf5, restore_printing
+   public :: output_type, printing_type, silence_hdf5, restore_printing
    public :: forbid_external_links, open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    public :: integer_type, real_type, new_complex_type, check_class
 
@@ -25,6 +25,14 @@ module kschur_hdf5_basics
       type(c_funptr) :: printer
       type(c_ptr) :: data = c_null_ptr
    end type printing_type
+
+   !> A file that is being written.
+   type :: output_type
+      integer(hid_t) :: file = -1
+      character(len=:), allocatable, private :: path
+      type(staging_type), private :: staging
+      type(printing_type), private :: printing
+   end type output_type
 
    ! H5E_DEFAULT: the error stack of this thread; H5L_TYPE_EXTERNAL.
    integer(c_int64_t), parameter :: default_stack = 0
@@ -117,26 +125,26 @@ contains
       end if
    end subroutine open_hdf5_file
 
-   !> Creates the file that will become `path`. Fails with the system's reason, also where there is no room for `bytes`:
-   !> HDF5 cannot bear a disk that fills up.
-   subroutine create_hdf5_file(file, staging, path, bytes, error)
-      integer(hid_t), intent(out) :: file
-      type(staging_type), intent(out) :: staging
+   !> Silences HDF5 and creates the file that will become `path`; `finish_hdf5_file` belongs to it. Fails with the system's
+   !> reason, also where there is no room for `bytes`: HDF5 cannot bear a disk that fills up.
+   subroutine create_hdf5_file(output, path, bytes, error)
+      type(output_type), intent(out) :: output
       character(len=*), intent(in) :: path
       !> Of all that will be written.
       integer(long), intent(in) :: bytes
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(out) :: error
       integer(long), parameter :: of_hdf5_itself = 2**16
       integer :: status
 
-      file = -1
+      output%path = path
+      call silence_hdf5(output%printing, error)
       if (allocated(error)) return
-      call staging%open(path, error)
-      call staging%reserve(bytes + of_hdf5_itself, error)
+      call output%staging%open(path, error)
+      call output%staging%reserve(bytes + of_hdf5_itself, error)
       if (allocated(error)) return
-      call h5fcreate_f(staging%path, H5F_ACC_TRUNC_F, file, status)
+      call h5fcreate_f(output%staging%path, H5F_ACC_TRUNC_F, output%file, status)
       if (status == 0) return
-      file = -1
+      output%file = -1
       call new_error(error, error_file, path//": the file cannot be created")
    end subroutine create_hdf5_file
 
@@ -148,28 +156,27 @@ contains
       if (file >= 0) call h5fclose_f(file, status)
    end subroutine close_hdf5_file
 
-   !> Completes and closes the file created in `staging`, which is finished then: the file is at its place, `path`, or,
-   !> where an error is raised, now or before, nowhere.
-   subroutine finish_hdf5_file(file, staging, path, error)
-      integer(hid_t), intent(in) :: file
-      type(staging_type), intent(inout) :: staging
-      character(len=*), intent(in) :: path
+   !> Completes and closes the file, which is at its place then, or, where an error is raised, now or before, nowhere. HDF5
+   !> may print again.
+   subroutine finish_hdf5_file(output, error)
+      type(output_type), intent(inout) :: output
       type(error_type), allocatable, intent(inout) :: error
       integer :: status, unit
 
-      if (file >= 0) then
+      if (output%file >= 0) then
          if (allocated(error)) then
             ! A full disk must not keep HDF5 from writing what it holds back: a
             ! close that fails breaks the library, to a crash at the end of the program.
-            open (newunit=unit, file=staging%path, status="replace", iostat=status)
+            open (newunit=unit, file=output%staging%path, status="replace", iostat=status)
             if (status == 0) close (unit, iostat=status)
          end if
-         call h5fclose_f(file, status)
+         call h5fclose_f(output%file, status)
          if (status < 0 .and. .not. allocated(error)) &
             call new_error(error, error_file, "the file cannot be written: is the disk full?")
-         call add_context(error, path)
+         call add_context(error, output%path)
       end if
-      call staging%finish(error)
+      call output%staging%finish(error)
+      call restore_printing(output%printing)
    end subroutine finish_hdf5_file
 
    !> Creates the group `name`.

@@ -3,9 +3,8 @@
 module kschur_hdf5_problem
    use hdf5, only: hid_t
    use kschur_error, only: error_type, new_error, add_context, error_input
-   use kschur_files, only: staging_type
    use kschur_hdf5_attributes, only: has_attribute, read_attribute, write_attribute
-   use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, forbid_external_links, &
+   use kschur_hdf5_basics, only: output_type, printing_type, silence_hdf5, restore_printing, forbid_external_links, &
       open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset
    use kschur_hdf5_mesh, only: bytes_of_mesh, read_mesh, write_mesh
@@ -174,19 +173,15 @@ contains
       type(modal_problem_type), intent(in) :: problem
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      type(staging_type) :: staging
-      type(printing_type) :: printing
-      integer(hid_t) :: file
+      type(output_type) :: output
 
-      call silence_hdf5(printing, error)
-      call create_hdf5_file(file, staging, path, bytes_of(problem), error)
-      call write_matrix(file, "/mass", problem%mass, error)
-      call write_matrix(file, "/stiffness", problem%stiffness, error)
-      if (problem%damping%nonzeros() > 0) call write_matrix(file, "/damping", problem%damping, error)
-      if (problem%multipliers() > 0) call write_matrix(file, "/constraints", problem%constraints, error)
-      call write_mesh(file, problem%mesh, error)
-      call finish_hdf5_file(file, staging, path, error)
-      call restore_printing(printing)
+      call create_hdf5_file(output, path, bytes_of(problem), error)
+      call write_matrix(output%file, "/mass", problem%mass, error)
+      call write_matrix(output%file, "/stiffness", problem%stiffness, error)
+      if (problem%damping%nonzeros() > 0) call write_matrix(output%file, "/damping", problem%damping, error)
+      if (problem%multipliers() > 0) call write_matrix(output%file, "/constraints", problem%constraints, error)
+      call write_mesh(output%file, problem%mesh, error)
+      call finish_hdf5_file(output, error)
    end subroutine write_hdf5_problem
 
    pure integer(long) function bytes_of(problem)

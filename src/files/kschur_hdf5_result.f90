@@ -5,9 +5,8 @@ module kschur_hdf5_result
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use hdf5, only: hid_t
    use kschur_error, only: error_type, new_error, add_context, error_input, error_memory, error_usage
-   use kschur_files, only: staging_type
    use kschur_hdf5_attributes, only: has_attribute
-   use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, forbid_external_links, &
+   use kschur_hdf5_basics, only: output_type, printing_type, silence_hdf5, restore_printing, forbid_external_links, &
       open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
    use kschur_hdf5_facts, only: position_of, read_facts, read_options, write_facts, write_options
@@ -28,24 +27,20 @@ contains
       type(modal_result_type), intent(in) :: result
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      type(staging_type) :: staging
-      type(printing_type) :: printing
-      integer(hid_t) :: file
+      type(output_type) :: output
 
       if (.not. is_whole(result)) then
          call new_error(error, error_usage, path//": the result is incomplete and cannot be written: a solve fills one")
          return
       end if
-      call silence_hdf5(printing, error)
-      call create_hdf5_file(file, staging, path, bytes_of(result), error)
-      call write_modes(file, result, error)
-      call write_mesh(file, result%mesh, error)
-      call write_properties(file, result%properties, error)
-      call write_history(file, result%history, error)
-      call write_facts(file, result, error)
-      call write_options(file, result, error)
-      call finish_hdf5_file(file, staging, path, error)
-      call restore_printing(printing)
+      call create_hdf5_file(output, path, bytes_of(result), error)
+      call write_modes(output%file, result, error)
+      call write_mesh(output%file, result%mesh, error)
+      call write_properties(output%file, result%properties, error)
+      call write_history(output%file, result%history, error)
+      call write_facts(output%file, result, error)
+      call write_options(output%file, result, error)
+      call finish_hdf5_file(output, error)
    end subroutine write_hdf5_result
 
    pure logical function is_whole(result)

@@ -1,10 +1,8 @@
 !> A sweep in an HDF5 file: values of the parameter, branches, events. What h5py shows is points x branches.
 module kschur_hdf5_sweep
-   use hdf5, only: hid_t
    use kschur_error, only: error_type, new_error, error_usage
-   use kschur_files, only: staging_type
    use kschur_hdf5_attributes, only: write_attribute
-   use kschur_hdf5_basics, only: printing_type, silence_hdf5, restore_printing, create_hdf5_file, finish_hdf5_file, create_group
+   use kschur_hdf5_basics, only: output_type, create_hdf5_file, finish_hdf5_file, create_group
    use kschur_hdf5_datasets, only: write_dataset, word_length
    use kschur_kinds, only: long
    use kschur_release, only: kschur_version
@@ -26,31 +24,27 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer(long), parameter :: bytes_of_a_mode = 40
       character(len=word_length), allocatable :: kinds(:)
-      type(staging_type) :: staging
-      type(printing_type) :: printing
-      integer(hid_t) :: file
+      type(output_type) :: output
 
       if (.not. allocated(sweep%eigenvalues)) then
          call new_error(error, error_usage, path//": the sweep is not finished and cannot be written: call finish first")
          return
       end if
-      call silence_hdf5(printing, error)
-      call create_hdf5_file(file, staging, path, bytes_of_a_mode*size(sweep%eigenvalues, kind=long), error)
-      call write_attribute(file, root, "kschur_sweep", kschur_version, error)
-      call write_attribute(file, root, "parameter", parameter, error)
-      call write_dataset(file, "/values", sweep%values, error)
-      call write_dataset(file, "/eigenvalues", sweep%eigenvalues, error)
-      call write_dataset(file, "/frequency_hz", sweep%frequency_hz, error)
-      call write_dataset(file, "/damping_ratio", sweep%damping_ratio, error)
-      call write_dataset(file, "/share", sweep%share, error)
-      call create_group(file, "/events", error)
+      call create_hdf5_file(output, path, bytes_of_a_mode*size(sweep%eigenvalues, kind=long), error)
+      call write_attribute(output%file, root, "kschur_sweep", kschur_version, error)
+      call write_attribute(output%file, root, "parameter", parameter, error)
+      call write_dataset(output%file, "/values", sweep%values, error)
+      call write_dataset(output%file, "/eigenvalues", sweep%eigenvalues, error)
+      call write_dataset(output%file, "/frequency_hz", sweep%frequency_hz, error)
+      call write_dataset(output%file, "/damping_ratio", sweep%damping_ratio, error)
+      call write_dataset(output%file, "/share", sweep%share, error)
+      call create_group(output%file, "/events", error)
       allocate (kinds(size(sweep%events)))
       kinds = event_names(sweep%events%kind)
-      call write_dataset(file, "/events/kind", kinds, error)
-      call write_dataset(file, "/events/first", [sweep%events%first], error)
-      call write_dataset(file, "/events/second", [sweep%events%second], error)
-      call write_dataset(file, "/events/value", [sweep%events%value], error)
-      call finish_hdf5_file(file, staging, path, error)
-      call restore_printing(printing)
+      call write_dataset(output%file, "/events/kind", kinds, error)
+      call write_dataset(output%file, "/events/first", [sweep%events%first], error)
+      call write_dataset(output%file, "/events/second", [sweep%events%second], error)
+      call write_dataset(output%file, "/events/value", [sweep%events%value], error)
+      call finish_hdf5_file(output, error)
    end subroutine write_hdf5_sweep
 end module kschur_hdf5_sweep

@@ -50,6 +50,7 @@ contains
       class(monitor_type), optional, intent(inout) :: monitor
       class(symmetric_operator_type), pointer :: part
       type(ritz_type) :: ritz
+      real(wp) :: residual
       logical :: proceed, over
 
       associate (d => state%decomposition, statistics => found%statistics)
@@ -58,8 +59,7 @@ contains
          if (.not. d%by_rows) part => operator
          call start(part, operator%order(), selection%wanted, options, d, statistics, error)
          if (allocated(error)) return
-         allocate (statistics%history%converged(0), statistics%history%operator_applications(0), &
-            statistics%history%residual(0))
+         call statistics%history%begin()
          proceed = .true.
          do
             do
@@ -68,9 +68,9 @@ contains
                call expand(part, selection%wanted, options, d, statistics, error, monitor)
                if (.not. allocated(error)) call project(d, selection, options, ritz, error)
                if (allocated(error)) return
-               call record(statistics, ritz)
-               if (present(monitor)) call monitor%report(statistics%restarts, ritz%converged, ritz%needed, &
-                  maxval([0.0_wp, ritz%residuals(:ritz%wanted)]), proceed)
+               residual = maxval([0.0_wp, ritz%residuals(:ritz%wanted)])
+               call statistics%history%add_look(ritz%converged, statistics%operator_applications, residual)
+               if (present(monitor)) call monitor%report(statistics%restarts, ritz%converged, ritz%needed, residual, proceed)
                if (is_stopped(monitor)) proceed = .false.
                if (ritz%settled .or. d%exhausted .or. d%expanded >= d%dimension .or. .not. proceed) exit
             end do
@@ -234,15 +234,4 @@ contains
          end do
       end associate
    end subroutine purify
-
-   subroutine record(statistics, ritz)
-      type(krylov_statistics_type), intent(inout) :: statistics
-      type(ritz_type), intent(in) :: ritz
-
-      associate (h => statistics%history)
-         h%converged = [h%converged, ritz%converged]
-         h%operator_applications = [h%operator_applications, statistics%operator_applications]
-         h%residual = [h%residual, maxval([0.0_wp, ritz%residuals(:ritz%wanted)])]
-      end associate
-   end subroutine record
 end module kschur_lanczos

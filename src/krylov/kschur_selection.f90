@@ -1,6 +1,7 @@
 !> Which Ritz values are wanted.
 module kschur_selection
    use kschur_kinds, only: wp
+   use kschur_sorting, only: ascending_order
    implicit none
    private
    public :: selection_type, named_selection_type, order_by_preference
@@ -96,20 +97,8 @@ contains
       class(selection_type), intent(in) :: selection
       complex(wp), intent(in) :: values(:)
       integer :: order(size(values))
-      real(wp) :: keys(size(values)), key
-      integer :: i, j
+      integer :: i
 
-      do i = 1, size(values)
-         key = selection%key(values(i))
-         j = i - 1
-         do while (j > 0)
-            if (keys(j) <= key) exit
-            keys(j + 1) = keys(j)
-            order(j + 1) = order(j)
-            j = j - 1
-         end do
-         keys(j + 1) = key
-         order(j + 1) = i
-      end do
+      order = ascending_order([(selection%key(values(i)), i=1, size(values))])
    end function order_by_preference
 end module kschur_selection

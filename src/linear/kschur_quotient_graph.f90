@@ -36,14 +36,10 @@ contains
       integer, allocatable :: head(:), next(:), seen(:), number(:)
       integer :: merged, v, r
 
-      call stable_order(node(:unknowns), nodes, order)
-      allocate (first(nodes + 1), head(nodes), next(nodes), number(nodes), source=0)
+      call stable_order(node(:unknowns), nodes, order, first)
+      allocate (head(nodes), next(nodes), number(nodes), source=0)
       allocate (seen(nodes + size(row_start) - 1 - unknowns), source=0)
       allocate (marks(3, nodes))
-      first = unknowns + 1
-      do v = unknowns, 1, -1
-         first(node(order(v))) = v
-      end do
       merged = 0
       do v = 1, nodes
          call look()
@@ -257,9 +253,11 @@ contains
    end subroutine constraint_members
 
    !> Positions 1..size(key) by ascending key (1..keys), equal keys in their order.
-   subroutine stable_order(key, keys, order)
+   subroutine stable_order(key, keys, order, first)
       integer, intent(in) :: key(:), keys
       integer, allocatable, intent(out) :: order(:)
+      !> Those of key k are order(first(k):first(k + 1) - 1); keys + 1.
+      integer, allocatable, intent(out), optional :: first(:)
       integer, allocatable :: next(:)
       integer :: i
 
@@ -272,6 +270,7 @@ contains
       do i = 1, keys
          next(i + 1) = next(i + 1) + next(i)
       end do
+      if (present(first)) allocate (first, source=next)
       do i = 1, size(key)
          order(next(key(i))) = i
          next(key(i)) = next(key(i)) + 1

@@ -15,6 +15,7 @@ module kschur_low_rank_projection
    use kschur_lapack, only: dgesv
    use kschur_local_forces, only: local_forces_type
    use kschur_projected, only: symmetric_eigenvectors
+   use kschur_sorting, only: ascending_order
    use kschur_spectral_map, only: spectral_map_type
    use kschur_staircase, only: root_space_type, zero_and_infinite
    use kschur_tolerances, only: twelve_digits
@@ -97,7 +98,7 @@ contains
          return
       end if
       ! As in `new_energy_basis`: positions and velocities of equal energy, the slowest motions first.
-      places(::2) = descending(abs(self%values))
+      places(::2) = ascending_order(-abs(self%values))
       places(2::2) = k + places(::2)
       factors(::2) = sqrt(max(abs(self%values(places(::2))), epsilon(1.0_wp)**2*maxval(abs(self%values)), tiny(1.0_wp)))
       factors(2::2) = 1/unit
@@ -116,20 +117,6 @@ contains
       end do
       call move_alloc(matrix, pairs%basis)
    end subroutine eigenpairs
-
-   ! Positions of numbers, the largest first.
-   pure function descending(numbers) result(order)
-      real(wp), intent(in) :: numbers(:)
-      integer :: order(size(numbers))
-      logical :: left(size(numbers))
-      integer :: i
-
-      left = .true.
-      do i = 1, size(numbers)
-         order(i) = maxloc(numbers, 1, left)
-         left(order(i)) = .false.
-      end do
-   end function descending
 
    ! The matrix of (x, v) -> (x+, v+): with D = (1 + beta tau + c(tau) C)^{-1} and H = tau S + T,
    !

@@ -45,7 +45,7 @@ contains
       complex(wp), allocatable :: y(:)
       complex(wp) :: p
       real(wp) :: length
-      integer :: n, first, last, c, i, j
+      integer :: n, first, last, c, i, j, k
 
       n = size(pairs%phi, 1)
       allocate (y(forces%rank()))
@@ -71,7 +71,10 @@ contains
             pairs%phi(:, i) = cmplx(parts(:, j), parts(:, c + j), wp)
             pairs%xi(:, i) = cmplx(xi(:, j), xi(:, c + j), wp)
             call find_forces(forces, responses%shapes(forces%columns, :), lambda(i), p, pairs%phi(forces%columns, i), y)
-            call subtract_responses(responses, y, pairs%phi(:, i), pairs%xi(:, i))
+            do k = 1, size(y)
+               pairs%phi(:, i) = pairs%phi(:, i) - responses%shapes(:, k)*y(k)
+               pairs%xi(:, i) = pairs%xi(:, i) - responses%multipliers(:, k)*y(k)
+            end do
             length = norm2(abs(pairs%phi(:, i)))
             if (.not. length > 0) cycle
             pairs%phi(:, i) = pairs%phi(:, i)/length
@@ -109,16 +112,4 @@ contains
       call zgesv(r, 1, a, r, pivots, y, r, info)
       if (info /= 0) y = 0
    end subroutine find_forces
-
-   subroutine subtract_responses(responses, y, phi, xi)
-      type(responses_type), intent(in) :: responses
-      complex(wp), intent(in) :: y(:)
-      complex(wp), intent(inout) :: phi(:), xi(:)
-      integer :: i
-
-      do i = 1, size(y)
-         phi = phi - responses%shapes(:, i)*y(i)
-         xi = xi - responses%multipliers(:, i)*y(i)
-      end do
-   end subroutine subtract_responses
 end module kschur_low_rank_shapes

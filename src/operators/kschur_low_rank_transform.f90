@@ -25,7 +25,6 @@ module kschur_low_rank_transform
    use kschur_projected, only: keep_one_of_pairs
    use kschur_selection, only: order_by_preference
    use kschur_spare_solvers, only: spare_solvers_type
-   use kschur_spectral_map, only: spectral_map_type
    use kschur_symmetric_transform, only: new_symmetric_transform, symmetric_transform_type
    use kschur_tolerances, only: seems_zero
    use kschur_transform, only: transform_type

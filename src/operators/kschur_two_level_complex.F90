@@ -22,27 +22,7 @@ module kschur_two_level_complex
 #define SCALAR complex(wp)
 #define OPERATOR_TYPE quadratic_operator_type
 #define ADJOINT(x) conjg(transpose(x))
+#define GESVD zgesvd
+#define RWORK , rwork
 #include "kschur_two_level.inc"
-
-   subroutine left_singular_vectors(a, left, singular)
-      complex(wp), intent(in) :: a(:, :)
-      complex(wp), allocatable, intent(out) :: left(:, :)
-      real(wp), allocatable, intent(out) :: singular(:)
-      ! OpenBLAS reads a few columns beyond the end.
-      integer, parameter :: spare = 4
-      complex(wp), allocatable :: work(:), padded(:, :)
-      complex(wp) :: none(1, 1), work_size(1)
-      real(wp) :: rwork(5*min(size(a, 1), size(a, 2)))
-      integer :: rows, columns, info
-
-      rows = size(a, 1)
-      columns = size(a, 2)
-      allocate (padded(rows, columns + spare))
-      padded(:, :columns) = a
-      padded(:, columns + 1:) = 0
-      allocate (left(rows, min(rows, columns)), singular(min(rows, columns)))
-      call zgesvd("S", "N", rows, columns, padded, rows, singular, left, rows, none, 1, work_size, -1, rwork, info)
-      allocate (work(int(work_size(1))))
-      call zgesvd("S", "N", rows, columns, padded, rows, singular, left, rows, none, 1, work, size(work), rwork, info)
-   end subroutine left_singular_vectors
 end module kschur_two_level_complex

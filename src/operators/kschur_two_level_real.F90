@@ -22,26 +22,6 @@ module kschur_two_level_real
 #define SCALAR real(wp)
 #define OPERATOR_TYPE quadratic_operator_type
 #define ADJOINT(x) transpose(x)
+#define GESVD dgesvd
 #include "kschur_two_level.inc"
-
-   subroutine left_singular_vectors(a, left, singular)
-      real(wp), intent(in) :: a(:, :)
-      real(wp), allocatable, intent(out) :: left(:, :)
-      real(wp), allocatable, intent(out) :: singular(:)
-      ! OpenBLAS reads a few columns beyond the end.
-      integer, parameter :: spare = 4
-      real(wp), allocatable :: work(:), padded(:, :)
-      real(wp) :: none(1, 1), work_size(1)
-      integer :: rows, columns, info
-
-      rows = size(a, 1)
-      columns = size(a, 2)
-      allocate (padded(rows, columns + spare))
-      padded(:, :columns) = a
-      padded(:, columns + 1:) = 0
-      allocate (left(rows, min(rows, columns)), singular(min(rows, columns)))
-      call dgesvd("S", "N", rows, columns, padded, rows, singular, left, rows, none, 1, work_size, -1, info)
-      allocate (work(int(work_size(1))))
-      call dgesvd("S", "N", rows, columns, padded, rows, singular, left, rows, none, 1, work, size(work), info)
-   end subroutine left_singular_vectors
 end module kschur_two_level_real

@@ -1,6 +1,7 @@
 !> What kind of damping a matrix R is: proportional, R = alpha M + beta K, or that but for a few unknowns, or general.
 module kschur_damping
    use kschur_kinds, only: wp
+   use kschur_sorting, only: ascending_order
    use kschur_sparse, only: csr_matrix_type
    use kschur_tolerances, only: above_all_rounding, cancelled
    implicit none
@@ -254,7 +255,7 @@ contains
          if (width > 0) then
             rows = rows + 1
             if (rows > most) exit
-            call sort(column(:width))
+            column(:width) = column(ascending_order(real(column(:width), wp)))
             columns = [columns, column(:width)]
             values = [values, (difference(column(j)), j=1, width)]
             difference(column(:width)) = 0
@@ -301,20 +302,4 @@ contains
          end do
       end subroutine settle
    end subroutine subtract
-
-   pure subroutine sort(numbers)
-      integer, intent(inout) :: numbers(:)
-      integer :: i, j, number
-
-      do i = 2, size(numbers)
-         number = numbers(i)
-         j = i - 1
-         do while (j > 0)
-            if (numbers(j) <= number) exit
-            numbers(j + 1) = numbers(j)
-            j = j - 1
-         end do
-         numbers(j + 1) = number
-      end do
-   end subroutine sort
 end module kschur_damping

@@ -4,6 +4,7 @@ module kschur_mesh
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur_error, only: error_type, new_error, error_input, error_memory
    use kschur_kinds, only: wp
+   use kschur_quotient_graph, only: stable_order
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: text
    implicit none
@@ -154,13 +155,14 @@ contains
       integer :: lines, pass, node, k
 
       if (allocated(mesh%types)) return
-      call sort_unknowns(mesh, first, unknowns)
+      ! Those without a node come first.
+      call stable_order(mesh%unknown_node + 1, mesh%nodes() + 1, unknowns, first)
       allocate (seen(mesh%nodes()))
       do pass = 1, 2
          lines = 0
          seen(:) = 0
          do node = 1, mesh%nodes()
-            do k = first(node), first(node + 1) - 1
+            do k = first(node + 1), first(node + 2) - 1
                call add_lines(unknowns(k))
             end do
          end do
@@ -188,32 +190,6 @@ contains
          end do
       end subroutine add_lines
    end subroutine join_nodes
-
-   ! unknowns(first(i):first(i + 1) - 1) are those of node i.
-   pure subroutine sort_unknowns(mesh, first, unknowns)
-      type(mesh_type), intent(in) :: mesh
-      integer, allocatable, intent(out) :: first(:), unknowns(:)
-      integer, allocatable :: next(:)
-      integer :: node, i
-
-      allocate (first(mesh%nodes() + 1), source=0)
-      do i = 1, size(mesh%unknown_node)
-         node = mesh%unknown_node(i)
-         if (node > 0) first(node + 1) = first(node + 1) + 1
-      end do
-      first(1) = 1
-      do node = 1, mesh%nodes()
-         first(node + 1) = first(node + 1) + first(node)
-      end do
-      allocate (unknowns(first(mesh%nodes() + 1) - 1))
-      allocate (next(mesh%nodes()), source=first(:mesh%nodes()))
-      do i = 1, size(mesh%unknown_node)
-         node = mesh%unknown_node(i)
-         if (node == 0) cycle
-         unknowns(next(node)) = i
-         next(node) = next(node) + 1
-      end do
-   end subroutine sort_unknowns
 
    pure integer function nodes(self)
       class(mesh_type), intent(in) :: self

@@ -124,7 +124,10 @@ contains
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
          size(s%known%rigid%lambda))
       before = s%effort%operator_applications
-      call begin_parts(s, size(parts), finished, error)
+      if (associated(s%checkpoint)) then
+         allocate (finished%found(size(parts)))
+         call s%checkpoint%begin_parts(finished, error)
+      end if
       if (present(groups)) call groups%announce(parts)
       do i = 1, size(parts)
          if (allocated(error)) exit
@@ -157,18 +160,6 @@ contains
       s%known%deflation%decay = decay
       s%known%total = total
    end subroutine solve_parts
-
-   ! Of a solve that goes on the parts that were finished are known.
-   subroutine begin_parts(s, parts, finished, error)
-      type(solve_context_type), intent(inout) :: s
-      integer, intent(in) :: parts
-      type(finished_parts_type), target, intent(inout) :: finished
-      type(error_type), allocatable, intent(out) :: error
-
-      if (.not. associated(s%checkpoint)) return
-      allocate (finished%found(parts))
-      call s%checkpoint%begin_parts(finished, error)
-   end subroutine begin_parts
 
    subroutine keep_part(s, part, found, finished)
       type(solve_context_type), intent(inout) :: s

@@ -8,6 +8,7 @@ module kschur_bands
    use kschur_options, only: modal_options_type
    use kschur_outcome, only: certified_no, certified_unknown, reason_converged
    use kschur_result, only: modal_result_type
+   use kschur_sorting, only: ascending_order
    use kschur_tolerances, only: same_frequency
    implicit none
    private
@@ -41,7 +42,7 @@ contains
          return
       end if
       allocate (results(size(bands, 2)))
-      waiting = highest_first(bands(2, :))
+      waiting = ascending_order(-bands(2, :))
       at_once = .false.
       alone = .false.
       do while (size(waiting) > 0)
@@ -65,17 +66,6 @@ contains
          waiting = waiting(size(own) + 1:)
       end do
    end subroutine solve_bands
-
-   pure function highest_first(ends) result(order)
-      real(wp), intent(in) :: ends(:)
-      integer :: order(size(ends))
-      integer :: i, j
-
-      do i = 1, size(ends)
-         j = count(ends > ends(i)) + count(ends(:i) >= ends(i) .and. ends(:i) <= ends(i))
-         order(j) = i
-      end do
-   end function highest_first
 
    ! How many of the first ones overlap or touch.
    pure integer function joined(bands)

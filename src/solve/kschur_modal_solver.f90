@@ -334,28 +334,19 @@ contains
       end associate
    end function serves
 
-   ! Modes of a result as those of what is iterated.
-   function modes_of(s, result) result(modes)
-      type(solve_context_type), intent(in) :: s
-      type(modal_result_type), intent(in) :: result
-      type(eigenpairs_type) :: modes
-      type(eigenpairs_type) :: given
-
-      allocate (given%lambda, source=result%eigenvalues)
-      allocate (given%phi, source=result%eigenvectors)
-      allocate (given%xi, source=result%multipliers)
-      modes = s%contract(given)
-   end function modes_of
-
    ! The modes that were found, to begin with where the values change.
    subroutine remember(s, result)
       type(solve_context_type), intent(inout) :: s
       type(modal_result_type), intent(in) :: result
+      type(eigenpairs_type) :: given
 
       if (allocated(s%last)) deallocate (s%last)
       if (size(result%eigenvalues) == 0 .or. s%plan%unknowns_after == 0) return
       s%scale = scale_of(result%eigenvalues, s%scale)
-      allocate (s%last, source=modes_of(s, result))
+      allocate (given%lambda, source=result%eigenvalues)
+      allocate (given%phi, source=result%eigenvectors)
+      allocate (given%xi, source=result%multipliers)
+      allocate (s%last, source=s%contract(given))
    end subroutine remember
 
    ! Whether a mode is so low that it may be a zero that nobody looked for.

@@ -38,11 +38,31 @@ module kschur_outcome
       !> Largest relative residual among the wanted Ritz values.
       real(wp), allocatable :: residual(:)
    contains
+      !> Begins without an entry.
+      procedure :: begin
+      !> Adds an entry.
+      procedure :: add_look
       !> Adds what came after it.
       procedure :: append
    end type history_type
 
 contains
+
+   subroutine begin(self)
+      class(history_type), intent(out) :: self
+
+      allocate (self%converged(0), self%operator_applications(0), self%residual(0))
+   end subroutine begin
+
+   subroutine add_look(self, converged, operator_applications, residual)
+      class(history_type), intent(inout) :: self
+      integer, intent(in) :: converged, operator_applications
+      real(wp), intent(in) :: residual
+
+      self%converged = [self%converged, converged]
+      self%operator_applications = [self%operator_applications, operator_applications]
+      self%residual = [self%residual, residual]
+   end subroutine add_look
 
    subroutine append(self, more, before)
       class(history_type), intent(inout) :: self
