@@ -140,7 +140,7 @@ contains
          return
       end if
       do j = 1, size(polished%errors)
-         if (polished%errors(j) > limits(j)) cycle
+         if (polished%errors(j) > limits(j) .or. .not. any(abs(polished%pairs%phi(:, j)) > 0)) cycle
          left%phi(:, cluster%members(j)) = polished%pairs%phi(:, j)
          left%xi(:, cluster%members(j)) = polished%pairs%xi(:, j)
       end do

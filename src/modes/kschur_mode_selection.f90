@@ -1,6 +1,7 @@
 !> From eigenpairs to modes: which of them are the same, how accurate they are, which are wanted.
 module kschur_mode_selection
-   use kschur_eigenpairs, only: eigenpairs_type, normalize
+   use kschur_backward_error, only: judge_as_given
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_problem, only: modal_problem_type
@@ -24,8 +25,8 @@ module kschur_mode_selection
       !> There are no more finite eigenvalues than this, both of a conjugate pair counted. What is beyond
       !> belongs to multipliers, however small its backward error is.
       integer :: most = huge(1)
-      !> The last so many pairs are rigid motions, known exactly: all of the eigenvalue zero, with
-      !> orthonormal shapes, and others.
+      !> The last so many pairs are rigid motions, known exactly: all of the eigenvalue zero, and
+      !> others.
       integer :: rigid = 0
       !> A size of lambda (1/s), as the shift, against which zeros are seen.
       real(wp) :: reference = 0
@@ -43,8 +44,17 @@ contains
       !> Used up.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
+      integer, allocatable :: motions(:)
+      real(wp), allocatable :: errors(:), bounds(:)
+      integer :: j
 
       call judge_pairs(problem, wanted, pairs, modes)
+      ! What is known was not asked for its errors.
+      allocate (motions, source=pack([(j, j=1, size(modes%motion))], modes%motion > 0))
+      allocate (errors(size(motions)), bounds(size(motions)))
+      call judge_as_given(problem, chosen_pairs(modes, modes%motion > 0), spread(.true., 1, size(motions)), errors, bounds)
+      modes%backward_error(motions) = errors
+      modes%error_bound(motions) = bounds
       call drop_spurious(modes)
    end subroutine accept_pairs
 

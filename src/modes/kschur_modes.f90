@@ -13,7 +13,8 @@ module kschur_modes
       module procedure take_real_columns, take_complex_columns
    end interface take_columns
 
-   !> Eigenpairs of the problem as given, nearest to the target first, and what is known of them.
+   !> Eigenpairs, and what is known of them: of what is iterated until the last step of a search makes them those of the problem
+   !> as given, nearest to the target first.
    type, extends(eigenpairs_type) :: modes_type
       real(wp), allocatable :: backward_error(:)
       !> Absolute bounds of the errors (1/s); NaN where not known.

@@ -51,7 +51,7 @@ contains
       logical :: repeats(k)
       integer :: zeros(count(.not. abs(pairs%lambda(k + 1:k + rigid)) > 0))
       complex(wp) :: shape(pairs%rows())
-      complex(wp) :: m, r, s
+      complex(wp) :: m, r, s, gram(size(zeros) + 1, size(zeros) + 1)
       real(wp) :: m_terms, r_terms, k_terms, smallest, largest
       logical :: pending(k)
       integer :: i, j
@@ -61,6 +61,11 @@ contains
       ! Seen against any of them.
       if (minval(abs(pairs%lambda(:k))) > nearly_zero*max(reference, maxval(abs(pairs%lambda(:k))))) return
       zeros = pack([(i, i=k + 1, k + rigid)], .not. abs(pairs%lambda(k + 1:k + rigid)) > 0)
+      do j = 1, size(zeros)
+         do i = 1, j
+            gram(i, j) = product_of_shapes(pairs, zeros(i), zeros(j))
+         end do
+      end do
       ! From the smallest one on, as far as a zero may lie: shapes cost more than places.
       pending = .true.
       smallest = huge(1.0_wp)
@@ -90,15 +95,12 @@ contains
       ! What the shape of pair j has outside the span of rigid motions.
       real(wp) function rest_beside_zeros(j) result(rest)
          integer, intent(in) :: j
-         integer :: all(size(zeros) + 1), i, l
-         complex(wp) :: gram(size(zeros) + 1, size(zeros) + 1)
+         integer :: last(size(zeros) + 1), i
          real(wp) :: rests(size(zeros) + 1)
 
-         all = [zeros, j]
-         do l = 1, size(all)
-            do i = 1, l
-               gram(i, l) = product_of_shapes(pairs, all(i), all(l))
-            end do
+         last = [zeros, j]
+         do i = 1, size(last)
+            gram(i, size(last)) = product_of_shapes(pairs, last(i), j)
          end do
          rests = distances_from_span(gram)
          rest = rests(size(rests))

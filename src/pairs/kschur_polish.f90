@@ -133,7 +133,6 @@ contains
 
       random_state = state_of_seed(0)
       limit = max(self%above, min(10*worst, inaccurate_above))
-      if (present(lambda)) limit = huge(limit)
       polished%pairs = chosen_pairs(members, spread(.false., 1, size(members%lambda)))
       allocate (polished%pairs%paired(0), polished%errors(0))
       call begin_states(members, cluster, abs(shift), guards, random_state, states, error)
@@ -156,11 +155,13 @@ contains
          end if
          now%complete = size(now%errors) > 0 .and. now%worst() <= self%above .and. &
             (guards == 0 .or. inside < size(states, 2))
-         call keep_pairs(now%pairs, now%errors <= limit)
-         now%errors = pack(now%errors, now%errors <= limit)
+         if (.not. present(lambda)) then
+            call keep_pairs(now%pairs, now%errors <= limit)
+            now%errors = pack(now%errors, now%errors <= limit)
+         end if
          now%eigenvalues = count_of(cluster, now%pairs%lambda)
-         if (present(lambda) .or. is_better(now, polished)) then
-            settled = is_settled(now, polished)
+         settled = is_settled(now, polished)
+         if (is_better(now, polished)) then
             polished = now
             if (settled) exit
          end if

@@ -11,7 +11,6 @@ module kschur_finishing
    use kschur_modes, only: modes_type
    use kschur_outcome, only: inaccurate_above
    use kschur_polish, only: polished_type, polisher_type
-   use kschur_problem, only: modal_problem_type
    use kschur_residual_parts, only: residual_parts
    use kschur_scaling, only: constraint_factors
    use kschur_shapes, only: rest_beside, rests_of_states
@@ -37,14 +36,14 @@ module kschur_finishing
 
 contains
 
-   !> Polishes each cluster in which a mode is inaccurate, in doubt, or no other than its neighbours: once contracted,
+   !> Polishes each cluster in which a mode is inaccurate, in doubt, or no other than its neighbours: once
    !> factored beside and iterated, what lies where it is takes its place, whatever that is. A mode in doubt that is not
    !> found there is no eigenvalue.
    subroutine finish_modes(s, modes, aside, error)
       type(solve_context_type), intent(inout) :: s
       !> Of what is iterated, in the units that balance has found: in those as given, errors may hide behind a few large entries.
       type(modes_type), intent(inout) :: modes
-      !> Those in doubt that were not found again although they have small backward errors; where there are none it stays.
+      !> Grows by those in doubt that were not found again although they have small backward errors.
       type(eigenpairs_type), intent(inout) :: aside
       type(error_type), allocatable, intent(out) :: error
       type(judgement_type) :: judgement
@@ -75,8 +74,7 @@ contains
       call s%effort%add_solves(polisher%solver)
       if (.not. any(gone .or. nowhere)) return
       nowhere = nowhere .and. .not. gone
-      if (any(nowhere .and. modes%backward_error <= inaccurate_above)) &
-         aside = chosen_pairs(modes, nowhere .and. modes%backward_error <= inaccurate_above)
+      call put_aside(modes, nowhere .and. modes%backward_error <= inaccurate_above, aside)
       allocate (badly, source=pack(modes%lambda, nowhere .and. judgement%errors > inaccurate_above))
       call modes%drop(gone .or. nowhere)
       if (allocated(found%lambda)) then
@@ -95,6 +93,21 @@ contains
       if (size(order) >= s%options%modes) reach = distances(modes%lambda(order(s%options%modes)), s%options%target)
       modes%inaccurate = modes%inaccurate + lost + count(distances(badly, s%options%target) <= reach)
    end subroutine finish_modes
+
+   ! Those among some modes that are not there yet, from another shift.
+   subroutine put_aside(modes, chosen, aside)
+      type(modes_type), intent(in) :: modes
+      logical, intent(in) :: chosen(:)
+      type(eigenpairs_type), intent(inout) :: aside
+      integer :: i, j
+
+      if (.not. allocated(aside%lambda)) aside = chosen_pairs(modes, spread(.false., 1, size(chosen)))
+      do j = 1, size(chosen)
+         if (.not. chosen(j)) cycle
+         if (rest_beside(aside, modes, j, half) <= same_shape) cycle
+         call append_pairs(aside, chosen_pairs(modes, [(i == j, i=1, size(chosen))]))
+      end do
+   end subroutine put_aside
 
    subroutine judge(s, modes, judgement, error)
       type(solve_context_type), intent(inout) :: s
@@ -199,7 +212,7 @@ contains
       end function is_suspect
    end subroutine find_suspects
 
-   ! One cluster: contracted, factored, iterated, and accepted or left as it was.
+   ! One cluster: factored, iterated, and accepted or left as it was.
    subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, gone, nowhere, lost, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
@@ -241,8 +254,7 @@ contains
       end if
       if (is_accepted()) then
          gone(cluster%members) = .true.
-         lost = lost + max(0, count(rests_of_states(modes, cluster%members) > dependent_state .and. &
-            .not. judgement%doubtful(cluster%members)) - polished%eigenvalues)
+         lost = lost + max(0, least_of_members() - polished%eigenvalues)
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          if (allocated(found%lambda)) then
             ! Eigenvalues known so badly that they were not near to each other may be found beside both.
@@ -260,6 +272,15 @@ contains
       end if
 
    contains
+
+      ! How many eigenvalues those of the members that are independent, and not in doubt, stand for.
+      integer function least_of_members() result(least)
+         logical :: certain(size(cluster%members))
+
+         certain = rests_of_states(modes, cluster%members) > dependent_state .and. .not. judgement%doubtful(cluster%members)
+         least = count(certain)
+         if (cluster%on_axis) least = least + count(certain .and. abs(aimag(modes%lambda(cluster%members))) > 0)
+      end function least_of_members
 
       ! All that there are, or as many as there were, and known better.
       logical function is_accepted()

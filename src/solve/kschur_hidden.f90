@@ -1,6 +1,6 @@
 !> Modes that rounding of the stiffness hides: what is known of them, and what is not.
 module kschur_hidden
-   use kschur_context, only: solve_context_type, whole_both
+   use kschur_context, only: solve_context_type, whole_both, whole_given
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -28,11 +28,15 @@ contains
       logical :: hidden(size(modes%lambda))
 
       if (.not. s%problem%symmetric .or. size(modes%lambda) == 0) return
-      call s%hold(whole_both, error)
+      call s%hold(whole_given, error)
       if (allocated(error)) return
-      limits = max(limit_of_zeros(s%problem, modes), limit_of(modes%lambda, min(modes%uncertainty, modes%error_bound)))
+      limits = modes%uncertainty
+      where (modes%error_bound >= 0) limits = min(limits, modes%error_bound)
+      limits = max(limit_of_zeros(s%problem, modes), limit_of(modes%lambda, limits))
       hidden = abs(modes%lambda) > 0 .and. limits >= abs(modes%lambda) .and. .not. are_known(s, modes%lambda)
       ! The units as given may hide more than those that balance has found.
+      if (any(hidden)) call s%hold(whole_both, error)
+      if (allocated(error)) return
       if (any(hidden)) hidden = unpack(.not. feel_inertia(s%work, s%contract(chosen_pairs(modes, hidden))), hidden, .false.)
       if (any(hidden)) then
          call s%add_note("rounding of the stiffness hides the lowest modes: nothing is known of what lies below "// &
@@ -43,7 +47,9 @@ contains
          return
       end if
       if (any(modes%reason == [reason_converged, reason_fewer_modes])) modes%reason = reason_inaccurate
-      if (modes%certified == certified_yes) modes%certified = certified_unknown
+      if (modes%certified /= certified_yes) return
+      modes%certified = certified_unknown
+      modes%missing = -1
    end subroutine tell_hidden
 
    ! Below this (1/s) a mode cannot be told from a zero: |lambda|^2 times the inertia of its shape is rounding of the energy.

@@ -8,7 +8,7 @@ module kschur_left_run
    use kschur_left, only: find_left_pairs, set_left_modes
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type, no_modes
-   use kschur_outcome, only: reason_cancelled, reason_converged, reason_inaccurate
+   use kschur_outcome, only: reason_cancelled, reason_converged, reason_fewer_modes, reason_inaccurate
    use kschur_polish, only: polisher_type
    use kschur_problem, only: modal_problem_type
    use kschur_scaling, only: constraint_factors, first_scale
@@ -50,7 +50,7 @@ contains
       call set_left_modes(s%problem, left, modes)
       call adjoint%drop_transform()
       call s%effort%add_effort(adjoint%effort)
-      if (modes%reason == reason_converged .and. .not. all(modes%condition >= 0)) &
+      if (any(modes%reason == [reason_converged, reason_fewer_modes]) .and. .not. all(modes%condition >= 0)) &
          modes%reason = merge(reason_cancelled, reason_inaccurate, found%reason == reason_cancelled)
    end subroutine find_left_modes
 

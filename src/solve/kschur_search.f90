@@ -35,6 +35,7 @@ contains
       logical :: complete
       ! Pairs that may be anything.
       type(eigenpairs_type) :: aside
+      integer, allocatable :: order(:)
 
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
       call search_here(s, modes, aside, complete, error)
@@ -51,11 +52,14 @@ contains
       if (allocated(error)) return
       if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled .or. modes%unsure .or. are_good(s, modes))) then
          ! What is accurate in even units may not be so as given.
-         call take_shapes(s, modes)
-         call finish_modes(s, modes, aside, error)
+         call take_shapes(s, modes, error)
+         if (.not. allocated(error)) call finish_modes(s, modes, aside, error)
          if (.not. allocated(error)) call give_shapes(s, modes, error)
          if (allocated(error)) return
       end if
+      allocate (order, source=nearest_first(modes%lambda, s%options%target))
+      call modes%take(order(:min(size(order), s%options%modes)))
+      call drop_spurious(modes)
       if (s%is_stopped()) modes%reason = reason_cancelled
       if (allocated(aside%lambda) .and. .not. all_known(s, modes)) modes%inaccurate = modes%inaccurate + &
          count(distances(aside%lambda, s%options%target) < maxval([0.0_wp, distances(modes%lambda, s%options%target)]))
@@ -139,6 +143,7 @@ contains
             round == rounds .or. missing >= before
          if (.not. s%options%is_plain() .and. statistics%reason /= reason_cancelled .and. (ends .or. .not. fewer(s, modes))) then
             call s%announce_phase("refinement")
+            aside = eigenpairs_type()
             call finish_modes(s, modes, aside, error)
             if (allocated(error)) return
          end if
@@ -210,17 +215,15 @@ contains
       call modes%drop(modes%backward_error > inaccurate_above)
    end subroutine search_elsewhere
 
-   ! The wanted ones of the modes, their shapes those of the problem as given, and how well they satisfy it.
+   ! Shapes of the problem as given, and how well they satisfy it.
    subroutine give_shapes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: order(:)
       integer :: j
 
-      allocate (order, source=nearest_first(modes%lambda, s%options%target))
-      call modes%take(order(:min(size(order), s%options%modes)))
-      call s%hold(whole_given, error)
+      call require_memory(s%bytes_of_shapes(2*size(modes%lambda)), "mode shapes", error)
+      if (.not. allocated(error)) call s%hold(whole_given, error)
       if (.not. allocated(error)) call s%expand(modes%eigenpairs_type, error)
       if (allocated(error)) return
       do j = 1, size(modes%lambda)
@@ -234,17 +237,19 @@ contains
             end if
          end associate
       end do
-      call judge_as_given(s%problem, modes, modes%motion > 0, modes%backward_error, modes%error_bound)
-      call drop_spurious(modes)
+      call judge_as_given(s%problem, modes%eigenpairs_type, modes%motion > 0, modes%backward_error, modes%error_bound)
       call s%hold(whole_iterated, error)
    end subroutine give_shapes
 
    ! The same modes as what is iterated has them, with what is known of them.
-   subroutine take_shapes(s, modes)
+   subroutine take_shapes(s, modes, error)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
       integer :: j
 
+      call require_memory(s%bytes_of_shapes(3*size(modes%lambda)), "mode shapes", error)
+      if (allocated(error)) return
       modes%eigenpairs_type = s%contract(modes)
       do j = 1, size(modes%lambda)
          call normalize(modes, j)
@@ -266,7 +271,7 @@ contains
       call judge_pairs(s%work, wanted_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
          more, others)
       do j = 1, size(others%lambda)
-         if (others%motion(j) > 0 .or. .not. abs(others%lambda(j)) > 0) cycle
+         if (.not. abs(others%lambda(j)) > 0 .or. (others%motion(j) > 0 .and. any(modes%motion == others%motion(j)))) cycle
          ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape; others share an
          ! eigenvalue, and more of their neighbours is in a shape.
          if (rest_beside(modes, others, j, may_be_anything) <= same_shape) cycle
