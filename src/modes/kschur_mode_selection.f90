@@ -51,10 +51,12 @@ contains
       call judge_pairs(problem, wanted, pairs, modes)
       ! What is known was not asked for its errors.
       allocate (motions, source=pack([(j, j=1, size(modes%motion))], modes%motion > 0))
-      allocate (errors(size(motions)), bounds(size(motions)))
-      call judge_as_given(problem, chosen_pairs(modes, modes%motion > 0), spread(.true., 1, size(motions)), errors, bounds)
-      modes%backward_error(motions) = errors
-      modes%error_bound(motions) = bounds
+      if (size(motions) > 0) then
+         allocate (errors(size(motions)), bounds(size(motions)))
+         call judge_as_given(problem, chosen_pairs(modes, modes%motion > 0), spread(.true., 1, size(motions)), errors, bounds)
+         modes%backward_error(motions) = errors
+         modes%error_bound(motions) = bounds
+      end if
       call drop_spurious(modes)
    end subroutine accept_pairs
 

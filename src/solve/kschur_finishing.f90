@@ -101,6 +101,7 @@ contains
       type(eigenpairs_type), intent(inout) :: aside
       integer :: i, j
 
+      if (.not. any(chosen)) return
       if (.not. allocated(aside%lambda)) aside = chosen_pairs(modes, spread(.false., 1, size(chosen)))
       do j = 1, size(chosen)
          if (.not. chosen(j)) cycle
