@@ -113,6 +113,7 @@ contains
       type(eigenpairs_type), intent(in) :: more
       complex(wp), allocatable :: phi(:, :), xi(:, :)
       real(wp), allocatable :: real_phi(:, :)
+      logical, allocatable :: paired(:)
       integer :: k, l
 
       k = size(pairs%lambda)
@@ -134,7 +135,12 @@ contains
       xi(:, :k) = pairs%xi
       xi(:, k + 1:) = more%xi
       call move_alloc(xi, pairs%xi)
-      if (allocated(pairs%paired)) pairs%paired = [pairs%paired, marks(l, more%paired)]
+      if (allocated(pairs%paired)) then
+         allocate (paired(k + l), source=.false.)
+         paired(:k) = pairs%paired
+         if (allocated(more%paired)) paired(k + 1:) = more%paired
+         call move_alloc(paired, pairs%paired)
+      end if
       pairs%lambda = [pairs%lambda, more%lambda]
    end subroutine append_pairs
 
@@ -203,14 +209,4 @@ contains
 
       near = abs(lambda - lambda(j)) <= distance*abs(lambda(j))
    end function near
-
-   ! Of n pairs which are known to have others as conjugates; not allocated: none.
-   pure function marks(n, paired)
-      integer, intent(in) :: n
-      logical, optional, intent(in) :: paired(:)
-      logical :: marks(n)
-
-      marks = .false.
-      if (present(paired)) marks = paired
-   end function marks
 end module kschur_eigenpairs
