@@ -19,22 +19,9 @@ contains
    function backward_errors(problem, pairs) result(errors)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
-      real(wp) :: errors(size(pairs%lambda))
-      type(csr_matrix_type) :: transposed
-      type(products_type) :: products
-      real(wp) :: norms(4)
-      integer :: first, last, j
+      real(wp), dimension(size(pairs%lambda)) :: errors, bounds
 
-      transposed = transpose_csr(problem%constraints)
-      norms = norms_of(problem)
-      do first = 1, size(errors), pairs_at_once(pairs)
-         last = min(first + pairs_at_once(pairs) - 1, size(errors))
-         call multiply_pairs(problem, transposed, pairs, first, last, products)
-         do j = first, last
-            errors(j) = max(residual_of(products, j - first + 1, pairs%lambda(j), norms), &
-               violation_of(products, j - first + 1, norms))
-         end do
-      end do
+      call judge_as_given(problem, pairs, spread(.false., 1, size(errors)), errors, bounds)
    end function backward_errors
 
    !> Backward errors of pairs, and absolute bounds of the errors of their eigenvalues (1/s), NaN where not known.
