@@ -1,4 +1,4 @@
-# The libraries below kschur, as one target kschur::libraries: MUMPS, METIS, AMD of SuiteSparse, BLAS
+# The libraries below kschur, as one target kschur::libraries: MUMPS, METIS, AMD and COLAMD of SuiteSparse, BLAS
 # and LAPACK, and, unless KSCHUR_WITH_ARPACK or KSCHUR_WITH_HDF5 is off, ARPACK and serial HDF5 with its Fortran interface.
 #
 # BLAS is OpenBLAS where there is one, else any; BLA_VENDOR says which (Generic: the reference BLAS).
@@ -6,7 +6,7 @@
 # MUMPS is the sequential one, or, where KSCHUR_MPI is on, the other one with ScaLAPACK: never both, as two of them in one
 # program overwrite each other. HDF5 is always the serial one.
 # Never the parallel ARPACK either: it wants MPI.
-# Never CHOLMOD or another GPL part of SuiteSparse: AMD is BSD.
+# Never CHOLMOD or another GPL part of SuiteSparse: AMD and COLAMD are BSD.
 
 include(FindPackageHandleStandardArgs)
 find_package(PkgConfig QUIET)
@@ -42,6 +42,7 @@ else()
 endif()
 kschur_find_library(METIS metis)
 kschur_find_library(AMD amd)
+kschur_find_library(COLAMD colamd)
 find_path(KSCHUR_MUMPS_INCLUDE_DIR NAMES zmumps_struc.h)
 mark_as_advanced(KSCHUR_MUMPS_INCLUDE_DIR)
 list(APPEND KschurLibraries_VARIABLES KSCHUR_MUMPS_INCLUDE_DIR)

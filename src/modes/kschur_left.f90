@@ -4,7 +4,7 @@
 !> cluster where one is missing, or where copies cannot be told apart, they are polished.
 module kschur_left
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
-   use kschur_backward_error, only: backward_errors, level_of, norms_of
+   use kschur_backward_error, only: backward_errors, effect_of_constraints, level_of, norms_of
    use kschur_effort, only: effort_type
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
@@ -207,7 +207,7 @@ contains
          associate (lambda => left%lambda(j), phi => modes%phi(:, j), condition => modes%condition(j))
             if (.not. is_number(left, j)) condition = ieee_value(1.0_wp, ieee_quiet_nan)
             if (.not. (is_number(left, j) .and. abs(lambda) > 0)) cycle
-            condition = condition_number(problem, lambda, left%phi(:, j), phi)
+            condition = condition_number(problem, lambda, left%phi(:, j), left%xi(:, j), phi, modes%xi(:, j))
             if (condition > huge(condition)) cycle
             if (merges(modes%lambda, modes%phi, j, rounding_of_sums*condition*abs(lambda))) &
                condition = ieee_value(1.0_wp, ieee_positive_inf)
@@ -217,12 +217,13 @@ contains
       end do
    end subroutine set_conditions
 
-   !> Normwise relative condition number of an eigenvalue; infinite where rounding could take it anywhere.
-   function condition_number(problem, lambda, chi, phi) result(condition)
+   !> Relative condition number of an eigenvalue, normwise of M, R and K and by entries of the constraints; infinite where
+   !> rounding could take it anywhere.
+   function condition_number(problem, lambda, chi, eta, phi, xi) result(condition)
       type(modal_problem_type), intent(in) :: problem
       complex(wp), intent(in) :: lambda
-      !> Shapes of unit norm, of the transposed problem and of the problem itself.
-      complex(wp), intent(in) :: chi(:), phi(:)
+      !> Shapes of unit norm and their multipliers, of the transposed problem and of the problem itself.
+      complex(wp), intent(in) :: chi(:), eta(:), phi(:), xi(:)
       real(wp) :: condition
       complex(wp) :: shape(size(phi), 1), derivative(size(phi), 1)
       real(wp) :: sensitivity, level
@@ -232,7 +233,7 @@ contains
       call problem%mass%add_product(2*lambda, shape, derivative)
       call problem%damping%add_product((1.0_wp, 0.0_wp), shape, derivative)
       sensitivity = abs(lambda)*abs(sum(chi*derivative(:, 1)))
-      level = level_of(lambda, norms_of(problem))
+      level = level_of(lambda, norms_of(problem)) + effect_of_constraints(problem%constraints, phi, xi, chi, eta)
       condition = ieee_value(1.0_wp, ieee_positive_inf)
       if (sensitivity > epsilon(1.0_wp)*level) condition = level/sensitivity
    end function condition_number

@@ -7,14 +7,14 @@ module kschur_notes
    use kschur_left, only: condition_number, merges
    use kschur_options, only: formulation_low_rank, method_arpack
    use kschur_problem, only: modal_problem_type, damping_proportional
+   use kschur_redundancy, only: dependence_type
    use kschur_result, only: modal_result_type, append_note, certified_unknown, kind_rigid, inaccurate_above, note_length, &
       reason_converged, reason_max_restarts
    use kschur_text, only: magnitude, text
-   use kschur_tolerances, only: cancelled, noted_above, same_frequency
+   use kschur_tolerances, only: cancelled, noted_above, noted_below, same_frequency
    implicit none
    private
-   public :: note_inaccurate, note_modes, note_problem
-
+   public :: note_dependence, note_inaccurate, note_modes, note_problem
 
 contains
 
@@ -32,6 +32,34 @@ contains
       if (massless > 0) call append_note(notes, "the mass matrix is singular: "//text(massless)// &
          either(massless == 1, " unknown has", " unknowns have")//" no mass")
    end subroutine note_problem
+
+   !> Which constraints nearly follow from others.
+   subroutine note_dependence(problem, dependence, rows, notes)
+      type(modal_problem_type), intent(in) :: problem
+      !> Of those of what is iterated, of which constraint i is number rows(i) of the problem as given.
+      type(dependence_type), intent(in) :: dependence
+      integer, intent(in) :: rows(:)
+      character(len=note_length), allocatable, intent(inout) :: notes(:)
+      integer, parameter :: most = 3
+      logical :: others(problem%multipliers())
+      integer :: i, noted
+
+      noted = 0
+      do i = 1, size(dependence%near)
+         if (dependence%distance(i) >= noted_below) cycle
+         noted = noted + 1
+         if (noted > most) cycle
+         others = .false.
+         associate (y => dependence%combinations)
+            others(rows(y%column(y%row_start(i):y%row_start(i + 1) - 1))) = .true.
+         end associate
+         others(rows(dependence%near(i))) = .false.
+         call append_note(notes, "constraint "//text(rows(dependence%near(i)) + problem%index_base - 1)// &
+            " nearly follows from "//trim(named("constraint", others, problem%index_base))//": beside these "// &
+            magnitude(dependence%distance(i))//" of it is left, which costs as many digits; the error bounds say what is known")
+      end do
+      if (noted > most) call append_note(notes, text(noted - most)//" more constraints nearly follow from others")
+   end subroutine note_dependence
 
    !> Double zeros, eigenvalues that nearly have no eigenvectors of their own or accumulate, and copies that may be missing.
    subroutine note_modes(problem, coasting, result, error)
@@ -120,7 +148,7 @@ contains
             if (group(i)) worst = max(worst, condition_of(problem, result, i))
          end do
          pending = pending .and. .not. group
-         call result%add_note(trim(modes(group, problem%index_base))//either(count(group) == 1, " is", " are")// &
+         call result%add_note(trim(named("mode", group, problem%index_base))//either(count(group) == 1, " is", " are")// &
             " nearly defective"//trim(in_words(worst)))
          deallocate (group)
       end do
@@ -144,7 +172,8 @@ contains
       if (allocated(result%condition)) then
          if (result%condition(j) >= 0) kappa = result%condition(j)
       else if (problem%symmetric) then
-         kappa = condition_number(problem, result%eigenvalues(j), result%eigenvectors(:, j), result%eigenvectors(:, j))
+         kappa = condition_number(problem, result%eigenvalues(j), result%eigenvectors(:, j), result%multipliers(:, j), &
+            result%eigenvectors(:, j), result%multipliers(:, j))
       end if
    end function condition_of
 
@@ -157,7 +186,7 @@ contains
       logical, allocatable :: noted(:)
 
       allocate (noted(size(result%backward_error)), source=result%backward_error > noted_above)
-      if (any(noted)) call result%add_note(trim(modes(noted, problem%index_base))//": the backward error is "// &
+      if (any(noted)) call result%add_note(trim(named("mode", noted, problem%index_base))//": the backward error is "// &
          magnitude(maxval(result%backward_error))//either(any(result%backward_error > inaccurate_above), &
          ", too large to count as converged", ""))
       if (dropped > 0) call result%add_note(text(dropped)//either(dropped == 1, " eigenpair was", " eigenpairs were")// &
@@ -165,16 +194,17 @@ contains
    end subroutine note_inaccurate
 
    ! "modes 1, 2 and 5"; of many the first ones.
-   pure function modes(chosen, base)
+   pure function named(noun, chosen, base) result(names)
+      character(len=*), intent(in) :: noun
       logical, intent(in) :: chosen(:)
       !> What they are counted from; it is said where that is not 1.
       integer, intent(in) :: base
-      character(len=note_length) :: modes
+      character(len=note_length) :: names
       character(len=:), allocatable :: list
       integer, parameter :: most = 12
       integer :: i, done
 
-      list = either(count(chosen) == 1, "mode ", "modes ")
+      list = noun//either(count(chosen) == 1, " ", "s ")
       done = 0
       do i = 1, size(chosen)
          if (.not. chosen(i)) cycle
@@ -187,8 +217,8 @@ contains
          list = list//text(i + base - 1)
       end do
       if (base /= 1) list = list//" (counted from "//text(base)//")"
-      modes = list
-   end function modes
+      names = list
+   end function named
 
    pure function either(condition, yes, no) result(words)
       logical, intent(in) :: condition

@@ -6,16 +6,19 @@ module kschur_backward_error
    use kschur_problem, only: modal_problem_type
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
+   use kschur_tolerances, only: blurred_entry
    implicit none
    private
-   public :: backward_errors, judge, judge_as_given, least_bound, level_of, norms_of
+   public :: backward_errors, effect_of_constraints, judge, judge_as_given, least_bound, level_of, norms_of
 
 contains
 
    !> Backward error of each pair: the larger of the normwise residual
    !> ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K||) ||phi||)
    !> and the constraint violation ||Cq phi|| / (||Cq|| ||phi||), with
-   !> 2-norms of vectors and infinity norms of the matrices as given.
+   !> 2-norms of vectors and infinity norms of the matrices as given. Where constraints nearly repeat, multipliers are far larger
+   !> than the forces that they make: where the norm of |xi_r| ||Cq_r|| exceeds the level a thousand times, a thousandth of it
+   !> takes the place of the level, as what rounding of multipliers leaves is no error of the pair.
    function backward_errors(problem, pairs) result(errors)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
@@ -62,30 +65,33 @@ contains
       !> An absolute bound of the error of lambda (1/s); NaN where not known.
       real(wp), intent(out) :: bound
 
-      error = max(residual_of(products, l, lambda, norms), violation_of(products, l, norms))
+      real(wp) :: residual, rounding
+
+      residual = products%residual(l, lambda)
+      error = max(residual_error(products, l, lambda, residual, norms), violation_of(products, l, norms))
       bound = ieee_value(1.0_wp, ieee_quiet_nan)
       if (.not. abs(lambda) > 0) then
          bound = 0
       else if (symmetric) then
-         bound = bound_of(products, l, lambda, error, norms)
-         if (is_motion) bound = bound_of(products, l, lambda, epsilon(1.0_wp), [norms(:2), 0.0_wp, norms(4)])
+         rounding = epsilon(1.0_wp)*level_of(lambda, [norms(:2), merge(0.0_wp, norms(3), is_motion)])*products%length(l)
+         if (is_motion) residual = 0
+         bound = bound_of(products, l, lambda, max(residual, rounding)*products%length(l) + products%effect(l))
       end if
    end subroutine judge
 
-   ! How far from lambda a root of phi^T P phi is (1/s): a backward error r moves one by about r/|slope|, at critical
-   ! damping by sqrt(r/inertia). NaN where it has no bound.
-   real(wp) function bound_of(products, l, lambda, error, norms) result(bound)
+   ! How far from lambda a root of phi^T P phi is (1/s): a force f, which is what it may be off by, moves one by about f/|slope|,
+   ! at critical damping by sqrt(f/inertia). NaN where it has no bound.
+   real(wp) function bound_of(products, l, lambda, force) result(bound)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
-      real(wp), intent(in) :: error, norms(4)
+      real(wp), intent(in) :: force
       complex(xp) :: forms(3)
-      real(wp) :: slope, inertia, force
+      real(wp) :: slope, inertia
 
       forms = products%forms(:, l)
       slope = abs(cmplx(2*cmplx(lambda, kind=xp)*forms(1) + forms(2), kind=wp))
       inertia = abs(cmplx(forms(1), kind=wp))
-      force = max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l)**2
       bound = ieee_value(1.0_wp, ieee_quiet_nan)
       if (slope + sqrt(inertia*force) > 0) bound = max(positive_root(inertia, slope, force), epsilon(1.0_wp)*abs(lambda))
    end function bound_of
@@ -110,6 +116,25 @@ contains
       if (slope + sqrt(inertia*force) > 0) x = 2*force/(slope + sqrt(slope**2 + 4*inertia*force))
    end function positive_root
 
+   !> By how much relative changes of the entries of the constraints move an eigenvalue at most, times chi^T P'(lambda) phi: the
+   !> sum of |Cq_rk| |xi_r chi_k + eta_r phi_k|.
+   pure real(wp) function effect_of_constraints(constraints, phi, xi, chi, eta) result(effect)
+      !> Cq
+      type(csr_matrix_type), intent(in) :: constraints
+      !> A pair, and one of the transposed problem.
+      complex(wp), intent(in) :: phi(:), xi(:), chi(:), eta(:)
+      integer :: k, r
+
+      effect = 0
+      do r = 1, constraints%rows
+         do k = constraints%row_start(r), constraints%row_start(r + 1) - 1
+            associate (column => constraints%column(k))
+               effect = effect + abs(constraints%value(k))*abs(xi(r)*chi(column) + eta(r)*phi(column))
+            end associate
+         end do
+      end do
+   end function effect_of_constraints
+
    !> The infinity norms of M, R, K and Cq.
    pure function norms_of(problem) result(norms)
       type(modal_problem_type), intent(in) :: problem
@@ -122,24 +147,25 @@ contains
    !> |lambda|^2 ||M|| + |lambda| ||R|| + ||K||, the measure of residuals.
    pure real(wp) function level_of(lambda, norms) result(level)
       complex(wp), intent(in) :: lambda
-      real(wp), intent(in) :: norms(4)
+      !> Of M, R and K.
+      real(wp), intent(in) :: norms(:)
 
       level = abs(lambda)**2*norms(1) + abs(lambda)*norms(2) + norms(3)
    end function level_of
 
    ! Without stiffness a zero eigenvalue has no level: its residual is exact or it is none.
-   real(wp) function residual_of(products, l, lambda, norms) result(error)
+   pure real(wp) function residual_error(products, l, lambda, residual, norms) result(error)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
-      real(wp), intent(in) :: norms(4)
+      real(wp), intent(in) :: residual, norms(4)
       real(wp) :: level
 
-      level = level_of(lambda, norms)*products%length(l)
-      error = products%residual(l, lambda)
+      level = max(level_of(lambda, norms)*products%length(l), blurred_entry*products%reaction(l))
+      error = residual
       if (level > 0) error = error/level
       if (.not. error >= 0) error = huge(1.0_wp)
-   end function residual_of
+   end function residual_error
 
    pure real(wp) function violation_of(products, l, norms) result(error)
       type(products_type), intent(in) :: products

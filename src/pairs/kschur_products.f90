@@ -23,6 +23,9 @@ module kschur_products
       real(wp), allocatable :: rest(:, :)
       !> ||phi|| and ||Cq phi|| of each pair.
       real(wp), allocatable :: length(:), violation(:)
+      !> What constraints exert on each: the norm of |xi_r| ||Cq_r|| over the rows r; and what its eigenvalue owes to errors of
+      !> constraints, times phi^T P'(lambda) phi: the sum of |xi_r| (|(Cq phi)_r| + epsilon (|Cq| |phi|)_r).
+      real(wp), allocatable :: reaction(:), effect(:)
       !> phi^T M phi, phi^T R phi and phi^T (K phi + Cq^T xi), 3 x pairs.
       complex(xp), allocatable :: forms(:, :)
    contains
@@ -91,23 +94,21 @@ contains
          end if
       end do
       !$omp end parallel do
-      call measure(problem, phi, last - first + 1, products)
+      call measure(problem, phi, xi, last - first + 1, products)
    end subroutine multiply_pairs
 
    ! Norms and forms of each pair.
-   subroutine measure(problem, phi, pairs, products)
+   subroutine measure(problem, phi, xi, pairs, products)
       type(modal_problem_type), intent(in) :: problem
-      real(wp), contiguous, intent(in) :: phi(:, :)
+      real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
       integer, intent(in) :: pairs
       type(products_type), intent(inout) :: products
-      real(xp) :: squares(lanes)
       real(wp), allocatable :: length(:)
       complex(xp), allocatable :: forms(:, :)
       integer :: l
 
-      squares = squares_of_violations(problem%constraints, phi)
+      call measure_constraints(problem%constraints, phi, xi, pairs, products)
       associate (parts => products%parts)
-         products%violation = [(real(sqrt(sum(squares(parts*(l - 1) + 1:parts*l))), wp), l=1, pairs)]
          allocate (length(pairs), forms(3, pairs))
          !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
          do l = 1, pairs
@@ -120,26 +121,44 @@ contains
       call move_alloc(forms, products%forms)
    end subroutine measure
 
-   ! Of each column: the sums of panels are added up in order.
-   function squares_of_violations(constraints, phi) result(squares)
+   ! What constraints do to each pair: the sums of panels are added up in order.
+   subroutine measure_constraints(constraints, phi, xi, pairs, products)
       type(csr_matrix_type), intent(in) :: constraints
-      real(wp), contiguous, intent(in) :: phi(:, :)
-      real(xp) :: squares(lanes), violation(lanes)
-      real(xp), allocatable :: parts(:, :)
-      integer :: panels, i, k
+      real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
+      integer, intent(in) :: pairs
+      type(products_type), intent(inout) :: products
+      ! Squares of violations and of reactions, and effects.
+      real(xp), allocatable :: sums(:, :, :)
+      real(xp) :: total(lanes), magnitude(lanes), reaction
+      real(wp) :: row_norm
+      integer :: panels, first, last, i, k, l
 
       panels = (constraints%rows + panel_rows - 1)/panel_rows
-      allocate (parts(lanes, panels), source=0.0_xp)
-      !$omp parallel do schedule(static) private(k, violation) if (panels > 1)
-      do i = 1, panels
-         do k = (i - 1)*panel_rows + 1, min(i*panel_rows, constraints%rows)
-            call multiply_row(constraints, k, phi, violation)
-            parts(:, i) = parts(:, i) + violation**2
+      allocate (sums(pairs, 3, panels), source=0.0_xp)
+      associate (parts => products%parts)
+         !$omp parallel do schedule(static) private(first, last, k, l, total, magnitude, reaction, row_norm) if (panels > 1)
+         do i = 1, panels
+            do k = (i - 1)*panel_rows + 1, min(i*panel_rows, constraints%rows)
+               call multiply_row(constraints, k, phi, total)
+               call multiply_magnitudes(constraints, k, phi, magnitude)
+               row_norm = norm2(constraints%value(constraints%row_start(k):constraints%row_start(k + 1) - 1))
+               do l = 1, pairs
+                  first = parts*(l - 1) + 1
+                  last = parts*l
+                  associate (at => 2*mod(l - 1, 2) + 1)
+                     reaction = norm2(xi(at:at + 1, k, (l - 1)/2 + 1))
+                  end associate
+                  sums(l, :, i) = sums(l, :, i) + [sum(total(first:last)**2), (reaction*row_norm)**2, &
+                     reaction*(norm2(total(first:last)) + epsilon(1.0_wp)*norm2(magnitude(first:last)))]
+               end do
+            end do
          end do
-      end do
-      !$omp end parallel do
-      squares = sum(parts, 2)
-   end function squares_of_violations
+         !$omp end parallel do
+      end associate
+      products%violation = real(sqrt(sum(sums(:, 1, :), 2)), wp)
+      products%reaction = real(sqrt(sum(sums(:, 2, :), 2)), wp)
+      products%effect = real(sum(sums(:, 3, :), 2), wp)
+   end subroutine measure_constraints
 
    pure subroutine make_room(products, n, parts)
       type(products_type), intent(inout) :: products
@@ -217,6 +236,20 @@ contains
       total(3) = third
       total(4) = fourth
    end subroutine multiply_row
+
+   ! |A| |x| of row i.
+   pure subroutine multiply_magnitudes(matrix, i, x, total)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: i
+      real(wp), intent(in) :: x(lanes, matrix%columns)
+      real(xp), intent(out) :: total(lanes)
+      integer :: k
+
+      total = 0
+      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+         total = total + abs(matrix%value(k))*abs(x(:, matrix%column(k)))
+      end do
+   end subroutine multiply_magnitudes
 
    pure complex(xp) function square(self, l)
       class(products_type), intent(in) :: self
@@ -368,6 +401,8 @@ contains
       allocate (part%damping, source=real_of(factor, self%damping(:, first:last)))
       allocate (part%rest(size(part%phi, 1), 2), source=0.0_wp)
       allocate (part%violation, source=abs(factor)*self%violation(l:l))
+      allocate (part%reaction, source=abs(factor)*self%reaction(l:l))
+      allocate (part%effect, source=abs(factor)**2*self%effect(l:l))
       part%rest(:, 1:1) = real_of(factor, self%rest(:, 2*l - 1:2*l))
       allocate (part%length(1), source=norm_of(part%phi))
       allocate (part%forms(3, 1))

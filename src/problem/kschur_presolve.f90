@@ -26,6 +26,9 @@ module kschur_presolve
       ! T: phi(i) = factor(i) y(master(i)), 0 where master(i) = 0.
       integer, allocatable, private :: master(:)
       real(wp), allocatable, private :: factor(:)
+      !> Rows that were replaced, and the combinations Y of rows that took their places. Not allocated: none.
+      integer, allocatable :: replaced(:)
+      type(csr_matrix_type), private :: combinations
    contains
       !> phi = T y: shapes of the problem from those of the reduced one.
       procedure :: expand_shapes
@@ -37,8 +40,10 @@ module kschur_presolve
       procedure :: restrict
       !> The largest unit of a reduced unknown in those as given over the smallest.
       procedure :: spread_of_units
-      !> Leaves constraints of the reduced problem out that follow from its others.
-      procedure :: leave_out
+      !> Leaves constraints of the reduced problem out that follow from its others, and replaces those that nearly do.
+      procedure :: replace_rows
+      !> Multipliers of constraints as they were before that.
+      procedure :: expand_reactions
       !> Measures the reduced unknowns in other units: y(i) is now units(i) times as much.
       procedure :: change_units
    end type presolve_type
@@ -238,30 +243,81 @@ contains
       if (size(units) > 0) spread_of_units = maxval(units)/minval(units)
    end function spread_of_units
 
-   subroutine leave_out(self, follows, reduced, error)
+   subroutine replace_rows(self, follows, near, combinations, rows, reduced, error)
       class(presolve_type), intent(inout) :: self
+      !> Which rows are left out, m' answers.
       logical, intent(in) :: follows(:)
+      !> Which are replaced, k of m': each by the combination Y of rows that is in its place, k x m', of value Y Cq, k x n'. A
+      !> combination has its own row, of the others that are replaced those before it, and none that is left out.
+      integer, intent(in) :: near(:)
+      type(csr_matrix_type), intent(in) :: combinations, rows
       type(modal_problem_type), intent(inout) :: reduced
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: rest
       integer, allocatable :: row(:), number(:)
-      logical, allocatable :: stays(:)
+      logical, allocatable :: stays(:), replaced(:)
       integer :: i
 
-      if (.not. any(follows)) return
+      if (.not. any(follows) .and. size(near) == 0) return
       associate (cq => reduced%constraints)
          allocate (row(cq%nonzeros()), source=cq%row_indices())
-         allocate (number(cq%rows), source=[(count(.not. follows(:i)), i=1, cq%rows)])
-         allocate (stays(size(row)), source=.not. follows(row))
-         call new_csr_from_triplets(rest, count(.not. follows), cq%columns, pack(number(row), stays), &
-            pack(cq%column, stays), pack(cq%value, stays), error)
+         allocate (number(cq%rows), source=0)
+         self%constraints_after = 0
+         do i = 1, cq%rows
+            if (follows(i)) cycle
+            self%constraints_after = self%constraints_after + 1
+            number(i) = self%constraints_after
+         end do
+         allocate (replaced(cq%rows), source=.false.)
+         replaced(near) = .true.
+         allocate (stays(size(row)), source=.not. (follows(row) .or. replaced(row)))
+         call new_csr_from_triplets(rest, self%constraints_after, cq%columns, &
+            [pack(number(row), stays), number(near(rows%row_indices()))], [pack(cq%column, stays), rows%column], &
+            [pack(cq%value, stays), rows%value], error)
       end associate
       if (allocated(error)) return
       reduced%constraints = rest
       self%kept = pack(self%kept, .not. follows)
-      self%constraints_after = size(self%kept)
       self%redundant = self%redundant + count(follows)
-   end subroutine leave_out
+      if (size(near) == 0) return
+      allocate (self%replaced, source=number(near))
+      self%combinations = combinations
+      self%combinations%columns = self%constraints_after
+      self%combinations%column = number(combinations%column)
+   end subroutine replace_rows
+
+   !> Puts multipliers of the rows that stay in the place of those of their combinations: Y^T xi.
+   subroutine expand_reactions(self, xi)
+      class(presolve_type), intent(in) :: self
+      !> m' x k
+      complex(wp), contiguous, intent(inout) :: xi(:, :)
+      complex(wp), allocatable :: combined(:, :)
+
+      if (.not. allocated(self%replaced)) return
+      allocate (combined, source=xi(self%replaced, :))
+      xi(self%replaced, :) = 0
+      call self%combinations%add_transposed_product((1.0_wp, 0.0_wp), combined, xi)
+   end subroutine expand_reactions
+
+   ! The way back: the combinations are triangular.
+   pure subroutine contract_reactions(self, xi)
+      class(presolve_type), intent(in) :: self
+      complex(wp), intent(inout) :: xi(:)
+      complex(wp) :: reaction
+      integer :: i, k, own
+
+      if (.not. allocated(self%replaced)) return
+      associate (y => self%combinations)
+         do i = y%rows, 1, -1
+            own = y%place_of(i, self%replaced(i))
+            reaction = xi(self%replaced(i))/y%value(own)
+            do k = y%row_start(i), y%row_start(i + 1) - 1
+               xi(y%column(k)) = xi(y%column(k)) - y%value(k)*reaction
+            end do
+            xi(self%replaced(i)) = reaction
+         end do
+      end associate
+   end subroutine contract_reactions
 
    pure subroutine change_units(self, units)
       class(presolve_type), intent(inout) :: self
@@ -316,6 +372,7 @@ contains
          if (self%parent(i) == i) y(self%master(i)) = phi(i)/self%factor(i)
       end do
       xi_reduced = xi(self%kept)
+      call contract_reactions(self, xi_reduced)
    end subroutine contract
 
    !> T^T f, n' x k, for f, n x k.

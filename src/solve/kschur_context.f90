@@ -188,6 +188,7 @@ contains
       if (associated(self%shared)) call self%shared%bring_back(self%processes, error)
       if (allocated(error)) return
       call self%plan%expand_shapes(pairs)
+      call self%plan%expand_reactions(pairs%xi)
       allocate (xi(self%problem%multipliers(), size(pairs%lambda)))
       call expand_multipliers(self%plan, self%problem, pairs, xi)
       call move_alloc(xi, pairs%xi)

@@ -242,7 +242,8 @@ contains
          may_stay = before%symmetric .eqv. now%symmetric
          may_stay = may_stay .and. before%damping_kind == now%damping_kind .and. s%formulation /= formulation_low_rank .and. &
             same_matrix(before%mass, now%mass) .and. same_matrix(before%constraints, now%constraints) .and. &
-            s%plan%unknowns_after > 0 .and. known%redundant == 0 .and. size(known%rigid%lambda) == 0 .and. &
+            s%plan%unknowns_after > 0 .and. known%redundant == 0 .and. .not. allocated(s%plan%replaced) .and. &
+            size(known%rigid%lambda) == 0 .and. &
             known%deflation%others == 0 .and. known%deflation%infinite%multiplicity() == 0 .and. &
             (known%deflation%infinite_is_known .or. any(s%formulation == [formulation_symmetric, formulation_proportional]))
       end associate

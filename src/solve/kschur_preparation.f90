@@ -12,10 +12,10 @@ module kschur_preparation
    use kschur_kinds, only: long
    use kschur_memory, only: require_memory
    use kschur_modes, only: modes_type, no_modes
-   use kschur_notes, only: note_problem
+   use kschur_notes, only: note_dependence, note_problem
    use kschur_presolve, only: presolve
    use kschur_problem, only: modal_problem_type
-   use kschur_redundancy, only: count_redundant, find_redundant
+   use kschur_redundancy, only: dependence_type, find_dependence
    use kschur_saddle, only: order_elimination
    use kschur_shapes, only: orthonormalize_zeros
    use kschur_sparse, only: same_pattern
@@ -74,6 +74,7 @@ contains
       type(solve_context_type), target, intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
       type(modes_type) :: none
+      type(dependence_type) :: dependence
       type(eigenpairs_type) :: rigid
       integer(long) :: started
 
@@ -87,10 +88,17 @@ contains
       call require_memory(3*s%work%bytes() + s%bytes_of_shapes(8), "the examination of the problem", error)
       if (.not. allocated(error)) call s%enter_phase("rank of the constraints", error)
       if (allocated(error)) return
-      call count_redundant(s%work%constraints, s%known%redundant, error, s%effort, s%inner%counting)
+      call find_dependence(s%work%constraints, dependence, error)
       if (allocated(error)) return
+      s%known%redundant = count(dependence%follows)
       call note_problem(s%work, s%problem%multipliers(), s%plan%redundant + s%known%redundant, s%notes)
-      if (s%known%redundant > 0 .and. .not. s%options%is_plain()) call drop_redundant(s, error)
+      call note_dependence(s%problem, dependence, s%plan%kept, s%notes)
+      if (.not. s%options%is_plain()) then
+         associate (d => dependence)
+            call s%plan%replace_rows(d%follows, d%near, d%combinations, d%rows, s%work, error)
+         end associate
+         s%known%redundant = 0
+      end if
       if (allocated(error)) return
       if (s%options%is_plain()) then
          call suppose_none(s%work, s%known)
@@ -117,20 +125,6 @@ contains
       call announce_number(s)
       s%known%redundant = s%plan%redundant + s%known%redundant
    end subroutine examine
-
-   ! What their pivots become is up to rounding.
-   subroutine drop_redundant(s, error)
-      type(solve_context_type), intent(inout) :: s
-      type(error_type), allocatable, intent(out) :: error
-      ! To find which of more they are costs too much: there solvers pass over pivots that vanish.
-      integer, parameter :: most = 256
-      logical, allocatable :: follows(:)
-
-      if (s%known%redundant > most) return
-      call find_redundant(s%work%constraints, s%known%redundant, follows, error, s%effort)
-      if (.not. allocated(error)) call s%plan%leave_out(follows, s%work, error)
-      s%known%redundant = 0
-   end subroutine drop_redundant
 
    subroutine announce_number(s)
       type(solve_context_type), intent(inout) :: s

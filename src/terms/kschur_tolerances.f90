@@ -48,6 +48,15 @@ module kschur_tolerances
    !> shapes have a hundredth of their neighbours in them.
    real(wp), parameter, public :: dependent_state = 1.0e-2_wp
 
+   !> A constraint of which less than this is left beside the others is replaced by what is left: the compliance that
+   !> constraints are given, 1e-8, counts by the square of that, and refinement gains two digits a step.
+   real(wp), parameter, public :: nearly_dependent = 1.0e-3_wp
+   !> A constraint that nearly follows from others to this is told of: half of the digits may be lost.
+   real(wp), parameter, public :: noted_below = 1.0e-6_wp
+   !> A pivot may be this part of the largest one there is: the usual threshold of sparse LU (Duff, Erisman, Reid, Direct Methods
+   !> for Sparse Matrices, 2017, section 5.4).
+   real(wp), parameter, public :: usable_pivot = 0.1_wp
+
    ! Real.
 
    !> An imaginary part below this, relative to the eigenvalue, is rounding: two real eigenvalues that meet leave the axis by
