@@ -135,7 +135,8 @@ contains
       k = size(motions, 2)
       if (k == 0) return
       allocate (forces(2*n, k), source=0.0_wp)
-      call problem%mass%add_product(1/problem%mass%infinity_norm(), motions, forces(:n, :))
+      if (.not. problem%mass%is_zero()) &
+         call problem%mass%add_product(1/problem%mass%infinity_norm(), motions, forces(:n, :))
       if (.not. problem%damping%is_zero()) &
          call problem%damping%add_product(1/problem%damping%infinity_norm(), motions, forces(n + 1:, :))
       call right_singular_vectors(forces, force, rotation, error)

@@ -51,8 +51,7 @@ module kschur_problem
 contains
 
    !> Makes a problem of its matrices after checking them: shapes, finite
-   !> values, a mass matrix that is not zero, no more constraints than
-   !> unknowns, no empty constraint.
+   !> values, a mass or a damping matrix that is not zero, no empty constraint.
    subroutine new_modal_problem(problem, mass, stiffness, error, damping, constraints, kind_of)
       type(modal_problem_type), intent(out) :: problem
       type(csr_matrix_type), intent(in) :: mass, stiffness
@@ -168,11 +167,8 @@ contains
 
       if (problem%unknowns() == 0) then
          call new_error(error, error_input, "the mass matrix M has no rows")
-      else if (problem%mass%is_zero() .and. .not. reduced) then
-         call new_error(error, error_input, "the mass matrix M is zero: there are no modes")
-      else if (problem%multipliers() > problem%unknowns()) then
-         call new_error(error, error_input, "the constraint Jacobian Cq has "//text(problem%multipliers())// &
-            " rows, more than the "//text(problem%unknowns())//" unknowns")
+      else if (problem%mass%is_zero() .and. problem%damping%is_zero() .and. .not. reduced) then
+         call new_error(error, error_input, "the mass matrix M is zero, and there is no damping: there are no modes")
       else
          allocate (maxima(problem%multipliers()), source=problem%constraints%row_maxima())
          do i = 1, size(maxima)
