@@ -215,7 +215,38 @@ def draw_pendulum(folder):
     save(figure, "pendulum")
 
 
+def draw_linkage(folder):
+    cells, path = 4, f"{folder}/linkage.h5"
+    subprocess.run([PROGRAMS / "kschur", "scene", "linkage", "--loops", "4", "--cells-per-loop", str(cells), "--dimensions", "2",
+                    "--output", path], check=True, capture_output=True)
+    subprocess.run([PROGRAMS / "kschur", "solve", path, "--modes", "9", "--output", f"{folder}/result.h5"],
+                   check=True, capture_output=True)
+    with h5py.File(path) as file:
+        centres = file["coordinates"][()][file["unknown_node"][::3], :2]
+    with h5py.File(f"{folder}/result.h5") as file:
+        shapes, hertz = file["eigenvectors"][()].real, file["frequency_hz"][()]
+    arms = np.array([(0, 0.25) if body % (2 * cells + 1) == 0 else (0.5, 0) for body in range(len(centres))])
+    figure = plt.figure(figsize=(9, 3.4))
+    places = figure.add_gridspec(3, 2, width_ratios=(1.5, 1))
+    for row, k in enumerate((0, 2, 8)):
+        ax = figure.add_subplot(places[row, 0])
+        x, y, turn = 0.8 / np.abs(shapes[k]).max() * shapes[k].reshape(-1, 3).T
+        moved = centres + np.column_stack([x, y])
+        swing = arms + turn[:, None] * np.column_stack([-arms[:, 1], arms[:, 0]])
+        ax.add_collection(LineCollection(np.stack([centres - arms, centres + arms], axis=1), colors="lightgray"))
+        ax.add_collection(LineCollection(np.stack([moved - swing, moved + swing], axis=1), colors="tab:blue"))
+        ax.autoscale()
+        ax.set(aspect="equal", title=f"mode {k + 1}, {hertz[k]:.3f} Hz")
+        ax.set_axis_off()
+    space, plane = (np.array([mode["frequency_hz"] for mode in modes(folder, f"linkage --cells-per-loop 4 {words}", "--modes", 56)])
+                    for words in ("--tilt 30", "--dimensions 2"))
+    ax = figure.add_subplot(places[:, 1])
+    ax.semilogy(range(1, 57), np.maximum(np.abs(space / plane - 1), 1e-17), "o", markersize=4)
+    ax.set(xlabel="mode (-)", ylabel="relative difference of frequencies,\nin space and in the plane (-)", ylim=(1e-17, 1e-9))
+    save(figure, "linkage")
+
+
 with tempfile.TemporaryDirectory() as temporary:
-    for draw in (draw_pendulum, draw_beam_body, draw_brake, draw_cantilever, draw_crank, draw_free_free, draw_grid, draw_rotor,
-                 draw_spring_chain, draw_turbine):
+    for draw in (draw_pendulum, draw_beam_body, draw_brake, draw_cantilever, draw_crank, draw_free_free, draw_grid, draw_linkage,
+                 draw_rotor, draw_spring_chain, draw_turbine):
         draw(temporary)

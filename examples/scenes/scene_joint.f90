@@ -6,7 +6,7 @@ module scene_joint
    use scene_vectors, only: cross, dyad, identity, normal_plane
    implicit none
    private
-   public :: add_clamp, add_fix, add_reaction, add_revolute, add_tie
+   public :: add_clamp, add_fix, add_joint, add_reaction, add_revolute, add_tie
    public :: averaged, prismatic_rows, revolute_rows, spherical_rows
 
 contains
@@ -70,11 +70,13 @@ contains
          dyad(second_arm, force) - dot_product(force, second_arm)*identity)
    end subroutine add_reaction
 
-   ! Rows of the relative motion of two frames at a point.
+   !> Adds a joint of any kind between two frames at a point.
    pure subroutine add_joint(assembly, first, first_arm, second, second_arm, rows)
       type(assembly_type), intent(inout) :: assembly
       integer, intent(in) :: first(6), second(6)
-      real(wp), intent(in) :: first_arm(3), second_arm(3), rows(:, :)
+      real(wp), intent(in) :: first_arm(3), second_arm(3)
+      !> What the joint forbids: rows of the relative motion at the point.
+      real(wp), intent(in) :: rows(:, :)
 
       call assembly%add_constraints([second, first], &
          reshape([at_arm(rows, second_arm), -at_arm(rows, first_arm)], [size(rows, 1), 12]))

@@ -8,6 +8,7 @@ module kschur_scenes
    use scene_crank, only: build_crank, crank_options
    use scene_free_free, only: build_free_free, free_free_options
    use scene_grid, only: build_grid, grid_options
+   use scene_linkage, only: build_linkage, linkage_options
    use scene_options, only: listed, options_type
    use scene_pendulum, only: build_pendulum, pendulum_options
    use scene_rotor, only: build_rotor, rotor_options
@@ -18,9 +19,9 @@ module kschur_scenes
    public :: build_scene, scene_help, unknown_scene
 
    !> The scenes there are.
-   character(len=*), parameter, public :: scene_names(10) = [character(len=12) :: &
-      "beam-body", "brake", "cantilever", "crank", "free-free", "grid", "pendulum", "rotor", "spring-chain", &
-      "turbine"]
+   character(len=*), parameter, public :: scene_names(11) = [character(len=12) :: &
+      "beam-body", "brake", "cantilever", "crank", "free-free", "grid", "linkage", "pendulum", "rotor", &
+      "spring-chain", "turbine"]
 
 contains
 
@@ -85,6 +86,8 @@ contains
          options = free_free_options()
       case ("grid")
          options = grid_options()
+      case ("linkage")
+         options = linkage_options()
       case ("pendulum")
          options = pendulum_options()
       case ("rotor")
@@ -115,6 +118,8 @@ contains
          call build_free_free(options, assembly, error)
       case ("grid")
          call build_grid(options, assembly, error)
+      case ("linkage")
+         call build_linkage(options, assembly, error)
       case ("pendulum")
          call build_pendulum(options, assembly, error)
       case ("rotor")

@@ -40,6 +40,7 @@ SCENES = {
     "crank": (["--density", 1, "--damping", "none"], 444, 20, None),
     "free-free": (["--bodies", 2, "--damping", "none"], 120, 12, None),
     "grid": (["--cells", "2x1", "--damping", "none"], 138, 36, None),
+    "linkage": (["--loops", 1], 24, 26, math.sqrt(400 / (3.14 * (2 / 3 + 1 / 2 + 0.02**2 / 6)))),
     "pendulum": (["--bars", 2, "--length", 1], 12, 10, math.sqrt(9.81 * (2 - math.sqrt(2)))),
     "rotor": (["--speed", 0, "--bearings", "rigid", "--density", 0, "--damping", "none"], 60, 12,
               math.sqrt(48 * 2.1e11 * math.pi * 0.04**4 / 64 / 40)),
