@@ -33,7 +33,8 @@ contains
       type(matrix_structure_type) :: structure
 
       nullity = count(.not. mass%row_maxima() > 0)
-      semidefinite = .false.
+      semidefinite = mass%is_zero()
+      if (semidefinite) return
       if (.not. allocated(inner%counting)) then
          semidefinite = seems_definite(mass)
          return

@@ -59,6 +59,8 @@ module kschur_krylov_options
    contains
       !> To or from a checkpoint.
       procedure :: carry
+      !> Whether many restarts have changed nothing.
+      procedure :: stalls
    end type krylov_statistics_type
 
    !> What an iteration gives: Ritz values and unit vectors, most wanted first.
@@ -92,6 +94,23 @@ contains
       call archive%carry(self%history%operator_applications)
       call archive%carry(self%history%residual)
    end subroutine carry
+
+   !> As where more eigenvalues crowd around the last wanted one than the space has dimensions: none of them converges
+   !> before it is purged.
+   pure logical function stalls(self)
+      class(krylov_statistics_type), intent(in) :: self
+      ! Looks since the middle of the history, at least, and what the least residual is to be less by.
+      integer, parameter :: least_restarts = 40
+      real(wp), parameter :: progress = 0.1_wp
+      integer :: looks, middle
+
+      looks = size(self%history%converged)
+      middle = looks/2
+      stalls = .false.
+      if (self%restarts < least_restarts .or. middle == 0) return
+      stalls = maxval(self%history%converged(middle + 1:)) <= maxval(self%history%converged(:middle)) .and. &
+         minval(self%history%residual(middle + 1:)) > progress*minval(self%history%residual(:middle))
+   end function stalls
 
    !> Dimension of a Krylov space in which a number of eigenvalues can be found.
    pure integer function subspace_dimension(asked, values, block)

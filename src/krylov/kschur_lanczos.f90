@@ -195,7 +195,7 @@ contains
          statistics%reason = reason_fewer_modes
       else if (.not. proceed) then
          statistics%reason = reason_cancelled
-      else if (statistics%restarts + 1 >= options%max_restarts) then
+      else if (statistics%restarts + 1 >= options%max_restarts .or. statistics%stalls()) then
          statistics%reason = reason_max_restarts
       else
          over = .false.

@@ -26,6 +26,9 @@ module kschur_presolve
       ! T: phi(i) = factor(i) y(master(i)), 0 where master(i) = 0.
       integer, allocatable, private :: master(:)
       real(wp), allocatable, private :: factor(:)
+      ! The equation of reduced unknown i was multiplied by row_units(i) times as much as the unknown was divided by; and the
+      ! multiplier of constraint i is so many times that of the constraint as given. Not allocated: once.
+      real(wp), allocatable, private :: row_units(:), reaction_units(:)
       !> Rows that were replaced, and the combinations Y of rows that took their places. Not allocated: none.
       integer, allocatable :: replaced(:)
       type(csr_matrix_type), private :: combinations
@@ -46,6 +49,10 @@ module kschur_presolve
       procedure :: expand_reactions
       !> Measures the reduced unknowns in other units: y(i) is now units(i) times as much.
       procedure :: change_units
+      !> Multiplies equations of the reduced problem besides.
+      procedure :: change_row_units
+      !> The same reduction of the transposed problem.
+      procedure :: transposed
    end type presolve_type
 
 contains
@@ -60,12 +67,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> False: the plan leaves everything as it is.
       logical, optional, intent(in) :: eliminating
-      type(csr_matrix_type) :: constraints
+      type(csr_matrix_type) :: clean, constraints
       logical :: short_rows
 
       short_rows = .true.
       if (present(eliminating)) short_rows = eliminating
-      call eliminate(problem%constraints, short_rows, plan%ties_type, constraints, error)
+      call leave_rounding_out(problem%constraints, clean, error)
+      if (.not. allocated(error)) call eliminate(clean, short_rows, plan%ties_type, constraints, error)
       if (allocated(error)) return
       plan%unknowns_before = problem%unknowns()
       plan%constraints_before = problem%multipliers()
@@ -78,6 +86,7 @@ contains
             "the constraints leave no motion: as many of them are independent as there are unknowns")
       else if (plan%eliminated == 0) then
          reduced = problem
+         reduced%constraints = constraints
          if (short_rows .and. problem%symmetric) then
             call complete_pattern(reduced%mass)
             call complete_pattern(reduced%damping)
@@ -105,6 +114,34 @@ contains
       if (.not. allocated(error)) call settle_modal_problem(reduced, error, kind_of=problem)
       call add_context(error, "without the clamped and tied unknowns")
    end subroutine presolve
+
+   ! Leaves out entries of constraints that are rounding beside others of their row and beside others of their column, whatever
+   ! the units are: the cosine of a right angle ties nothing.
+   subroutine leave_rounding_out(constraints, clean, error)
+      type(csr_matrix_type), intent(in) :: constraints
+      type(csr_matrix_type), intent(out) :: clean
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: of_rows(constraints%rows), of_columns(constraints%columns)
+      integer, allocatable :: row(:)
+      logical, allocatable :: stays(:)
+      integer :: k
+
+      of_rows = constraints%row_maxima()
+      of_columns = 0
+      associate (value => constraints%value, column => constraints%column)
+         do k = 1, size(value)
+            of_columns(column(k)) = max(of_columns(column(k)), abs(value(k)))
+         end do
+         allocate (row, source=constraints%row_indices())
+         allocate (stays, source=abs(value) > epsilon(1.0_wp)*min(of_rows(row), of_columns(column)))
+         if (all(stays)) then
+            clean = constraints
+         else
+            call new_csr_from_triplets(clean, constraints%rows, constraints%columns, pack(row, stays), pack(column, stays), &
+               pack(value, stays), error)
+         end if
+      end associate
+   end subroutine leave_rounding_out
 
    ! T.
    subroutine number_unknowns(plan)
@@ -210,6 +247,7 @@ contains
             j = plan%master(matrix%column(k))
             if (i == 0 .or. j == 0 .or. (mirrored .and. i > j)) cycle
             term = plan%factor(r)*plan%factor(matrix%column(k))*matrix%value(k)
+            if (allocated(plan%row_units)) term = plan%row_units(i)*term
             call add(i, j)
             if (mirrored .and. i < j) call add(j, i)
             if (.not. fits) return
@@ -278,6 +316,7 @@ contains
       if (allocated(error)) return
       reduced%constraints = rest
       self%kept = pack(self%kept, .not. follows)
+      if (allocated(self%reaction_units)) self%reaction_units = pack(self%reaction_units, .not. follows)
       self%redundant = self%redundant + count(follows)
       if (size(near) == 0) return
       allocate (self%replaced, source=number(near))
@@ -286,17 +325,19 @@ contains
       self%combinations%column = number(combinations%column)
    end subroutine replace_rows
 
-   !> Puts multipliers of the rows that stay in the place of those of their combinations: Y^T xi.
+   !> Puts multipliers of the rows that stay in the place of those of their combinations, Y^T xi, in units as given.
    subroutine expand_reactions(self, xi)
       class(presolve_type), intent(in) :: self
       !> m' x k
       complex(wp), contiguous, intent(inout) :: xi(:, :)
       complex(wp), allocatable :: combined(:, :)
 
-      if (.not. allocated(self%replaced)) return
-      allocate (combined, source=xi(self%replaced, :))
-      xi(self%replaced, :) = 0
-      call self%combinations%add_transposed_product((1.0_wp, 0.0_wp), combined, xi)
+      if (allocated(self%replaced)) then
+         allocate (combined, source=xi(self%replaced, :))
+         xi(self%replaced, :) = 0
+         call self%combinations%add_transposed_product((1.0_wp, 0.0_wp), combined, xi)
+      end if
+      if (allocated(self%reaction_units)) xi = xi/spread(self%reaction_units, 2, size(xi, 2))
    end subroutine expand_reactions
 
    ! The way back: the combinations are triangular.
@@ -306,6 +347,7 @@ contains
       complex(wp) :: reaction
       integer :: i, k, own
 
+      if (allocated(self%reaction_units)) xi = xi*self%reaction_units
       if (.not. allocated(self%replaced)) return
       associate (y => self%combinations)
          do i = y%rows, 1, -1
@@ -328,6 +370,38 @@ contains
          if (self%master(i) > 0) self%factor(i) = self%factor(i)*units(self%master(i))
       end do
    end subroutine change_units
+
+   pure subroutine change_row_units(self, units, constraints)
+      class(presolve_type), intent(inout) :: self
+      !> The same for all unknowns of a constraint.
+      real(wp), intent(in) :: units(:)
+      !> Those of the reduced problem, none of them replaced.
+      type(csr_matrix_type), intent(in) :: constraints
+      integer :: i, largest
+
+      if (.not. allocated(self%row_units)) then
+         allocate (self%row_units(size(units)), self%reaction_units(constraints%rows), source=1.0_wp)
+      end if
+      self%row_units = self%row_units*units
+      do i = 1, constraints%rows
+         associate (first => constraints%row_start(i), last => constraints%row_start(i + 1) - 1)
+            largest = first - 1 + maxloc(abs(constraints%value(first:last)), 1)
+         end associate
+         self%reaction_units(i) = self%reaction_units(i)*units(constraints%column(largest))
+      end do
+   end subroutine change_row_units
+
+   function transposed(self) result(plan)
+      class(presolve_type), intent(in) :: self
+      type(presolve_type) :: plan
+
+      plan = self
+      if (.not. allocated(self%row_units)) return
+      ! The constraints of both are the same: those with the units of the unknowns of this one.
+      call plan%change_units(self%row_units)
+      plan%row_units = 1/self%row_units
+      plan%reaction_units = 1
+   end function transposed
 
    !> Puts phi = T y in the place of each shape y.
    subroutine expand_shapes(self, pairs)

@@ -117,7 +117,7 @@ contains
       adjoint%checkpoint => s%checkpoint
       adjoint%formulation = s%formulation
       adjoint%dense = s%dense
-      adjoint%plan = s%plan
+      adjoint%plan = s%plan%transposed()
       adjoint%shift = s%shift
       adjoint%known%redundant = s%known%redundant - s%plan%redundant
       call transpose_problem(s%work, adjoint%work, error)
