@@ -88,6 +88,8 @@ contains
          "A file named - is standard input; a file may be a pipe.", &
          "", &
          "  --triplets             the files named have no header: row, column, value a line, from 1", &
+         "  --symmetric NAME       M, R and K hold one half: lower or upper; no: as they are;", &
+         "                         check: the same, but what looks like a half is an error (check)", &
          "  --modes N              how many; a complex-conjugate pair is one (10)", &
          "  --target RE[,IM]       the modes nearest to this lambda, in 1/s (0)", &
          "  --frequency HZ         the same as --target 0,(2 pi HZ)", &
@@ -147,7 +149,8 @@ contains
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
          "  --constraint-scaling NAME, --mass FILE, --stiffness FILE, --damping FILE,", &
-         "  --constraints FILE, --triplets, --quiet, --threads N     as for kschur solve", &
+         "  --constraints FILE, --triplets, --symmetric NAME, --quiet, --threads N", &
+         "                                               as for kschur solve", &
          "  --format NAME                                table, json (table)"])
    end subroutine print_compare_help
 
@@ -172,7 +175,8 @@ contains
          "", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
-         "  --constraint-scaling NAME, --quiet, --threads N     as for kschur solve", &
+         "  --constraint-scaling NAME, --symmetric NAME, --quiet, --threads N", &
+         "                                                      as for kschur solve", &
          "  --format NAME                                       table, json, csv (table)"])
    end subroutine print_sensitivity_help
 
@@ -193,8 +197,8 @@ contains
          "  --output FILE.h5       write the response of all unknowns and the multipliers", &
          "  --format NAME          table: amplitude and phase; json, csv: real and imaginary part", &
          "                         (table)", &
-         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --triplets, --quiet", &
-         "                         as for kschur solve"])
+         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --triplets,", &
+         "  --symmetric NAME, --quiet     as for kschur solve"])
    end subroutine print_response_help
 
    subroutine print_sweep_help()
@@ -215,7 +219,8 @@ contains
          "  --format NAME          table: damped frequencies in Hz; json, csv: all of them (table)", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
-         "  --constraint-scaling NAME, --quiet, --threads N     as for kschur solve"])
+         "  --constraint-scaling NAME, --quiet, --threads N and, of problems,", &
+         "  --symmetric NAME       as for kschur solve"])
    end subroutine print_sweep_help
 
    subroutine print_scene_help(scene, error)
@@ -251,6 +256,8 @@ contains
          "kschur solve --output wrote.", &
          "", &
          "  --modes N, --formulation NAME, --inner NAME     of a solve whose memory is estimated", &
+         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --triplets,", &
+         "  --symmetric NAME                                as for kschur solve", &
          "  --format NAME                                   table, json; of a result csv (table)"])
    end subroutine print_info_help
 

@@ -6,10 +6,10 @@ module cli_input
    use cli_system, only: ends_with, is_folder, same_file
    use kschur, only: add_context, error_file, error_input, error_type, error_usage, long, modal_problem_type, new_error, &
       read_hdf5_problem, read_matrix_market_files, read_matrix_market_problem, read_triplet_files, &
-      shared_problem_type
+      shared_problem_type, symmetric_check, symmetric_names
    implicit none
    private
-   public :: input_type, is_large, is_part_of, read_problem, read_shared_problem, take_input
+   public :: input_type, is_large, is_part_of, read_problem, read_shared_problem, take_input, take_symmetric
 
    !> Names of files; what was not given is not allocated.
    type :: input_type
@@ -19,6 +19,8 @@ module cli_input
       character(len=:), allocatable :: mass, stiffness, damping, constraints
       !> Whether these are rows, columns and values without a header.
       logical :: triplets = .false.
+      !> How symmetric matrices are stored: `symmetric_check` and its like.
+      integer :: symmetric = symmetric_check
    end type input_type
 
 contains
@@ -36,6 +38,7 @@ contains
       call arguments%take_text("--damping", input%damping, error)
       call arguments%take_text("--constraints", input%constraints, error)
       call arguments%take_flag("--triplets", input%triplets, error)
+      call take_symmetric(arguments, input, error)
       call arguments%take_word(input%path)
       call arguments%check_all_taken(error)
       if (allocated(error)) return
@@ -56,6 +59,15 @@ contains
          if (input%path == "") call new_error(error, error_usage, "the name of the problem is empty: give a file or a folder")
       end if
    end subroutine take_input
+
+   !> Takes the option --symmetric alone.
+   subroutine take_symmetric(arguments, input, error)
+      type(arguments_type), intent(inout) :: arguments
+      type(input_type), intent(inout) :: input
+      type(error_type), allocatable, intent(inout) :: error
+
+      call arguments%take_choice("--symmetric", symmetric_names, input%symmetric, error)
+   end subroutine take_symmetric
 
    !> Whether a problem is large enough for more than one thread, by the size of its files.
    logical function is_large(input)
@@ -115,21 +127,21 @@ contains
          path = input%mass
          if (input%triplets) then
             call read_triplet_files(problem, input%mass, input%stiffness, or_empty(input%damping), &
-               or_empty(input%constraints), error)
+               or_empty(input%constraints), error, input%symmetric)
          else
             call read_matrix_market_files(problem, input%mass, input%stiffness, or_empty(input%damping), &
-               or_empty(input%constraints), error)
+               or_empty(input%constraints), error, input%symmetric)
          end if
       else
          path = input%path
          inquire (file=path, exist=exists)
          if (is_folder(path)) then
-            call read_matrix_market_problem(problem, path, error)
+            call read_matrix_market_problem(problem, path, error, input%symmetric)
          else if (exists .and. ends_with(path, ".mtx")) then
             call new_error(error, error_input, path//": one matrix is no problem; name its folder, or the files "// &
                "by --mass, --stiffness, --damping and --constraints")
          else if (exists) then
-            call read_hdf5_problem(problem, path, error, trial=.true.)
+            call read_hdf5_problem(problem, path, error, trial=.true., symmetric=input%symmetric)
          else
             call new_error(error, error_input, path//": there is no such file or folder")
          end if
@@ -150,7 +162,7 @@ contains
          if (is_folder(input%path) .or. ends_with(input%path, ".mtx")) in_hdf5 = .false.
       end if
       if (in_hdf5) then
-         call read_together(input%path, shared, error)
+         call read_together(input%path, shared, error, input%symmetric)
          call name_file(input, error)
       else
          call read_problem(input, shared%problem, error)

@@ -16,12 +16,14 @@ contains
    end subroutine start_processes
 
    !> All processes read a problem in an HDF5 file, each its rows.
-   subroutine read_together(path, shared, error)
+   subroutine read_together(path, shared, error, symmetric)
       character(len=*), intent(in) :: path
       type(shared_problem_type), intent(out) :: shared
       type(error_type), allocatable, intent(out) :: error
+      !> How symmetric matrices are stored in it.
+      integer, intent(in) :: symmetric
 
-      call read_hdf5_shared_problem(shared, path, error, trial=.true.)
+      call read_hdf5_shared_problem(shared, path, error, trial=.true., symmetric=symmetric)
    end subroutine read_together
 
    !> To be called before each solve: all processes take part in it.

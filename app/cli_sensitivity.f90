@@ -2,7 +2,7 @@
 module cli_sensitivity
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns
-   use cli_input, only: input_type, read_problem
+   use cli_input, only: input_type, read_problem, take_symmetric
    use cli_interrupt, only: catch_interrupts
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: take_format
@@ -44,6 +44,8 @@ contains
       call take_format(arguments, format, error)
       call arguments%take_integer("--threads", 1, options%threads, error)
       call arguments%take_flag("--quiet", quiet, error)
+      call take_symmetric(arguments, here, error)
+      there%symmetric = here%symmetric
       call arguments%take_word(here%path)
       call arguments%take_word(there%path)
       if (.not. allocated(error)) call arguments%check_all_taken(error)

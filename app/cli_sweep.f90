@@ -2,7 +2,7 @@
 module cli_sweep
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns
-   use cli_input, only: input_type, is_part_of, read_problem
+   use cli_input, only: input_type, is_part_of, read_problem, take_symmetric
    use cli_interrupt, only: catch_interrupts, is_interrupted
    use cli_numbers, only: plain, read_list, read_range, rounded
    use cli_options, only: take_iteration, take_wanted
@@ -104,6 +104,7 @@ contains
          return
       end if
       source%parameter = "point"
+      call take_symmetric(arguments, input, error)
       allocate (source%inputs(0))
       do
          call arguments%take_word(word)

@@ -88,6 +88,7 @@ module kschur
    use kschur_solver, only: solve_modes
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_matrix, new_csr_from_triplets, &
       empty_csr_matrix
+   use kschur_symmetric_storage, only: symmetric_check, symmetric_lower, symmetric_names, symmetric_no, symmetric_upper
    use kschur_sweep, only: sweep_type, sweep_event_type, new_sweep, event_names, event_crossing, event_veering, event_unsure
    use kschur_targets, only: solve_targets
    use kschur_text, only: text

@@ -148,7 +148,7 @@ def write_problem(folder, problem):
 def run(program, folder, target, asked):
     """Exit status, the object that it printed (or an empty one), and its last line of complaint."""
     where = repr(target.real) + (f",{target.imag!r}" if target.imag else "")
-    command = [program, "solve", folder, "--modes", asked, f"--target={where}"]
+    command = [program, "solve", folder, "--modes", asked, f"--target={where}", "--symmetric", "no"]
     command += ["--format", "json", "--quiet", "--threads", 1]
     one_thread = dict(os.environ, OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1")
     try:

@@ -108,7 +108,8 @@ int kschur_problem_get_message(const kschur_problem *problem, char *text, int64_
 
 /* Sets a matrix from compressed sparse rows, in place of what it was. Row i has the entries row_start[i] -
  * index_base to row_start[i+1] - index_base - 1 of `column` and `value`. Within a row columns may stand in any
- * order; repeated entries are summed. A symmetric matrix needs both its triangles. `rows` + 1 row starts; `entries`
+ * order; repeated entries are summed. A symmetric matrix needs both its triangles,
+ * or kschur_problem_set_symmetric. `rows` + 1 row starts; `entries`
  * columns and values. KSCHUR_ERROR_USAGE for an unknown matrix or an index base other than 0 and 1;
  * KSCHUR_ERROR_INPUT for wrong row starts and indices, and sizes above 2^31 - 2. Whether the matrices fit each other
  * is looked at when they are used. */
@@ -128,6 +129,13 @@ int kschur_problem_set_triplets(kschur_problem *problem, int matrix, int64_t row
 int kschur_problem_set_triplets64(kschur_problem *problem, int matrix, int64_t rows, int64_t columns, int64_t entries,
                                   int index_base, const int64_t *row, const int64_t *column, const double *value);
 
+/* Says how M, R and K are stored, those that are set and those that will be set or read. "lower", "upper": by this triangle
+ * and the diagonal, as halves of symmetric matrices; entries in the other triangle must mirror those. "no": as they are.
+ * "check", the default: as they are, but a matrix with entries in one triangle only, off the diagonal, none of which is
+ * above sqrt(a_ii a_jj), is taken for a half that was meant to be completed. Either is KSCHUR_ERROR_INPUT when the
+ * problem is used. KSCHUR_ERROR_USAGE for another name. */
+int kschur_problem_set_symmetric(kschur_problem *problem, const char *name);
+
 /* Says where the unknowns stand in space, for pictures and in files; nothing of it is needed to solve. `coordinates` are
  * x, y, z of one node after the other. Of each of the n unknowns `node` is the node it belongs to, counted from the index
  * base, or the number before the first for none, and `component` what it is there: 0, 1, 2 translations along x, y, z; 3,
@@ -144,7 +152,8 @@ int kschur_problem_set_cells(kschur_problem *problem, int64_t cells, int index_b
 
 /* The number of unknowns n and of constraints m; each place is optional. Checks the problem first:
  * KSCHUR_ERROR_ORDER where the mass or stiffness matrix is not set, KSCHUR_ERROR_INPUT where the matrices do not fit
- * each other or hold what is no finite number, where the mass is zero, a constraint empty, or m above n. */
+ * each other or hold what is no finite number, where the mass is zero, a constraint empty, m above n, or a matrix half of a
+ * symmetric one: see kschur_problem_set_symmetric. */
 int kschur_problem_get_size(kschur_problem *problem, int64_t *unknowns, int64_t *constraints);
 
 /* Reads a problem from an HDF5 file of `kschur`'s format, in place of all matrices. KSCHUR_ERROR_FILE,

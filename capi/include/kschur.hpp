@@ -151,6 +151,13 @@ public:
       return *this;
    }
 
+   /* "lower", "upper": M, R and K are given by this half of symmetric matrices; "no": as they are. */
+   problem &set_symmetric(const std::string &name)
+   {
+      check(kschur_problem_set_symmetric(get(), name.c_str()));
+      return *this;
+   }
+
    /* Three coordinates of each node; `node` and `component` of each unknown, or both empty. */
    problem &set_nodes(const std::vector<double> &coordinates, const std::vector<std::int32_t> &node = {},
                       const std::vector<std::int32_t> &component = {}, int index_base = 0)

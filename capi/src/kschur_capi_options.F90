@@ -13,7 +13,7 @@ module kschur_capi_options
    use kschur_settings, only: check_options
    implicit none
    private
-   public :: options_handle_type, options_of
+   public :: options_handle_type, options_of, take_name
    ! What options are set with by name.
    public :: kschur_options_set_arpack, kschur_options_set_block, kschur_options_set_certify, &
       kschur_options_set_checkpoint, kschur_options_set_resume, &

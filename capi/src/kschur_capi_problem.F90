@@ -3,10 +3,11 @@ module kschur_capi_problem
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int32_t, c_int64_t, c_loc, &
       c_null_ptr, c_ptr
    use kschur, only: add_context, csr_matrix_type, empty_csr_matrix, error_type, modal_problem_type, new_csr_from_triplets, &
-      new_csr_matrix, new_error, read_hdf5_problem, settle_mesh, text, wp, write_hdf5_problem
+      new_csr_matrix, new_error, read_hdf5_problem, settle_mesh, symmetric_check, symmetric_names, text, wp, write_hdf5_problem
    use kschur_capi_arrays, only: put
    use kschur_capi_status, only: handle_type, get_message, outcome, require, status_input, status_memory, status_null, &
       status_ok, status_order, status_usage
+   use kschur_capi_options, only: take_name
    use kschur_capi_text, only: take_text
    use kschur_lock, only: acquire_lock, release_lock, lock_problem
    use kschur_problem, only: settle_modal_problem
@@ -21,6 +22,8 @@ module kschur_capi_problem
       !> Which matrices were set.
       logical :: given(0:3) = .false.
       logical :: checked = .false.
+      !> How symmetric ones are stored: `symmetric_check` and its like.
+      integer :: symmetric = symmetric_check
    end type problem_handle_type
 
    ! Enumeration kschur_matrix.
@@ -62,7 +65,7 @@ contains
       if (.not. handle%given(constraints)) handle%problem%constraints = empty_csr_matrix(0, n)
       problem = handle%problem
       if (allocated(problem%position)) deallocate (problem%position)
-      call settle_modal_problem(problem, error)
+      call settle_modal_problem(problem, error, symmetric=handle%symmetric)
       if (.not. allocated(error) .and. allocated(problem%mesh)) call settle_mesh(problem%mesh, n, error)
       if (allocated(error)) return
       handle%problem = problem
@@ -226,6 +229,19 @@ contains
       end do
    end subroutine take_indices
 
+   integer(c_int) function kschur_problem_set_symmetric(problem, name) bind(c) result(status)
+      type(c_ptr), value :: problem, name
+      type(problem_handle_type), pointer :: handle
+      type(error_type), allocatable :: error
+
+      status = status_null
+      handle => problem_of(problem)
+      if (.not. associated(handle)) return
+      call take_name(name, "storage of symmetric matrices", symmetric_names, handle%symmetric, error)
+      if (.not. allocated(error)) handle%checked = .false.
+      status = outcome(handle, error)
+   end function kschur_problem_set_symmetric
+
    integer(c_int) function kschur_problem_get_size(problem, unknowns, multipliers) bind(c) result(status)
       type(c_ptr), value :: problem, unknowns, multipliers
       type(problem_handle_type), pointer :: handle
@@ -254,7 +270,7 @@ contains
       call require(path, "path", error)
       if (.not. allocated(error)) then
          call take_text(path, name)
-         call read_hdf5_problem(read, name, error)
+         call read_hdf5_problem(read, name, error, symmetric=handle%symmetric)
       end if
       status = outcome(handle, error)
       if (status /= status_ok) return

@@ -7,15 +7,19 @@ import numpy as np
 import scipy.sparse as sparse
 
 from ._library import Handle
-from .errors import InputError
+from .errors import InputError, UsageError
 from .geometry import Geometry
 
 NAMES = ("mass matrix M", "stiffness matrix K", "damping matrix R", "constraint Jacobian Cq")
 
 
-def new_problem(*matrices: Any, geometry: Geometry | None = None) -> Handle:
-    """A problem of M, K, R and Cq: sparse or dense, real; R and Cq may be None. Raises InputError."""
+def new_problem(*matrices: Any, geometry: Geometry | None = None, symmetric: str | None = None) -> Handle:
+    """A problem of M, K, R and Cq: sparse or dense, real; R and Cq may be None. Raises InputError, UsageError."""
     problem = Handle("problem")
+    if symmetric is not None:
+        if not isinstance(symmetric, str):
+            raise UsageError(f"symmetric must be \"lower\", \"upper\", \"no\" or \"check\", not {symmetric!r}")
+        problem.call("set_symmetric", symmetric.encode())
     for number, (matrix, name) in enumerate(zip(matrices, NAMES)):
         if matrix is not None:
             _set_matrix(problem, number, matrix, name)

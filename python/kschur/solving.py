@@ -20,7 +20,7 @@ from .result import Result
 def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = None, target: complex | None = None, *,
           frequency: float | None = None, band: tuple[float, float] | None = None, shift: complex | None = None,
           left: bool = False, certify: bool = False, properties: bool = False, directions: Any = None, geometry: Geometry | None = None,
-          progress: Callable[[int, int, int, float], Any] | None = None,
+          symmetric: str | None = None, progress: Callable[[int, int, int, float], Any] | None = None,
           linear_solver: Callable[..., Any] | None = None, **more: Any) -> Result:
     """The modes of (lambda^2 M + lambda R + K) phi + Cq^T xi = 0, Cq phi = 0 nearest to a target, or all of a band.
 
@@ -37,6 +37,8 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     directions : motions of all unknowns, n x directions, for participation and effective masses; by default the rigid
         motions of the geometry, if there is one: see `Result.directions`.
     geometry : where the unknowns stand in space, for `Result.plot_shape` and files.
+    symmetric : "lower" or "upper" where M, R and K hold this half of symmetric matrices; "no" where they are meant as they are.
+        Absent, "check": the same, but an InputError where a matrix looks like a half.
     progress : called as progress(restart, converged, wanted, residual); the solve ends with what has converged where it
         returns True. An exception in it ends the solve and is raised here.
     linear_solver : called as linear_solver(A) with a matrix in CSC to factor, in the place of the library's solvers;
@@ -57,7 +59,7 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
         target = 2j * math.pi * frequency
     if band is not None and not (modes is None and target is None and shift is None):
         raise UsageError("band excludes modes, target, frequency and shift")
-    problem = new_problem(M, K, R, Cq, geometry=geometry)
+    problem = new_problem(M, K, R, Cq, geometry=geometry, symmetric=symmetric)
     options = new_options({"modes": modes, "target": target, "shift": shift, "left": left, "certify": certify, **more})
     directions = _columns(directions, problem)
     result = Handle("result")

@@ -60,12 +60,13 @@ class Sweep:
 
 
 def sweep(matrices: Callable[[float], Any], values: Iterable[float], modes: int | None = None,
-          target: complex | None = None, *, progress: Callable[[int, int, int, float], Any] | None = None, **more: Any) -> Sweep:
+          target: complex | None = None, *, symmetric: str | None = None,
+          progress: Callable[[int, int, int, float], Any] | None = None, **more: Any) -> Sweep:
     """The modes nearest to a target at each value of a parameter, followed from point to point.
 
     matrices : called with a value; gives (M, K), (M, K, R) or (M, K, R, Cq), as for `kschur.solve`.
     values : of the parameter, rising or falling.
-    modes, target, more : as for `kschur.solve`; with left=True modes of unsymmetric problems are followed by left vectors.
+    modes, target, symmetric, more : as for `kschur.solve`; with left=True modes of unsymmetric problems are followed by left vectors.
     progress : as for `kschur.solve`; the sweep ends with the points before where it returns True.
     """
     points = np.asarray(list(values), float)
@@ -75,7 +76,7 @@ def sweep(matrices: Callable[[float], Any], values: Iterable[float], modes: int 
     callbacks = Callbacks(options, progress, None)
     handle = Handle("sweep")
     for done, value in enumerate(points, 1):
-        problem = new_problem(*matrices(float(value)))
+        problem = new_problem(*matrices(float(value)), symmetric=symmetric)
         with callbacks:
             handle.call("add", float(value), problem.address, options.address)
         if _points(handle) < done:

@@ -56,6 +56,23 @@ def test_matrices_of_any_format(shape_of):
     assert result.kind == ["undamped"] * 6 and not result.damping_ratio.any()
 
 
+@pytest.mark.parametrize("half, name", [(sparse.tril, "lower"), (sparse.triu, "upper")])
+def test_halves_of_symmetric_matrices(half, name):
+    M, K = chain(40)
+    with pytest.raises(InputError, match=f"stiffness matrix K has entries in its {name} triangle only"):
+        kschur.solve(M, half(K), modes=6)
+    for stiffness in half(K), K:
+        result = kschur.solve(M, stiffness, half(0.01 * K), modes=6, symmetric=name)
+        assert np.allclose(np.abs(result.eigenvalues), chain_omega(40)[:6], rtol=1e-12, atol=0)
+    with pytest.raises(InputError, match="must mirror"):
+        kschur.solve(M, half(K), modes=6, symmetric="upper" if name == "lower" else "lower")
+    taken = kschur.solve(np.eye(2), half([[1.0, 0.5], [0.5, 4.0]]), modes=2, symmetric="no")
+    assert np.allclose(taken.eigenvalues.imag, [1, 2], rtol=1e-12, atol=0)
+    for wrong in "half", True:
+        with pytest.raises(UsageError, match="lower"):
+            kschur.solve(M, K, symmetric=wrong)
+
+
 def test_shapes_are_real_where_all_are():
     M, K = chain(40)
     result = kschur.solve(M, K, modes=3)
@@ -196,7 +213,7 @@ def test_wrong_matrices(arguments, error, words):
 
 
 def test_notes_count_from_zero():
-    result = kschur.solve(np.eye(2), np.array([[100.0, 1.0], [0.0, 100.0]]), modes=2)
+    result = kschur.solve(np.eye(2), np.array([[100.0, 1.0], [0.0, 100.0]]), modes=2, symmetric="no")
     assert any("modes 0 and 1 (counted from 0)" in note for note in result.notes)
 
 

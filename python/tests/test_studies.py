@@ -33,6 +33,22 @@ def test_sweep_refuses():
         kschur.sweep(lambda p: (np.eye(int(p)), np.eye(int(p))), [2, 3], modes=1)
 
 
+def test_halves_of_symmetric_matrices():
+    M, K = chain(6)
+    half = sparse.tril(K)
+    response, whole = (kschur.frequency_response(M, stiffness, frequencies=[0.1], forces=np.eye(6)[0], symmetric=how).displacement
+                       for stiffness, how in ((half, "lower"), (K, None)))
+    assert np.allclose(response, whole, rtol=1e-14, atol=0)
+    swept = kschur.sweep(lambda p: (M, p * half), [1, 2, 4], modes=2, symmetric="lower")
+    assert np.allclose(swept.eigenvalues.imag / np.sqrt(swept.values)[:, None],
+                       2 * np.sin(np.arange(1, 3) * np.pi / 14), rtol=1e-12)
+    with pytest.raises(InputError, match="lower triangle only"):
+        kschur.sweep(lambda p: (M, p * half), [1, 2], modes=2)
+    # Meant as it is, from point to point.
+    swept = kschur.sweep(lambda p: (np.eye(2), [[1 + p, 0], [0.1, 2 - p]]), [0, 0.4, 0.8], modes=2, symmetric="no")
+    assert np.allclose(np.nanmin(swept.eigenvalues.imag**2, axis=1), [1, 1.4, 1.2], rtol=1e-12)
+
+
 def test_frequency_response():
     n, frequencies = 8, [0.3, 1.1, 2.0]
     M, K = chain(n)

@@ -25,18 +25,20 @@ contains
 
    !> Reads a problem. Integers may have any length in the file; values are reals of
    !> single or double precision, or integers. Fails with the file, the matrix and what is wrong.
-   subroutine read_hdf5_problem(problem, path, error, trial)
+   subroutine read_hdf5_problem(problem, path, error, trial, symmetric)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
       !> Whether to read the file first in a child process, which a damaged file may make crash or hang (no). Not where
       !> other threads are at work.
       logical, intent(in), optional :: trial
+      !> As that of `new_modal_problem`.
+      integer, intent(in), optional :: symmetric
       integer :: all_rows(3)
 
       call read_hdf5_rows(problem, all_rows, path, whole, error, trial)
       if (allocated(error)) return
-      call settle_modal_problem(problem, error)
+      call settle_modal_problem(problem, error, symmetric=symmetric)
       call add_context(error, path)
    end subroutine read_hdf5_problem
 

@@ -14,13 +14,15 @@ contains
 
    !> Reads M.mtx, K.mtx and, where they exist, R.mtx and Cq.mtx of a folder; a
    !> link that leads nowhere exists. Fails with the file, the matrix and what is wrong.
-   subroutine read_matrix_market_problem(problem, folder, error)
+   subroutine read_matrix_market_problem(problem, folder, error, symmetric)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: folder
       type(error_type), allocatable, intent(out) :: error
+      !> As that of `new_modal_problem`; a file that says symmetric is mirrored anyway.
+      integer, intent(in), optional :: symmetric
 
       call read_matrix_market_files(problem, folder//"/M.mtx", folder//"/K.mtx", &
-         if_exists(folder//"/R.mtx"), if_exists(folder//"/Cq.mtx"), error)
+         if_exists(folder//"/R.mtx"), if_exists(folder//"/Cq.mtx"), error, symmetric)
    end subroutine read_matrix_market_problem
 
    function if_exists(path) result(given)
@@ -36,10 +38,12 @@ contains
 
    !> Reads a problem from a file for each matrix; an empty path stands for a
    !> matrix that is not given. Fails as `read_matrix_market_problem`.
-   subroutine read_matrix_market_files(problem, mass_path, stiffness_path, damping_path, constraints_path, error)
+   subroutine read_matrix_market_files(problem, mass_path, stiffness_path, damping_path, constraints_path, error, symmetric)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: mass_path, stiffness_path, damping_path, constraints_path
       type(error_type), allocatable, intent(out) :: error
+      !> As that of `read_matrix_market_problem`.
+      integer, intent(in), optional :: symmetric
       character(len=:), allocatable :: paths
       integer(long) :: most
 
@@ -56,7 +60,7 @@ contains
       if (allocated(error)) return
       if (constraints_path /= "") call read_named(problem%constraints, constraints_path, "constraint Jacobian Cq", most, error)
       if (allocated(error)) return
-      call settle_modal_problem(problem, error)
+      call settle_modal_problem(problem, error, symmetric=symmetric)
       paths = mass_path//", "//stiffness_path
       if (damping_path /= "") paths = paths//", "//damping_path
       if (constraints_path /= "") paths = paths//", "//constraints_path

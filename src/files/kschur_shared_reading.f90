@@ -6,6 +6,7 @@ module kschur_shared_reading
    use kschur_problem, only: settle_modal_problem
    use kschur_processes, only: join_processes, processes_type
    use kschur_shared_problem, only: shared_problem_type
+   use kschur_symmetric_storage, only: symmetric_lower, symmetric_upper
    use kschur_text, only: text
    implicit none
    private
@@ -14,8 +15,8 @@ module kschur_shared_reading
 contains
 
    !> Reads a problem as `read_hdf5_problem`, by all processes of a communicator: each opens the file. The error is the same in
-   !> all.
-   subroutine read_hdf5_shared_problem(shared, path, error, communicator, trial)
+   !> all. Halves of symmetric matrices the first process reads alone.
+   subroutine read_hdf5_shared_problem(shared, path, error, communicator, trial, symmetric)
       type(shared_problem_type), intent(out) :: shared
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
@@ -23,14 +24,20 @@ contains
       integer, intent(in), optional :: communicator
       !> As that of `read_hdf5_problem`: each process reads its rows in a child first.
       logical, intent(in), optional :: trial
+      !> As that of `new_modal_problem`, the same in all.
+      integer, intent(in), optional :: symmetric
       type(processes_type), target :: processes
       integer, allocatable :: handle
+      logical :: together
 
       if (present(communicator)) allocate (handle, source=communicator)
       call join_processes(handle, 1, processes, error)
       if (allocated(error)) return
-      if (processes%number == 1) then
-         call read_hdf5_rows(shared%problem, shared%all_rows, path, [0, 1], error, trial)
+      together = processes%number > 1
+      ! The other half of a process's rows is with others.
+      if (present(symmetric)) together = together .and. all(symmetric /= [symmetric_lower, symmetric_upper])
+      if (.not. together) then
+         if (processes%rank == 0) call read_hdf5_rows(shared%problem, shared%all_rows, path, [0, 1], error, trial)
       else
          call read_hdf5_rows(shared%rows, shared%all_rows, path, [processes%rank, processes%number], error, trial)
          if (processes%rank > 0) call add_context(error, "process "//text(processes%rank))
@@ -40,8 +47,8 @@ contains
          if (processes%rank > 0) then
             call help(processes, shared)
          else
-            call shared%assemble(processes, error)
-            if (.not. allocated(error)) call settle_modal_problem(shared%problem, error)
+            if (together) call shared%assemble(processes, error)
+            if (.not. allocated(error)) call settle_modal_problem(shared%problem, error, symmetric=symmetric)
             call add_context(error, path)
          end if
       end if

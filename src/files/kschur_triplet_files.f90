@@ -17,13 +17,15 @@ module kschur_triplet_files
 contains
 
    !> Reads a problem from a file for each matrix; an empty path stands for a matrix that is not given, - for standard
-   !> input. Entries of the same place are summed; both halves of a symmetric matrix must be there. There are as many
+   !> input. Entries of the same place are summed. There are as many
    !> unknowns as the largest row or column of M, K and R and the largest column of Cq say, as many constraints as the
    !> largest row of Cq. Fails with the file, the matrix and what is wrong.
-   subroutine read_triplet_files(problem, mass_path, stiffness_path, damping_path, constraints_path, error)
+   subroutine read_triplet_files(problem, mass_path, stiffness_path, damping_path, constraints_path, error, symmetric)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: mass_path, stiffness_path, damping_path, constraints_path
       type(error_type), allocatable, intent(out) :: error
+      !> As that of `new_modal_problem`.
+      integer, intent(in), optional :: symmetric
       type(triplets_type) :: mass, stiffness, damping, constraints
       integer(long) :: entries
       integer :: n, last
@@ -43,7 +45,7 @@ contains
       call settle(problem%damping, n, damping, "damping matrix R", error)
       call settle(problem%constraints, largest(constraints%row, constraints%count), constraints, "constraint Jacobian Cq", &
          error)
-      if (.not. allocated(error)) call settle_modal_problem(problem, error)
+      if (.not. allocated(error)) call settle_modal_problem(problem, error, symmetric=symmetric)
       call add_context(error, mass_path//", "//stiffness_path)
 
    contains

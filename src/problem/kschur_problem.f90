@@ -8,6 +8,7 @@ module kschur_problem
    use kschur_memory, only: require_memory
    use kschur_mesh, only: mesh_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
+   use kschur_symmetric_storage, only: settle_storage, symmetric_check, symmetric_no
    use kschur_text, only: text
    implicit none
    private
@@ -51,14 +52,18 @@ module kschur_problem
 contains
 
    !> Makes a problem of its matrices after checking them: shapes, finite
-   !> values, a mass or a damping matrix that is not zero, no empty constraint.
-   subroutine new_modal_problem(problem, mass, stiffness, error, damping, constraints, kind_of)
+   !> values, a mass or a damping matrix that is not zero, no empty constraint,
+   !> no half of a symmetric matrix unless asked for.
+   subroutine new_modal_problem(problem, mass, stiffness, error, damping, constraints, kind_of, symmetric)
       type(modal_problem_type), intent(out) :: problem
       type(csr_matrix_type), intent(in) :: mass, stiffness
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type), intent(in), optional :: damping, constraints
       !> A problem that is known to have the same symmetry and the same damping. Found out where absent.
       type(modal_problem_type), intent(in), optional :: kind_of
+      !> Whether M, R and K are given as halves of symmetric matrices: `symmetric_lower` or `symmetric_upper`; `symmetric_no`:
+      !> they are meant as they are. Absent, `symmetric_check`: what looks like a half is an error.
+      integer, intent(in), optional :: symmetric
 
       real(wp) :: needed
 
@@ -79,15 +84,16 @@ contains
       else
          problem%constraints = empty_csr_matrix(0, mass%rows)
       end if
-      call settle_modal_problem(problem, error, kind_of)
+      call settle_modal_problem(problem, error, kind_of, symmetric)
    end subroutine new_modal_problem
 
    !> The same for four matrices that stand in the problem already.
-   subroutine settle_modal_problem(problem, error, kind_of)
+   subroutine settle_modal_problem(problem, error, kind_of, symmetric)
       type(modal_problem_type), intent(inout) :: problem
       type(error_type), allocatable, intent(out) :: error
       type(modal_problem_type), intent(in), optional :: kind_of
-      integer :: n
+      integer, intent(in), optional :: symmetric
+      integer :: n, storage
 
       n = problem%mass%rows
       if (problem%mass%columns /= n) call new_error(error, error_input, "the mass matrix M is "//text(n)//" x "// &
@@ -98,6 +104,12 @@ contains
          if (.not. allocated(error)) call check_matrix(problem%damping, n, n, base, "damping matrix R", error)
          if (.not. allocated(error)) &
             call check_matrix(problem%constraints, problem%constraints%rows, n, base, "constraint Jacobian Cq", error)
+         ! What was reduced may have become triangular.
+         storage = merge(symmetric_no, symmetric_check, present(kind_of))
+         if (present(symmetric)) storage = symmetric
+         call settle_storage(problem%mass, storage, base, "mass matrix M", error)
+         call settle_storage(problem%stiffness, storage, base, "stiffness matrix K", error)
+         call settle_storage(problem%damping, storage, base, "damping matrix R", error)
       end associate
       if (.not. allocated(error)) call check_mass_and_constraints(problem, present(kind_of), error)
       if (.not. allocated(error)) call check_sums([int(n, long), int(problem%multipliers(), long)], &

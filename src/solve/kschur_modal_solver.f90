@@ -20,6 +20,7 @@ module kschur_modal_solver
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_spare_solvers, only: spare_solvers_type
    use kschur_sparse, only: csr_matrix_type, same_pattern
+   use kschur_symmetric_storage, only: symmetric_check, symmetric_lower, symmetric_upper
    use kschur_threads, only: enter_solve, leave_solve
    use kschur_tolerances, only: seems_zero
    implicit none
@@ -163,21 +164,28 @@ contains
    !> Puts other matrices in the place of those of the problem. Where their patterns, mass and constraints are the same,
    !> and nothing is rigid or without mass, what is known stays known. Fails as `new_modal_problem`, and on other numbers
    !> of unknowns or constraints; the problem stays as it was then.
-   subroutine update_values(self, mass, stiffness, error, damping, constraints)
+   subroutine update_values(self, mass, stiffness, error, damping, constraints, symmetric)
       class(modal_solver_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: mass, stiffness
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type), intent(in), optional :: damping, constraints
+      !> As that of `new_modal_problem`.
+      integer, intent(in), optional :: symmetric
       type(modal_problem_type), allocatable :: problem
       type(modal_problem_type) :: kind_of
+      integer :: storage
 
       allocate (problem)
+      storage = symmetric_check
+      if (present(symmetric)) storage = symmetric
       if (stays_general(self, damping) .and. .not. mass%is_zero()) then
          kind_of%damping_kind = damping_general
-         kind_of%symmetric = mass%is_symmetric() .and. stiffness%is_symmetric() .and. damping%is_symmetric()
-         call new_modal_problem(problem, mass, stiffness, error, damping, constraints, kind_of)
+         kind_of%symmetric = any(storage == [symmetric_lower, symmetric_upper])
+         if (.not. kind_of%symmetric) &
+            kind_of%symmetric = mass%is_symmetric() .and. stiffness%is_symmetric() .and. damping%is_symmetric()
+         call new_modal_problem(problem, mass, stiffness, error, damping, constraints, kind_of, storage)
       else
-         call new_modal_problem(problem, mass, stiffness, error, damping, constraints)
+         call new_modal_problem(problem, mass, stiffness, error, damping, constraints, symmetric=storage)
       end if
       if (allocated(error)) return
       if (any([problem%unknowns(), problem%multipliers()] /= [self%problem%unknowns(), self%problem%multipliers()])) then

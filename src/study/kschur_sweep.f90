@@ -10,6 +10,7 @@ module kschur_sweep
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type, reason_cancelled
    use kschur_sparse, only: csr_matrix_type, linear_combination
+   use kschur_symmetric_storage, only: symmetric_no
    use kschur_tolerances, only: equal_value
    implicit none
    private
@@ -154,7 +155,7 @@ contains
       type(modal_problem_type), intent(in) :: problem
       type(error_type), allocatable, intent(out) :: error
 
-      call solver%update_values(problem%mass, problem%stiffness, error, problem%damping, problem%constraints)
+      call solver%update_values(problem%mass, problem%stiffness, error, problem%damping, problem%constraints, symmetric_no)
    end subroutine update
 
    ! For each mode at a place that at another one, by places between where that is needed.

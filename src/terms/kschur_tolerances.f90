@@ -38,6 +38,8 @@ module kschur_tolerances
    !> What is known to twelve digits (input that was written so, vectors at the default tolerance) is off by less than this:
    !> by ten units of the last of them.
    real(wp), parameter, public :: twelve_digits = 1.0e-11_wp
+   !> The same of five digits, as files of short fields have them.
+   real(wp), parameter, public :: five_digits = 1.0e-4_wp
    !> A number with a larger relative error is not known: a solution of a singular system, or the distance of the furthest
    !> mode, which a curve must not touch. Chosen.
    real(wp), parameter, public :: blurred_value = 1.0e-4_wp

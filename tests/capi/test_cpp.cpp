@@ -74,6 +74,17 @@ static void closed_form()
    CHECK(kschur::solve_band(moved, 0, hertz[2] * 1.001).modes() == 3);
 }
 
+static void half_of_a_symmetric_matrix()
+{
+   const std::vector<std::int32_t> unit{0, 1}, row{0, 1, 1}, column{0, 0, 1};
+   kschur::problem problem;
+   problem.set_triplets(KSCHUR_MASS, 2, 2, unit, unit, {1, 1}).set_triplets(KSCHUR_STIFFNESS, 2, 2, row, column, {2, -1, 2});
+   CHECK(throws(KSCHUR_ERROR_INPUT, "lower triangle only", [&] { kschur::solve(problem); }));
+   CHECK(throws(KSCHUR_ERROR_USAGE, "'half'", [&] { problem.set_symmetric("half"); }));
+   const auto result = kschur::solve(problem.set_symmetric("lower"), kschur::options().set("modes", 2));
+   CHECK(std::abs(result.eigenvalues()[1] - complex(0, std::sqrt(3))) < 1e-12);
+}
+
 static void errors()
 {
    kschur::options options;
@@ -201,6 +212,7 @@ static void files_and_nodes()
 int main()
 {
    closed_form();
+   half_of_a_symmetric_matrix();
    errors();
    callbacks();
    own_solver<double>(0);

@@ -268,6 +268,7 @@ static void notes_count_from_the_base(void)
       CHECK_OK(kschur_problem_create(&problem));
       CHECK_OK(kschur_problem_set_triplets(problem, KSCHUR_MASS, 2, 2, 2, base, index, index, mass));
       CHECK_OK(kschur_problem_set_triplets(problem, KSCHUR_STIFFNESS, 2, 2, 3, base, row, column, stiffness));
+      CHECK_OK(kschur_problem_set_symmetric(problem, "no"));
       CHECK_OK(kschur_solve(problem, options, result));
       check_notes(result, base);
       CHECK_OK(kschur_solver_create(&solver));

@@ -78,6 +78,7 @@ static void null_handles(void)
    CHECK_STATUS(kschur_problem_set_csr64(NULL, 0, 1, 1, 1, 0, wide, wide, &one), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_problem_set_triplets(NULL, 0, 1, 1, 1, 0, index, index, &one), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_problem_set_triplets64(NULL, 0, 1, 1, 1, 0, wide, wide, &one), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_problem_set_symmetric(NULL, "lower"), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_problem_get_size(NULL, &k, &k), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_problem_read_hdf5(NULL, "nothing.h5"), KSCHUR_ERROR_NULL);
    CHECK_STATUS(kschur_problem_write_hdf5(NULL, "nothing.h5"), KSCHUR_ERROR_NULL);

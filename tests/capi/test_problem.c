@@ -203,6 +203,57 @@ static void matrices_that_make_no_problem(void)
    kschur_problem_destroy(&problem);
 }
 
+static void halves_of_symmetric_matrices(void)
+{
+   kschur_problem *problem = NULL, *copy = NULL;
+   kschur_options *options = new_options(2);
+   kschur_result *result = new_result();
+   double frequency[2];
+
+   CHECK_OK(kschur_problem_create(&problem));
+   set_tridiagonal(problem, KSCHUR_MASS, 5, 1, 0, 0);
+   set_tridiagonal(problem, KSCHUR_STIFFNESS, 5, 200, -100, 0);
+   CHECK_STATUS(kschur_solve(problem, options, result), KSCHUR_ERROR_INPUT);
+   CHECK_MESSAGE(result, result, "the stiffness matrix K has entries in its lower triangle only");
+   CHECK_STATUS(kschur_problem_set_symmetric(problem, "half"), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(problem, problem, "'half', only check, lower, upper, no");
+   CHECK_OK(kschur_problem_set_symmetric(problem, "upper"));
+   CHECK_STATUS(kschur_problem_get_size(problem, NULL, NULL), KSCHUR_ERROR_INPUT);
+   CHECK_MESSAGE(problem, problem, "the entry (1, 0) of the stiffness matrix K must mirror that at (0, 1)");
+   CHECK_OK(kschur_problem_set_symmetric(problem, "no"));
+   CHECK_OK(kschur_problem_write_hdf5(problem, "capi_half.h5"));
+   CHECK_OK(kschur_problem_set_symmetric(problem, "lower"));
+   CHECK_OK(kschur_solve(problem, options, result));
+   CHECK_OK(kschur_result_get_frequencies_hz(result, frequency, 2));
+   CHECK_NEAR(frequency[0], chain_omega(5, 1) / (2 * pi), 1e-13);
+   CHECK_NEAR(frequency[1], chain_omega(5, 2) / (2 * pi), 1e-13);
+
+   /* What is set afterwards is a half as well; so is what is read. */
+   set_tridiagonal(problem, KSCHUR_MASS, 4, 1, 0, 0);
+   set_tridiagonal(problem, KSCHUR_STIFFNESS, 4, 200, -100, 0);
+   CHECK_OK(kschur_solve(problem, options, result));
+   CHECK_OK(kschur_result_get_frequencies_hz(result, frequency, 2));
+   CHECK_NEAR(frequency[0], chain_omega(4, 1) / (2 * pi), 1e-13);
+   CHECK_OK(kschur_problem_create(&copy));
+   CHECK_STATUS(kschur_problem_read_hdf5(copy, "capi_half.h5"), KSCHUR_ERROR_INPUT);
+   CHECK_OK(kschur_problem_set_symmetric(copy, "lower"));
+   CHECK_OK(kschur_problem_read_hdf5(copy, "capi_half.h5"));
+   CHECK_OK(kschur_solve(copy, options, result));
+   CHECK_OK(kschur_result_get_frequencies_hz(result, frequency, 2));
+   CHECK_NEAR(frequency[0], chain_omega(5, 1) / (2 * pi), 1e-13);
+
+   /* A coupling one way that is no half. */
+   CHECK_OK(kschur_problem_set_symmetric(problem, "check"));
+   set_tridiagonal(problem, KSCHUR_STIFFNESS, 4, 200, 0, 300);
+   CHECK_OK(kschur_problem_get_size(problem, NULL, NULL));
+
+   remove("capi_half.h5");
+   kschur_problem_destroy(&problem);
+   kschur_problem_destroy(&copy);
+   kschur_options_destroy(&options);
+   kschur_result_destroy(&result);
+}
+
 static void files(void)
 {
    kschur_problem *problem = new_chain_with_dashpot(6, 3), *copy = NULL;
@@ -250,6 +301,7 @@ int main(void)
    entries_of_one_place_are_summed();
    wrong_arrays();
    matrices_that_make_no_problem();
+   halves_of_symmetric_matrices();
    files();
    return report_checks();
 }

@@ -26,6 +26,7 @@ PAIRS = (b"0,1", b"1,0", b"0,0", b"0.05,0.5", b"-1,1", b",", b"1,", b",1", b"1,2
          b"1:2:3", b"speed=1:12:3", b"=", b"x=1:1:1", b"mass=1:2:2147483648")
 WORDS = (b"auto", b"symmetric", b"proportional", b"quadratic", b"dense", b"damped", b"undamped-constrained-zero", b"low-rank", b"krylov-schur",
          b"arpack", b"fair", b"plain", b"mumps", b"ldl", b"iterative", b"none", b"scalar", b"row", b"mass", b"displacement", b"length",
+         b"lower", b"upper", b"no",
          b"json", b"csv", b"table", b"best", b"Auto", b"aut", b"x"*300, b"x"*5000, b"\xc3\xa9", b"\x1b[2J", b"\x7f", b"\xc2\x9b2J", b"\xff\xfe",
          b"a\nb", b"a\rb", b"\xe2\x80\xae", b"$HOME", b"*", b"--", b"-h", b"--output", b"%s%n", b"' or 1", b"/", b"/dev/null", b"/dev/full", b".",
          b"..", b"no/such/folder")

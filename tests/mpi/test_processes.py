@@ -247,6 +247,28 @@ def check_reading(folder):
         check(f"another file in one process: {words}", done.returncode == 2 and is_said(done, words), f"{done.returncode} {done.stderr}")
 
 
+def check_halves(folder):
+    """Halves of symmetric matrices: an error of all, or the modes of the whole."""
+    status, alone = solve(0, folder / "grid.h5", "--modes", 4)
+    half = folder / "half.h5"
+    with h5py.File(folder / "grid.h5") as source, h5py.File(half, "w") as file:
+        for name in set(source) & {"mass", "stiffness", "damping", "constraints"}:
+            matrix = scipy.sparse.csr_matrix(tuple(source[name][key][:] for key in ("data", "indices", "indptr")), source[name].attrs["shape"])
+            if name != "constraints":
+                matrix = scipy.sparse.tril(matrix).tocsr()
+            group = file.create_group(name)
+            group.attrs["shape"] = matrix.shape
+            for key in ("indptr", "indices", "data"):
+                group[key] = getattr(matrix, key)
+    check_refused("a half", 3, half, "has entries in its lower triangle only")
+    for processes in (1, 3):
+        status, answer = solve(processes, half, "--modes", 4, "--symmetric", "lower")
+        check(f"a half on {processes}", status == 0 and np.all(abs(values(answer) - values(alone)) <= bounds(alone)),
+              f"{status} {answer}"[:300])
+    status, answer = solve(3, half, "--modes", 4, "--symmetric", "upper")
+    check("the other half", status == 2 and "with --symmetric upper the entry" in answer, f"{status} {answer}"[:300])
+
+
 def check_refused(name, processes, problem, words):
     done = run(processes, "solve", problem, "--modes", 4, "--distribute", 1)
     check(name, done.returncode == 2 and is_said(done, words), f"{done.returncode} {done.stderr}")
@@ -332,6 +354,7 @@ def main():
         check_methods(folder)
         check_bands(folder)
         check_reading(folder)
+        check_halves(folder)
         check_lapack_band(folder)
         check_checkpoint(folder)
         check_limits(folder)

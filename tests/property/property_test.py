@@ -27,7 +27,7 @@ def examine(job):
     command, seed, kinds, bands, keep, smaller = job
     recipe, problem = generate(seed, kinds)
     if bands:
-        problem = replace(problem, command=["--band", "{!r},{!r}".format(*band_of(seed, problem.spectrum))])
+        problem = replace(problem, command=["--band", "{!r},{!r}".format(*band_of(seed, problem.spectrum)), "--symmetric", "no"])
     verdict = judge_problem(command, problem)
     if keep and verdict.failed:
         if smaller and not bands:

@@ -50,7 +50,8 @@ class Recipe:
     def command(self):
         """What the program is asked, as words."""
         target = complex(self.target)
-        return ["--modes", str(self.modes), f"--target={target.real!r},{target.imag!r}", *self.options]
+        # Triangular matrices are meant as they are.
+        return ["--modes", str(self.modes), f"--target={target.real!r},{target.imag!r}", "--symmetric", "no", *self.options]
 
 
 def without(recipe, unknowns):

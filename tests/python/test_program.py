@@ -56,7 +56,7 @@ def test_help(_):
         check(f"{' '.join(words)}: explains", run.returncode == 0 and "kschur" in run.stdout and not run.stderr, run)
     check("help solve: every option", all(option in kschur("help", "solve").stdout for option in (
         "--modes --target --frequency --band --shift --method --arpack --formulation --inner --presolve --block --subspace --tolerance --max-restarts "
-        "--constraint-scaling --left --certify --mass --stiffness --damping --constraints --output --format --quiet --verbose "
+        "--constraint-scaling --symmetric --left --certify --mass --stiffness --damping --constraints --output --format --quiet --verbose "
         "--threads").split()))
     possible = re.search("wants one of (.*), not 'best'", kschur("solve", DATA, "--formulation", "best").stderr)
     check("help solve: every formulation", possible and all(

@@ -272,6 +272,79 @@ def test_triplets_and_pipes(folder):
     check_refused("more entries than the file can hold", 2, kschur("solve", source), "K.mtx", "line 2", "1000000000000")
 
 
+def write_hdf5(path, **matrices):
+    """Dense matrices as CSR groups; zeros are not stored."""
+    with h5py.File(path, "w") as file:
+        for name, matrix in matrices.items():
+            matrix = np.asarray(matrix, float)
+            group = file.create_group(name)
+            group.attrs["shape"] = matrix.shape
+            group["indptr"] = np.concatenate([[0], np.cumsum((matrix != 0).sum(axis=1))])
+            group["indices"], group["data"] = np.nonzero(matrix)[1], matrix[matrix != 0]
+    return path
+
+
+def test_halves(folder):
+    """Half of a symmetric matrix is an error, or taken as that; a coupling one way is what it is."""
+    n = 6
+    M, K = np.eye(n), 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    Cq = np.eye(1, n) - np.eye(1, n, 1)
+    expected = {False: 2 * np.sin(np.arange(1, 4) * np.pi / (2 * n + 2))}
+    Z = np.vstack([np.eye(1, n - 1), np.eye(n - 1)])
+    expected[True] = np.sqrt(np.linalg.eigvals(np.linalg.solve(Z.T @ Z, Z.T @ K @ Z)).real)
+    expected[True].sort()
+    for half, name, other, entry in (np.tril, "lower", "upper", "(2, 1)"), (np.triu, "upper", "lower", "(1, 2)"):
+        place = folder / f"half_{name}"
+        market = write_problem(place, M=M, K=half(K), R=half(0.02 * K))
+        hdf5 = write_hdf5(place / "half.h5", mass=M, stiffness=half(K), constraints=Cq)
+        for path, tied in (market, False), (hdf5, True):
+            words = "the stiffness matrix K", f"in its {name} triangle only", f"--symmetric {name}", "--symmetric no"
+            # Short names, or the middle of the message is left out.
+            near = path.relative_to(folder)
+            for command in (["solve", near], ["info", near], ["compare", near],
+                            ["response", near, "--frequencies", "1,2", "--input", 1], ["sensitivity", near, near],
+                            ["sweep", near, near]):
+                check_refused(f"{command[0]} {near} of a half", 2, kschur(*command, cwd=folder), near, *words)
+            check_refused(f"the other half of {near}", 2, kschur("solve", near, "--symmetric", other, cwd=folder), near,
+                          f"with --symmetric {other} the entry {entry} of the stiffness matrix K must mirror")
+            result, _ = solve(path, "--modes", 3, "--symmetric", name)
+            check(f"--symmetric {name} of {path.name}: the modes of the whole",
+                  np.allclose(abs(eigenvalues(result)), expected[tied][:3], rtol=1e-12), eigenvalues(result))
+            check(f"--symmetric {name} of {path.name}: symmetric", result["problem"]["symmetric"] is True, result["problem"])
+            facts = json.loads(kschur("info", path, "--symmetric", name, "--format", "json").stdout)
+            check(f"info --symmetric {name} of {path.name}", facts["problem"]["symmetric"] is True, facts)
+            taken, _ = solve(path, "--modes", 1, "--symmetric", "no")
+            check(f"--symmetric no of {path.name}: as it is", taken["problem"]["symmetric"] is False, taken["problem"])
+        for command in (["response", market, "--frequencies", "0.01,0.02", "--input", 1], ["sensitivity", market, market, "--modes", 2],
+                        ["sweep", market, market, "--modes", 2], ["compare", market, "--modes", 2]):
+            run = kschur(*command, "--symmetric", name, "--quiet")
+            check(f"{command[0]} --symmetric {name}", run.returncode == 0, run)
+        files = ["--mass", market / "M.mtx", "--stiffness", market / "K.mtx", "--damping", market / "R.mtx"]
+        found = eigenvalues(solve(*files, "--modes", 3, "--symmetric", name)[0])
+        check(f"--stiffness FILE --symmetric {name}", np.allclose(abs(found), expected[False], rtol=1e-12), found)
+
+    # K by half, M whole and full; a header that says symmetric.
+    full = M + 0.1 * np.eye(n, k=1) + 0.1 * np.eye(n, k=-1)
+    mixed = write_problem(folder / "mixed", M=full, K=np.triu(K))
+    lowest = np.sqrt(np.linalg.eigvals(np.linalg.solve(full, K)).real.min())
+    found = eigenvalues(solve(mixed, "--modes", 1, "--symmetric", "upper")[0])
+    check("K by half, M whole", np.allclose(found.imag, lowest, rtol=1e-12), (found, lowest))
+    text = (mixed / "K.mtx").read_text().splitlines()
+    lines = [text[0].replace("general", "symmetric"), text[1], *(" ".join(np.array(line.split())[[1, 0, 2]]) for line in text[2:])]
+    (mixed / "K.mtx").write_text("\n".join(lines) + "\n")
+    for words in ([], ["--symmetric", "lower"], ["--symmetric", "upper"], ["--symmetric", "no"]):
+        found = eigenvalues(solve(mixed, "--modes", 1, *words)[0])
+        check(f"a header that says symmetric {words}", np.allclose(found.imag, lowest, rtol=1e-12), found)
+
+    # One way: no half of a semidefinite matrix.
+    one_way = write_problem(folder / "one_way", M=np.eye(2), K=[[1, 0], [-2.5, 4]])
+    result, run = solve(one_way, "--modes", 2)
+    check("a coupling one way: as it is", np.allclose(eigenvalues(result).imag, [1, 2], rtol=1e-12) and not run.stderr, (result, run.stderr))
+    check_refused("--symmetric with another word", 1, kschur("solve", one_way, "--symmetric", "half"), "check, lower, upper, no", "'half'")
+    run = kschur("sweep", "turbine", "--vary", "speed=1:2:2", "--symmetric", "lower")
+    check_refused("--symmetric of a scene", 1, run, "no option '--symmetric'")
+
+
 def test_messages(folder):
     """One line without what moves a cursor, whatever the words are, and not too long."""
     for name in (b"a\nb\rc\x1b[2J.h5", b"\x7f\xc2\x9b2J.h5", b"\x9b2J\x80.h5", "\u00e9\u6f22\U0001f600.h5".encode() * 40):
@@ -289,4 +362,4 @@ def test_messages(folder):
 run_tests(
     test_scenes, test_csv, test_result_file, test_output_that_cannot_be_written, test_output_in_shared_memory,
     test_output_never_replaces_the_problem,
-    test_lost_output, test_matrices_that_cannot_be_read, test_bad_input, test_triplets_and_pipes, test_messages)
+    test_lost_output, test_matrices_that_cannot_be_read, test_bad_input, test_triplets_and_pipes, test_halves, test_messages)

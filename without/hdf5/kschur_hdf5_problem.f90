@@ -9,11 +9,12 @@ module kschur_hdf5_problem
 contains
 
    !> Fails with `error_usage`.
-   subroutine read_hdf5_problem(problem, path, error, trial)
+   subroutine read_hdf5_problem(problem, path, error, trial, symmetric)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
       logical, intent(in), optional :: trial
+      integer, intent(in), optional :: symmetric
 
       call new_error(error, error_usage, path//": this kschur was built without HDF5")
    end subroutine read_hdf5_problem

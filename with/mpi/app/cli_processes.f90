@@ -4,7 +4,7 @@ module cli_processes
    use, intrinsic :: iso_c_binding, only: c_int
    use cli_environment, only: start_again_to_wait_asleep
    use kschur, only: error_type, modal_options_type, modal_result_type, read_hdf5_shared_problem, shared_problem_type, &
-      solve_modes
+      solve_modes, symmetric_check, symmetric_lower, symmetric_upper
    use kschur_memory, only: megabyte, require_memory
    use kschur_processes, only: broadcast_words
    use mpi_f08, only: MPI_Bcast, MPI_CHARACTER, MPI_Comm_rank, MPI_COMM_WORLD, MPI_Finalize, MPI_Init_thread, MPI_Initialized, &
@@ -55,7 +55,7 @@ contains
          if (words(1) == word_end) exit
          ! What is wrong the first process tells the user.
          if (words(1) == word_read) then
-            call read_here(repeat(" ", words(2)), shared, error)
+            call read_here(repeat(" ", words(2)), shared, error, symmetric_check)
          else
             options%threads = words(2)
             call solve_modes(shared, options, result, error)
@@ -65,26 +65,34 @@ contains
       call c_exit(int(words(2), c_int))
    end subroutine take_part
 
-   !> All processes read a problem in an HDF5 file, each its rows.
-   subroutine read_together(path, shared, error)
+   !> All processes read a problem in an HDF5 file, each its rows; halves of symmetric matrices the first one alone.
+   subroutine read_together(path, shared, error, symmetric)
       character(len=*), intent(in) :: path
       type(shared_problem_type), intent(out) :: shared
       type(error_type), allocatable, intent(out) :: error
+      !> How symmetric matrices are stored in it.
+      integer, intent(in) :: symmetric
 
-      call say([word_read, len(path)])
-      call read_here(path, shared, error)
+      if (any(symmetric == [symmetric_lower, symmetric_upper])) then
+         call read_hdf5_shared_problem(shared, path, error, trial=.true., symmetric=symmetric)
+      else
+         call say([word_read, len(path)])
+         call read_here(path, shared, error, symmetric)
+      end if
    end subroutine read_together
 
-   subroutine read_here(path, shared, error)
+   subroutine read_here(path, shared, error, symmetric)
       !> That of the first process counts; those of the others are as long.
       character(len=*), intent(in) :: path
       type(shared_problem_type), intent(out) :: shared
       type(error_type), allocatable, intent(out) :: error
+      !> That of the first process counts, and is no half.
+      integer, intent(in) :: symmetric
       character(len=len(path)) :: name
 
       name = path
       call MPI_Bcast(name, len(name), MPI_CHARACTER, 0, MPI_COMM_WORLD)
-      call read_hdf5_shared_problem(shared, name, error, MPI_COMM_WORLD%mpi_val, trial=.true.)
+      call read_hdf5_shared_problem(shared, name, error, MPI_COMM_WORLD%mpi_val, trial=.true., symmetric=symmetric)
    end subroutine read_here
 
    !> To be called before each solve: all processes take part in it.
