@@ -30,13 +30,16 @@ def assemble(recipe):
         raise Unsuitable("no modes")
     spectrum *= 2.0**recipe.time_exponent
     order = list(recipe.order) or list(range(recipe.size))
-    units = np.array([recipe.units[i] if recipe.units else 0 for i in order])
-    scales = units[:, None] + units[None, :] + recipe.mass_exponent - denominator(recipe).bit_length() + 1
+    units, row_units = (np.array([chosen[i] if chosen else 0 for i in order])
+                        for chosen in (recipe.units, recipe.row_units or recipe.units))
+    if recipe.combinations and (row_units - units)[(constraints[:, order] != 0).any(axis=0)].any():
+        raise Unsuitable("constraints in two units")
+    scales = row_units[:, None] + units[None, :] + recipe.mass_exponent - denominator(recipe).bit_length() + 1
     matrices = {}
     for power, name in ((0, "M"), (1, "R"), (2, "K")):
         if name != "R" or recipe.damped:
             matrices[name] = exact_doubles(mixed[name][np.ix_(order, order)], scales + power * recipe.time_exponent)
-    if not matrices["M"].any():
+    if not matrices["M"].any() and not recipe.sharp:
         raise Unsuitable("no mass")
     if recipe.combinations:
         rows = np.array(recipe.combinations, dtype=object) @ constraints

@@ -60,6 +60,12 @@ class Block:
                 found.append(Eigenvalue(value, multiplicity, order, coefficient))
         return found
 
+    @cached_property
+    def spread(self):
+        """The largest entry by the smallest that is not zero."""
+        sizes = [abs(a) for matrix in (self.mass, self.damping, self.stiffness) for row in matrix for a in row if a]
+        return max(sizes, default=1) / min(sizes, default=1)
+
     def at(self, value):
         """P(value) with many digits."""
         terms = zip(self.mass, self.damping, self.stiffness)
@@ -78,8 +84,16 @@ def number(fraction):
     return mpmath.mpf(fraction.numerator) / fraction.denominator
 
 
+# Where entries differ by more than this factor, doubles do not tell null vectors.
+WIDE = 2**20
+
+
 def simple_pole(problem, value):
-    """Order and residue at a simple eigenvalue, from its left and right vectors."""
+    """Order and residue at a simple eigenvalue, from its left and right vectors, or from the inverse right beside it."""
+    if problem.spread > WIDE:
+        with mpmath.workdps(2 * polynomials.DIGITS):
+            step = value * mpmath.mpf(10)**-30
+            return 1, doubles(problem.at(value + step) ** -1 * step)
     with mpmath.workdps(polynomials.DIGITS):
         u, _, vh = np.linalg.svd(doubles(problem.at(value)))
     value = complex(value)

@@ -2,16 +2,18 @@
 import json
 import os
 import subprocess
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from spectrum import blurred
+
 SECONDS = 60
 # Distances from the target that differ by less than this part are the same.
 SAME_DISTANCE = 1e-6
-# A bound of an error may be wrong by this factor, and need not be below what printing loses.
-SLACK, PRINTED = 10, 1e-15
+# A bound of an error need not be below what printing loses; rounding of one operation.
+PRINTED, ROUNDING = 1e-15, 1e-16
 
 # What an answer can be. A certificate or an error bound that is wrong; silently wrong, with exit status 0; fewer modes
 # listed "because there are no more" where there are; numbers listed that are no eigenvalues; no answer at all.
@@ -28,6 +30,8 @@ class Verdict:
     # One of CLASSES.
     name: str
     detail: str = ""
+    # The true error of each listed mode by the bound that is promised, where one is.
+    ratios: list = field(default_factory=list)
 
     @property
     def failed(self):
@@ -49,13 +53,14 @@ def judge_folder(program, folder, problem):
         if verdicts[-1].name != DECLINED:
             break
     verdicts.append(judge_iterated(program, folder, problem, "low-rank"))
-    return min(verdicts, key=lambda each: CLASSES.index(each.name))
+    worst = min(verdicts, key=lambda each: CLASSES.index(each.name))
+    return Verdict(worst.name, worst.detail, [ratio for each in verdicts for ratio in each.ratios])
 
 
 def judge_iterated(program, folder, problem, formulation):
     verdict, _ = judge_answer(program, folder, problem, "--formulation", formulation)
     name = ITERATED if verdict.name == FLAGGED else verdict.name
-    return Verdict(name, f"{formulation}: {verdict.detail}" if verdict.detail else "")
+    return Verdict(name, f"{formulation}: {verdict.detail}" if verdict.detail else "", verdict.ratios)
 
 
 def judge_answer(program, folder, problem, *more):
@@ -79,6 +84,12 @@ def judge_answer(program, folder, problem, *more):
 
 def judge(problem, status, answer):
     """Verdict on an answer, the object that the program prints, and its exit status, 0 or 3."""
+    verdict, off = judge_modes(problem, status, answer)
+    return Verdict(*verdict, [ratio for *_, ratio in off])
+
+
+def judge_modes(problem, status, answer):
+    """Name and detail of a verdict, and (value, error, bound, error by bound) of modes with a bound."""
     asked, target = what_was_asked(problem.command)
     exact, tolerance = problem.spectrum[:, 0] + 1j * problem.spectrum[:, 1], problem.spectrum[:, 2]
     listed = np.array([complex(*mode["eigenvalue"]) for mode in answer["modes"]], dtype=complex)
@@ -91,25 +102,41 @@ def judge(problem, status, answer):
     furthest = max(distance(exact[known], target) - tolerance[known], default=0.0) * (1 - SAME_DISTANCE)
     missing = exact[[k for k in left if distance(exact[k], target) + tolerance[k] < furthest]]
 
+    nearest = np.array([min(range(len(exact)), key=lambda j: abs(exact[j] - value)) for value in found], dtype=int)
+    nearest[right] = known
+    off = judged_bounds(answer["modes"], modes, found, abs(found - exact[nearest]))
+
     wrong = [f"missing {show(missing)}"] if len(missing) else []
     wrong += [f"no eigenvalues: {show(spurious)}"] if len(spurious) else []
     wrong += ["not in order"] if not in_order(distance(listed, target), max(tolerance, default=0.0)) else []
     wrong += ["another number than asked"] if len(listed) > asked or (status == 0 and len(listed) < asked) else []
     said = "; ".join([f"exit {status}, {len(listed)} of {asked}, {answer['reason']}", *wrong])
     if wrong and answer.get("certified") is True:
-        return Verdict(CERTIFICATE, said)
+        return (CERTIFICATE, said), off
     if wrong and status == 0:
-        return Verdict(SILENT, said)
+        return (SILENT, said), off
+    left = left[~blurred(exact[left], tolerance[left])]
     if status == 3 and answer["reason"] == "fewer_modes" and len(left):
-        return Verdict(NO_MORE, f"{said}; there are {show(exact[left])}")
+        return (NO_MORE, f"{said}; there are {show(exact[left])}"), off
     if len(spurious):
-        return Verdict(SPURIOUS, said)
-    for k, error in zip(right, abs(found[right] - exact[known])):
-        bound = answer["modes"][modes[k]].get("error")
-        if bound is not None and not error <= SLACK * max(bound, PRINTED * abs(found[k])):
-            return Verdict(BOUND, f"{said}; {show(found[[k]])} is off by {error:.1e}, at most {bound:.1e} is promised")
+        return (SPURIOUS, said), off
+    for value, error, bound, ratio in off:
+        if not ratio <= 1:
+            return (BOUND, f"{said}; {show([value])} is off by {error:.1e}, at most {bound:.1e} is promised"), off
     complete = answer["reason"] == "fewer_modes" and len(listed) < asked
-    return Verdict(OK) if status == 0 or complete else Verdict(FLAGGED, said)
+    return ((OK, "") if status == 0 or complete else (FLAGGED, said)), off
+
+
+def judged_bounds(answered, modes, found, errors):
+    """Those of modes with a bound: value, error, bound, and the error by the bound, each at least what rounding does."""
+    judged = []
+    for k, (value, error) in enumerate(zip(found, errors)):
+        bound = answered[modes[k]].get("error")
+        if bound is not None and (k == 0 or modes[k - 1] != modes[k]):
+            allowed = max(bound, PRINTED * abs(value))
+            ratio = max(error, ROUNDING * abs(value)) / allowed if allowed else float(error and "inf")
+            judged.append((value, error, bound, ratio))
+    return judged
 
 
 def what_was_asked(command):

@@ -19,6 +19,18 @@ class Draft:
     rayleigh: tuple = None
     # Whether rows and columns may be combined.
     mixed: bool = True
+    # Whether rounding of single entries, and not of whole matrices, says how well eigenvalues are known.
+    sharp: bool = False
+    # Whether there are constraints, None where chance decides; whether some of them nearly follow from others.
+    constrained: bool = None
+    nearly_redundant: bool = False
+    # Whether rows may have other units than columns.
+    unlike_units: bool = False
+    # Steps (i, j, factor) in one direction that stay as they are.
+    row_steps: tuple = ()
+    column_steps: tuple = ()
+    # Whether about so many modes are asked for as oscillate.
+    oscillating: bool = False
 
 
 # Matrices as lists of lists of Fractions.

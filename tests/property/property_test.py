@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Random modal problems with exact spectra, solved by the program and judged."""
 import argparse
+import math
 import os
+import statistics
 import sys
 import tempfile
 import time
@@ -14,6 +16,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 from assemble import assemble  # noqa: E402
 from bands import band_of, judge_band  # noqa: E402
 from case_folder import write_case  # noqa: E402
+from edges import EDGES  # noqa: E402
 from extremes import EXTREMES  # noqa: E402
 from generate import generate  # noqa: E402
 from judge import CLASSES, OK, Verdict, judge_folder  # noqa: E402
@@ -57,6 +60,8 @@ def main():
     parser.add_argument("program", help="the program kschur")
     parser.add_argument("--seeds", default="0:500", metavar="A:B", help="from A to B, without B (%(default)s)")
     parser.add_argument("--extremes", action="store_true", help="the kinds at the edges in place of the others")
+    parser.add_argument("--edges", action="store_true", help="kinds at the edges of decisions in place of the others")
+    parser.add_argument("--kind", metavar="NAME", help="only that one of them")
     parser.add_argument("--bands", action="store_true", help="ask for all modes of a band in place of the nearest ones")
     parser.add_argument("--keep", metavar="FOLDER", help="write problems that fail there, each a folder")
     parser.add_argument("--shrink", action="store_true", help="make them as small as they fail in the same way")
@@ -65,20 +70,23 @@ def main():
     options = parser.parse_args()
     first, last = map(int, options.seeds.split(":"))
     command, started = [os.path.abspath(options.program), *options.options.split()], time.time()
-    kinds = EXTREMES if options.extremes else KINDS
+    kinds = EDGES if options.edges else EXTREMES if options.extremes else KINDS
+    kinds = [kind for kind in kinds if options.kind in (None, kind.__name__)] or parser.error("no such kind")
     jobs = ((command, seed, kinds, options.bands, options.keep, options.shrink) for seed in range(first, last))
     known = read_known()
-    by_class, by_kind, failures = Counter(), Counter(), 0
+    by_class, by_kind, failures, ratios = Counter(), Counter(), 0, []
     with Pool(options.jobs) as pool:
         for seed, recipe, verdict in pool.imap(examine, jobs):
             by_class[verdict.name] += 1
             by_kind[recipe.kind, verdict.name] += 1
             failures += verdict.failed != (seed in known)
+            ratios += verdict.ratios
             if seed in known:
                 print(f"{seed} {'known' if verdict.failed else 'is known to fail, and does not'}: {known[seed]}")
             if verdict.name != OK:
                 print(f"{seed} {recipe.kind} n {recipe.size} m {len(recipe.combinations)}: {verdict}", flush=True)
     report(by_class, by_kind)
+    report_bounds(ratios)
     print(f"{failures} failed of {last - first}, {time.time() - started:.0f} s")
     return failures > 0
 
@@ -97,6 +105,14 @@ def report(by_class, by_kind):
     for kind in sorted({kind for kind, _ in by_kind}):
         print(f"{kind:22}" + "".join(f"{by_kind[kind, name] or '-':>12}" for name in used))
     print(f"{'all':22}" + "".join(f"{by_class[name]:>12}" for name in used))
+
+
+def report_bounds(ratios):
+    """Of true errors by their bounds."""
+    if ratios:
+        typical = statistics.median(ratios)
+        print(f"bounds: {len(ratios)} checked, {sum(not ratio <= 1 for ratio in ratios)} below the true error (worst ratio "
+              f"{max(ratios):.2g}), median {1 / typical if typical else math.inf:.2g} times the error")
 
 
 if __name__ == "__main__":

@@ -29,12 +29,16 @@ class Recipe:
     row_exponents: tuple = ()
     # Powers of two that the unknowns are scaled by.
     units: tuple = ()
+    # Those of the rows where they differ; alike at unknowns that constraints touch.
+    row_units: tuple = ()
     # lambda is larger than that of the blocks by this power of two, all matrices by that one.
     time_exponent: int = 0
     mass_exponent: int = 0
     modes: int = 1
     target: complex = 0
     options: tuple = ()
+    # Whether rounding of single entries, and not of whole matrices, says how well eigenvalues are known.
+    sharp: bool = False
     # The name of the function in kinds.py.
     kind: str = ""
 
@@ -79,4 +83,5 @@ def without(recipe, unknowns):
         order=tuple(places[i] for i in recipe.order if i in places),
         combinations=tuple(rows[k] for k in stay),
         row_exponents=tuple(recipe.row_exponents[k] for k in stay) if recipe.row_exponents else (),
-        units=tuple(u for i, u in enumerate(recipe.units) if i in places))
+        units=tuple(u for i, u in enumerate(recipe.units) if i in places),
+        row_units=tuple(u for i, u in enumerate(recipe.row_units) if i in places))
