@@ -14,11 +14,26 @@ import scipy.linalg
 import generate as generator
 import polynomials
 from assemble import Problem
+from edges import EDGES
 from judge import DECLINED, FLAGGED, OK, SILENT, Verdict, assign, distance, judge, judge_folder, what_was_asked
 from shrink import shrink
 
 SEEDS = range(int(sys.argv.pop()) if sys.argv[-1].isdigit() else 60)
 generate = cache(generator.generate)
+
+
+@cache
+def generate_edge(seed):
+    """Each kind of problem at the edges in turn."""
+    return generator.generate(seed, [EDGES[seed % len(EDGES)]])
+
+
+def problems():
+    """Of all kinds: name, recipe and problem."""
+    for seed in SEEDS:
+        yield f"seed {seed}", *generate(seed)
+        recipe, problem = generate_edge(seed)
+        yield f"{recipe.kind} {seed}", recipe, problem
 
 
 def small_problems(largest):
@@ -51,7 +66,9 @@ class Spectra(unittest.TestCase):
     def test_determinant_of_the_assembled_matrices(self):
         """In rational arithmetic, it is that of the blocks but for a constant factor."""
         seen = 0
-        for seed, recipe, problem in small_problems(9):
+        for name, recipe, problem in problems():
+            if recipe.size + len(recipe.combinations) > 9:
+                continue
             seen += 1
             rows = independent_rows(whole(problem.matrices["Cq"])) if recipe.combinations else []
             zero = np.zeros_like(problem.matrices["M"])
@@ -63,12 +80,40 @@ class Spectra(unittest.TestCase):
                 expected = polynomials.multiply(expected, block.polynomial)
             unit = Fraction(2) ** recipe.time_exponent
             expected = [a / unit**k for k, a in enumerate(expected)]
-            self.assertEqual(polynomials.monic(found), polynomials.monic(expected), f"seed {seed}")
+            self.assertEqual(polynomials.monic(found), polynomials.monic(expected), name)
             zeros = recipe.size + len(rows) - polynomials.rank(bordered(matrices[0], rows))
-            self.assertEqual((problem.spectrum[:, :2] == 0).all(axis=1).sum(), zeros, f"seed {seed}")
+            self.assertEqual((problem.spectrum[:, :2] == 0).all(axis=1).sum(), zeros, name)
             nonzero = len(expected) - 1 - next(k for k, a in enumerate(expected) if a)
-            self.assertEqual(len(problem.spectrum), nonzero + zeros, f"seed {seed}")
-        self.assertGreater(seen, len(SEEDS) // 6)
+            self.assertEqual(len(problem.spectrum), nonzero + zeros, name)
+        self.assertGreater(seen, len(SEEDS) // 3)
+
+    def test_rounding_of_entries_stays_within_the_tolerances(self):
+        """Where they are told by single entries: each one, those of constraints too, is changed by its last digit."""
+        seen, worst = 0, 0.0
+        for seed in SEEDS:
+            recipe, problem = generate_edge(seed)
+            rows = independent_rows(whole(problem.matrices["Cq"])) if recipe.combinations else []
+            if recipe.size + len(rows) > 6 or len(rows) < len(recipe.combinations):
+                continue
+            seen += 1
+            random = np.random.default_rng(seed)
+            zero = np.zeros_like(problem.matrices["M"])
+
+            def rounded(numbers):
+                numbers = whole(np.array(numbers, dtype=object))
+                return [[a * (1 + Fraction(int(random.choice([-1, 1])), 2**52)) for a in row] for row in numbers]
+            none = [[Fraction(0)] * recipe.size] * len(rows)
+            borders = [rounded(rows) if rows else rows, none, none]
+            matrices = [rounded(problem.matrices.get(name, zero)) for name in "KRM"]
+            moved = polynomials.determinant_polynomial([bordered(m, b) for m, b in zip(matrices, borders)])
+            found = np.array([complex(root) for root, count in polynomials.roots(moved)])
+            for real, imaginary, tolerance in problem.spectrum:
+                if real or imaginary:
+                    off = min(abs(found - complex(real, imaginary)))
+                    self.assertLess(off, tolerance, f"{recipe.kind} {seed}")
+                    worst = max(worst, off / tolerance)
+        self.assertGreater(seen, len(SEEDS) // 10)
+        self.assertGreater(worst, 1e-3)
 
     def test_dense_eigenvalues(self):
         """Those of LAPACK's QZ on the companion pencil in a basis of the null space of the constraints."""
@@ -125,20 +170,18 @@ def perfect(problem):
 class Judgement(unittest.TestCase):
     """Of answers that are made from exact spectra, and of the same with something wrong."""
 
-    def verdict(self, expected, seed, problem, status, answer):
-        self.assertEqual(judge(problem, status, answer).name, expected, f"seed {seed}")
+    def verdict(self, expected, name, problem, status, answer):
+        self.assertEqual(judge(problem, status, answer).name, expected, name)
 
     def test_all_is_right(self):
-        for seed in SEEDS:
-            problem = generate(seed)[1]
-            self.verdict("ok", seed, problem, *perfect(problem))
-            self.verdict("ok", seed, problem, 0 if what_was_asked(problem.command)[0] <= exist(problem) else 3,
+        for name, _, problem in problems():
+            self.verdict("ok", name, problem, *perfect(problem))
+            self.verdict("ok", name, problem, 0 if what_was_asked(problem.command)[0] <= exist(problem) else 3,
                          {**perfect(problem)[1], "certified": True})
 
     def test_the_nearest_mode_is_missing(self):
         seen = 0
-        for seed in SEEDS:
-            problem = generate(seed)[1]
+        for name, _, problem in problems():
             count, target = exist(problem), what_was_asked(problem.command)[1]
             status, answer = perfect(asking(problem, count))
             near, far = (distance(complex(*answer["modes"][k]["eigenvalue"]), target) for k in (0, -1))
@@ -146,51 +189,48 @@ class Judgement(unittest.TestCase):
                 continue
             seen += 1
             del answer["modes"][0]
-            self.verdict("silent", seed, asking(problem, count - 1), 0, answer)
-            self.verdict("certificate", seed, asking(problem, count - 1), 0, {**answer, "certified": True})
-            self.verdict("flagged", seed, asking(problem, count), 3, {**answer, "reason": "max_restarts"})
+            self.verdict("silent", name, asking(problem, count - 1), 0, answer)
+            self.verdict("certificate", name, asking(problem, count - 1), 0, {**answer, "certified": True})
+            self.verdict("flagged", name, asking(problem, count), 3, {**answer, "reason": "max_restarts"})
         self.assertGreater(seen, len(SEEDS) // 2)
 
     def test_there_are_more(self):
-        for seed in SEEDS:
-            problem = generate(seed)[1]
+        for name, _, problem in problems():
             status, answer = perfect(asking(problem, exist(problem) + 1))
-            self.verdict("ok", seed, asking(problem, exist(problem) + 1), status, answer)
-            self.verdict("silent", seed, asking(problem, exist(problem) + 1), 0, answer)
-            self.verdict("flagged", seed, asking(problem, exist(problem)), 3, answer)
+            self.verdict("ok", name, asking(problem, exist(problem) + 1), status, answer)
+            self.verdict("silent", name, asking(problem, exist(problem) + 1), 0, answer)
+            self.verdict("flagged", name, asking(problem, exist(problem)), 3, answer)
             del answer["modes"][-1]
-            self.verdict("no more", seed, asking(problem, exist(problem) + 1), 3, answer)
+            self.verdict("no more", name, asking(problem, exist(problem) + 1), 3, answer)
 
     def test_a_number_is_listed_that_is_no_eigenvalue(self):
-        for seed in SEEDS:
-            problem = generate(seed)[1]
+        for name, _, problem in problems():
             status, answer = perfect(problem)
             last = answer["modes"][-1]["eigenvalue"]
             tolerance = max(problem.spectrum[:, 2])
             for wrong in ([last[0] + 1e3 * max(abs(last[0]), abs(last[1]), tolerance, 1), last[1]], [1e-300, 0]):
                 problem_asking_more = asking(problem, len(answer["modes"]) + 1)
                 more = {**answer, "modes": answer["modes"] + [{"eigenvalue": wrong}], "reason": "inaccurate"}
-                self.verdict("silent", seed, problem_asking_more, 0, more)
-                self.verdict("spurious", seed, problem_asking_more, 3, more)
+                self.verdict("silent", name, problem_asking_more, 0, more)
+                self.verdict("spurious", name, problem_asking_more, 3, more)
 
     def test_a_mode_is_listed_once_too_often(self):
-        for seed in SEEDS:
-            problem = asking(generate(seed)[1], 1000)
+        for name, _, problem in problems():
+            problem = asking(problem, 1000)
             status, answer = perfect(problem)
-            self.verdict("spurious", seed, problem, 3, {**answer, "modes": answer["modes"] + answer["modes"][-1:]})
+            self.verdict("spurious", name, problem, 3, {**answer, "modes": answer["modes"] + answer["modes"][-1:]})
 
     def test_a_bound_is_too_small(self):
-        for seed in SEEDS:
-            problem = generate(seed)[1]
+        for name, _, problem in problems():
             status, answer = perfect(problem)
             if not any(answer["modes"][-1]["eigenvalue"]):
                 continue
             tolerance = next(row[2] for row in problem.spectrum if list(row[:2]) == answer["modes"][-1]["eigenvalue"])
             answer["modes"][-1]["eigenvalue"][0] += tolerance / 2
             answer["modes"][-1]["error"] = tolerance
-            self.verdict("ok", seed, problem, status, answer)
+            self.verdict("ok", name, problem, status, answer)
             answer["modes"][-1]["error"] = tolerance / 100
-            self.verdict("bound", seed, problem, status, answer)
+            self.verdict("bound", name, problem, status, answer)
 
     def test_flags_of_iterations_count_where_the_dense_form_is_right(self):
         verdicts = {"": Verdict(OK), "symmetric": Verdict(DECLINED), "proportional": Verdict(FLAGGED, "8 of 9"),
