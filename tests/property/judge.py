@@ -128,11 +128,12 @@ def judge_modes(problem, status, answer):
 
 
 def judged_bounds(answered, modes, found, errors):
-    """Those of modes with a bound: value, error, bound, and the error by the bound, each at least what rounding does."""
+    """Those of modes with a bound: value, error, bound, and the error by the bound, each at least what rounding does.
+    Zeros that are found are left out."""
     judged = []
     for k, (value, error) in enumerate(zip(found, errors)):
         bound = answered[modes[k]].get("error")
-        if bound is not None and (k == 0 or modes[k - 1] != modes[k]):
+        if bound is not None and (value or error) and (k == 0 or modes[k - 1] != modes[k]):
             allowed = max(bound, PRINTED * abs(value))
             ratio = max(error, ROUNDING * abs(value)) / allowed if allowed else float(error and "inf")
             judged.append((value, error, bound, ratio))

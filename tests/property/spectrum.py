@@ -21,9 +21,10 @@ BLURRED = 1e-1
 def rated_spectrum(recipe, matrices, rows, right, left):
     """Rows (real, imaginary, tolerance) of the spectrum of a recipe's matrices M, R, K and constraints, in the unit of
     time of the blocks. Right and left vectors of the blocks times `right` and `left` are those of the matrices."""
-    combined, multipliers = combined_rows(recipe, rows)
+    combined, inverse = combined_rows(recipe, rows)
     norms = {name: np.linalg.norm(matrix, 2) for name, matrix in matrices.items()}
-    multipliers = -multipliers @ np.linalg.pinv(rows.T)
+    multipliers, against = -inverse @ np.linalg.pinv(rows.T), np.linalg.pinv(rows)
+    slack = ENTRY_ERROR * abs(inverse.T) @ abs(combined)
     rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
     reactions = -np.linalg.pinv(rows.T)
     row_norm = np.linalg.norm(rows, 2) if len(rows) else 0.0
@@ -48,7 +49,8 @@ def rated_spectrum(recipe, matrices, rows, right, left):
             part = sized_product(y, sizes, x)
             for one, other in ((at @ x, y), (at.T @ y, x)):
                 part += sized_product(multipliers @ one, abs(combined), other)
-            error = ENTRY_ERROR * part
+            # Where constraints nearly follow from others, how far rounding lets them go counts with its square too.
+            error = ENTRY_ERROR * part + sized_product(slack @ abs(y), abs(against.T @ at @ against), slack @ abs(x))
         tolerance = max(RELATIVE_ERROR * abs(value), error if order == 1 else 2 * error**(1 / order))
         count = sum(count for _, _, count, _ in members)
         found.append((value, tolerance, count))
