@@ -42,6 +42,11 @@ class Block:
         return self.size - polynomials.rank(self.stiffness)
 
     @cached_property
+    def null_vectors(self):
+        """An orthonormal basis of them."""
+        return np.linalg.svd(np.array(self.stiffness, float))[2][self.size - self.zeros:].T
+
+    @cached_property
     def zero_multiplicity(self):
         return next(k for k, a in enumerate(self.polynomial) if a)
 

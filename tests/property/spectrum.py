@@ -14,6 +14,8 @@ ENTRY_ERROR = 64 * np.finfo(float).eps
 RELATIVE_ERROR = 1e-9
 # An eigenvalue known less well than this part of itself, or of its distance to the next, decides nothing.
 MEANINGFUL, SEPARATE = 1e-3, 1e-1
+# A motion is free where rounding of constraints holds it by no more than this part of the stiffness.
+HELD = 1e-13
 # Beside others that are known well, one may be known no better than this.
 BLURRED = 1e-1
 
@@ -33,6 +35,9 @@ def rated_spectrum(recipe, matrices, rows, right, left):
         if value == 0:
             if max(order for _, order, _, _ in members) > 2:
                 raise Unsuitable("a zero with a long chain")
+            free = slack @ abs(np.hstack([right[:, there] @ null_vectors for there, _, _, null_vectors in members]))
+            if recipe.sharp and sized_product(free, abs(against.T @ matrices["K"] @ against), free) > HELD * norms["K"]:
+                raise Unsuitable("a free motion that rounding of the constraints holds")
             found.append((0j, 0.0, sum(count for _, _, count, _ in members)))
             continue
         order = max(order for _, order, _, _ in members)
@@ -102,7 +107,7 @@ def grouped_eigenvalues(recipe):
         first += block.size
         entries = [(e.value, (there, e.order, e.multiplicity, e.coefficient)) for e in block.eigenvalues]
         if block.zeros:
-            entries.append((mpmath.mpc(0), (there, block.zero_order, block.zeros, None)))
+            entries.append((mpmath.mpc(0), (there, block.zero_order, block.zeros, block.null_vectors)))
         for value, member in entries:
             for known, members in groups:
                 if abs(known - value) <= abs(value) * mpmath.mpf(10)**-40:
