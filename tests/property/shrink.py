@@ -29,7 +29,8 @@ def simpler(recipe):
     for name in ("steps", "row_steps", "column_steps"):
         for some in chunks(getattr(recipe, name)):
             yield replace(recipe, **{name: tuple(step for step in getattr(recipe, name) if step not in some)})
-    for name, simple in (("units", ()), ("row_units", ()), ("row_exponents", ()), ("order", ()), ("time_exponent", 0), ("mass_exponent", 0)):
+    for name, simple in (("units", ()), ("row_units", ()), ("row_exponents", ()), ("order", ()), ("time_exponent", 0),
+                         ("mass_exponent", 0)):
         if getattr(recipe, name) != simple:
             yield replace(recipe, **{name: simple})
     for k in range(len(recipe.combinations)):
