@@ -12,7 +12,7 @@ from spectrum import blurred
 SECONDS = 60
 # Distances from the target that differ by less than this part are the same.
 SAME_DISTANCE = 1e-6
-# A bound of an error need not be below what printing loses; rounding of one operation.
+# What printing loses comes on top of a bound of an error; rounding of one operation.
 PRINTED, ROUNDING = 1e-15, 1e-16
 
 # What an answer can be. A certificate or an error bound that is wrong; silently wrong, with exit status 0; fewer modes
@@ -134,7 +134,7 @@ def judged_bounds(answered, modes, found, errors):
     for k, (value, error) in enumerate(zip(found, errors)):
         bound = answered[modes[k]].get("error")
         if bound is not None and (value or error) and (k == 0 or modes[k - 1] != modes[k]):
-            allowed = max(bound, PRINTED * abs(value))
+            allowed = bound + PRINTED * abs(value)
             ratio = max(error, ROUNDING * abs(value)) / allowed if allowed else float(error and "inf")
             judged.append((value, error, bound, ratio))
     return judged
