@@ -4,6 +4,7 @@ module kschur_number_heap
    private
    public :: number_heap_type
 
+   !> The heap: `put` as many as there are, take the `least` as long as `length` is not zero.
    type :: number_heap_type
       integer :: length = 0
       ! number(i) is not above number(2 i) and number(2 i + 1).

@@ -66,6 +66,7 @@ contains
       if (.not. allocated(error)) redundant = count(dependence%follows)
    end subroutine count_redundant
 
+   !> Which rows follow from others, or nearly do.
    subroutine find_dependence(constraints, dependence, error)
       !> Cq, m x n, without empty rows.
       type(csr_matrix_type), intent(in) :: constraints
@@ -75,7 +76,8 @@ contains
       type(row_type) :: factors, combination
       integer, allocatable :: order(:), of_rows(:), of_columns(:)
       type(row_type), allocatable :: combinations(:), rows(:)
-      real(xp) :: left
+      ! What is left of a row: with rows and columns of one size, and relative to it as it stands.
+      real(xp) :: left, distance
       integer :: i, j, m, power
 
       m = constraints%rows
@@ -89,22 +91,28 @@ contains
          i = order(j)
          call eliminate(work, i, factors)
          left = largest(work)
+         distance = distance_of(work, constraints, i, of_rows(i), of_columns)
          power = 0
-         if (left < nearly_dependent) then
-            combination = combination_of(work, i, factors)
-            if (left <= rounding_of_row*terms_of(work%matrix, combination)) then
-               dependence%follows(i) = .true.
+         if (min(left, distance) < nearly_dependent) then
+            ! The sums are as large as the row at least.
+            dependence%follows(i) = left <= rounding_of_row/2
+            if (.not. dependence%follows(i)) then
+               combination = combination_of(work, i, factors)
+               dependence%follows(i) = left <= rounding_of_row*terms_of(work%matrix, combination)
+            end if
+            if (dependence%follows(i)) then
                call clear(work)
                cycle
             end if
-            power = 1 - exponent(left)
+            if (left < nearly_dependent) power = 1 - exponent(left)
             dependence%near = [dependence%near, i]
-            dependence%distance = [dependence%distance, real(left, wp)]
-            associate (k => size(dependence%near))
+            dependence%distance = [dependence%distance, real(distance, wp)]
+            associate (k => size(dependence%near), in_its_place => 1 - exponent(distance))
                combinations(k) = combination
-               combinations(k)%value = scale(combination%value, power + of_rows(combination%column) - of_rows(i))
+               combinations(k)%value = scale(combination%value, in_its_place + of_rows(combination%column) - of_rows(i))
                allocate (rows(k)%column, source=work%there(:work%length))
-               allocate (rows(k)%value, source=scale(work%value(rows(k)%column), power - of_rows(i) - of_columns(rows(k)%column)))
+               allocate (rows(k)%value, source=scale(work%value(rows(k)%column), &
+                  in_its_place - of_rows(i) - of_columns(rows(k)%column)))
             end associate
          end if
          call take_pivot(work, i, factors, power)
@@ -242,6 +250,24 @@ contains
       largest = maxval(abs(work%value(work%there(:work%length))))
       largest = max(largest, 0.0_xp)
    end function largest
+
+   ! What is left of row i relative to the row, in the units of the constraints: in these it is factored.
+   pure real(xp) function distance_of(work, constraints, i, of_row, of_columns) result(distance)
+      type(elimination_type), intent(in) :: work
+      type(csr_matrix_type), intent(in) :: constraints
+      integer, intent(in) :: i
+      !> Powers of two by which it was scaled.
+      integer, intent(in) :: of_row, of_columns(:)
+      integer :: k
+
+      distance = 0
+      do k = 1, work%length
+         associate (column => work%there(k))
+            distance = max(distance, scale(abs(work%value(column)), -of_row - of_columns(column)))
+         end associate
+      end do
+      distance = distance/maxval(abs(constraints%value(constraints%row_start(i):constraints%row_start(i + 1) - 1)))
+   end function distance_of
 
    subroutine clear(work)
       type(elimination_type), intent(inout) :: work

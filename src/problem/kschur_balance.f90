@@ -7,6 +7,7 @@ module kschur_balance
    use kschur_scaling, only: typical_rate
    use kschur_sparse, only: csr_matrix_type, linear_combination
    use kschur_tied_levels, only: spread_levels
+   use kschur_tolerances, only: rounding_of_entry
    implicit none
    private
    public :: balance
@@ -45,6 +46,7 @@ contains
       logical :: open(size(factors))
 
       level = abs(problem%stiffness%diagonal())
+      call leave_rounding_out(abs(problem%mass%diagonal()), level)
       call spread_levels(problem%constraints, level)
       open = .not. level > 0
       rate = typical_rate(problem)
@@ -63,6 +65,18 @@ contains
       if (.not. problem%symmetric) ratios = row_ratios(problem, rate, factors)
       call equilibrate(problem%stiffness, open, factors, ratios)
    end subroutine find_factors
+
+   ! A stiffness that is rounding squared beside others, as of an axis at a right angle, gives an unknown no unit; beside inertias
+   ! that tells it in any units.
+   pure subroutine leave_rounding_out(mass, stiffness)
+      real(wp), intent(in) :: mass(:)
+      real(wp), intent(inout) :: stiffness(:)
+      real(wp) :: highest
+
+      if (.not. any(mass > 0)) return
+      highest = maxval(stiffness/mass, mass > 0)
+      where (stiffness <= rounding_of_entry**2*highest*mass) stiffness = 0
+   end subroutine leave_rounding_out
 
    ! The diagonal of E that makes rows and columns of E W E^{-1} equal, W = D (s^2 |M| + s |R| + |K|) D, by the largest entries
    ! beside the diagonal (Osborne, J. ACM 7 (1960)): a coupling that goes one way only has units of its own. What is small

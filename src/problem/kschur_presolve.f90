@@ -12,7 +12,7 @@ module kschur_presolve
    use kschur_problem, only: modal_problem_type, settle_modal_problem
    use kschur_sparse, only: complete_pattern, csr_matrix_type, linear_combination, new_csr_from_triplets
    use kschur_threads, only: panel_rows
-   use kschur_tolerances, only: cancelled, rounding_of_row
+   use kschur_tolerances, only: cancelled, rounding_of_entry, rounding_of_row
    implicit none
    private
    public :: presolve_type, presolve
@@ -133,7 +133,7 @@ contains
             of_columns(column(k)) = max(of_columns(column(k)), abs(value(k)))
          end do
          allocate (row, source=constraints%row_indices())
-         allocate (stays, source=abs(value) > epsilon(1.0_wp)*min(of_rows(row), of_columns(column)))
+         allocate (stays, source=abs(value) > rounding_of_entry*min(of_rows(row), of_columns(column)))
          if (all(stays)) then
             clean = constraints
          else
@@ -319,7 +319,7 @@ contains
       if (allocated(self%reaction_units)) self%reaction_units = pack(self%reaction_units, .not. follows)
       self%redundant = self%redundant + count(follows)
       if (size(near) == 0) return
-      allocate (self%replaced, source=number(near))
+      self%replaced = number(near)
       self%combinations = combinations
       self%combinations%columns = self%constraints_after
       self%combinations%column = number(combinations%column)

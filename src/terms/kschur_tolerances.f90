@@ -105,6 +105,9 @@ module kschur_tolerances
    !> What rounding leaves of a sum of one sparse row, gamma_n of a dozen terms (Higham 2002, section 3.1): of terms that
    !> cancel, of a null vector after refinement, of one number that is computed in two ways.
    real(wp), parameter, public :: rounding_of_row = 16*epsilon(1.0_wp)
+   !> An entry below this part of the largest of its row and of its column is rounding, as the cosine of a right angle times a few
+   !> numbers.
+   real(wp), parameter, public :: rounding_of_entry = 4*epsilon(1.0_wp)
    !> What rounding of its entries leaves of the energy of a null vector, relative to the terms: entries are sums of a few
    !> numbers, whose errors add up at worst. Measured on random problems: half of it.
    real(wp), parameter, public :: rounding_of_energy = 4*epsilon(1.0_wp)
