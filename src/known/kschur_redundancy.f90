@@ -115,7 +115,7 @@ contains
                   in_its_place - of_rows(i) - of_columns(rows(k)%column)))
             end associate
          end if
-         call take_pivot(work, i, factors, power)
+         call take_pivot(work, i, factors, power, of_columns)
       end do
       call assemble(combinations(:size(dependence%near)), m, dependence%combinations, error)
       if (.not. allocated(error)) call assemble(rows(:size(dependence%near)), constraints%columns, dependence%rows, error)
@@ -326,20 +326,23 @@ contains
    end function terms_of
 
    ! Makes the row at hand, magnified, a pivot.
-   subroutine take_pivot(work, i, factors, power)
+   subroutine take_pivot(work, i, factors, power, of_columns)
       type(elimination_type), intent(inout) :: work
       integer, intent(in) :: i
       type(row_type), intent(inout) :: factors
       !> Of two.
       integer, intent(in) :: power
-      real(xp) :: limit
+      !> Powers by which columns were scaled.
+      integer, intent(in) :: of_columns(:)
+      real(xp) :: size_there(work%length), limit
       integer :: k, place
 
-      ! Among large entries that of the shortest column: few rows are changed by it.
-      limit = usable_pivot*largest(work)
+      ! Among entries that are large in units of the constraints that of the shortest column: few rows are changed by it.
+      size_there = [(scale(abs(work%value(work%there(k))), -of_columns(work%there(k))), k=1, work%length)]
+      limit = usable_pivot**2*maxval(size_there)
       place = 0
       do k = 1, work%length
-         if (abs(work%value(work%there(k))) < limit) cycle
+         if (size_there(k) < limit) cycle
          if (place == 0) place = k
          if (work%entries(work%there(k)) < work%entries(work%there(place))) place = k
       end do

@@ -14,9 +14,10 @@ module kschur_direct_solver
    use kschur_ordering, only: elimination_order
    use kschur_processes, only: are_several, processes_type
    use kschur_quasi_definite, only: low_fill, quasi_definite_type
+   use kschur_refinement, only: solve_and_refine
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: text
-   use kschur_tolerances, only: good_enough
+   use kschur_tolerances, only: above_all_rounding, good_enough
    use kschur_trial_solution, only: try_solver
    implicit none
    private
@@ -34,6 +35,8 @@ module kschur_direct_solver
       !> What solvers share that factor one after the other; not associated: this one analyses each matrix.
       type(last_analysis_type), pointer :: last => null()
       class(real_linear_solver_type), allocatable, private :: solver
+      ! The matrix, where solutions are refined; not allocated: they are not.
+      type(csr_matrix_type), allocatable, private :: matrix
    contains
       procedure :: factorize
       procedure :: solve
@@ -60,6 +63,7 @@ contains
       logical :: kept
 
       call move_alloc(self%solver, before)
+      if (allocated(self%matrix)) deallocate (self%matrix)
       started = clock()
       reason = "as asked"
       ordered = structure
@@ -102,8 +106,26 @@ contains
       call before%factorize(matrix, ordered, error)
       if (allocated(error)) return
       call move_alloc(before, self%solver)
+      call weigh_refinement(self, matrix, ordered, error)
       call report(self, spent, "mumps: "//reason)
    end subroutine factorize
+
+   ! Constraints that are independent only just, as a choice of redundant ones, lose digits in rows that pivots mix.
+   subroutine weigh_refinement(self, matrix, structure, error)
+      class(direct_real_type), intent(inout) :: self
+      type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: backward_error
+
+      if (structure%multipliers == 0 .or. self%refinements > 0 .or. self%solver%null_pivots > 0) return
+      call try_solver(self%solver, matrix, structure%multipliers, backward_error, error)
+      if (allocated(error)) return
+      if (.not. backward_error > above_all_rounding) return
+      allocate (self%matrix, source=matrix)
+      ! Their signs are no better known.
+      self%solver%negative_pivots = -1
+   end subroutine weigh_refinement
 
    ! Leaves the solver allocated where LDL did it.
    subroutine try_ldl(self, matrix, structure, error)
@@ -195,7 +217,11 @@ contains
       call check_factored(self, error)
       if (allocated(error)) return
       before = self%solver%solve_seconds
-      call self%solver%solve(x, error)
+      if (allocated(self%matrix)) then
+         call solve_and_refine(self%solver, self%matrix, x, error)
+      else
+         call self%solver%solve(x, error)
+      end if
       self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - before)
    end subroutine solve
 

@@ -11,13 +11,15 @@ module kschur_inertia_solver
    use kschur_proved_inertia, only: bound_negative_eigenvalues
    use kschur_sparse, only: csr_matrix_type
    use kschur_symbolic, only: symbolic_type
+   use kschur_tolerances, only: above_all_rounding
+   use kschur_trial_solution, only: try_solver
    implicit none
    private
    public :: inertia_real_type
 
    !> Sets `negative_pivots`, proved by LDL^T without pivoting; where an eigenvalue is so near to zero, or the factor has
-   !> grown so much, that this proves nothing, MUMPS counts, as where several processes factor together: `description` says which. It keeps no factors to solve with
-   !> (error_usage).
+   !> grown so much, that this proves nothing, MUMPS counts, as where several processes factor together: `description` says which; -1 where a
+   !> trial solution says that its pivots are rounding. It keeps no factors to solve with (error_usage).
    type, extends(real_linear_solver_type) :: inertia_real_type
       !> Who may factor a matrix together; not associated: this process alone.
       type(processes_type), pointer :: processes => null()
@@ -39,7 +41,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(mumps_real_type) :: mumps
       logical :: proved
-      real(wp) :: spent
+      real(wp) :: backward_error, spent
 
       self%analyze_seconds = 0
       self%factorize_seconds = 0
@@ -56,6 +58,10 @@ contains
       self%factor_entries = mumps%factor_entries
       self%null_pivots = mumps%null_pivots
       self%negative_pivots = mumps%negative_pivots
+      if (allocated(error) .or. structure%multipliers == 0 .or. are_several(self%processes, matrix%rows)) return
+      ! Pivots of a factorisation that solves badly may have any signs.
+      call try_solver(mumps, matrix, structure%multipliers, backward_error, error)
+      if (.not. backward_error <= above_all_rounding) self%negative_pivots = -1
    end subroutine factorize
 
    ! Leaves it unproved where the matrix is not one for LDL.

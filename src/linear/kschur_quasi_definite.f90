@@ -8,12 +8,12 @@
 module kschur_quasi_definite
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_singular, error_usage
-   use kschur_kinds, only: wp, xp, long
+   use kschur_kinds, only: wp, long
    use kschur_last_analysis, only: last_analysis_type
    use kschur_ldl, only: ldl_real_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_refinement, only: solve_and_refine
    use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
-   use kschur_threads, only: panel_rows
    use kschur_tolerances, only: above_all_rounding, root_epsilon
    use kschur_trial_solution, only: try_solver
    implicit none
@@ -145,60 +145,10 @@ contains
       end if
       started = clock()
       if (self%refined) then
-         call solve_and_refine(self, x, error)
+         call solve_and_refine(self%ldl, self%matrix, x, error)
       else
          call self%ldl%solve(x, error)
       end if
       self%solve_seconds = self%solve_seconds + seconds_since(started)
    end subroutine solve
-
-   subroutine solve_and_refine(self, x, error)
-      class(quasi_definite_type), intent(inout) :: self
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: steps = 10
-      ! Well below rounding, as a correction may say little of the next one.
-      real(wp), parameter :: negligible = 0.001_wp*epsilon(1.0_wp), slow = 0.5_wp
-      real(wp), allocatable :: rhs(:, :), correction(:, :)
-      ! The largest correction of a column, relative to it, and the one before.
-      real(wp) :: change, previous
-      integer :: step
-
-      allocate (rhs, source=x)
-      call self%ldl%solve(x, error)
-      if (allocated(error)) return
-      allocate (correction(size(x, 1), size(x, 2)))
-      previous = 1
-      do step = 1, steps
-         call find_residual(self%matrix, rhs, x, correction)
-         call self%ldl%solve(correction, error)
-         if (allocated(error)) return
-         change = maxval(maxval(abs(correction), 1)/max(maxval(abs(x), 1), tiny(1.0_wp)))
-         if (.not. change <= slow*previous) exit
-         x = x + correction
-         if (change**2 <= negligible*previous) exit
-         previous = change
-      end do
-   end subroutine solve_and_refine
-
-   ! b - A x, summed in more than the working precision.
-   subroutine find_residual(matrix, rhs, x, residual)
-      type(csr_matrix_type), intent(in) :: matrix
-      real(wp), contiguous, intent(in) :: rhs(:, :), x(:, :)
-      real(wp), contiguous, intent(out) :: residual(:, :)
-      real(xp) :: total
-      integer :: i, j, k
-
-      !$omp parallel do schedule(static) private(j, k, total) if (matrix%rows > panel_rows)
-      do i = 1, matrix%rows
-         do j = 1, size(x, 2)
-            total = rhs(i, j)
-            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-               total = total - real(matrix%value(k), xp)*x(matrix%column(k), j)
-            end do
-            residual(i, j) = real(total, wp)
-         end do
-      end do
-      !$omp end parallel do
-   end subroutine find_residual
 end module kschur_quasi_definite

@@ -14,6 +14,8 @@ module kschur_notes
    use kschur_tolerances, only: cancelled, noted_above, noted_below, same_frequency
    implicit none
    private
+   ! What lies within one per cent is one crowd.
+   real(wp), parameter :: same_within = 0.01_wp
    public :: note_dependence, note_inaccurate, note_modes, note_problem
 
 contains
@@ -85,19 +87,43 @@ contains
          "come from them; that the local forces make no further ones is not proved by that: certify does")
    end subroutine note_modes
 
-   ! With R = alpha M + beta K the slower root of each stiff motion is next to -1/beta: far too many to be told
+   ! Where damping is proportional to stiffness the slower root of each stiff motion is next to -K/R: far too many to be told
    ! apart, and nearer than what is missing once the modes reach as far.
    subroutine note_accumulation(problem, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result
       real(wp), parameter :: about = 0.5_wp
+      real(wp) :: place
+      integer :: sure
 
-      if (problem%damping_kind /= damping_proportional .or. result%reason /= reason_max_restarts) return
-      if (.not. problem%beta > 0 .or. size(result%eigenvalues) == 0) return
-      if (maxval(abs(result%eigenvalues - result%target)) >= about*abs(1/problem%beta + result%target)) &
-         call result%add_note("the stiff motions, overdamped, accumulate at -1/beta = "//magnitude(-1/problem%beta)// &
-         " 1/s and may be what is missing; a band has the oscillating modes beyond it")
+      if (result%reason /= reason_max_restarts .or. size(result%eigenvalues) == 0) return
+      place = place_of_crowd(problem)
+      if (.not. place < 0) return
+      associate (distances => abs(result%eigenvalues - result%target), edge => abs(place - result%target))
+         if (maxval(distances) < about*edge) return
+         sure = count(distances < (1 - same_within)*edge)
+      end associate
+      call result%add_note("stiff motions, overdamped, crowd at "//magnitude(place)//" 1/s, as damping is proportional to "// &
+         "stiffness: "//text(sure)//" of the modes listed "//either(sure == 1, "is", "are")//" nearer, the others some of the "// &
+         "crowd; a band or a frequency has what oscillates beyond it")
    end subroutine note_accumulation
+
+   ! -K/R (1/s) of most unknowns; zero where they do not agree.
+   pure real(wp) function place_of_crowd(problem) result(place)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), dimension(problem%unknowns()) :: stiffness, damping
+
+      place = 0
+      if (problem%damping_kind == damping_proportional) then
+         if (problem%beta > 0) place = -1/problem%beta
+         return
+      end if
+      stiffness = problem%stiffness%diagonal()
+      damping = problem%damping%diagonal()
+      if (.not. sum(damping, damping > 0) > 0) return
+      place = -sum(stiffness, damping > 0)/sum(damping, damping > 0)
+      if (2*count(damping > 0 .and. abs(stiffness + place*damping) <= same_within*stiffness) < size(damping)) place = 0
+   end function place_of_crowd
 
    ! How many of the rigid motions that are listed meet no damping: n - rank R N.
    subroutine count_undamped(problem, result, free, error)

@@ -3,7 +3,7 @@ module kschur_damping
    use kschur_kinds, only: wp
    use kschur_sorting, only: ascending_order
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: above_all_rounding, cancelled
+   use kschur_tolerances, only: above_all_rounding, cancelled, rounding_of_row
    implicit none
    private
    public :: classify_damping
@@ -291,7 +291,7 @@ contains
 
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
             associate (j => matrix%column(k))
-               if (abs(difference(j)) <= above_all_rounding*min(terms(j), 10*level(i))) then
+               if (abs(difference(j)) <= rounding_of_row*min(terms(j), 10*level(i))) then
                   difference(j) = 0
                else if (terms(j) > 0) then
                   width = width + 1

@@ -6,7 +6,7 @@ module kschur_dense_choice
    use kschur_text, only: text
    implicit none
    private
-   public :: consider_dense, dense_may_tell, settle_dense
+   public :: consider_dense, dense_may_end_stall, dense_may_tell, settle_dense
 
    ! Where both cost as many instructions, measured with 5 to 40 modes of beams and rotors of 100 to 300 states.
    integer, parameter :: of_states = 40, of_states_a_mode = 6
@@ -47,6 +47,16 @@ contains
       dense_may_tell = s%options%formulation == formulation_auto .and. leaves_open(s) .and. .not. s%dense .and. &
          size_of_matrix(s) <= most
    end function dense_may_tell
+
+   !> The same where an iteration stalls, as in a crowd of real eigenvalues, which no shift tells apart: up to half a minute.
+   pure logical function dense_may_end_stall(s)
+      type(solve_context_type), intent(in) :: s
+      ! Of states, and of motions.
+      integer, parameter :: most_states = 2000, most_motions = 3000
+
+      dense_may_end_stall = s%options%formulation == formulation_auto .and. leaves_open(s) .and. .not. s%dense .and. &
+         size_of_matrix(s) <= merge(most_states, most_motions, theta_is_lambda(s))
+   end function dense_may_end_stall
 
    ! Whether nothing was asked for that only an iteration has.
    pure logical function leaves_open(s)

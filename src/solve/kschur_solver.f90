@@ -6,7 +6,7 @@ module kschur_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_checkpointing, only: begin_checkpoint
    use kschur_context, only: begin, solve_context_type
-   use kschur_dense_choice, only: dense_may_tell
+   use kschur_dense_choice, only: dense_may_end_stall, dense_may_tell
    use kschur_effort, only: phase_examine, phase_judge, phase_left, phase_place
    use kschur_error, only: error_type, error_singular, take_cancelled
    use kschur_examination, only: examination_type, suppose_none
@@ -19,7 +19,8 @@ module kschur_solver
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, &
       formulation_names
-   use kschur_outcome, only: certified_no, certified_yes, reason_cancelled, reason_converged, reason_fewer_modes
+   use kschur_outcome, only: certified_no, certified_yes, reason_cancelled, reason_converged, reason_fewer_modes, &
+      reason_max_restarts
    use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type
    use kschur_processes, only: join_processes, processes_type
@@ -114,7 +115,7 @@ contains
       type(checkpoint_type), target :: checkpoint
       real(wp) :: none(0)
       integer(long) :: started
-      logical :: cancelled, dense_tells
+      logical :: cancelled, dense_tells, dense_ends
 
       started = clock()
       allocate (s)
@@ -130,9 +131,12 @@ contains
          end if
          if (.not. allocated(error)) call prepare(s, error)
          dense_tells = .false.
+         dense_ends = .false.
          if (.not. allocated(error)) dense_tells = dense_may_tell(s)
+         if (.not. allocated(error)) dense_ends = dense_may_end_stall(s)
          if (.not. allocated(error)) call solve_prepared(s, options, result, error, groups)
          call groups%finish()
+         dense_tells = dense_tells .or. (dense_ends .and. result%reason == reason_max_restarts)
          if (.not. allocated(error) .and. dense_tells) call solve_again_dense(s, options, result)
       end if
       call take_cancelled(error, cancelled)
