@@ -152,7 +152,7 @@ int kschur_problem_set_cells(kschur_problem *problem, int64_t cells, int index_b
 
 /* The number of unknowns n and of constraints m; each place is optional. Checks the problem first:
  * KSCHUR_ERROR_ORDER where the mass or stiffness matrix is not set, KSCHUR_ERROR_INPUT where the matrices do not fit
- * each other or hold what is no finite number, where the mass is zero, a constraint empty, m above n, or a matrix half of a
+ * each other or hold what is no finite number, where mass and damping are zero, a constraint empty, or a matrix half of a
  * symmetric one: see kschur_problem_set_symmetric. */
 int kschur_problem_get_size(kschur_problem *problem, int64_t *unknowns, int64_t *constraints);
 
