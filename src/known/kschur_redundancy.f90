@@ -28,6 +28,9 @@ module kschur_redundancy
       type(csr_matrix_type) :: combinations, rows
    end type dependence_type
 
+   ! So many numbers at most are looked at to choose the rows that are left out.
+   integer, parameter :: most_relations = 300000
+
    ! A sparse row.
    type :: row_type
       integer, allocatable :: column(:)
@@ -76,13 +79,16 @@ contains
       type(row_type) :: factors, combination
       integer, allocatable :: order(:), of_rows(:), of_columns(:)
       type(row_type), allocatable :: combinations(:), rows(:)
+      real(wp), allocatable :: relations(:, :)
       ! What is left of a row: with rows and columns of one size, and relative to it as it stands.
       real(xp) :: left, distance
       integer :: i, j, m, power
+      logical :: few
 
       m = constraints%rows
       allocate (dependence%follows(m), source=.false.)
-      allocate (dependence%near(0), dependence%distance(0), combinations(m), rows(m))
+      allocate (dependence%near(0), dependence%distance(0), combinations(m), rows(m), relations(m, 0))
+      few = .true.
       if (m == 0) return
       call minimum_degree_columns(constraints%columns, constraints%row_start, constraints%column, order, error)
       if (allocated(error)) return
@@ -102,6 +108,8 @@ contains
             end if
             if (dependence%follows(i)) then
                call clear(work)
+               few = few .and. count(dependence%follows)*m <= most_relations
+               if (few) call add_relation(combination_of(work, i, factors), m, relations)
                cycle
             end if
             if (left < nearly_dependent) power = 1 - exponent(left)
@@ -117,9 +125,48 @@ contains
          end if
          call take_pivot(work, i, factors, power, of_columns)
       end do
+      if (size(dependence%near) == 0 .and. few) call choose_left_out(relations, dependence%follows)
       call assemble(combinations(:size(dependence%near)), m, dependence%combinations, error)
       if (.not. allocated(error)) call assemble(rows(:size(dependence%near)), constraints%columns, dependence%rows, error)
    end subroutine find_dependence
+
+   ! Puts a combination of rows that vanishes, m numbers, behind others.
+   subroutine add_relation(combination, m, relations)
+      type(row_type), intent(in) :: combination
+      integer, intent(in) :: m
+      real(wp), allocatable, intent(inout) :: relations(:, :)
+      real(wp), allocatable :: more(:, :)
+      integer :: k
+
+      k = size(relations, 2) + 1
+      allocate (more(m, k), source=0.0_wp)
+      more(:, :k - 1) = relations
+      more(combination%column, k) = real(combination%value, wp)
+      call move_alloc(more, relations)
+   end subroutine add_relation
+
+   ! Leaves out the rows that have the largest shares in what vanishes, by elimination with complete pivoting: those that stay
+   ! depend on each other least.
+   subroutine choose_left_out(relations, follows)
+      !> Used up.
+      real(wp), intent(inout) :: relations(:, :)
+      logical, intent(inout) :: follows(:)
+      real(wp) :: column(size(follows))
+      integer :: i, j, place(2)
+
+      follows = .false.
+      do i = 1, size(relations, 2)
+         place = maxloc(abs(relations))
+         follows(place(1)) = .true.
+         column = relations(:, place(2))/relations(place(1), place(2))
+         do j = 1, size(relations, 2)
+            relations(:, j) = relations(:, j) - relations(place(1), j)*column
+         end do
+         ! Rounding must not bring them back.
+         relations(place(1), :) = 0
+         relations(:, place(2)) = 0
+      end do
+   end subroutine choose_left_out
 
    ! The matrix with rows and columns of one size: times powers of two.
    subroutine start(work, constraints, of_rows, of_columns)

@@ -74,7 +74,7 @@ contains
                if (is_stopped(monitor)) proceed = .false.
                if (ritz%settled .or. d%exhausted .or. d%expanded >= d%dimension .or. .not. proceed) exit
             end do
-            call conclude(state, ritz, options, proceed, statistics, over)
+            call conclude(state, ritz, selection, options, proceed, statistics, over)
             if (over) exit
             statistics%restarts = statistics%restarts + 1
             call truncate(d, ritz, options, statistics)
@@ -176,9 +176,10 @@ contains
 
    ! Whether the iteration ends, and why. One Krylov space holds one copy only of a multiple eigenvalue: a
    ! verification searches the complement of what was found, from a fresh random vector, until nothing wanted is there.
-   subroutine conclude(state, ritz, options, proceed, statistics, over)
+   subroutine conclude(state, ritz, selection, options, proceed, statistics, over)
       type(lanczos_state_type), intent(in) :: state
       type(ritz_type), intent(in) :: ritz
+      class(selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
       logical, intent(in) :: proceed
       type(krylov_statistics_type), intent(inout) :: statistics
@@ -195,12 +196,22 @@ contains
          statistics%reason = reason_fewer_modes
       else if (.not. proceed) then
          statistics%reason = reason_cancelled
-      else if (statistics%restarts + 1 >= options%max_restarts .or. statistics%stalls()) then
+      else if (statistics%restarts + 1 >= options%max_restarts .or. (statistics%stalls() .and. is_crowd(ritz, selection))) then
          statistics%reason = reason_max_restarts
       else
          over = .false.
       end if
    end subroutine conclude
+
+   ! Whether many Ritz values lie about the last one that is wanted.
+   logical function is_crowd(ritz, selection)
+      type(ritz_type), intent(in) :: ritz
+      class(selection_type), intent(in) :: selection
+
+      associate (values => cmplx(ritz%all_values, kind=wp))
+         is_crowd = selection%crowds(values, values(max(1, min(ritz%needed, size(values)))))
+      end associate
+   end function is_crowd
 
    ! C x / theta is x without the component that the metric does not see, where
    ! rounding accumulates (Nour-Omid et al.). It is worth an application for every

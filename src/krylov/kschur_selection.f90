@@ -27,6 +27,8 @@ module kschur_selection
       procedure :: needed
       !> Below this modulus no value is more wanted than `last`; zero where that is not known.
       procedure :: edge
+      !> Whether so many values lie about as far as `last` that none of them may ever converge; .false. where nobody tells.
+      procedure :: crowds
    end type selection_type
 
    abstract interface
@@ -62,6 +64,13 @@ contains
 
       edge = 0*self%wanted*abs(last)
    end function edge
+
+   logical function crowds(self, values, last)
+      class(selection_type), intent(in) :: self
+      complex(wp), intent(in) :: values(:), last
+
+      crowds = self%wanted < 0 .and. any(abs(values - last) < 0)
+   end function crowds
 
    real(wp) function named_edge(self, last) result(edge)
       class(named_selection_type), intent(in) :: self

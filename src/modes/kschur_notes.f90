@@ -6,17 +6,19 @@ module kschur_notes
    use kschur_lapack, only: dgesvd
    use kschur_left, only: condition_number, merges
    use kschur_options, only: formulation_low_rank, method_arpack
+   use kschur_penalties, only: are_penalties
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_redundancy, only: dependence_type
    use kschur_result, only: modal_result_type, append_note, certified_unknown, kind_rigid, inaccurate_above, note_length, &
       reason_converged, reason_max_restarts
+   use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: magnitude, text
    use kschur_tolerances, only: cancelled, noted_above, noted_below, same_frequency
    implicit none
    private
    ! What lies within one per cent is one crowd.
    real(wp), parameter :: same_within = 0.01_wp
-   public :: note_dependence, note_inaccurate, note_modes, note_problem
+   public :: note_dependence, note_inaccurate, note_modes, note_penalties, note_problem
 
 contains
 
@@ -34,6 +36,28 @@ contains
       if (massless > 0) call append_note(notes, "the mass matrix is singular: "//text(massless)// &
          either(massless == 1, " unknown has", " unknowns have")//" no mass")
    end subroutine note_problem
+
+   !> Penalties in the matrices as given.
+   subroutine note_penalties(problem, notes)
+      type(modal_problem_type), intent(in) :: problem
+      character(len=note_length), allocatable, intent(inout) :: notes(:)
+
+      call note(problem%damping, "damping matrix R")
+      call note(problem%stiffness, "stiffness matrix K")
+
+   contains
+
+      subroutine note(matrix, name)
+         type(csr_matrix_type), intent(in) :: matrix
+         character(len=*), intent(in) :: name
+         integer :: penalties
+
+         penalties = count(are_penalties(matrix, problem%mass))
+         if (penalties > 0) call append_note(notes, "the "//name//" has "//text(penalties)//either(penalties == 1, &
+            " penalty", " penalties")//", a million times above its other rows: backward errors and bounds are those without "// &
+            either(penalties == 1, "it", "them")//"; a constraint holds an unknown exactly")
+      end subroutine note
+   end subroutine note_penalties
 
    !> Which constraints nearly follow from others.
    subroutine note_dependence(problem, dependence, rows, notes)

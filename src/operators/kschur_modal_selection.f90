@@ -22,6 +22,7 @@ module kschur_modal_selection
       procedure :: key
       procedure :: needed
       procedure :: edge
+      procedure :: crowds
       procedure, private :: lambdas_of
       procedure, private :: nearer
    end type modal_selection_type
@@ -65,6 +66,17 @@ contains
       end do
       if (furthest > 0) edge = 1/furthest
    end function edge
+
+   !> Within one per cent, as where damping proportional to stiffness gathers all stiff motions.
+   logical function crowds(self, values, last)
+      class(modal_selection_type), intent(in) :: self
+      complex(wp), intent(in) :: values(:), last
+      integer, parameter :: crowd = 8
+      real(wp), parameter :: within = 0.01_wp
+      integer :: i
+
+      crowds = count([(abs(self%key(values(i)) - self%key(last)) <= within*self%key(last), i=1, size(values))]) >= crowd
+   end function crowds
 
    ! The number of known modes within a distance.
    pure integer function nearer(self, distance)

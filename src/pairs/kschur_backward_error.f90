@@ -3,6 +3,7 @@ module kschur_backward_error
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
+   use kschur_penalties, only: norm_of_rest
    use kschur_problem, only: modal_problem_type
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
@@ -135,13 +136,13 @@ contains
       end do
    end function effect_of_constraints
 
-   !> The infinity norms of M, R, K and Cq.
+   !> The infinity norms of M, R, K, without rows that a penalty holds, and Cq.
    pure function norms_of(problem) result(norms)
       type(modal_problem_type), intent(in) :: problem
       real(wp) :: norms(4)
 
-      norms = [problem%mass%infinity_norm(), problem%damping%infinity_norm(), problem%stiffness%infinity_norm(), &
-         problem%constraints%infinity_norm()]
+      norms = [problem%mass%infinity_norm(), norm_of_rest(problem%damping, problem%mass), &
+         norm_of_rest(problem%stiffness, problem%mass), problem%constraints%infinity_norm()]
    end function norms_of
 
    !> |lambda|^2 ||M|| + |lambda| ||R|| + ||K||, the measure of residuals.

@@ -12,7 +12,7 @@ module kschur_preparation
    use kschur_kinds, only: long
    use kschur_memory, only: require_memory
    use kschur_modes, only: modes_type, no_modes
-   use kschur_notes, only: note_dependence, note_problem
+   use kschur_notes, only: note_dependence, note_penalties, note_problem
    use kschur_presolve, only: presolve
    use kschur_problem, only: modal_problem_type
    use kschur_redundancy, only: dependence_type, find_dependence
@@ -79,6 +79,7 @@ contains
       integer(long) :: started
 
       s%known%redundant = s%plan%redundant
+      call note_penalties(s%problem, s%notes)
       if (s%plan%unknowns_after == 0) then
          none = no_modes(s%problem%unknowns(), s%problem%multipliers())
          s%known%rigid = none%eigenpairs_type

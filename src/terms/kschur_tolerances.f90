@@ -59,6 +59,9 @@ module kschur_tolerances
    !> for Sparse Matrices, 2017, section 5.4).
    real(wp), parameter, public :: usable_pivot = 0.1_wp
 
+   !> A diagonal entry this many times above the other rows, and above what stands beside it, is a penalty. Chosen.
+   real(wp), parameter, public :: penalty = 1.0e6_wp
+
    ! Real.
 
    !> An imaginary part below this, relative to the eigenvalue, is rounding: two real eigenvalues that meet leave the axis by

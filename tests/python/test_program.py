@@ -361,13 +361,16 @@ def test_left(folder):
     check("--left: nothing on standard error", run.stderr == "", run.stderr)
     kappa = np.array([mode["condition_number"] for mode in result["modes"]])
     with h5py.File(output) as file:
-        values, shapes, left, multipliers, conditions = (file[name][:] for name in (
-            "eigenvalues", "eigenvectors", "left_eigenvectors", "left_multipliers", "condition_number"))
+        values, shapes, reactions, left, multipliers, conditions = (file[name][:] for name in (
+            "eigenvalues", "eigenvectors", "multipliers", "left_eigenvectors", "left_multipliers", "condition_number"))
     check("--left: the condition numbers that were printed", np.array_equal(kappa, conditions), (kappa, conditions))
     level = np.abs(values) ** 2 * np.abs(m).sum(1).max() + np.abs(values) * np.abs(r).sum(1).max() + np.abs(k).sum(1).max()
     residual = [psi.conj() @ (s * s * m + s * r + k) + eta.conj() @ cq for s, psi, eta in zip(values, left, multipliers)]
     check("--left: the left equations hold", (np.linalg.norm(residual, axis=1) < 1e-12 * level).all(), residual)
     check("--left: the constraints hold", np.abs(left @ cq.T).max() < 1e-12)
+    # What errors of each entry of the constraints move.
+    level += [(np.abs(cq) * np.abs(np.outer(xi, psi.conj()) + np.outer(eta.conj(), phi))).sum()
+              for phi, xi, psi, eta in zip(shapes, reactions, left, multipliers)]
     expected = [level[j] / abs(s * (left[j].conj() @ (2 * s * m + r) @ shapes[j])) for j, s in enumerate(values)]
     check("--left: the condition numbers are those of the vectors", np.allclose(kappa, expected, rtol=1e-9), (kappa, expected))
     table = kschur("solve", problem, "--modes", 5, "--left").stdout.splitlines()
