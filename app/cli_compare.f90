@@ -5,7 +5,7 @@ module cli_compare
    use cli_interrupt, only: catch_interrupts, is_interrupted
    use cli_input, only: input_type, is_large, read_problem, take_input
    use cli_json, only: certified, counts, number, pair, problem_facts, seconds, string
-   use cli_numbers, only: rounded
+   use cli_numbers, only: exponential, rounded
    use cli_options, only: take_iteration, take_wanted
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_output, complain, print_line
@@ -123,10 +123,11 @@ contains
          return
       end if
       associate (result => entry%result)
-         write (line, "(a12, 2x, a18, f9.3, i14, i9, f14.1, f9.3, i7, i8, i10, 1x, 2es8.1, 2x, a)") &
+         write (line, "(a12, 2x, a18, f9.3, i14, i9, f14.1, f9.3, i7, i8, i10, 1x, 2a8, 2x, a)") &
             label//repeat(" ", 12), formulation_names(result%formulation), result%seconds%total, &
             result%operator_applications, result%factored_order, real(result%factor_entries, wp)/1000, &
-            result%seconds%factorize, size(result%eigenvalues), entry%missed, entry%spurious, entry%worst, entry%median, &
+            result%seconds%factorize, size(result%eigenvalues), entry%missed, entry%spurious, &
+            exponential(entry%worst, 8, 1), exponential(entry%median, 8, 1), &
             trim(merge(repeat(" ", len(reason_names)), reason_names(result%reason), result%reason == reason_converged))
       end associate
       call print_line(trim(line))

@@ -4,7 +4,7 @@ module cli_numbers
    use kschur, only: text, wp
    implicit none
    private
-   public :: aligned, plain, read_integer, read_list, read_range, read_real, rounded
+   public :: aligned, exponential, plain, read_integer, read_list, read_range, read_real, rounded
 
    !> A real, or a complex as `re+imi`, with some six digits.
    interface rounded
@@ -70,8 +70,10 @@ contains
 
    !> Reads FIRST:LAST:POINTS, so many numbers evenly from the first to the last, two or more; where the word is anything
    !> else, `ok` is false.
-   subroutine read_range(word, values, ok)
+   subroutine read_range(word, most, values, ok)
       character(len=*), intent(in) :: word
+      !> There may be so many points.
+      integer, intent(in) :: most
       real(wp), allocatable, intent(out) :: values(:)
       logical, intent(out) :: ok
       real(wp) :: first, last
@@ -83,7 +85,7 @@ contains
       if (ok) call read_real(word(:one - 1), first, ok)
       if (ok) call read_real(word(one + 1:two - 1), last, ok)
       if (ok) call read_integer(word(two + 1:), points, ok)
-      if (ok) ok = points >= 2
+      if (ok) ok = points >= 2 .and. points <= most
       if (.not. ok) return
       allocate (values(points), source=[(((points - 1 - i)*first + i*last)/(points - 1), i=0, points - 1)])
    end subroutine read_range
@@ -154,22 +156,37 @@ contains
       rounded = rounded//rounded_real(aimag(z))//"i"
    end function rounded_complex
 
+   !> A number with an exponent in a cell of so many characters: one of three digits wants a letter before it as well.
+   pure function exponential(x, width, decimals) result(cell)
+      real(wp), intent(in) :: x
+      integer, intent(in) :: width, decimals
+      character(len=width) :: cell
+      character(len=16) :: notation
+
+      write (notation, "(a, i0, a, i0, a)") "(es", width, ".", decimals, ")"
+      write (cell, notation) x
+      if (scan(cell, "E") > 0) return
+      write (notation, "(a, i0, a, i0, a)") "(es", width, ".", decimals, "e3)"
+      write (cell, notation) x
+   end function exponential
+
    !> A column of numbers in cells of 15, all in one notation: with six
    !> decimals where that shows four digits of each, else with an exponent.
    !> Zero is `0`, what is not finite is `-`.
    pure function aligned(values) result(cells)
       real(wp), intent(in) :: values(:)
       character(len=15) :: cells(size(values))
-      character(len=8) :: notation
+      logical :: wide
       integer :: i
 
-      notation = "(f15.6)"
-      if (any(abs(values) > 0 .and. abs(values) < 1.0e-3_wp) .or. any(abs(values) >= 1.0e6_wp)) notation = "(es15.6)"
+      wide = any(abs(values) > 0 .and. abs(values) < 1.0e-3_wp) .or. any(abs(values) >= 1.0e6_wp)
       do i = 1, size(values)
          if (.not. ieee_is_finite(values(i))) then
             cells(i) = repeat(" ", 14)//"-"
+         else if (abs(values(i)) > 0 .and. wide) then
+            cells(i) = exponential(values(i), len(cells), 6)
          else if (abs(values(i)) > 0) then
-            write (cells(i), notation) values(i)
+            write (cells(i), "(f15.6)") values(i)
          else
             cells(i) = repeat(" ", 14)//"0"
          end if

@@ -15,6 +15,9 @@ module cli_response
    private
    public :: response_command
 
+   ! Of frequencies.
+   integer, parameter :: most_points = 1000000
+
    !> What `kschur response` was asked to do.
    type :: request_type
       type(input_type) :: input
@@ -92,11 +95,11 @@ contains
          call new_error(error, error_usage, "kschur response wants --frequencies and --input")
          return
       end if
-      call read_range(frequencies, request%frequencies, ok)
+      call read_range(frequencies, most_points, request%frequencies, ok)
       if (.not. ok) call read_list(frequencies, request%frequencies, ok)
       if (ok) ok = all(request%frequencies >= 0)
-      if (.not. ok) call new_error(error, error_usage, "--frequencies wants FIRST:LAST:POINTS with two points or more, or "// &
-         "F1,F2,..., none negative, not '"//frequencies//"'")
+      if (.not. ok) call new_error(error, error_usage, "--frequencies wants FIRST:LAST:POINTS with two to "// &
+         text(most_points)//" points, or F1,F2,..., none negative, not '"//frequencies//"'")
       if (allocated(at) .and. .not. allocated(error)) then
          call read_list(at, numbers, ok)
          if (ok) ok = all(numbers >= 1 .and. numbers <= huge(1) .and. .not. abs(numbers - aint(numbers)) > 0)

@@ -25,7 +25,7 @@ module cli_sweep
       real(wp), allocatable :: values(:)
    end type source_type
 
-   integer, parameter :: longest_number = 32
+   integer, parameter :: longest_number = 32, most_points = 10000
 
 contains
 
@@ -130,9 +130,10 @@ contains
       logical :: ok
 
       equal = index(range, "=")
-      call read_range(range(equal + 1:), values, ok)
+      call read_range(range(equal + 1:), most_points, values, ok)
       if (.not. ok .or. equal < 2) then
-         call new_error(error, error_usage, "--vary wants OPTION=FIRST:LAST:POINTS with two points or more, not '"//range//"'")
+         call new_error(error, error_usage, "--vary wants OPTION=FIRST:LAST:POINTS with two to "// &
+            text(most_points)//" points, not '"//range//"'")
          return
       end if
       option = range(:equal - 1)

@@ -1,6 +1,6 @@
 !> A result as a table for people.
 module cli_table
-   use cli_numbers, only: aligned, rounded
+   use cli_numbers, only: aligned, exponential, rounded
    use cli_system, only: print_line
    use kschur, only: certified_no, certified_yes, damping_names, formulation_names, kind_names, kind_rigid, &
       modal_result_type, phase_names, reason_names, text, wp
@@ -78,8 +78,8 @@ contains
       write (line, "(5x, 5a15, 2x, a11, 2a10)") "1/s", "1/s", "Hz", "Hz", "%", "", "error", "1/s"
       call print_line(line//trim(more(0)))
       do i = 1, size(result%eigenvalues)
-         write (line, "(i5, 5a15, 2x, a11, es10.1, a10)") i, cells(i, :), kind_names(result%kind(i)), &
-            result%backward_error(i), error_bound(result%error_bound(i))
+         write (line, "(i5, 5a15, 2x, a11, 2a10)") i, cells(i, :), kind_names(result%kind(i)), &
+            exponential(result%backward_error(i), 10, 1), error_bound(result%error_bound(i))
          call print_line(line//trim(more(i)))
       end do
       call print_line("")
@@ -94,7 +94,7 @@ contains
       if (.not. bound > 0 .and. bound >= 0) then
          cell = "         0"
       else if (bound <= huge(bound)) then
-         write (cell, "(es10.1)") bound
+         cell = exponential(bound, len(cell), 1)
       end if
    end function error_bound
 
@@ -106,7 +106,7 @@ contains
       if (kappa > huge(kappa)) then
          condition = "    infinite"
       else if (kappa >= 0) then
-         write (condition, "(es12.1)") kappa
+         condition = exponential(kappa, len(condition), 1)
       else
          condition = repeat(" ", 11)//"-"
       end if

@@ -51,6 +51,7 @@ contains
       character(len=longest) :: buffer
 
       write (buffer, "(es12.1)") number
+      if (scan(buffer, "E") == 0) write (buffer, "(es12.1e3)") number
       buffer = adjustl(buffer)
    end function rounded
 

@@ -14,6 +14,8 @@ module kschur_threads
 
    !> Rows of a panel: with fewer rows than two of them nothing is worth a thread.
    integer, parameter, public :: panel_rows = 2048
+   !> A solve has no more, whatever is asked for.
+   integer, parameter, public :: most_threads = 4096
    !> For `enter_solve`, where there is little to do.
    integer, parameter, public :: one_thread = 1
 
@@ -68,7 +70,7 @@ contains
 #ifdef _OPENMP
       if (omp_in_parallel()) return
       if (asked > 0) then
-         threads = asked
+         threads = min(asked, most_threads)
       else if (unknowns >= worth_threads) then
          threads = max(min(before, omp_get_num_procs())/solves, 1)
       end if

@@ -29,7 +29,8 @@ contains
       integer, intent(in) :: values
       class(linear_solver_type), pointer :: solver
 
-      block = s%options%block
+      ! More are never independent.
+      block = min(s%options%block, s%work%unknowns())
       ! The responses to dampers are the blocks of the low-rank form.
       if (s%formulation == formulation_low_rank .or. s%dense) block = 1
       if (block > 0) return

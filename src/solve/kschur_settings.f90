@@ -11,9 +11,14 @@ module kschur_settings
       normalisation_names, scaling_names, &
       formulation_undamped_constrained_zero, method_arpack, method_krylov_schur, method_names, scaling_none
    use kschur_text, only: text
+   use kschur_threads, only: most_threads
    implicit none
    private
    public :: check_options, set_iteration_options, method_name, settings_of
+
+   ! More modes, dimensions of a space or vectors of a block than anybody has memory for; a hundred times as many are still a
+   ! default integer.
+   integer, parameter :: most_columns = 10**7
 
 contains
 
@@ -21,14 +26,15 @@ contains
    subroutine check_options(options, error)
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(out) :: error
-      call at_least("number of modes", int(options%modes, long), 1, error)
+
+      call between("number of modes", options%modes, 1, most_columns, error)
       if (.not. (allocated(error) .or. (options%tolerance > 0 .and. options%tolerance < 1))) call new_error(error, error_usage, &
          "the tolerance is "//text(options%tolerance)//" but must lie between 0 and 1")
       call check_place("target", options%target, error)
       if (allocated(options%shift)) call check_place("shift", options%shift, error)
-      call at_least("subspace dimension", int(options%subspace, long), 0, error)
-      call at_least("number of vectors of a block", int(options%block, long), 0, error)
-      call at_least("number of threads", int(options%threads, long), 0, error)
+      call between("subspace dimension", options%subspace, 0, most_columns, error)
+      call between("number of vectors of a block", options%block, 0, most_columns, error)
+      call between("number of threads", options%threads, 0, most_threads, error)
       call at_least("limit of memory", options%memory, 0, error)
       call at_least("number of rows from which a matrix is distributed", int(options%distribute, long), 1, error)
       call at_least("number of groups", int(options%groups, long), 0, error)
@@ -42,6 +48,17 @@ contains
       if (.not. allocated(error)) call check_method(options, error)
       if (.not. allocated(error) .and. options%formulation == formulation_dense) call check_dense(options, error)
    end subroutine check_options
+
+   ! Of a number that others are added to, and that is multiplied.
+   subroutine between(name, value, least, most, error)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: value, least, most
+      type(error_type), allocatable, intent(inout) :: error
+
+      call at_least(name, int(value, long), least, error)
+      if (.not. allocated(error) .and. value > most) call new_error(error, error_usage, "the "//name//" is "//text(value)// &
+         " but must be at most "//text(most))
+   end subroutine between
 
    subroutine at_least(name, value, least, error)
       character(len=*), intent(in) :: name

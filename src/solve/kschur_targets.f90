@@ -50,7 +50,7 @@ contains
       complex(wp) :: gathering
       integer :: most, i
 
-      call look_at(solver, size(targets)*options%modes, gathering, error)
+      call look_at(solver, real(size(targets), wp)*options%modes, gathering, error)
       if (allocated(error)) return
       allocate (results(size(targets)))
       waiting = nearest_first(targets, (0.0_wp, 0.0_wp))
@@ -80,7 +80,7 @@ contains
    ! Fails where so many modes have no room. Overdamped eigenvalues of a proportional damping gather at -1/beta.
    subroutine look_at(solver, modes, gathering, error)
       type(modal_solver_type), intent(in) :: solver
-      integer, intent(in) :: modes
+      real(wp), intent(in) :: modes
       complex(wp), intent(out) :: gathering
       type(error_type), allocatable, intent(out) :: error
       type(modal_problem_type) :: problem
@@ -119,7 +119,7 @@ contains
       do i = 2, size(targets)
          centre = (upper(targets(1)) + upper(targets(i)))/2
          modes = margin*(options%modes + maxval(abs(upper(targets(:i)) - centre))/each)
-         if (modes > min(i*options%modes, most) .or. abs(gathering - centre) < 2*modes*each) exit
+         if (modes > min(real(i, wp)*options%modes, real(most, wp)) .or. abs(gathering - centre) < 2*modes*each) exit
          group = group_type(i, centre, ceiling(modes))
       end do
    end function next_group

@@ -12,6 +12,11 @@ static void refused(void)
    CHECK_STATUS(kschur_options_set_modes(options, 5000000000), KSCHUR_ERROR_USAGE);
    CHECK_MESSAGE(options, options, "the number of modes is 5000000000");
    CHECK_STATUS(kschur_options_set_modes(options, INT64_MIN), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_options_set_modes(options, INT32_MAX), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(options, options, "the number of modes is 2147483647 but must be at most 10000000");
+   CHECK_STATUS(kschur_options_set_subspace(options, INT32_MAX), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_options_set_block(options, INT32_MAX), KSCHUR_ERROR_USAGE);
+   CHECK_STATUS(kschur_options_set_threads(options, INT32_MAX), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_options_set_target(options, NAN, 0), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_options_set_target(options, 0, INFINITY), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_options_set_target_hz(options, 1e200), KSCHUR_ERROR_USAGE);

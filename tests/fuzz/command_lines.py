@@ -103,11 +103,11 @@ def limit():
     resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
 
 
-def judge(kschur, words, place):
+def judge(kschur, words, place, limits=limit):
     """What is wrong with what the program does; empty where nothing is."""
     try:
         run = subprocess.run([os.fsencode(kschur), *words], cwd=place, capture_output=True, stdin=subprocess.DEVNULL, timeout=10*SECONDS,
-                             env=ENVIRONMENT, preexec_fn=limit)
+                             env=ENVIRONMENT, preexec_fn=limits)
     except subprocess.TimeoutExpired:
         return "no end"
     lines = run.stderr.split(b"\n")[:-1]

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Damaged input at random: fuzz.py {texts,hdf5,commands,cases} --reader READ_CASES --kschur KSCHUR [--number N] [--seed S] [--keep FOLDER]
+"""Damaged input at random: fuzz.py {texts,hdf5,commands,integers,cases} --reader READ_CASES --kschur KSCHUR [--number N] [--seed S] [--keep FOLDER]
 
 N texts, HDF5 files or command lines are made of SEED, and what the library and the program make of them is judged; `cases`
 are those that once failed. What fails is kept in FOLDER. Exit status 0: all is well.
@@ -17,8 +17,9 @@ import command_lines
 import hdf5_files
 import kept
 import texts
+import wild_integers
 
-KINDS = {"texts": texts, "hdf5": hdf5_files, "commands": command_lines, "cases": kept}
+KINDS = {"texts": texts, "hdf5": hdf5_files, "commands": command_lines, "integers": wild_integers, "cases": kept}
 
 
 def main():
