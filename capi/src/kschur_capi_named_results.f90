@@ -140,29 +140,36 @@ contains
       end if
    end function kschur_result_is_real
 
-   ! Some rows of some modes.
+   ! Some rows of some modes. Nothing is read through a pointer before all counts are known to fit.
    integer(c_int) function give_part(handle, columns, part, values, length) result(status)
       type(result_handle_type), intent(inout) :: handle
       complex(wp), intent(in) :: columns(:, :)
       type(part_type), intent(in) :: part
       type(c_ptr), intent(in) :: values
       integer(c_int64_t), intent(in) :: length
-      integer(c_int64_t) :: modes, needed, each, k
+      integer(c_int64_t) :: available, modes, count, needed, each, k
       integer(c_int64_t), allocatable :: row(:)
       real(c_double), pointer :: place(:)
 
+      available = size(columns, 2, c_int64_t)
       modes = part%count
-      if (modes == 0) modes = size(columns, 2) - part%first
-      call take_rows(part, size(columns, 1, c_int64_t), row)
-      each = merge(1, 2, part%only_real /= 0)*size(row, kind=c_int64_t)
-      needed = each*modes
+      if (modes == 0 .and. part%first >= 0) modes = max(available - part%first, 0_c_int64_t)
+      count = part%row_count
+      if (.not. c_associated(part%rows)) count = size(columns, 1, c_int64_t)
       status = status_ok
-      if (part%first < 0 .or. modes < 0 .or. part%first + modes > size(columns, 2)) then
+      if (part%first < 0 .or. part%first > available .or. modes < 0 .or. modes > available - max(part%first, 0_c_int64_t)) then
          status = fail(handle, status_usage, text(modes)//" modes from mode "//text(part%first)// &
-            " on were asked for, of "//text(size(columns, 2))//" counted from 0")
-      else if (any(row < 1 .or. row > size(columns, 1))) then
-         status = fail(handle, status_usage, "rows must lie between 0 and "//text(size(columns, 1) - 1))
-      else if (needed > 0 .and. .not. c_associated(values)) then
+            " on were asked for, of "//text(available)//" counted from 0")
+      else if (count < 0) then
+         status = fail(handle, status_usage, "there cannot be "//text(count)//" rows")
+      else if (part%row_count /= 0 .and. .not. c_associated(part%rows)) then
+         status = fail(handle, status_null, "the argument 'rows' is null")
+      end if
+      if (status /= status_ok) return
+      each = merge(1, 2, part%only_real /= 0)*modes
+      needed = huge(needed)
+      if (count <= huge(needed)/max(each, 1_c_int64_t)) needed = each*count
+      if (needed > 0 .and. .not. c_associated(values)) then
          status = fail(handle, status_null, "the argument 'values' is null")
       else if (length < needed) then
          status = fail(handle, status_length, "the array has a length of "//text(length)//" but needs "//text(needed))
@@ -171,13 +178,19 @@ contains
             status = fail(handle, status_usage, "not all of these modes are real: see kschur_result_is_real")
       end if
       if (status /= status_ok .or. needed == 0) return
+      call take_rows(part, size(columns, 1, c_int64_t), row)
+      if (any(row < 1)) then
+         status = fail(handle, status_usage, "rows must lie between 0 and "//text(size(columns, 1) - 1))
+         return
+      end if
       call c_f_pointer(values, place, [needed])
+      each = needed/modes
       do k = 1, modes
          call copy(columns(:, part%first + k), row, place((k - 1)*each + 1:k*each))
       end do
    end function give_part
 
-   ! Counted from 1.
+   ! Counted from 1; 0 for one that is not there.
    subroutine take_rows(part, n, row)
       type(part_type), intent(in) :: part
       integer(c_int64_t), intent(in) :: n
@@ -186,8 +199,9 @@ contains
       integer(c_int64_t) :: k
 
       if (c_associated(part%rows)) then
-         call c_f_pointer(part%rows, given, [max(part%row_count, 0_c_int64_t)])
-         allocate (row(size(given)), source=given + 1)
+         call c_f_pointer(part%rows, given, [part%row_count])
+         allocate (row(size(given, kind=c_int64_t)), source=0_c_int64_t)
+         where (given >= 0 .and. given < n) row = given + 1
       else
          allocate (row(n), source=[(k, k=1, n)])
       end if

@@ -152,6 +152,24 @@ static void parts(void)
    part = (kschur_part){.rows = (const int64_t[]){40}, .row_count = 1};
    CHECK_STATUS(kschur_result_get_part(result, "eigenvectors", &part, real, 100), KSCHUR_ERROR_USAGE);
    CHECK_MESSAGE(result, result, "rows must lie between 0 and 39");
+   /* Counts that no product and no sum can hold, rows that cannot be there. */
+   part = (kschur_part){.first = INT64_MAX, .count = INT64_MAX};
+   CHECK_STATUS(kschur_result_get_part(result, "eigenvectors", &part, real, 100), KSCHUR_ERROR_USAGE);
+   part = (kschur_part){.first = 1, .count = INT64_MAX};
+   CHECK_STATUS(kschur_result_get_part(result, "eigenvectors", &part, real, 100), KSCHUR_ERROR_USAGE);
+   part = (kschur_part){.first = INT64_MIN};
+   CHECK_STATUS(kschur_result_get_part(result, "eigenvectors", &part, real, 100), KSCHUR_ERROR_USAGE);
+   part = (kschur_part){.rows = rows, .row_count = INT64_MAX};
+   CHECK_STATUS(kschur_result_get_part(result, "eigenvectors", &part, real, INT64_MAX - 1), KSCHUR_ERROR_LENGTH);
+   part.row_count = INT64_MAX / 2 + 1;
+   CHECK_STATUS(kschur_result_get_part(result, "eigenvectors", &part, real, 100), KSCHUR_ERROR_LENGTH);
+   part.row_count = -1;
+   CHECK_STATUS(kschur_result_get_part(result, "eigenvectors", &part, real, 100), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(result, result, "there cannot be -1 rows");
+   part = (kschur_part){.row_count = 3};
+   CHECK_STATUS(kschur_result_get_part(result, "eigenvectors", &part, real, 100), KSCHUR_ERROR_NULL);
+   part = (kschur_part){.rows = (const int64_t[]){INT64_MAX}, .row_count = 1};
+   CHECK_STATUS(kschur_result_get_part(result, "eigenvectors", &part, real, 100), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_result_is_real(result, "eigenvectors", 5, &is_real), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_result_is_real(result, "kind", 0, &is_real), KSCHUR_ERROR_USAGE);
 
