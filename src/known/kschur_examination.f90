@@ -10,6 +10,7 @@ module kschur_examination
    use kschur_kinds, only: wp
    use kschur_magnitudes, only: add_magnitudes
    use kschur_mass, only: is_dominant
+   use kschur_monitor, only: ask_monitor, monitor_type
    use kschur_null_space, only: find_null_space, null_space_type
    use kschur_options, only: formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero, &
       formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped
@@ -18,7 +19,7 @@ module kschur_examination
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
-   use kschur_staircase, only: find_root_space, root_space_type
+   use kschur_staircase, only: find_root_space, most_null_vectors, root_space_type
    use kschur_tolerances, only: cancelled, rounding_of_row
    implicit none
    private
@@ -38,6 +39,8 @@ module kschur_examination
       type(eigenpairs_type) :: rigid
       !> Whether one of them may be a mode that rounding of the stiffness hides.
       logical :: doubtful = .false.
+      !> Rigid motions whose chains were not followed, as there are too many of them.
+      integer :: unfollowed = 0
       !> The null space of the stiffness and its factors, whose solves are not accounted for yet; not allocated where it was
       !> not looked for rigid motions.
       type(null_space_type), allocatable :: stiffness
@@ -50,7 +53,7 @@ module kschur_examination
 contains
 
    !> Finds the eigenvalue zero, and what can be deflated or locked with it.
-   subroutine find_rigid(problem, formulation, modes, inner, known, effort, error)
+   subroutine find_rigid(problem, formulation, modes, inner, known, effort, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
       integer, intent(in) :: formulation
@@ -60,17 +63,21 @@ contains
       type(examination_type), intent(inout) :: known
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
+      !> Asked before and after each step that is dense.
+      class(monitor_type), optional, intent(inout) :: monitor
       type(null_space_type), allocatable :: rigid
 
       allocate (rigid)
       call find_null_space(rigid, problem, problem%stiffness, inner, effort, error)
+      if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (.not. allocated(error)) call check_inertia(problem, rigid%motions, error)
+      if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (allocated(error)) return
       known%doubtful = rigid%doubtful
       call set_rigid(problem, rigid, known)
       if (modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
          all(formulation /= [formulation_symmetric, formulation_proportional])) &
-         call find_root_spaces(problem, formulation, inner, rigid, known, effort, error)
+         call find_root_spaces(problem, formulation, inner, rigid, known, effort, error, monitor)
       if (.not. allocated(error)) call move_alloc(rigid, known%stiffness)
    end subroutine find_rigid
 
@@ -163,7 +170,7 @@ contains
    end subroutine check_inertia
 
    ! That of infinity belongs to the reversed polynomial, that of zero to what is not deflated.
-   subroutine find_root_spaces(problem, formulation, inner, rigid, known, effort, error)
+   subroutine find_root_spaces(problem, formulation, inner, rigid, known, effort, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation
       type(inner_solvers_type), intent(in) :: inner
@@ -172,12 +179,15 @@ contains
       type(examination_type), intent(inout) :: known
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), optional, intent(inout) :: monitor
       type(null_space_type) :: massless
 
       associate (deflation => known%deflation)
          deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_low_rank, formulation_damped, &
             formulation_damped_constrained, formulation_damped_constrained_zero])
-         if (deflation%others > 0) then
+         if (deflation%others > most_null_vectors) then
+            known%unfollowed = deflation%others
+         else if (deflation%others > 0) then
             call complete(deflation%zero, rigid, problem%mass)
             if (.not. allocated(error) .and. problem%symmetric .and. .not. deflation%oscillator) &
                call add_decays(problem, rigid, known, error)
@@ -202,9 +212,10 @@ contains
          type(csr_matrix_type), intent(in) :: last
 
          if (known%deflation%oscillator) then
-            call find_root_space(space, null_space, signed(last, formulation), empty_csr_matrix(last%rows, last%rows), error)
+            call find_root_space(space, null_space, signed(last, formulation), empty_csr_matrix(last%rows, last%rows), &
+               error, monitor)
          else
-            call find_root_space(space, null_space, problem%damping, last, error)
+            call find_root_space(space, null_space, problem%damping, last, error, monitor)
          end if
       end subroutine complete
    end subroutine find_root_spaces

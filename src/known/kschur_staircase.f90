@@ -5,13 +5,20 @@ module kschur_staircase
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
    use kschur_magnitudes, only: add_magnitudes, magnitudes
+   use kschur_monitor, only: ask_monitor, monitor_type
    use kschur_null_space, only: null_space_type
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_sparse, only: csr_matrix_type
    use kschur_tolerances, only: cancelled, rounding_of_sums
    implicit none
    private
-   public :: find_root_space, root_space_type, undamped_zeros, zero_and_infinite
+   public :: find_root_space, most_null_vectors, root_space_type, undamped_zeros, zero_and_infinite
+
+   !> Chains that begin with more null vectors than this are not followed: the steps below are dense.
+   integer, parameter :: most_null_vectors = 1000
+   ! Beside twice the null vectors, as of free bodies, there are no more states: chains are short, and those of rounding go on
+   ! until they have all states.
+   integer, parameter :: states_beside = 128
 
    !> States (x, v) of the chains of lambda = 0 in lambda^2 A2 + lambda A1 + A0, v_j = x_{j-1} and
    !> A0 x_j + Cq^T xi_j = -(A1 x_{j-1} + A2 x_{j-2}), Cq x_j = 0 (Gohberg, Lancaster, Rodman, Matrix Polynomials
@@ -32,14 +39,16 @@ module kschur_staircase
 
 contains
 
-   !> The root space that begins with null vectors of A0 on the motions that the constraints allow.
-   subroutine find_root_space(space, null_space, first, second, error)
+   !> The root space that begins with null vectors of A0 on the motions that the constraints allow, `most_null_vectors` at most.
+   subroutine find_root_space(space, null_space, first, second, error, monitor)
       type(root_space_type), intent(out) :: space
       !> Of A0.
       type(null_space_type), intent(inout) :: null_space
       !> A1 and A2.
       type(csr_matrix_type), intent(in) :: first, second
       type(error_type), allocatable, intent(out) :: error
+      !> Asked before each step.
+      class(monitor_type), optional, intent(inout) :: monitor
       real(wp), allocatable :: left(:, :), forces(:, :), terms(:, :), level(:, :), factor(:), used(:, :), fresh(:, :), &
          both(:, :), singular(:), vectors(:, :), y(:, :)
       integer :: n, k, s
@@ -55,6 +64,8 @@ contains
       call reduce_to_echelon(space%x)
       call reduce_to_echelon(left)
       do
+         call ask_monitor(monitor, error)
+         if (allocated(error)) return
          s = space%states()
          allocate (forces(n, s), terms(n, s), source=0.0_wp)
          call first%add_product(1.0_wp, space%x, forces)
@@ -79,9 +90,10 @@ contains
          fresh = vectors(:, count(singular > cancelled) + 1:)
          if (size(fresh, 2) == 0) return
          ! No eigenvalue is there more often than all of them together: the links are rounding.
-         if (s + size(fresh, 2) > 2*n) then
+         if (s + size(fresh, 2) > min(2*n, 2*k + states_beside)) then
             call new_error(error, error_singular, "rounding hides how often zero or infinity is an eigenvalue: "// &
-               "the problem is singular for every lambda, or nearly so; look for motions with neither mass nor stiffness")
+               "the problem is singular for every lambda, or nearly so; look for motions with neither mass nor stiffness, "// &
+               "and for entries far above all others")
             return
          end if
          ! The next states are (-A0^+ f, X a) for combinations a.

@@ -132,7 +132,8 @@ contains
 
       if (size(s%known%rigid%lambda) > 0) then
          ! There are as many from the left.
-         call find_rigid(adjoint%work, adjoint%formulation, s%options%modes, adjoint%inner, adjoint%known, adjoint%effort, error)
+         call find_rigid(adjoint%work, adjoint%formulation, s%options%modes, adjoint%inner, adjoint%known, adjoint%effort, &
+            error, s%monitor)
       else
          call suppose_none(adjoint%work, adjoint%known)
       end if

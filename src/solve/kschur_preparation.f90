@@ -111,7 +111,10 @@ contains
          s%effort%seconds%analyze = s%effort%seconds%analyze + seconds_since(started)
          if (allocated(error)) return
          call consider_dense(s)
-         call find_rigid(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, error)
+         call find_rigid(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, error, &
+            s%monitor)
+         if (s%known%unfollowed > 0) call s%add_note("there are "//text(s%known%unfollowed)// &
+            " rigid motions, too many to look for what damping makes of them: modes near zero may be missing, or too many")
       end if
       if (allocated(error)) return
       call require_memory(s%bytes_of_shapes(3*size(s%known%rigid%lambda)), "rigid motions", error)
