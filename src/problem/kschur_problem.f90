@@ -10,6 +10,7 @@ module kschur_problem
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_symmetric_storage, only: settle_storage, symmetric_check, symmetric_no
    use kschur_text, only: text
+   use kschur_tolerances, only: largest_entry, rounding_of_entry
    implicit none
    private
    public :: check_sums, modal_problem_type, new_modal_problem, settle_modal_problem
@@ -111,6 +112,7 @@ contains
          call settle_storage(problem%stiffness, storage, base, "stiffness matrix K", error)
          call settle_storage(problem%damping, storage, base, "damping matrix R", error)
       end associate
+      if (.not. present(kind_of)) call check_all_magnitudes(problem, error)
       if (.not. allocated(error)) call check_mass_and_constraints(problem, present(kind_of), error)
       if (.not. allocated(error)) call check_sums([int(n, long), int(problem%multipliers(), long)], &
          [int(problem%mass%nonzeros(), long), int(problem%stiffness%nonzeros(), long), int(problem%damping%nonzeros(), long), &
@@ -168,6 +170,51 @@ contains
          return
       end do
    end subroutine check_matrix
+
+   subroutine check_all_magnitudes(problem, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(error_type), allocatable, intent(inout) :: error
+
+      associate (base => problem%index_base)
+         call check_magnitudes(problem%mass, base, "mass matrix M", error)
+         call check_magnitudes(problem%stiffness, base, "stiffness matrix K", error)
+         call check_magnitudes(problem%damping, base, "damping matrix R", error)
+         call check_magnitudes(problem%constraints, base, "constraint Jacobian Cq", error)
+      end associate
+   end subroutine check_all_magnitudes
+
+   ! Fails where products of entries overflow, or underflow where that is not the rounding of others.
+   subroutine check_magnitudes(matrix, base, name, error)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: base
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), allocatable :: of_rows(:), of_columns(:)
+      integer, allocatable :: row(:)
+      integer :: k
+      logical :: fits
+
+      if (allocated(error) .or. matrix%nonzeros() == 0) return
+      if (maxval(abs(matrix%value)) <= largest_entry .and. &
+         .not. any(abs(matrix%value) > 0 .and. abs(matrix%value) < 1/largest_entry)) return
+      allocate (row(matrix%nonzeros()), source=matrix%row_indices())
+      allocate (of_rows, source=matrix%row_maxima())
+      allocate (of_columns(matrix%columns), source=0.0_wp)
+      do k = 1, matrix%nonzeros()
+         of_columns(matrix%column(k)) = max(of_columns(matrix%column(k)), abs(matrix%value(k)))
+      end do
+      do k = 1, matrix%nonzeros()
+         associate (entry => abs(matrix%value(k)))
+            fits = entry <= largest_entry .and. (entry >= 1/largest_entry .or. &
+               entry <= rounding_of_entry*min(of_rows(row(k)), of_columns(matrix%column(k))))
+         end associate
+         if (fits) cycle
+         call new_error(error, error_input, "the "//name//" has the entry "//text(matrix%value(k))//" at ("// &
+            text(row(k) + base - 1)//", "//text(matrix%column(k) + base - 1)//"), and entries from 1e-75 to 1e75 can be "// &
+            "computed with: choose other units")
+         return
+      end do
+   end subroutine check_magnitudes
 
    subroutine check_mass_and_constraints(problem, reduced, error)
       type(modal_problem_type), intent(in) :: problem

@@ -78,6 +78,12 @@ module kschur_tolerances
    !> An eigenvalue is hidden where lambda^2 M is less than this times the rounding of K: it would have fewer than six digits.
    real(wp), parameter, public :: hidden_inertia = 1.0e6_wp
 
+   ! Too large or too small.
+
+   !> Entries above this are not computed with, nor those below its inverse: a frequency is the root of a quotient of two, and
+   !> lambda^4 and squares of forces stay within the range of double precision, 1e308, by some decades.
+   real(wp), parameter, public :: largest_entry = 1.0e75_wp
+
    ! Good enough.
 
    !> A backward error above this deserves a note. Chosen.
