@@ -1,13 +1,16 @@
-!> SIGINT and SIGTERM while modes are computed: the first one ends the computation with what has converged, a second one
-!> the program.
+!> SIGINT and SIGTERM while modes are computed: the first one ends the computation with what has converged, a second one,
+!> the same or the other, the program.
 module cli_interrupt
    use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int, c_intptr_t
    implicit none
    private
    public :: catch_interrupts, is_interrupted
 
+   integer(c_int), parameter :: signals(2) = [2_c_int, 15_c_int]
    ! The one thing a handler may do is to set a variable.
    logical, volatile :: caught = .false.
+   ! Which of the signals were not ignored before.
+   logical, volatile :: heard(2) = .false.
 
    interface
       type(c_funptr) function c_signal(number, action) bind(c, name="signal")
@@ -15,27 +18,28 @@ module cli_interrupt
          integer(c_int), value :: number
          type(c_funptr), value :: action
       end function c_signal
+
+      integer(c_int) function c_raise(number) bind(c, name="raise")
+         import :: c_int
+         integer(c_int), value :: number
+      end function c_raise
    end interface
 
 contains
 
    !> From now on signals wait for `is_interrupted` to be asked. One that was ignored before stays so.
    subroutine catch_interrupts()
-      integer(c_int), parameter :: sigint = 2, sigterm = 15
-
-      call catch_one(sigint)
-      call catch_one(sigterm)
-   end subroutine catch_interrupts
-
-   subroutine catch_one(number)
-      integer(c_int), intent(in) :: number
       ! SIG_IGN.
       integer(c_intptr_t), parameter :: ignore = 1
       type(c_funptr) :: before
+      integer :: i
 
-      before = c_signal(number, c_funloc(note))
-      if (transfer(before, ignore) == ignore) before = c_signal(number, before)
-   end subroutine catch_one
+      do i = 1, size(signals)
+         before = c_signal(signals(i), c_funloc(note))
+         heard(i) = transfer(before, ignore) /= ignore
+         if (.not. heard(i)) before = c_signal(signals(i), before)
+      end do
+   end subroutine catch_interrupts
 
    !> Whether one came.
    logical function is_interrupted()
@@ -47,8 +51,16 @@ contains
       ! SIG_DFL.
       integer(c_intptr_t), parameter :: default = 0
       type(c_funptr) :: before
+      logical :: second
+      integer(c_int) :: failed
+      integer :: i
 
+      second = caught
       caught = .true.
-      before = c_signal(number, transfer(default, before))
+      do i = 1, size(signals)
+         if (heard(i)) before = c_signal(signals(i), transfer(default, before))
+      end do
+      ! It had come before the first was noted.
+      if (second) failed = c_raise(number)
    end subroutine note
 end module cli_interrupt

@@ -212,6 +212,24 @@ def test_sensitivity(label, problem, changed, modes):
     print(f"{label}: {seconds:.2f} s; {ended} of 9 interrupted, the longest went on for {longest:.2f} s", flush=True)
 
 
+def test_two_signals(problem):
+    """A SIGINT and a SIGTERM are two signals, also where both come before one is heard: the second ends the program."""
+    words = ("solve", problem, "--modes", "10", "--threads", "1")
+    _, _, seconds = finish(start(words))
+    for numbers in ((signal.SIGINT, signal.SIGTERM), (signal.SIGTERM, signal.SIGINT)):
+        ended = []
+        for part in (0.3, 0.4, 0.5, 0.6):
+            child = start(words)
+            while child.poll() is None and Path(f"/proc/{child.pid}").exists() and seconds_so_far(child.pid) < part*seconds:
+                time.sleep(0.002)
+            # Both wait until it goes on.
+            for number in (signal.SIGSTOP, *numbers, signal.SIGCONT):
+                child.send_signal(number)
+            finish(child)
+            ended.append(child.returncode)
+        check(f"two signals: {' and '.join(number.name for number in numbers)}", min(ended) < 0 and 3 not in ended, ended)
+
+
 def scene(folder, name, *options):
     path = folder/f"{name}.h5"
     subprocess.run([KSCHUR, "scene", name, *options, "--output", str(path)], check=True, stdout=subprocess.DEVNULL)
@@ -244,6 +262,7 @@ with tempfile.TemporaryDirectory() as name:
         (place/"changed").mkdir()
         test_sensitivity("sensitivity of a grid", grid, scene(place/"changed", "grid", "--cells", "20x14", "--mass", "lumped"), 20)
         rotor = ("rotor", "--elements", "600")
+        test_two_signals(scene(place, *rotor))
         test_sensitivity("sensitivity of a rotor", scene(place, *rotor), scene(place/"changed", *rotor, "--speed", "3100"), 10)
         for options in ([], ["--formulation", "quadratic", "--certify"], ["--formulation", "damped-constrained"],
                         ["--band", "0.2,1"]):
