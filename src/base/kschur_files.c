@@ -9,6 +9,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 /* Of a path with what is put behind it; of what stays of a name when that is done. */
@@ -129,6 +130,15 @@ int kschur_reserve(const char *path, long long bytes)
    failure = posix_fallocate(file, 0, (off_t)bytes);
    close(file);
    return failure == EOPNOTSUPP || failure == EINVAL ? 0 : failure;
+}
+
+/* 0: the file system of a folder has no room for so many bytes more. */
+int kschur_has_room(const char *path, long long bytes)
+{
+   struct statvfs status;
+
+   if (statvfs(path, &status) != 0) return 1;
+   return (double)bytes <= (double)status.f_bavail*(double)status.f_frsize;
 }
 
 /* Removes what kschur_stage made, with all that is in it. */

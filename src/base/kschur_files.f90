@@ -4,9 +4,11 @@ module kschur_files
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_null_char, c_size_t
    use kschur_error, only: error_type, new_error, error_file
    use kschur_kinds, only: long
+   use kschur_text, only: text
    implicit none
    private
-   public :: staging_type, check_length, is_link, kind_of_file, last_reason, make_folder, remove_file, system_reason
+   public :: staging_type, check_length, is_link, kind_of_file, last_reason, make_folder, remove_file, require_space, &
+      system_reason
 
    !> What `kind_of_file` answers.
    integer(c_int), parameter, public :: no_file = 0, regular_file = 1, folder = 2, pipe_or_device = 3
@@ -75,6 +77,12 @@ module kschur_files
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*)
       end function c_remove
+
+      integer(c_int) function c_has_room(path, bytes) bind(c, name="kschur_has_room")
+         import :: c_char, c_int, c_long_long
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_long_long), value :: bytes
+      end function c_has_room
 
       integer(c_int) function c_mkdir(path, mode) bind(c, name="mkdir")
          import :: c_char, c_int
@@ -216,6 +224,17 @@ contains
 
       is_link = c_readlink(path//c_null_char, target, 1_c_size_t) >= 0
    end function is_link
+
+   !> Fails where a folder has no room for so many bytes more; where nobody knows, nothing happens.
+   subroutine require_space(path, bytes, error)
+      character(len=*), intent(in) :: path
+      integer(long), intent(in) :: bytes
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (allocated(error)) return
+      if (c_has_room(path//c_null_char, int(bytes, c_long_long)) == 0) call new_error(error, error_file, &
+         "the disk has no room for "//text(bytes)//" bytes")
+   end subroutine require_space
 
    !> Creates a folder; nothing happens where it exists, or where its parent
    !> does not: writing into it will fail then.

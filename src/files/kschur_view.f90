@@ -1,8 +1,8 @@
 !> The modes of a result as a folder of files for ParaView.
 module kschur_view
    use kschur_error, only: error_type, add_context, new_error, error_usage
-   use kschur_files, only: make_folder, staging_type
-   use kschur_kinds, only: wp
+   use kschur_files, only: make_folder, require_space, staging_type
+   use kschur_kinds, only: long, wp
    use kschur_mesh, only: mesh_type
    use kschur_result, only: modal_result_type
    use kschur_text, only: text
@@ -11,6 +11,8 @@ module kschur_view
    private
    public :: write_view
 
+   !> A period has no more frames.
+   integer, parameter, public :: most_frames = 10000
    integer, parameter :: name_length = 40
 
 contains
@@ -32,6 +34,10 @@ contains
       character(len=name_length) :: names(size(modes)), files(size(modes))
       integer :: k
 
+      if (frames < 0 .or. frames > most_frames) then
+         call new_error(error, error_usage, "a period has from 0 to "//text(most_frames)//" frames, not "//text(frames))
+         return
+      end if
       if (.not. allocated(result%mesh)) then
          call new_error(error, error_usage, "the problem did not say where its unknowns stand: it needs /coordinates")
          return
@@ -44,27 +50,31 @@ contains
          call write_vtu(result%mesh, result%eigenvectors(:, modes(k):modes(k)), names(k:k), &
             staging%path//"/"//trim(files(k)), error)
          if (frames > 0) call write_motion(result%mesh, result%eigenvectors(:, modes(k)), frames, amplitude, &
-            staging%path, trim(names(k)), error)
+            staging%path, trim(names(k)), size(modes) - k + 1, error)
       end do
       call write_pvd(files, real(modes, wp), staging%path//"/modes.pvd", error)
       call staging%finish(error)
       call add_context(error, folder)
    end subroutine write_view
 
-   subroutine write_motion(mesh, shape, frames, amplitude, folder, name, error)
+   subroutine write_motion(mesh, shape, frames, amplitude, folder, name, motions, error)
       type(mesh_type), intent(in) :: mesh
       complex(wp), intent(in) :: shape(:)
       integer, intent(in) :: frames
       real(wp), intent(in) :: amplitude
       character(len=*), intent(in) :: folder, name
+      !> How many like it are to be written, with this one.
+      integer, intent(in) :: motions
       type(error_type), allocatable, intent(inout) :: error
       complex(wp), parameter :: i = (0.0_wp, 1.0_wp)
       real(wp), parameter :: two_pi = 8*atan(1.0_wp)
       complex(wp), allocatable :: moved(:, :)
       character(len=name_length) :: files(frames)
       real(wp) :: extent
+      integer(long) :: bytes
       integer :: k
 
+      if (allocated(error)) return
       call mesh%displacements(shape, moved)
       extent = norm2(maxval(mesh%coordinates, 2) - minval(mesh%coordinates, 2))
       if (largest_displacement(moved) > 0) &
@@ -72,6 +82,10 @@ contains
       do k = 1, frames
          files(k) = name//"_"//text(k)//".vtu"
          call write_vtu_frame(mesh, real(exp(i*two_pi*(k - 1)/frames)*moved, wp), folder//"/"//trim(files(k)), error)
+         if (allocated(error)) return
+         ! Frames are of one length, but for a few digits.
+         if (k == 1) inquire (file=folder//"/"//trim(files(k)), size=bytes)
+         if (k == 1) call require_space(folder, bytes*(int(frames, long)*motions - 1), error)
       end do
       call write_pvd(files, [(real(k - 1, wp)/frames, k=1, frames)], folder//"/"//name//".pvd", error)
    end subroutine write_motion

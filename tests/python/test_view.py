@@ -110,6 +110,17 @@ def test_picture(folder):
           and not list(folder.glob("*nonsense*")) and not list(folder.glob(".*")), done)
 
 
+def test_frames(folder):
+    """More frames than a period may have are refused before anything is written, and so are more than the disk has room for."""
+    matrices, mesh, _ = lattice()
+    run("solve", write(folder/"own.h5", matrices, mesh), "--modes", 1, "--output", folder/"modes.h5")
+    before = sorted(folder.iterdir())
+    for frames in (10001, 1000000000, 2147483647):
+        done = run("view", folder/"modes.h5", "--output", folder/"many", "--frames", frames)
+        check(f"{frames} frames: are refused", done.returncode == 1 and f"from 0 to 10000 frames, not {frames}" in done.stderr, done)
+    check("frames: nothing is left", sorted(folder.iterdir()) == before)
+
+
 def test_cells_and_order(folder):
     matrices, _, _ = lattice()
     matrices = {name: matrix[:36, :36].tocsr() for name, matrix in matrices.items()}
@@ -187,7 +198,7 @@ def test_scenes(folder):
                     check(f"{scene}: a rotation keeps the ties", abs(matrix(file, "constraints") @ turn).max() < 1e-9)
 
 
-tests = [test_own_model, test_cells_and_order, test_refusals, test_scenes]
+tests = [test_own_model, test_frames, test_cells_and_order, test_refusals, test_scenes]
 if "--without-picture" not in sys.argv:
     tests.append(test_picture)
 for test in tests:
