@@ -56,6 +56,21 @@ static void prepare_child(double seconds, double bytes)
    limit_memory(bytes);
 }
 
+/* A pipe whose ends are none of the standard descriptors, which may be closed: the child writes to these. */
+static int open_pipe(int ends[2])
+{
+   int low[2], ready;
+
+   if (pipe(low) != 0) return 0;
+   for (int i = 0; i < 2; i++) ends[i] = fcntl(low[i], F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+   ready = ends[0] >= 0 && ends[1] >= 0;
+   for (int i = 0; i < 2; i++) {
+      close(low[i]);
+      if (!ready && ends[i] >= 0) close(ends[i]);
+   }
+   return ready;
+}
+
 /* Whether `size` bytes came before the end. */
 static int receive(int from, void *where, size_t size)
 {
@@ -78,7 +93,7 @@ int kschur_try(void (*attempt)(void *context, int *code, char *message), void *c
    int ends[2], whole;
    pid_t child;
 
-   if (pipe(ends) != 0) return 2;
+   if (!open_pipe(ends)) return 2;
    child = fork();
    if (child == 0) {
       prepare_child(seconds, bytes);

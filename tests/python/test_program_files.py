@@ -169,6 +169,16 @@ def test_lost_output(folder):
           and kschur("info", output).returncode == 0, run)
 
 
+def test_closed_descriptors(folder):
+    """With two of the standard descriptors closed a sound file is read, and what is written is whole."""
+    problem, output = folder / "undamped.h5", folder / "closed.h5"
+    for how, status in (("<&- 2>&-", 0), ("<&- >&-", 4), (">&- 2>&-", 4), ("<&- >&- 2>&-", 4)):
+        output.unlink(missing_ok=True)
+        run = run_without_output(how, "solve", problem, "--modes", 3, "--output", output)
+        check(f"{how}: exit status {status}", run.returncode == status, (run.returncode, run.stderr))
+        check(f"{how}: the result is whole", kschur("info", output).returncode == 0)
+
+
 def test_matrices_that_cannot_be_read(folder):
     for name, link in (("R", "nowhere"), ("Cq", "nowhere"), ("R", "R.mtx")):
         bad = write_problem(folder / f"broken-{name}-{link}", M=np.eye(3), K=np.eye(3))
@@ -362,4 +372,4 @@ def test_messages(folder):
 run_tests(
     test_scenes, test_csv, test_result_file, test_output_that_cannot_be_written, test_output_in_shared_memory,
     test_output_never_replaces_the_problem,
-    test_lost_output, test_matrices_that_cannot_be_read, test_bad_input, test_triplets_and_pipes, test_halves, test_messages)
+    test_lost_output, test_closed_descriptors, test_matrices_that_cannot_be_read, test_bad_input, test_triplets_and_pipes, test_halves, test_messages)
