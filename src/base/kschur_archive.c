@@ -1,4 +1,5 @@
-/* A file of 8-byte words with their checksum as the last one: written and read front to back. */
+/* A file of 8-byte words, the last one the checksum of all others and of how many bytes these take: written and read front
+ * to back. */
 #define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <stdint.h>
@@ -13,7 +14,7 @@ static const uint64_t beginning = UINT64_C(14695981039346656037);
 
 struct archive {
    FILE *file;
-   uint64_t sum;
+   uint64_t sum, bytes;
    int saving;
 };
 
@@ -35,10 +36,16 @@ uint64_t kschur_checksum(uint64_t sum, const void *words, size_t bytes)
    return kschur_checksum(sum, &word, sizeof word);
 }
 
-/* Whether the last word is the checksum of all before it: 0, or `damaged`. */
+/* What stands at the end. Without the number of bytes the sum would be zero behind itself, and stay so behind zeros. */
+static uint64_t closing_sum(uint64_t sum, uint64_t bytes)
+{
+   return kschur_checksum(sum, &bytes, sizeof bytes);
+}
+
+/* Whether the last word is that of all before it: 0, or `damaged`. */
 static int verify(FILE *file)
 {
-   uint64_t buffer[8192], sum = beginning, last = 0;
+   uint64_t buffer[8192], sum = beginning, last = 0, bytes = 0;
    size_t count;
    int words = 0;
 
@@ -48,9 +55,10 @@ static int verify(FILE *file)
       words = 1;
       sum = kschur_checksum(sum, buffer, count - sizeof last);
       last = buffer[count/sizeof last - 1];
+      bytes += count;
    }
    if (ferror(file)) return errno;
-   return words && sum == last ? 0 : damaged;
+   return words && closing_sum(sum, bytes - sizeof last) == last ? 0 : damaged;
 }
 
 /* NULL: `failure` says why, by a number of errno or as `damaged`. */
@@ -61,6 +69,7 @@ void *kschur_archive_open(const char *path, int saving, int *failure)
    *failure = ENOMEM;
    if (a == NULL) return NULL;
    a->sum = beginning;
+   a->bytes = 0;
    a->saving = saving;
    a->file = fopen(path, saving ? "wb" : "rb");
    *failure = a->file == NULL ? errno : 0;
@@ -82,6 +91,7 @@ int kschur_archive_carry(void *address, void *words, size_t bytes)
    errno = 0;
    if (a->saving) {
       a->sum = kschur_checksum(a->sum, words, bytes);
+      a->bytes += bytes;
       if (fwrite(words, 1, bytes, a->file) != bytes) return errno ? errno : EIO;
    } else if (fread(words, 1, bytes, a->file) != bytes) {
       return errno ? errno : damaged;
@@ -92,10 +102,11 @@ int kschur_archive_carry(void *address, void *words, size_t bytes)
 int kschur_archive_close(void *address)
 {
    struct archive *a = address;
+   uint64_t sum = closing_sum(a->sum, a->bytes);
    int failure = 0;
 
    errno = 0;
-   if (a->saving && fwrite(&a->sum, 1, sizeof a->sum, a->file) != sizeof a->sum) failure = errno ? errno : EIO;
+   if (a->saving && fwrite(&sum, 1, sizeof sum, a->file) != sizeof sum) failure = errno ? errno : EIO;
    if (fclose(a->file) != 0 && failure == 0) failure = errno;
    free(a);
    return failure;

@@ -78,7 +78,7 @@ def with_checksum(data):
     """The same words with the checksum that belongs to them."""
     words = np.frombuffer(data, "u8")[:-1]
     total, prime, mask = 14695981039346656037, 1099511628211, 2**64 - 1
-    for word in words.tolist():
+    for word in [*words.tolist(), words.nbytes]:
         total = (total ^ word)*prime & mask
         total ^= total >> 32
     return words.tobytes() + total.to_bytes(8, "little")
@@ -105,6 +105,10 @@ def test_refused(folder, checkpoint, problem, other, *options):
     refused("of another version", damaged, says="not a checkpoint of this version")
     damaged.write_bytes(data + b"12345678")
     refused("something behind it", damaged)
+    # The checksum of what ends with its own checksum was zero once.
+    for length in (1, 8, 16, 65536, 65536 - len(data)%65536 + 8):
+        damaged.write_bytes(data + bytes(length))
+        refused(f"{length} zeros behind it", damaged)
     refused("a problem in its place", problem)
     refused("no file", folder/"none")
     refused("a folder", folder)
