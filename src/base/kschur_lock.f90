@@ -17,11 +17,10 @@ module kschur_lock
          integer(c_int), value :: lock
       end function c_acquire
 
-      !> Gives the lock back.
-      subroutine release_lock(lock) bind(c, name="kschur_release_lock")
+      subroutine c_release(lock) bind(c, name="kschur_release_lock")
          import :: c_int
          integer(c_int), value :: lock
-      end subroutine release_lock
+      end subroutine c_release
    end interface
 
 contains
@@ -37,4 +36,12 @@ contains
       status = c_acquire(lock)
       if (present(held)) held = status /= 0
    end subroutine acquire_lock
+
+   !> Gives the lock back.
+   subroutine release_lock(lock)
+      !> One of `lock_*`.
+      integer(c_int), intent(in) :: lock
+
+      call c_release(lock)
+   end subroutine release_lock
 end module kschur_lock

@@ -1,7 +1,7 @@
 """Looks at what is installed: check_tree.py PREFIX SOURCE NM [FOLDER...]
 
 LICENSE is there, links of the documents lead to files that are there, symbols of static libraries begin with the library's
-name, and nothing names SOURCE, where it was built, unless it names a FOLDER that was given to CMake; these are looked at too.
+name, those that the Fortran library exports are of its modules, and nothing names SOURCE, where it was built, unless it names a FOLDER that was given to CMake; these are looked at too.
 """
 import re
 import subprocess
@@ -19,6 +19,13 @@ for path in files:
         content = content.replace(folder.encode(), b"").replace(folder.replace(" ", "\\ ").encode(), b"")
     if source.encode() in content:
         problems.append(f"{path} names {source}")
+    if path.name == "libkschur.so":
+        listed = subprocess.run([nm, "--dynamic", "--defined-only", "--format=posix", path], capture_output=True, text=True,
+                                check=True).stdout
+        names = set(re.findall(r"^(\S+) [A-Za-z] ", listed, re.M))
+        foreign = sorted(name for name in names if not name.startswith("__kschur"))
+        if foreign or not names:
+            problems.append(f"{path} exports {len(names)} symbols, among them {foreign[:5]}")
     if path.suffix == ".a":
         listed = subprocess.run([nm, "--extern-only", "--defined-only", "--format=posix", path], capture_output=True, text=True,
                                 check=True).stdout
