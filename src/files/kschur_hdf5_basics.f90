@@ -272,31 +272,37 @@ contains
       end if
    end subroutine check_class
 
-   ! Whether a compound has the members r and i, which are numbers, within it and beside each other.
+   ! Whether a compound has the members r and i, which are numbers of one type, within it and beside each other.
    logical function is_complex(type)
       integer(hid_t), intent(in) :: type
       integer(c_size_t) :: whole, first(2), bytes(2)
-      integer(hid_t) :: member
-      integer :: i, place, status(4)
-      logical :: is_number
+      integer(hid_t) :: member(2)
+      integer :: i, place, status
+      logical :: are_equal
 
       is_complex = .false.
+      member = -1
+      whole = 0
       do i = 1, 2
          ! HDF5 leaves it as it is where there is no such member.
          place = -1
-         call h5tget_member_index_f(type, "ri"(i:i), place, status(1))
-         if (place < 0 .or. status(1) < 0) return
-         call h5tget_member_offset_f(type, place, first(i), status(1))
-         call h5tget_member_type_f(type, place, member, status(2))
-         if (minval(status(:2)) < 0) return
-         is_number = is_ieee(member)
-         call h5tget_size_f(member, bytes(i), status(3))
-         call h5tclose_f(member, status(4))
-         if (minval(status) < 0 .or. .not. is_number) return
+         call h5tget_member_index_f(type, "ri"(i:i), place, status)
+         if (place < 0 .or. status < 0) exit
+         call h5tget_member_offset_f(type, place, first(i), status)
+         if (status == 0) call h5tget_member_type_f(type, place, member(i), status)
+         if (status == 0) call h5tget_size_f(member(i), bytes(i), status)
+         if (status < 0) exit
+         if (.not. is_ieee(member(i))) exit
       end do
-      call h5tget_size_f(type, whole, status(1))
-      is_complex = status(1) == 0 .and. all(first >= 0 .and. first + bytes <= whole) .and. &
-         (first(1) + bytes(1) <= first(2) .or. first(2) + bytes(2) <= first(1))
+      if (i > 2) then
+         call h5tequal_f(member(1), member(2), are_equal, status)
+         if (status == 0) call h5tget_size_f(type, whole, status)
+         is_complex = status == 0 .and. are_equal .and. all(first >= 0 .and. first + bytes <= whole) .and. &
+            (first(1) + bytes(1) <= first(2) .or. first(2) + bytes(2) <= first(1))
+      end if
+      do i = 1, 2
+         if (member(i) >= 0) call h5tclose_f(member(i), status)
+      end do
    end function is_complex
 
    ! Whether an integer has a size that there is, and its bits lie in its bytes.
