@@ -467,6 +467,14 @@ def test_wrong_usage(folder):
             (["solve", problem, "--inner", "ldl", "--formulation", "damped-constrained"], "ldl", "complex"),
             (["solve", DATA / "random_unsymmetric", "--inner", "ldl", "--shift", "0.1"], "ldl", "unsymmetric"),
             (["solve", problem, "--block", "0"], "--block", "at least 1", "auto", "0"),
+            *[([command, problem, option, "2147483647"], "must be at most 10000000")
+              for command in ("solve", "compare") for option in ("--modes", "--subspace", "--block")],
+            (["solve", problem, "--modes", "10000001"], "number of modes is 10000001"),
+            (["sensitivity", problem, problem, "--modes", "2147483647"], "must be at most 10000000"),
+            (["sweep", problem, problem, "--subspace", "2147483647"], "must be at most 10000000"),
+            (["sweep", "spring-chain", "--vary", "mass=1:2:2147483647"], "two to 10000 points"),
+            (["response", problem, "--input", "1", "--frequencies", "1:2:2147483647"], "two to 1000000 points"),
+            (["solve", problem, "--threads", "2147483647"], "number of threads", "at most 4096"),
             (["scene", "castle", "--output", folder / "c.h5"], "castle", "beam-body"), (["scene", "grid"], "--output"),
             (["scene", "rotor", "--speed", "1", "--speed", "2", "--output", folder / "c.h5"], "--speed", "twice"),
             (["scene", "rotor", "--elements", "3", "--output", folder / "c.h5"], "--elements", "even", "'3'"),
@@ -479,6 +487,35 @@ def test_wrong_usage(folder):
             *[(["scene", name, "--colour", "red", "--output", folder / "c.h5"], "--colour", "only") for name in SCENES],
             (["scene", "grid", "--cells", "0x0", "--output", folder / "c.h5"], "--cells")):
         check_refused(" ".join(os.path.basename(str(word)) for word in words) or "no words", 1, kschur(*words), *named)
+
+
+def test_far_units(folder):
+    """An exponent of three digits keeps its letter; what would overflow when it is multiplied is refused, and named."""
+    tiny = write_problem(folder/"tiny", M=[[1e70]], K=[[1.0]], R=[[1e-70]])
+    run = kschur("solve", tiny, "--modes", 1)
+    numbers = re.findall(r"-?[0-9.]+E[-+]?[0-9]{3}", run.stdout)
+    check("three digits: with their letter", run.returncode == 0 and "-5.000000E-141" in run.stdout and
+          not re.search(r"[0-9][-+][0-9]", run.stdout), run.stdout)
+    check("three digits: they read back", numbers and all(float(number) < 1e-99 for number in numbers), run.stdout)
+    for name, value in (("M", 1e308), ("M", 1e300), ("K", -1e76), ("R", 1e-76), ("Cq", 1e200)):
+        matrices = {"M": [[2.0, 1.0], [1.0, 2.0]], "K": [[2.0, -1.0], [-1.0, 2.0]], "R": [[0.0, 0.0], [0.0, 0.0]], "Cq": [[1.0, 1.0]]}
+        matrices[name] = [row.copy() for row in matrices[name]]
+        matrices[name][-1][-1] = value
+        run = kschur("solve", write_problem(folder/f"far_{name}_{value}", **matrices), "--modes", 1, "--symmetric", "no")
+        check_refused(f"{name} with {value}", 2, run, "choose other units", f"({len(matrices[name])}, 2)")
+    # Rounding beside others stays what it is.
+    rounding = {"M": [[1.0, 1e-90], [1e-90, 1.0]], "K": [[2.0, -1.0], [-1.0, 2.0]]}
+    result, _ = solve(write_problem(folder/"rounding", **rounding), "--modes", 2)
+    check_values("rounding of 1e-90", eigenvalues(result), [1j, 3**0.5*1j])
+
+
+def test_a_huge_damper(folder):
+    """Rounding of a damper that is 1e20 times as strong as all else makes no chain of states without end."""
+    grid = folder/"huge_damper"
+    kschur("scene", "grid", "--cells", "8x5", "--damping", "none", "--output", grid)
+    n = int((grid/"M.mtx").read_text().splitlines()[1].split()[0])
+    (grid/"R.mtx").write_text(f"%%MatrixMarket matrix coordinate real general\n{n} {n} 1\n701 701 1e20\n")
+    check_refused("a damper of 1e20", 4, kschur("solve", grid, "--modes", 5), "entries far above all others")
 
 
 def test_arpack(folder):
@@ -603,4 +640,4 @@ run_tests(
     test_band, test_rigid_modes, test_rigid_decay, test_notes, test_inaccurate, test_certify, test_left,
     test_left_vectors_in_uneven_units, test_info,
     test_presolve_option, test_restarts_run_out, test_more_modes_than_exist, test_arpack, test_compare,
-    test_wrong_usage, test_waiting_threads, test_progress)
+    test_wrong_usage, test_far_units, test_a_huge_damper, test_waiting_threads, test_progress)
