@@ -3,7 +3,7 @@ module kschur_backward_error
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
-   use kschur_penalties, only: norm_of_rest
+   use kschur_penalties, only: damping_penalties, norm_without, stiffness_penalties
    use kschur_problem, only: modal_problem_type
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
@@ -141,8 +141,10 @@ contains
       type(modal_problem_type), intent(in) :: problem
       real(wp) :: norms(4)
 
-      norms = [problem%mass%infinity_norm(), norm_of_rest(problem%damping, problem%mass), &
-         norm_of_rest(problem%stiffness, problem%mass), problem%constraints%infinity_norm()]
+      associate (mass => problem%mass, damping => problem%damping, stiffness => problem%stiffness)
+         norms = [mass%infinity_norm(), norm_without(damping, damping_penalties(damping, stiffness, mass)), &
+            norm_without(stiffness, stiffness_penalties(stiffness, mass)), problem%constraints%infinity_norm()]
+      end associate
    end function norms_of
 
    !> |lambda|^2 ||M|| + |lambda| ||R|| + ||K||, the measure of residuals.
