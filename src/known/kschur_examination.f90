@@ -9,7 +9,7 @@ module kschur_examination
    use kschur_error, only: error_type, error_singular, new_error
    use kschur_kinds, only: wp
    use kschur_magnitudes, only: add_magnitudes
-   use kschur_mass, only: is_dominant
+   use kschur_mass, only: is_definite
    use kschur_null_space, only: find_null_space, null_space_type
    use kschur_options, only: formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero, &
       formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped
@@ -184,7 +184,8 @@ contains
             if (allocated(error)) return
          end if
          if (count(.not. problem%mass%row_maxima() > 0) > most_massless) return
-         deflation%infinite_is_known = problem%symmetric .and. is_dominant(problem%mass)
+         deflation%infinite_is_known = problem%symmetric
+         if (problem%symmetric) deflation%infinite_is_known = is_definite(problem%mass)
          if (deflation%infinite_is_known) return
          call find_null_space(massless, problem, problem%mass, inner, effort, error)
          if (allocated(error)) return

@@ -16,7 +16,7 @@ module kschur_ldl
    use kschur_symbolic, only: analyze, symbolic_type
    use kschur_text, only: text
    use kschur_threads, only: panel_rows
-   use kschur_tolerances, only: cancelled, rounding_of_sums
+   use kschur_tolerances, only: cancelled, rounding_of_sums, visible_pivot
    implicit none
    private
    public :: ldl_real_type
@@ -76,8 +76,9 @@ contains
       if (.not. allocated(error)) then
          started = clock()
          if (associated(self%last)) call self%last%take_room(self%factors%lower)
-         call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error, self%monitor)
-         if (.not. allocated(error)) call examine_pivots(self, matrix, structure%multipliers, error)
+         call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error, self%monitor, &
+            merge(visible_pivot, 0.0_wp, structure%singular))
+         if (.not. allocated(error)) call examine_pivots(self, matrix, structure, error)
          call require_memory(right_hand_sides*real_bytes*matrix%rows, "right-hand sides", error)
          self%factorize_seconds = seconds_since(started)
       end if
@@ -100,16 +101,16 @@ contains
    end subroutine estimate
 
    ! Their signs and sizes.
-   subroutine examine_pivots(self, matrix, multipliers, error)
+   subroutine examine_pivots(self, matrix, structure, error)
       class(ldl_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: multipliers
+      type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
       ! Below this part of its diagonal entry a pivot is what rounding left. Quasi-definite factors grow
       ! with the reciprocal of the smallest.
       real(wp), allocatable :: diagonal(:)
 
-      associate (pivot => self%factors%pivot, order => self%symbolic%order)
+      associate (pivot => self%factors%pivot, order => self%symbolic%order, multipliers => structure%multipliers)
          allocate (diagonal, source=matrix%diagonal())
          if (.not. all(abs(pivot) > merge(cancelled, rounding_of_sums, self%quasi_definite)*abs(diagonal(order)))) then
             call new_error(error, error_singular, "a pivot of the matrix is zero")
@@ -117,7 +118,7 @@ contains
             call new_error(error, error_library, "the matrix is not quasi-definite")
          else if (self%quasi_definite .and. any(pivot > 0 .and. order > matrix%rows - multipliers)) then
             call new_error(error, error_singular, "a pivot of the matrix is zero to rounding")
-         else if (.not. self%quasi_definite .and. any(pivot > 0) .and. any(pivot < 0)) then
+         else if (.not. (self%quasi_definite .or. structure%singular) .and. any(pivot > 0) .and. any(pivot < 0)) then
             call new_error(error, error_library, "the matrix is indefinite")
          end if
          if (allocated(error)) return

@@ -25,7 +25,7 @@ contains
    !> Factors a symmetric matrix, of which it reads one half. Goes no further than a pivot that is zero, or not a
    !> number: those that depend on it are zero. With a `side`, each pivot is moved downwards (-1) or upwards (1) by as much
    !> as rounding may do.
-   subroutine eliminate(matrix, symbolic, subtrees, side, factors, error, monitor)
+   subroutine eliminate(matrix, symbolic, subtrees, side, factors, error, monitor, least)
       type(csr_matrix_type), target, intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), target, intent(in) :: subtrees
@@ -35,6 +35,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Asked between parts of the tree, and between supernodes above its leaves: its end is an error.
       class(monitor_type), optional, intent(inout) :: monitor
+      !> The least size of a pivot: a smaller one becomes as large. Absent: 0.
+      real(wp), optional, intent(in) :: least
       type(elimination_type) :: shared
       type(panel_type), allocatable :: panels(:)
       type(workspace_type), allocatable :: work(:)
@@ -44,6 +46,7 @@ contains
 
       allocate (panels(team_size()), work(team_size()), stat=status)
       if (status == 0) call make_room(symbolic, side, factors, panels, work, status)
+      if (present(least)) panels%enclosure%least = least
       if (status == 0) call share(matrix, symbolic, subtrees, side, shared, status)
       if (status /= 0) then
          call new_error(error, error_memory, "no memory for the LDL^T factors")

@@ -84,7 +84,7 @@ contains
             others(i) = rest_beside(modes, found, i, same_value) > dependent_state
          end do
          call keep_pairs(found, others)
-         call judge_pairs(s%work, wanted_type(target=s%options%target, reference=abs(s%shift)), found, more)
+         call judge_pairs(s%work, wanted_type(target=s%options%target, reference=s%reference()), found, more)
          call modes%append(more)
       end if
       ! Infinite eigenvalues that rounding blurred, or modes. Beyond the furthest of all that are wanted they do not matter.

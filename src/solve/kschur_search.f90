@@ -137,7 +137,7 @@ contains
          if (allocated(error)) return
          call append_pairs(pairs, s%contract(s%known%rigid))
          call judge_pairs(s%work, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
-            size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
+            size(s%known%rigid%lambda), s%reference(), reach), pairs, modes)
          missing = s%options%modes - size(modes%lambda)
          ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
             round == rounds .or. missing >= before
@@ -187,7 +187,7 @@ contains
       call move_alloc(s%transform, first)
       call s%begin_step()
       shift = s%shift
-      scale = abs(shift)
+      scale = s%reference()
       do i = 1, size(steps)
          if (modes%found >= s%known%total%number) exit
          if (steps(i) > 1 .and. off*steps(i)*scale > beyond_all*highest(s%work)) cycle
@@ -294,7 +294,7 @@ contains
       if (eigenvalues_of(aside%lambda, spread(.true., 1, size(aside%lambda))) /= 1) return
       if (any(backward_errors(s%work, aside) > inaccurate_above)) return
       allocate (aside%paired(1), source=.false.)
-      call add_pairs(s, aside, abs(s%shift), modes)
+      call add_pairs(s, aside, s%reference(), modes)
       modes%unsure = .true.
       call s%add_note("an eigenvalue may be anything by its error bound; that there is one more than the others is known")
    end subroutine take_back
