@@ -3,6 +3,7 @@ module kschur_scenes
    use kschur, only: error_type, error_usage, modal_problem_type, new_error
    use scene_assembly, only: assembly_type
    use scene_beam_body, only: beam_body_options, build_beam_body
+   use scene_block, only: block_options, build_block
    use scene_brake, only: brake_options, build_brake
    use scene_cantilever, only: build_cantilever, cantilever_options
    use scene_crank, only: build_crank, crank_options
@@ -19,8 +20,8 @@ module kschur_scenes
    public :: build_scene, scene_help, unknown_scene
 
    !> The scenes there are.
-   character(len=*), parameter, public :: scene_names(11) = [character(len=12) :: &
-      "beam-body", "brake", "cantilever", "crank", "free-free", "grid", "linkage", "pendulum", "rotor", &
+   character(len=*), parameter, public :: scene_names(12) = [character(len=12) :: &
+      "beam-body", "block", "brake", "cantilever", "crank", "free-free", "grid", "linkage", "pendulum", "rotor", &
       "spring-chain", "turbine"]
 
 contains
@@ -76,6 +77,8 @@ contains
       select case (name)
       case ("beam-body")
          options = beam_body_options()
+      case ("block")
+         options = block_options()
       case ("brake")
          options = brake_options()
       case ("cantilever")
@@ -108,6 +111,8 @@ contains
       select case (name)
       case ("beam-body")
          call build_beam_body(options, assembly, error)
+      case ("block")
+         call build_block(options, assembly, error)
       case ("brake")
          call build_brake(options, assembly, error)
       case ("cantilever")
