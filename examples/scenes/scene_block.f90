@@ -19,8 +19,6 @@ module scene_block
    private
    public :: add_block, block_options, block_type, build_block
 
-   !> Young's modulus (Pa), Poisson's ratio, density (kg/m^3).
-   real(wp), parameter :: youngs_modulus = 2.1e11_wp, poisson_ratio = 0.3_wp, density = 7850
    !> alpha (1/s) and beta (s), and beta of the half that is damped otherwise.
    real(wp), parameter :: alpha = 10, beta = 1.0e-6_wp, other_beta = 5.0e-6_wp
    !> Of the dashpot, N s/m.
@@ -31,6 +29,8 @@ module scene_block
    !> A box of equal cells, the middle of its first face at a place of the x axis.
    type :: block_type
       type(cell_type) :: cell
+      !> Young's modulus (Pa), Poisson's ratio, density (kg/m^3): those of steel.
+      real(wp) :: youngs_modulus = 2.1e11_wp, poisson_ratio = 0.3_wp, density = 7850
       !> Number of cells and edges (m) along x, y, z.
       integer :: cells(3)
       real(wp) :: edges(3)
@@ -107,7 +107,7 @@ contains
       end if
    end subroutine build_block
 
-   !> Adds a block of steel.
+   !> Adds a block.
    subroutine add_block(assembly, block, rayleigh, speed)
       type(assembly_type), intent(inout) :: assembly
       type(block_type), intent(in) :: block
@@ -119,9 +119,9 @@ contains
       real(wp), dimension(size(block%cell%at), size(block%cell%at)) :: mass, stiffness, turning, pulled
       integer :: places(3, size(block%cell%at, 2)), i, j, k, c, half
 
-      inertia = block%cell%mass(density)
+      inertia = block%cell%mass(block%density)
       mass = in_space(inertia, identity)
-      stiffness = block%cell%stiffness(youngs_modulus, poisson_ratio)
+      stiffness = block%cell%stiffness(block%youngs_modulus, block%poisson_ratio)
       turning = in_space(inertia, 2*speed*skew(axis))
       do k = 0, block%cells(3) - 1
          do j = 0, block%cells(2) - 1
@@ -153,7 +153,7 @@ contains
          stress = 0
          do d = 2, 3
             associate (from_middle => at(d)*block%edges(d)/block%cells(d) + block%cell%position(d, :) - block%edges(d)/2)
-               stress(d, :) = density*speed**2/2*((block%edges(d)/2)**2 - from_middle**2)
+               stress(d, :) = block%density*speed**2/2*((block%edges(d)/2)**2 - from_middle**2)
             end associate
          end do
       end function stresses

@@ -1,6 +1,6 @@
-!> Cells of a box, of eight-node bricks or ten-node tetrahedra, integrated at points: mass and stiffness are consistent, and
-!> exact but for the stiffness of a brick, which as usual has two points along each edge (Zienkiewicz and Taylor, The Finite
-!> Element Method, 5th edition, volume 1, sections 8.7 to 8.10).
+!> Cells of a box, of eight-node bricks or ten-node tetrahedra (Zienkiewicz and Taylor, The Finite Element Method, 5th edition,
+!> volume 1, chapter 8). They are integrated at as many points as make stiffness and consistent mass exact: two along each
+!> edge of a brick, four of a cube that collapses to a tetrahedron.
 module scene_cell
    use kschur, only: vtk_hexahedron, vtk_quadratic_tetrahedron, wp
    use scene_solid, only: cell_corners, shape_gradients, tetrahedra
@@ -71,11 +71,18 @@ contains
       real(wp), intent(in) :: edges(3)
       type(cell_type) :: cell
       integer, parameter :: nodes = 27, points = 6*size(four_points)**3
-      integer :: at_corners(3, 4), n, t, e, i, j, k, p
+      integer :: at_corners(3, 4), t, e, i, j, k, p
 
       cell%steps = 2
       cell%kind = vtk_quadratic_tetrahedron
-      allocate (cell%at, source=reshape([(mod(n, 3), mod(n/3, 3), n/9, n=0, nodes - 1)], [3, nodes]))
+      allocate (cell%at(3, nodes))
+      do k = 0, 2
+         do j = 0, 2
+            do i = 0, 2
+               cell%at(:, 1 + i + 3*j + 9*k) = [i, j, k]
+            end do
+         end do
+      end do
       allocate (cell%element(10, 6), cell%position(3, points), cell%weight(points))
       allocate (cell%shape(nodes, points), cell%gradient(3, nodes, points), source=0.0_wp)
       p = 0
@@ -133,7 +140,7 @@ contains
       real(wp), intent(in) :: density
       real(wp) :: matrix(size(self%at, 2), size(self%at, 2))
 
-      matrix = density*matmul(self%shape*spread(self%weight, 1, size(self%at, 2)), transpose(self%shape))
+      matrix = integral(density*self%weight, self%shape, self%shape)
    end function mass
 
    pure function stiffness(self, youngs_modulus, poisson_ratio) result(matrix)
@@ -141,7 +148,7 @@ contains
       !> Young's modulus, Pa.
       real(wp), intent(in) :: youngs_modulus, poisson_ratio
       real(wp) :: matrix(3*size(self%at, 2), 3*size(self%at, 2))
-      real(wp) :: shear, first, products(size(self%at, 2), size(self%at, 2))
+      real(wp) :: shear, first, of_slopes(size(self%at, 2), size(self%at, 2))
       integer :: i, j, k
 
       shear = youngs_modulus/(2*(1 + poisson_ratio))
@@ -149,14 +156,12 @@ contains
       matrix = 0
       do j = 1, 3
          do i = 1, 3
-            ! Of the gradients along i and j.
-            products = matmul(self%gradient(i, :, :)*spread(self%weight, 1, size(products, 1)), &
-               transpose(self%gradient(j, :, :)))
-            matrix(i::3, j::3) = matrix(i::3, j::3) + first*products
-            matrix(j::3, i::3) = matrix(j::3, i::3) + shear*products
+            of_slopes = integral(self%weight, self%gradient(i, :, :), self%gradient(j, :, :))
+            matrix(i::3, j::3) = matrix(i::3, j::3) + first*of_slopes
+            matrix(j::3, i::3) = matrix(j::3, i::3) + shear*of_slopes
             if (i /= j) cycle
             do k = 1, 3
-               matrix(k::3, k::3) = matrix(k::3, k::3) + shear*products
+               matrix(k::3, k::3) = matrix(k::3, k::3) + shear*of_slopes
             end do
          end do
       end do
@@ -170,8 +175,19 @@ contains
 
       matrix = 0
       do d = 1, 3
-         matrix = matrix + matmul(self%gradient(d, :, :)*spread(self%weight*stress(d, :), 1, size(matrix, 1)), &
-            transpose(self%gradient(d, :, :)))
+         matrix = matrix + integral(self%weight*stress(d, :), self%gradient(d, :, :), self%gradient(d, :, :))
       end do
    end function stress_stiffness
+
+   ! Of products of functions, nodes x points.
+   pure function integral(weight, f, g) result(matrix)
+      real(wp), intent(in) :: weight(:), f(:, :), g(:, :)
+      real(wp) :: matrix(size(f, 1), size(g, 1))
+      integer :: p
+
+      matrix = 0
+      do p = 1, size(weight)
+         matrix = matrix + weight(p)*spread(f(:, p), 2, size(g, 1))*spread(g(:, p), 1, size(f, 1))
+      end do
+   end function integral
 end module scene_cell

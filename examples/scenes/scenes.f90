@@ -13,6 +13,7 @@ module kschur_scenes
    use scene_options, only: listed, options_type
    use scene_pendulum, only: build_pendulum, pendulum_options
    use scene_rotor, only: build_rotor, rotor_options
+   use scene_shell, only: build_shell, shell_options
    use scene_spring_chain, only: build_spring_chain, spring_chain_options
    use scene_turbine, only: build_turbine, turbine_options
    implicit none
@@ -20,9 +21,9 @@ module kschur_scenes
    public :: build_scene, scene_help, unknown_scene
 
    !> The scenes there are.
-   character(len=*), parameter, public :: scene_names(12) = [character(len=12) :: &
+   character(len=*), parameter, public :: scene_names(13) = [character(len=12) :: &
       "beam-body", "block", "brake", "cantilever", "crank", "free-free", "grid", "linkage", "pendulum", "rotor", &
-      "spring-chain", "turbine"]
+      "shell", "spring-chain", "turbine"]
 
 contains
 
@@ -95,6 +96,8 @@ contains
          options = pendulum_options()
       case ("rotor")
          options = rotor_options()
+      case ("shell")
+         options = shell_options()
       case ("spring-chain")
          options = spring_chain_options()
       case ("turbine")
@@ -129,6 +132,8 @@ contains
          call build_pendulum(options, assembly, error)
       case ("rotor")
          call build_rotor(options, assembly, error)
+      case ("shell")
+         call build_shell(options, assembly, error)
       case ("spring-chain")
          call build_spring_chain(options, assembly, error)
       case ("turbine")
