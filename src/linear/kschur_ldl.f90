@@ -1,5 +1,5 @@
-!> Direct solutions with real symmetric definite matrices by supernodal LDL^T, in the order of AMD: no pivoting, so that
-!> what is to be computed is known before.
+!> Direct solutions with real symmetric definite matrices by supernodal LDL^T: no pivoting, so that what is to be computed is
+!> known before.
 module kschur_ldl
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
