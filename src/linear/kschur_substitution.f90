@@ -85,7 +85,8 @@ contains
       end if
       !$omp parallel num_threads(size(work)) if (size(passed) > 1)
       !$omp master
-      do t = 1, size(passed)
+      do i = 1, size(passed)
+         t = subtrees%order(i)
          !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
          call climb(symbolic, subtrees, factors, t, y, work(thread_number()), passed)
          !$omp end task

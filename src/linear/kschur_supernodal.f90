@@ -41,7 +41,7 @@ contains
       type(workspace_type), allocatable :: work(:)
       ! A part waits for those that hang on it.
       logical :: turn(size(subtrees%root) + 1)
-      integer :: t, status
+      integer :: t, i, status
 
       allocate (panels(team_size()), work(team_size()), stat=status)
       if (status == 0) call make_room(symbolic, side, factors, panels, work, status)
@@ -52,7 +52,8 @@ contains
       end if
       !$omp parallel num_threads(size(work)) if (size(subtrees%root) > 1)
       !$omp master
-      do t = 1, size(subtrees%root)
+      do i = 1, size(subtrees%order)
+         t = subtrees%order(i)
          !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
          call eliminate_part(symbolic, t, shared, factors, panels(thread_number()), work, monitor)
          !$omp end task
