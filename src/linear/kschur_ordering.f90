@@ -140,7 +140,7 @@ contains
       operations = operations_of(graph, weight, rank)
       if (operations > solid_work*size(column)) then
          call dissect_nodes(graph, weight, size(weight), other, error)
-      else if (any(weight /= weight(1))) then
+      else if (size(vertex) > 2*size(weight) .and. any(weight /= weight(1))) then
          call order_by_unknowns(row_start, column, vertex, size(weight), other, error)
       else
          return
@@ -149,7 +149,8 @@ contains
       if (operations_of(graph, weight, other) < operations) call move_alloc(other, rank)
    end subroutine order_unconstrained
 
-   ! By minimum degree, which takes a vertex for one unknown, however many it has.
+   ! By minimum degree, which takes a vertex for one unknown, however many it has: where most unknowns share theirs, and some
+   ! do not, its degrees are far from those of the matrix.
    subroutine order_by_unknowns(row_start, column, vertex, vertices, rank, error)
       integer, intent(in) :: row_start(:), column(:), vertex(:), vertices
       integer, allocatable, intent(out) :: rank(:)
