@@ -72,7 +72,7 @@ contains
       unknowns = n - structure%multipliers
       allocate (vertex, source=structure%nodes(n))
       vertex(unknowns + 1:) = 0
-      nodes = maxval(vertex)
+      nodes = maxval([0, vertex])
       call merge_nodes(row_start, column, unknowns, nodes, vertex)
       vertices = nodes
       call quotient_graph(row_start, column, unknowns, vertices, vertex, graph, error)
@@ -140,7 +140,7 @@ contains
       operations = operations_of(graph, weight, rank)
       if (operations > solid_work*size(column)) then
          call dissect_nodes(graph, weight, size(weight), other, error)
-      else if (size(vertex) > 2*size(weight) .and. any(weight /= weight(1))) then
+      else if (size(vertex) > 2*size(weight) .and. maxval(weight) > minval(weight)) then
          call order_by_unknowns(row_start, column, vertex, size(weight), other, error)
       else
          return
