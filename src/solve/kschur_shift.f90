@@ -3,6 +3,7 @@
 !> Each place has candidates, and the first that is no eigenvalue is factored. A scale is what was observed: by a few
 !> steps on the stiffness, by a few at the shift, by the modes that were found from there.
 module kschur_shift
+   use kschur_block_choice, only: chosen_block
    use kschur_context, only: solve_context_type, whole_iterated
    use kschur_error, only: error_type, new_error, error_convergence, error_singular
    use kschur_factoring, only: factor_at
@@ -318,18 +319,22 @@ contains
       real(wp), allocatable :: magnitudes(:)
       logical, allocatable :: real_ones(:)
       real(wp) :: furthest
-      integer :: subspace, i
+      ! A polynomial of lower degree tells nothing.
+      integer, parameter :: steps = 6
+      integer :: subspace, block, i
 
       scale = 0
       if (present(spread)) spread = 1
+      block = 1
+      if (s%formulation /= formulation_low_rank) block = chosen_block(s, merge(1, 2, s%transform%map%oscillator)*s%options%modes)
       selection = modal_selection_type(s%options%modes, s%transform%map, s%transform%shift, s%options%target, &
          s%known%deflation%eigenvalues())
       ! A mode is one value of an oscillator, and two otherwise.
-      subspace = merge(20, 30, s%transform%map%oscillator)
+      subspace = max(merge(20, 30, s%transform%map%oscillator), steps*block)
       stopper%of => s%monitor
       ! The search goes on from there, if it may have a space as large.
       call s%transform%iterate(selection, krylov_options_type(subspace=subspace, tolerance=roughly, max_restarts=1, &
-         seed=s%options%seed, verify=.false., processes=s%processes, &
+         seed=s%options%seed, block=block, verify=.false., processes=s%processes, &
          keep=s%options%subspace == 0 .or. s%options%subspace >= subspace), ritz, error, stopper)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
