@@ -43,14 +43,16 @@ contains
       !> The diagonals of D and E.
       real(wp), intent(out) :: factors(:), ratios(:)
       real(wp) :: level(size(factors)), rate
-      logical :: open(size(factors))
+      logical, dimension(size(factors)) :: held, open
 
       level = abs(problem%stiffness%diagonal())
       call leave_rounding_out(abs(problem%mass%diagonal()), level)
+      held = level > 0
       call spread_levels(problem%constraints, level)
       open = .not. level > 0
       rate = typical_rate(problem)
-      where (.not. level > 0) level = rate**2*abs(problem%mass%diagonal()) + rate*abs(problem%damping%diagonal())
+      ! However small its part in constraints is, inertia and damping leave an unknown no more room than others have.
+      where (.not. held) level = max(level, rate**2*abs(problem%mass%diagonal()) + rate*abs(problem%damping%diagonal()))
       ! What is tied to a motion that only mass and damping hold has its units.
       call spread_levels(problem%constraints, level)
       factors = 1
