@@ -17,13 +17,12 @@ contains
    !>
    !> a dense matrix in units in which all entries of shape and multipliers are of one size (Tisseur, SIAM J. Matrix Anal. Appl. 22
    !> (2001)). As shape and eigenvalue are corrected together, the latter is not known less well because the former is rounded.
-   subroutine refine_pair(problem, transposed, pairs, j, reach, change)
+   subroutine refine_pair(problem, transposed, pair, reach, change)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
       type(csr_matrix_type), intent(in) :: transposed
-      !> Complex, of unit norm; pair j stays as it was where it does not settle.
-      class(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: j
+      !> One, complex, of unit norm; it stays as it was where it does not settle.
+      type(eigenpairs_type), intent(inout) :: pair
       !> What lies further off (1/s) is another eigenvalue.
       real(wp), intent(in) :: reach
       !> The last correction of the eigenvalue or the shape, relative to them; infinite: it led to another one.
@@ -31,16 +30,16 @@ contains
       integer, parameter :: steps = 10
       ! A correction that is not half of the one before is rounding; where it is large nothing was found.
       real(wp), parameter :: slow = 0.5_wp, settled = 1.0e-6_wp
-      complex(wp) :: phi(pairs%rows()), xi(size(pairs%xi, 1)), x(pairs%rows() + size(pairs%xi, 1) + 1), lambda
+      complex(wp) :: phi(pair%rows()), xi(size(pair%xi, 1)), x(pair%rows() + size(pair%xi, 1) + 1), lambda
       real(wp) :: length, now
       integer :: n, m, step
       logical :: solved
 
       n = size(phi)
       m = size(xi)
-      lambda = pairs%lambda(j)
-      phi = pairs%phi(:, j)
-      xi = pairs%xi(:, j)
+      lambda = pair%lambda(1)
+      phi = pair%phi(:, 1)
+      xi = pair%xi(:, 1)
       change = huge(1.0_wp)
       do step = 1, steps
          call find_correction(problem, transposed, lambda, phi, xi, x, solved)
@@ -55,9 +54,9 @@ contains
          lambda = lambda + x(n + m + 1)
          if (change <= epsilon(1.0_wp)) exit
       end do
-      if (abs(lambda - pairs%lambda(j)) > reach) change = huge(1.0_wp)
+      if (abs(lambda - pair%lambda(1)) > reach) change = huge(1.0_wp)
       if (change > settled) return
-      associate (before => pairs%lambda(j))
+      associate (before => pair%lambda(1))
          ! On an axis all steps are; rounding leads off it.
          if (.not. abs(aimag(before)) > 0) then
             lambda = real(lambda, wp)
@@ -67,9 +66,9 @@ contains
             lambda = cmplx(0, aimag(lambda), wp)
          end if
       end associate
-      pairs%lambda(j) = lambda
-      pairs%phi(:, j) = phi
-      pairs%xi(:, j) = xi
+      pair%lambda(1) = lambda
+      pair%phi(:, 1) = phi
+      pair%xi(:, 1) = xi
    end subroutine refine_pair
 
    subroutine find_correction(problem, transposed, lambda, phi, xi, x, solved)

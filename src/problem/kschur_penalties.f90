@@ -38,6 +38,8 @@ contains
       if (.not. any(penalties)) return
       rest = maxval(beside + diagonal, .not. penalties)
       if (all(penalties)) rest = minval(diagonal)
+      ! One dashpot alone is none.
+      if (.not. rest > 0) penalties = .false.
       ! The first gap above the rest, by powers of two.
       allocate (taken(minexponent(rest) - digits(rest):maxexponent(rest)), source=.false.)
       do i = 1, size(penalties)

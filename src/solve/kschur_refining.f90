@@ -1,7 +1,8 @@
-!> Modes of small unsymmetric problems, refined one by one.
+!> Modes of small problems, refined one by one.
 module kschur_refining
    use kschur_context, only: solve_context_type
-   use kschur_hidden, only: are_known
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type
+   use kschur_hidden, only: are_known, feel_inertia
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type
    use kschur_pair_refinement, only: refine_pair
@@ -18,28 +19,44 @@ module kschur_refining
 contains
 
    !> Refines the eigenvalues that are alone. Where a problem is not symmetric there is no functional that tells them better than
-   !> their shapes, and a small residual says little: what Newton's method does not hold is dropped as inaccurate.
+   !> their shapes, and a small residual says little; where it is, those that may be anything by their bounds are in need of it.
+   !> What Newton's method does not hold is dropped as inaccurate.
    subroutine refine_modes(s, modes)
       type(solve_context_type), intent(in) :: s
       !> Of what is iterated.
       type(modes_type), intent(inout) :: modes
       type(csr_matrix_type) :: transposed
       type(cluster_type), allocatable :: clusters(:)
-      logical, dimension(size(modes%lambda)) :: known, unknown
+      type(eigenpairs_type) :: pair
+      logical, dimension(size(modes%lambda)) :: open, unknown
       real(wp) :: change
-      integer :: i
+      integer :: i, k
 
-      if (s%problem%symmetric .or. modes%is_real() .or. s%work%unknowns() + s%work%multipliers() > most) return
+      if (s%work%unknowns() + s%work%multipliers() > most) return
+      open = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
+      if (s%problem%symmetric) then
+         open = open .and. modes%uncertainty > may_be_anything*abs(modes%lambda)
+         if (any(open)) open = unpack(feel_inertia(s%work, chosen_pairs(modes, open)), open, .false.)
+      end if
+      if (.not. any(open)) return
       unknown = .false.
-      known = are_known(s, modes%lambda) .or. .not. abs(modes%lambda) > 0
       transposed = transpose_csr(s%work%constraints)
       call split(modes%lambda, same_value*abs(modes%lambda), clusters)
       do i = 1, size(clusters)
          associate (j => clusters(i)%members(1))
-            if (known(j) .or. size(clusters(i)%members) > 1) cycle
+            if (size(clusters(i)%members) > 1 .or. .not. open(j)) cycle
             if (clusters(i)%on_axis .and. abs(aimag(modes%lambda(j))) > 0) cycle
-            call refine_pair(s%work, transposed, modes, j, clusters(i)%gap/2, change)
+            pair = chosen_pairs(modes, [(k == j, k=1, size(open))])
+            call pair%make_complex()
+            call refine_pair(s%work, transposed, pair, clusters(i)%gap/2, change)
             unknown(j) = change > may_be_anything
+            modes%lambda(j) = pair%lambda(1)
+            modes%xi(:, j) = pair%xi(:, 1)
+            if (modes%is_real()) then
+               modes%real_phi(:, j) = real(pair%phi(:, 1), wp)
+            else
+               modes%phi(:, j) = pair%phi(:, 1)
+            end if
          end associate
       end do
       modes%inaccurate = modes%inaccurate + count(unknown)
