@@ -5,6 +5,7 @@ module kschur_refining
    use kschur_hidden, only: are_known, feel_inertia
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type
+   use kschur_outcome, only: certified_yes
    use kschur_pair_refinement, only: refine_pair
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type, split
@@ -29,13 +30,15 @@ contains
       type(cluster_type), allocatable :: clusters(:)
       type(eigenpairs_type) :: pair
       logical, dimension(size(modes%lambda)) :: open, unknown
-      real(wp) :: change
+      real(wp) :: change, reach
       integer :: i, k
+      logical :: complete
 
       if (s%work%unknowns() + s%work%multipliers() > most) return
       open = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
+      complete = s%dense .and. s%transform%certificate%verdict == certified_yes
       if (s%problem%symmetric) then
-         open = open .and. modes%uncertainty > may_be_anything*abs(modes%lambda)
+         open = open .and. complete .and. modes%uncertainty > may_be_anything*abs(modes%lambda)
          if (any(open)) open = unpack(feel_inertia(s%work, chosen_pairs(modes, open)), open, .false.)
       end if
       if (.not. any(open)) return
@@ -48,7 +51,10 @@ contains
             if (clusters(i)%on_axis .and. abs(aimag(modes%lambda(j))) > 0) cycle
             pair = chosen_pairs(modes, [(k == j, k=1, size(open))])
             call pair%make_complex()
-            call refine_pair(s%work, transposed, pair, clusters(i)%gap/2, change)
+            ! Where some may be missing, what is another one is not the one that was to be found.
+            reach = clusters(i)%gap/2
+            if (.not. complete) reach = min(reach, may_be_anything*abs(modes%lambda(j)))
+            call refine_pair(s%work, transposed, pair, reach, change)
             unknown(j) = change > may_be_anything
             modes%lambda(j) = pair%lambda(1)
             modes%xi(:, j) = pair%xi(:, 1)
