@@ -9,7 +9,7 @@ module kschur_refining
    use kschur_pair_refinement, only: refine_pair
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type, split
-   use kschur_tolerances, only: may_be_anything, same_value
+   use kschur_tolerances, only: equal_value, may_be_anything, same_value
    implicit none
    private
    public :: refine_modes
@@ -20,7 +20,7 @@ module kschur_refining
 contains
 
    !> Refines the eigenvalues that are alone. Where a problem is not symmetric there is no functional that tells them better than
-   !> their shapes, and a small residual says little; where it is, those that may be anything by their bounds are in need of it.
+   !> their shapes, and a small residual says little; where it is, those that are known badly by their bounds are in need of it.
    !> What Newton's method does not hold is dropped as inaccurate.
    subroutine refine_modes(s, modes)
       type(solve_context_type), intent(in) :: s
@@ -38,7 +38,7 @@ contains
       open = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
       complete = s%dense .and. s%transform%certificate%verdict == certified_yes
       if (s%problem%symmetric) then
-         open = open .and. complete .and. modes%uncertainty > may_be_anything*abs(modes%lambda)
+         open = open .and. complete .and. modes%uncertainty > equal_value*abs(modes%lambda)
          if (any(open)) open = unpack(feel_inertia(s%work, chosen_pairs(modes, open)), open, .false.)
       end if
       if (.not. any(open)) return
