@@ -149,7 +149,8 @@ contains
 
    contains
 
-      ! Whether A times the least motion is rounding: small beside its terms, or beside A.
+      ! Whether A times the least motion is rounding: small beside its terms, or in each row beside that of A, as units of other
+      ! rows may be far larger.
       logical function vanishes(matrix)
          type(csr_matrix_type), intent(in) :: matrix
          real(wp), dimension(n, 1) :: product, terms
@@ -158,7 +159,8 @@ contains
          terms = 0
          call matrix%add_product(1.0_wp, least, product)
          call add_magnitudes(matrix, abs(least), terms)
-         vanishes = maxval(abs(product)) <= max(cancelled*maxval(terms), rounding_of_row*matrix%infinity_norm()*maxval(abs(least)))
+         vanishes = maxval(abs(product)) <= cancelled*maxval(terms) .or. &
+            all(abs(product(:, 1)) <= rounding_of_row*matrix%row_maxima()*maxval(abs(least)))
       end function vanishes
    end subroutine check_inertia
 

@@ -75,7 +75,8 @@ contains
          bound = 0
       else if (symmetric) then
          rounding = epsilon(1.0_wp)*level_of(lambda, [norms(:2), merge(0.0_wp, norms(3), is_motion)])*products%length(l)
-         if (is_motion) residual = 0
+         ! Reactions take part in the balance of a motion that has constraints.
+         if (is_motion) residual = merge(0.0_wp, products%residual_of_decay(l, lambda), norms(4) > 0)
          bound = bound_of(products, l, lambda, max(residual, rounding)*products%length(l) + products%effect(l))
       end if
    end subroutine judge

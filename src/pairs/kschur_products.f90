@@ -33,6 +33,8 @@ module kschur_products
       procedure :: square
       !> ||P(lambda) phi + Cq^T xi|| of pair l.
       procedure :: residual
+      !> The same without stiffness and constraints, ||lambda^2 M phi + lambda R phi||.
+      procedure :: residual_of_decay
       !> ||P'(lambda) phi||, P' = 2 lambda M + R, of pair l.
       procedure :: slope
       !> ||M phi|| of pair l.
@@ -294,6 +296,14 @@ contains
 
       residual = norm_of_combination(self, l, [lambda**2, lambda], 1.0_wp)
    end function residual
+
+   real(wp) function residual_of_decay(self, l, lambda) result(residual)
+      class(products_type), intent(in) :: self
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: lambda
+
+      residual = norm_of_combination(self, l, [lambda**2, lambda], 0.0_wp)
+   end function residual_of_decay
 
    real(wp) function slope(self, l, lambda)
       class(products_type), intent(in) :: self

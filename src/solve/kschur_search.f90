@@ -15,6 +15,7 @@ module kschur_search
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
+   use kschur_refining, only: refine_modes
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_shapes, only: rest_beside
    use kschur_text, only: text
@@ -48,7 +49,8 @@ contains
          if (allocated(error)) return
          if (fewer(s, modes) .and. allocated(aside%lambda) .and. complete) call take_back(s, aside, modes)
       end if
-      call give_shapes(s, modes, error)
+      if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled)) call refine_modes(s, modes)
+      if (.not. allocated(error)) call give_shapes(s, modes, error)
       if (allocated(error)) return
       if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled .or. modes%unsure .or. are_good(s, modes))) then
          ! What is accurate in even units may not be so as given.
