@@ -1,6 +1,6 @@
 !> What the matrices of a modal problem make of eigenpairs, several at a time, so that a matrix is read once for them.
-!> Each entry is summed in more than the working precision: of a low mode of a stiff structure that leaves nothing but
-!> rounding.
+!> Forces are summed in more than the working precision where Rayleigh's functional is asked for: of a low mode of a stiff
+!> structure the working one leaves nothing but rounding. What a residual has of that is below the rounding of its matrices.
 module kschur_products
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
@@ -13,6 +13,8 @@ module kschur_products
 
    ! Columns of real numbers that are multiplied at a time: a complex one is two.
    integer, parameter :: lanes = 4
+   ! Rows that are multiplied at a time.
+   integer, parameter :: rows = 64
 
    !> Products of a few pairs. The columns of pair l are its `parts`: the real and, of complex shapes, the imaginary part.
    type :: products_type
@@ -51,51 +53,72 @@ contains
    end function pairs_at_once
 
    !> The products of pairs first..last, no more than are made at a time.
-   subroutine multiply_pairs(problem, transposed, pairs, first, last, products)
+   subroutine multiply_pairs(problem, transposed, pairs, first, last, closely, products)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
       type(csr_matrix_type), intent(in) :: transposed
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last
+      !> Whether forces, which may cancel, are summed in more than the working precision.
+      logical, intent(in) :: closely
       type(products_type), intent(inout) :: products
       real(wp), allocatable :: phi(:, :), xi(:, :, :)
-      real(xp) :: total(lanes), reaction(2*lanes)
-      integer :: n, i, l
+      integer :: n, i
 
       n = problem%unknowns()
       call pack_parts(pairs, first, last, phi, xi)
       call make_room(products, n, merge(1, 2, pairs%is_real()))
-      reaction = 0
-      !$omp parallel do schedule(static) private(l, total) firstprivate(reaction) if (n > panel_rows)
-      do i = 1, n
-         products%phi(i, :) = phi(:, i)
-         call multiply_row(problem%mass, i, phi, total)
-         products%mass(i, :) = real(total, wp)
-         if (problem%damping_kind == damping_general) then
-            call multiply_row(problem%damping, i, phi, total)
-            products%damping(i, :) = real(total, wp)
-         end if
-         call multiply_row(problem%stiffness, i, phi, total)
-         ! R = alpha M + beta K.
-         if (problem%damping_kind /= damping_general) &
-            products%damping(i, :) = problem%alpha*products%mass(i, :) + problem%beta*real(total, wp)
-         do l = 1, size(xi, 3)
-            call multiply_row(transposed, i, xi(:, :, l), reaction(lanes*(l - 1) + 1:lanes*l))
-         end do
-         if (products%parts == 1) then
-            do l = 1, lanes
-               products%rest(i, 2*l - 1) = real(total(l) + reaction(2*l - 1), wp)
-               products%rest(i, 2*l) = real(reaction(2*l), wp)
-            end do
-         else
-            do l = 1, lanes
-               products%rest(i, l) = real(total(l) + reaction(l), wp)
-            end do
-         end if
+      !$omp parallel do schedule(static) if (n > panel_rows)
+      do i = 1, n, rows
+         call multiply_rows(problem, transposed, i, min(i + rows - 1, n), phi, xi, closely, products)
       end do
       !$omp end parallel do
       call measure(problem, phi, xi, last - first + 1, products)
    end subroutine multiply_pairs
+
+   ! Rows first..last of the products.
+   subroutine multiply_rows(problem, transposed, first, last, phi, xi, closely, products)
+      type(modal_problem_type), intent(in) :: problem
+      type(csr_matrix_type), intent(in) :: transposed
+      integer, intent(in) :: first, last
+      real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
+      logical, intent(in) :: closely
+      type(products_type), intent(inout) :: products
+      real(wp), dimension(lanes, rows) :: total
+      real(xp) :: force(lanes, rows), reaction(lanes, rows, size(xi, 3))
+      integer :: k, l
+
+      k = last - first + 1
+      call multiply(problem%mass, first, last, phi, total)
+      do l = 1, lanes
+         products%phi(first:last, l) = phi(l, first:last)
+         products%mass(first:last, l) = total(l, :k)
+      end do
+      if (problem%damping_kind == damping_general) then
+         call multiply_forces(problem%damping, first, last, phi, closely, force)
+         do l = 1, lanes
+            products%damping(first:last, l) = real(force(l, :k), wp)
+         end do
+      end if
+      call multiply_forces(problem%stiffness, first, last, phi, closely, force)
+      ! R = alpha M + beta K.
+      if (problem%damping_kind /= damping_general) then
+         do l = 1, lanes
+            products%damping(first:last, l) = problem%alpha*products%mass(first:last, l) + problem%beta*real(force(l, :k), wp)
+         end do
+      end if
+      do l = 1, size(xi, 3)
+         call multiply_forces(transposed, first, last, xi(:, :, l), closely, reaction(:, :, l))
+      end do
+      do l = 1, lanes
+         if (products%parts == 1) then
+            products%rest(first:last, 2*l - 1) = real(force(l, :k) + reaction(l, :k, 1), wp)
+            products%rest(first:last, 2*l) = real(reaction(l, :k, 2), wp)
+         else
+            products%rest(first:last, l) = real(force(l, :k) + reaction(l, :k, 1), wp)
+         end if
+      end do
+   end subroutine multiply_rows
 
    ! Norms and forms of each pair.
    subroutine measure(problem, phi, xi, pairs, products)
@@ -129,8 +152,8 @@ contains
       type(products_type), intent(inout) :: products
       ! Squares of violations and of reactions, and effects.
       real(xp), allocatable :: sums(:, :, :)
-      real(xp) :: total(lanes), magnitude(lanes), reaction
-      real(wp) :: row_norm
+      real(wp) :: total(lanes, rows), magnitude(lanes), row_norm
+      real(xp) :: reaction
       integer :: panels, first, last, i, k, l
 
       panels = (constraints%rows + panel_rows - 1)/panel_rows
@@ -139,17 +162,15 @@ contains
          !$omp parallel do schedule(static) private(first, last, k, l, total, magnitude, reaction, row_norm) if (panels > 1)
          do i = 1, panels
             do k = (i - 1)*panel_rows + 1, min(i*panel_rows, constraints%rows)
-               call multiply_row(constraints, k, phi, total)
+               call multiply(constraints, k, k, phi, total)
                call multiply_magnitudes(constraints, k, phi, magnitude)
                row_norm = norm2(constraints%value(constraints%row_start(k):constraints%row_start(k + 1) - 1))
                do l = 1, pairs
                   first = parts*(l - 1) + 1
                   last = parts*l
-                  associate (at => 2*mod(l - 1, 2) + 1)
-                     reaction = norm2(xi(at:at + 1, k, (l - 1)/2 + 1))
-                  end associate
-                  sums(l, :, i) = sums(l, :, i) + [sum(total(first:last)**2), (reaction*row_norm)**2, &
-                     reaction*(norm2(total(first:last)) + epsilon(1.0_wp)*norm2(magnitude(first:last)))]
+                  reaction = norm2(xi(first:last, k, :))
+                  sums(l, :, i) = sums(l, :, i) + [sum(real(total(first:last, 1), xp)**2), (reaction*row_norm)**2, &
+                     reaction*(norm2(total(first:last, 1)) + epsilon(1.0_wp)*norm2(magnitude(first:last)))]
                end do
             end do
          end do
@@ -173,8 +194,8 @@ contains
       allocate (products%mass(n, lanes), products%damping(n, lanes), products%rest(n, 2*lanes/parts))
    end subroutine make_room
 
-   ! The parts of each entry side by side, of shapes (lanes x n) and of multipliers (lanes x m, one or two times), which
-   ! have two parts always; zeros where there are fewer pairs.
+   ! The parts of each entry side by side, of shapes (lanes x n) and of multipliers (lanes x m), whose imaginary parts follow
+   ! behind those that belong to real shapes; zeros where there are fewer pairs.
    subroutine pack_parts(pairs, first, last, phi, xi)
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last
@@ -201,48 +222,66 @@ contains
          xi(:, i, :) = 0
          do j = first, last
             l = j - first
-            xi(2*mod(l, 2) + 1, i, l/2 + 1) = real(pairs%xi(i, j), wp)
-            xi(2*mod(l, 2) + 2, i, l/2 + 1) = aimag(pairs%xi(i, j))
+            if (pairs%is_real()) then
+               xi(l + 1, i, :) = [real(pairs%xi(i, j), wp), aimag(pairs%xi(i, j))]
+            else
+               xi(2*l + 1:2*l + 2, i, 1) = [real(pairs%xi(i, j), wp), aimag(pairs%xi(i, j))]
+            end if
          end do
       end do
       !$omp end parallel do
    end subroutine pack_parts
 
-   ! Row i of a matrix times columns that stand side by side. Of a shape that the compiler knows: each sum is one product.
-   pure subroutine multiply_row(matrix, i, x, total)
+   ! Rows of a matrix times columns that stand side by side.
+   pure subroutine multiply(matrix, first, last, x, total)
       type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: i
+      integer, intent(in) :: first, last
       real(wp), intent(in) :: x(lanes, matrix%columns)
-      real(xp), intent(out) :: total(lanes)
-      real(xp) :: entry, first, second, third, fourth
-      integer :: j, k
+      real(wp), intent(out) :: total(lanes, rows)
+      real(wp) :: sums(lanes)
+      integer :: i, k
 
-      total = 0
-      if (matrix%row_start(i) == matrix%row_start(i + 1)) return
-      first = 0
-      second = 0
-      third = 0
-      fourth = 0
-      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-         entry = matrix%value(k)
-         j = matrix%column(k)
-         first = first + entry*x(1, j)
-         second = second + entry*x(2, j)
-         third = third + entry*x(3, j)
-         fourth = fourth + entry*x(4, j)
+      do i = first, last
+         sums = 0
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            sums = sums + matrix%value(k)*x(:, matrix%column(k))
+         end do
+         total(:, i - first + 1) = sums
       end do
-      total(1) = first
-      total(2) = second
-      total(3) = third
-      total(4) = fourth
-   end subroutine multiply_row
+   end subroutine multiply
+
+   ! The same of forces.
+   pure subroutine multiply_forces(matrix, first, last, x, closely, total)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: first, last
+      real(wp), intent(in) :: x(lanes, matrix%columns)
+      logical, intent(in) :: closely
+      real(xp), intent(out) :: total(lanes, rows)
+      real(wp) :: sums(lanes, rows)
+      real(xp) :: entry, part(lanes)
+      integer :: i, k
+
+      if (.not. closely) then
+         call multiply(matrix, first, last, x, sums)
+         total(:, :last - first + 1) = sums(:, :last - first + 1)
+         return
+      end if
+      do i = first, last
+         part = 0
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            entry = matrix%value(k)
+            part = part + entry*x(:, matrix%column(k))
+         end do
+         total(:, i - first + 1) = part
+      end do
+   end subroutine multiply_forces
 
    ! |A| |x| of row i.
    pure subroutine multiply_magnitudes(matrix, i, x, total)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: i
       real(wp), intent(in) :: x(lanes, matrix%columns)
-      real(xp), intent(out) :: total(lanes)
+      real(wp), intent(out) :: total(lanes)
       integer :: k
 
       total = 0
