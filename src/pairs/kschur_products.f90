@@ -28,7 +28,8 @@ module kschur_products
       !> What constraints exert on each: the norm of |xi_r| ||Cq_r|| over the rows r; and what its eigenvalue owes to errors of
       !> constraints, times phi^T P'(lambda) phi: the sum of |xi_r| (|(Cq phi)_r| + epsilon (|Cq| |phi|)_r).
       real(wp), allocatable :: reaction(:), effect(:)
-      !> phi^T M phi, phi^T R phi and phi^T (K phi + Cq^T xi), 3 x pairs.
+      !> Of a symmetric problem phi^T M phi, phi^T R phi and, of forces that were summed closely, phi^T (K phi + Cq^T xi),
+      !> 3 x pairs.
       complex(xp), allocatable :: forms(:, :)
    contains
       !> phi^T phi of pair l.
@@ -73,7 +74,7 @@ contains
          call multiply_rows(problem, transposed, i, min(i + rows - 1, n), phi, xi, closely, products)
       end do
       !$omp end parallel do
-      call measure(problem, phi, xi, last - first + 1, products)
+      call measure(problem, phi, xi, last - first + 1, closely, products)
    end subroutine multiply_pairs
 
    ! Rows first..last of the products.
@@ -84,47 +85,46 @@ contains
       real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
       logical, intent(in) :: closely
       type(products_type), intent(inout) :: products
-      real(wp), dimension(lanes, rows) :: total
-      real(xp) :: force(lanes, rows), reaction(lanes, rows, size(xi, 3))
+      real(wp), dimension(lanes, rows) :: mass, damping, stiffness, rest, imaginary
       integer :: k, l
 
       k = last - first + 1
-      call multiply(problem%mass, first, last, phi, total)
+      call multiply(problem%mass, first, last, phi, mass)
+      if (closely) then
+         call multiply_closely(problem%stiffness, first, last, phi, stiffness, transposed, xi(:, :, 1), rest)
+      else
+         call multiply(problem%stiffness, first, last, phi, stiffness)
+         call multiply(transposed, first, last, xi(:, :, 1), rest)
+         rest(:, :k) = stiffness(:, :k) + rest(:, :k)
+      end if
+      if (problem%damping_kind /= damping_general) then
+         ! R = alpha M + beta K.
+         damping(:, :k) = problem%alpha*mass(:, :k) + problem%beta*stiffness(:, :k)
+      else if (closely) then
+         call multiply_closely(problem%damping, first, last, phi, damping)
+      else
+         call multiply(problem%damping, first, last, phi, damping)
+      end if
       do l = 1, lanes
          products%phi(first:last, l) = phi(l, first:last)
-         products%mass(first:last, l) = total(l, :k)
+         products%mass(first:last, l) = mass(l, :k)
+         products%damping(first:last, l) = damping(l, :k)
+         if (products%parts == 2) products%rest(first:last, l) = rest(l, :k)
       end do
-      if (problem%damping_kind == damping_general) then
-         call multiply_forces(problem%damping, first, last, phi, closely, force)
-         do l = 1, lanes
-            products%damping(first:last, l) = real(force(l, :k), wp)
-         end do
-      end if
-      call multiply_forces(problem%stiffness, first, last, phi, closely, force)
-      ! R = alpha M + beta K.
-      if (problem%damping_kind /= damping_general) then
-         do l = 1, lanes
-            products%damping(first:last, l) = problem%alpha*products%mass(first:last, l) + problem%beta*real(force(l, :k), wp)
-         end do
-      end if
-      do l = 1, size(xi, 3)
-         call multiply_forces(transposed, first, last, xi(:, :, l), closely, reaction(:, :, l))
-      end do
+      if (products%parts == 2) return
+      call multiply(transposed, first, last, xi(:, :, 2), imaginary)
       do l = 1, lanes
-         if (products%parts == 1) then
-            products%rest(first:last, 2*l - 1) = real(force(l, :k) + reaction(l, :k, 1), wp)
-            products%rest(first:last, 2*l) = real(reaction(l, :k, 2), wp)
-         else
-            products%rest(first:last, l) = real(force(l, :k) + reaction(l, :k, 1), wp)
-         end if
+         products%rest(first:last, 2*l - 1) = rest(l, :k)
+         products%rest(first:last, 2*l) = imaginary(l, :k)
       end do
    end subroutine multiply_rows
 
    ! Norms and forms of each pair.
-   subroutine measure(problem, phi, xi, pairs, products)
+   subroutine measure(problem, phi, xi, pairs, closely, products)
       type(modal_problem_type), intent(in) :: problem
       real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
       integer, intent(in) :: pairs
+      logical, intent(in) :: closely
       type(products_type), intent(inout) :: products
       real(wp), allocatable :: length(:)
       complex(xp), allocatable :: forms(:, :)
@@ -133,10 +133,11 @@ contains
       call measure_constraints(problem%constraints, phi, xi, pairs, products)
       associate (parts => products%parts)
          allocate (length(pairs), forms(3, pairs))
+         forms = 0
          !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
          do l = 1, pairs
             length(l) = norm_of(products%phi(:, parts*(l - 1) + 1:parts*l))
-            forms(:, l) = forms_of(products, l)
+            if (problem%symmetric) forms(:, l) = forms_of(products, l, closely)
          end do
          !$omp end parallel do
       end associate
@@ -152,25 +153,33 @@ contains
       type(products_type), intent(inout) :: products
       ! Squares of violations and of reactions, and effects.
       real(xp), allocatable :: sums(:, :, :)
-      real(wp) :: total(lanes, rows), magnitude(lanes), row_norm
-      real(xp) :: reaction
-      integer :: panels, first, last, i, k, l
+      real(wp), dimension(lanes) :: terms, total, magnitude
+      real(xp) :: row, violation, reaction
+      integer :: panels, first, last, i, j, k, l
 
       panels = (constraints%rows + panel_rows - 1)/panel_rows
       allocate (sums(pairs, 3, panels), source=0.0_xp)
       associate (parts => products%parts)
-         !$omp parallel do schedule(static) private(first, last, k, l, total, magnitude, reaction, row_norm) if (panels > 1)
+         !$omp parallel do schedule(static) private(first, last, j, k, l, terms, total, magnitude, row, violation, reaction) &
+         !$omp    if (panels > 1)
          do i = 1, panels
             do k = (i - 1)*panel_rows + 1, min(i*panel_rows, constraints%rows)
-               call multiply(constraints, k, k, phi, total)
-               call multiply_magnitudes(constraints, k, phi, magnitude)
-               row_norm = norm2(constraints%value(constraints%row_start(k):constraints%row_start(k + 1) - 1))
+               row = 0
+               total = 0
+               magnitude = 0
+               do j = constraints%row_start(k), constraints%row_start(k + 1) - 1
+                  terms = constraints%value(j)*phi(:, constraints%column(j))
+                  total = total + terms
+                  magnitude = magnitude + abs(terms)
+                  row = row + real(constraints%value(j), xp)**2
+               end do
                do l = 1, pairs
                   first = parts*(l - 1) + 1
                   last = parts*l
-                  reaction = norm2(xi(first:last, k, :))
-                  sums(l, :, i) = sums(l, :, i) + [sum(real(total(first:last, 1), xp)**2), (reaction*row_norm)**2, &
-                     reaction*(norm2(total(first:last, 1)) + epsilon(1.0_wp)*norm2(magnitude(first:last)))]
+                  violation = sum(real(total(first:last), xp)**2)
+                  reaction = sum(real(xi(first:last, k, :), xp)**2)
+                  sums(l, :, i) = sums(l, :, i) + [violation, reaction*row, sqrt(reaction)*(sqrt(violation) + &
+                     epsilon(1.0_wp)*norm2(magnitude(first:last)))]
                end do
             end do
          end do
@@ -250,45 +259,33 @@ contains
       end do
    end subroutine multiply
 
-   ! The same of forces.
-   pure subroutine multiply_forces(matrix, first, last, x, closely, total)
+   ! The same, summed in more than the working precision; and what it makes with those of another matrix.
+   pure subroutine multiply_closely(matrix, first, last, x, total, other, y, both)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: first, last
       real(wp), intent(in) :: x(lanes, matrix%columns)
-      logical, intent(in) :: closely
-      real(xp), intent(out) :: total(lanes, rows)
-      real(wp) :: sums(lanes, rows)
+      real(wp), intent(out) :: total(lanes, rows)
+      type(csr_matrix_type), optional, intent(in) :: other
+      real(wp), contiguous, optional, intent(in) :: y(:, :)
+      real(wp), optional, intent(out) :: both(lanes, rows)
       real(xp) :: entry, part(lanes)
       integer :: i, k
 
-      if (.not. closely) then
-         call multiply(matrix, first, last, x, sums)
-         total(:, :last - first + 1) = sums(:, :last - first + 1)
-         return
-      end if
       do i = first, last
          part = 0
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
             entry = matrix%value(k)
             part = part + entry*x(:, matrix%column(k))
          end do
-         total(:, i - first + 1) = part
+         total(:, i - first + 1) = real(part, wp)
+         if (.not. present(other)) cycle
+         do k = other%row_start(i), other%row_start(i + 1) - 1
+            entry = other%value(k)
+            part = part + entry*y(:, other%column(k))
+         end do
+         both(:, i - first + 1) = real(part, wp)
       end do
-   end subroutine multiply_forces
-
-   ! |A| |x| of row i.
-   pure subroutine multiply_magnitudes(matrix, i, x, total)
-      type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: i
-      real(wp), intent(in) :: x(lanes, matrix%columns)
-      real(wp), intent(out) :: total(lanes)
-      integer :: k
-
-      total = 0
-      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-         total = total + abs(matrix%value(k))*abs(x(:, matrix%column(k)))
-      end do
-   end subroutine multiply_magnitudes
+   end subroutine multiply_closely
 
    pure complex(xp) function square(self, l)
       class(products_type), intent(in) :: self
@@ -299,15 +296,18 @@ contains
       end associate
    end function square
 
-   pure function forms_of(products, l) result(forms)
+   ! The last one only where forces were summed for it.
+   pure function forms_of(products, l, closely) result(forms)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
+      logical, intent(in) :: closely
       complex(xp) :: forms(3)
 
       associate (first => products%parts*(l - 1) + 1, last => products%parts*l)
-         forms = [bilinear(products%phi(:, first:last), products%mass(:, first:last)), &
-            bilinear(products%phi(:, first:last), products%damping(:, first:last)), &
-            bilinear(products%phi(:, first:last), products%rest(:, 2*l - 1:2*l))]
+         forms(1) = bilinear(products%phi(:, first:last), products%mass(:, first:last))
+         forms(2) = bilinear(products%phi(:, first:last), products%damping(:, first:last))
+         forms(3) = 0
+         if (closely) forms(3) = bilinear(products%phi(:, first:last), products%rest(:, 2*l - 1:2*l))
       end associate
    end function forms_of
 
@@ -445,7 +445,7 @@ contains
       part%rest(:, 1:1) = real_of(factor, self%rest(:, 2*l - 1:2*l))
       allocate (part%length(1), source=norm_of(part%phi))
       allocate (part%forms(3, 1))
-      part%forms(:, 1) = forms_of(part, 1)
+      part%forms(:, 1) = forms_of(part, 1, closely=.true.)
    end function real_part
 
    ! The real part of a multiple of a vector given by its parts.
