@@ -53,7 +53,6 @@ contains
       type(modes_type) :: more
       logical, dimension(size(modes%lambda)) :: gone, nowhere
       complex(wp), allocatable :: badly(:)
-      logical, allocatable :: others(:)
       integer, allocatable :: order(:)
       real(wp) :: reach
       integer :: lost, i
@@ -79,11 +78,7 @@ contains
       call modes%drop(gone .or. nowhere)
       if (allocated(found%lambda)) then
          ! A wide cluster may have held neighbours that stay.
-         allocate (others(size(found%lambda)))
-         do i = 1, size(others)
-            others(i) = rest_beside(modes, found, i, same_value) > dependent_state
-         end do
-         call keep_pairs(found, others)
+         call leave_out_known(found, modes)
          call judge_pairs(s%work, wanted_type(target=s%options%target, reference=abs(s%shift)), found, more)
          call modes%append(more)
       end if
@@ -93,6 +88,15 @@ contains
       if (size(order) >= s%options%modes) reach = distances(modes%lambda(order(s%options%modes)), s%options%target)
       modes%inaccurate = modes%inaccurate + lost + count(distances(badly, s%options%target) <= reach)
    end subroutine finish_modes
+
+   ! Takes out of some pairs those whose states lie in the span of others.
+   subroutine leave_out_known(pairs, known)
+      type(eigenpairs_type), intent(inout) :: pairs
+      class(eigenpairs_type), intent(in) :: known
+      integer :: j
+
+      call keep_pairs(pairs, [(rest_beside(known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
+   end subroutine leave_out_known
 
    ! Those among some modes that are not there yet, from another shift.
    subroutine put_aside(modes, chosen, aside)
@@ -233,8 +237,7 @@ contains
       type(eigenpairs_type) :: members
       complex(wp) :: shift
       logical :: chosen(size(modes%lambda))
-      logical, allocatable :: others(:)
-      integer :: few, j
+      integer :: few
 
       chosen = .false.
       chosen(cluster%members) = .true.
@@ -259,11 +262,7 @@ contains
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          if (allocated(found%lambda)) then
             ! Eigenvalues known so badly that they were not near to each other may be found beside both.
-            allocate (others(size(polished%errors)))
-            do j = 1, size(others)
-               others(j) = rest_beside(found, polished%pairs, j, same_value) > dependent_state
-            end do
-            call keep_pairs(polished%pairs, others)
+            call leave_out_known(polished%pairs, found)
             call append_pairs(found, polished%pairs)
          else
             found = polished%pairs

@@ -264,23 +264,23 @@ contains
       !> A size of lambda (1/s), against which zeros are seen.
       real(wp), intent(in) :: reference
       type(modes_type), intent(inout) :: modes
-      type(modes_type) :: others, other
+      type(modes_type) :: others
+      logical, allocatable :: again(:)
       integer :: j
 
       call append_pairs(more, s%contract(s%known%rigid))
       call judge_pairs(s%work, wanted_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
          more, others)
-      do j = 1, size(others%lambda)
-         if (.not. abs(others%lambda(j)) > 0 .or. (others%motion(j) > 0 .and. any(modes%motion == others%motion(j)))) cycle
+      allocate (again, source=.not. abs(others%lambda) > 0)
+      do j = 1, size(again)
+         if (others%motion(j) > 0) again(j) = again(j) .or. any(modes%motion == others%motion(j))
          ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape; others share an
          ! eigenvalue, and more of their neighbours is in a shape.
-         if (rest_beside(modes, others, j, may_be_anything) <= same_shape) cycle
-         if (rest_beside(modes, others, j, same_value) <= dependent_state) cycle
-         other = others
-         call other%take([j])
-         other%found = eigenvalues_of(other%lambda, [.true.])
-         call modes%append(other)
+         if (.not. again(j)) again(j) = rest_beside(modes, others, j, may_be_anything) <= same_shape
+         if (.not. again(j)) again(j) = rest_beside(modes, others, j, same_value) <= dependent_state
       end do
+      call others%drop(again)
+      call modes%append(others)
    end subroutine add_pairs
 
    ! What may be anything is what is missing, where it is an eigenpair, nothing else was found anywhere and one eigenvalue is
