@@ -4,7 +4,7 @@ module kschur_search
    use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type, whole_given, whole_iterated
    use kschur_effort, only: phase_judge, phase_recover
-   use kschur_eigenpairs, only: append_pairs, eigenpairs_type, keep_pairs, normalize
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs, normalize
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
    use kschur_iteration, only: iterate
    use kschur_kinds, only: wp
@@ -15,10 +15,11 @@ module kschur_search
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
+   use kschur_shapes, only: rests_of_states
    use kschur_shift, only: factor_beside, move_to_modes
-   use kschur_shapes, only: rest_beside
    use kschur_text, only: text
-   use kschur_tolerances, only: dependent_state, may_be_anything, same_shape, same_value
+   use kschur_tolerances, only: dependent_state
+   use kschur_options, only: formulation_quadratic
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -180,33 +181,46 @@ contains
       class(transform_type), allocatable :: first
       real(wp) :: scale, reach
       complex(wp) :: shift
-      integer :: i
+      integer :: formulation, i, j
+      logical :: dense
 
       call s%end_step(phase_judge)
       ! What comes after takes the factors for those at the shift.
       call move_alloc(s%transform, first)
       call s%begin_step()
       shift = s%shift
+      formulation = s%formulation
+      dense = s%dense
+      s%formulation = formulation_quadratic
+      s%dense = .false.
       scale = abs(shift)
       do i = 1, size(steps)
          if (modes%found >= s%known%total%number) exit
          if (steps(i) > 1 .and. off*steps(i)*scale > beyond_all*highest(s%work)) cycle
          call factor_beside(s, cmplx(off*steps(i)*scale, 0, wp), error)
          if (allocated(error)) then
-            if (all(error%code /= [error_singular, error_cancelled])) return
+            if (all(error%code /= [error_singular, error_cancelled])) exit
             deallocate (error)
             if (s%is_stopped()) exit
             cycle
          end if
+         ! Roots of a defective eigenvalue that look alike are found again, and polished together.
+         s%known%deflation%locked = chosen_pairs(modes, modes%motion == 0 .and. modes%backward_error <= inaccurate_above .and. &
+            rests_of_states(modes, [(j, j=1, size(modes%lambda))]) > dependent_state)
+         call s%known%deflation%locked%make_complex()
          call iterate(s, s%known%total%number, more, reach, statistics, error)
-         if (allocated(error)) return
+         s%known%deflation%locked = eigenpairs_type()
+         if (allocated(error)) exit
          call keep_pairs(more, abs(more%lambda) > like_zero*off*steps(i)*scale)
          call s%end_step(phase_recover)
          call add_pairs(s, more, scale, modes)
          call finish_modes(s, modes, aside, error)
-         if (allocated(error)) return
+         if (allocated(error)) exit
          call drop_spurious(modes)
       end do
+      s%formulation = formulation
+      s%dense = dense
+      if (allocated(error)) return
       call s%drop_transform()
       call s%end_step(phase_judge)
       call move_alloc(first, s%transform)
@@ -265,21 +279,13 @@ contains
       real(wp), intent(in) :: reference
       type(modes_type), intent(inout) :: modes
       type(modes_type) :: others
-      logical, allocatable :: again(:)
       integer :: j
 
       call append_pairs(more, s%contract(s%known%rigid))
       call judge_pairs(s%work, wanted_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
          more, others)
-      allocate (again, source=.not. abs(others%lambda) > 0)
-      do j = 1, size(again)
-         if (others%motion(j) > 0) again(j) = again(j) .or. any(modes%motion == others%motion(j))
-         ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape; others share an
-         ! eigenvalue, and more of their neighbours is in a shape.
-         if (.not. again(j)) again(j) = rest_beside(modes, others, j, may_be_anything) <= same_shape
-         if (.not. again(j)) again(j) = rest_beside(modes, others, j, same_value) <= dependent_state
-      end do
-      call others%drop(again)
+      call others%drop(.not. abs(others%lambda) > 0 .or. &
+         [(others%motion(j) > 0 .and. any(modes%motion == others%motion(j)), j=1, size(others%lambda))])
       call modes%append(others)
    end subroutine add_pairs
 
