@@ -181,7 +181,7 @@ contains
       class(transform_type), allocatable :: first
       real(wp) :: scale, reach
       complex(wp) :: shift
-      integer :: formulation, i, j
+      integer :: formulation, i
       logical :: dense
 
       call s%end_step(phase_judge)
@@ -204,10 +204,7 @@ contains
             if (s%is_stopped()) exit
             cycle
          end if
-         ! Roots of a defective eigenvalue that look alike are found again, and polished together.
-         s%known%deflation%locked = chosen_pairs(modes, modes%motion == 0 .and. modes%backward_error <= inaccurate_above .and. &
-            rests_of_states(modes, [(j, j=1, size(modes%lambda))]) > dependent_state)
-         call s%known%deflation%locked%make_complex()
+         s%known%deflation%locked = accepted_pairs(modes)
          call iterate(s, s%known%total%number, more, reach, statistics, error)
          s%known%deflation%locked = eigenpairs_type()
          if (allocated(error)) exit
@@ -228,6 +225,18 @@ contains
       s%shift = shift
       call modes%drop(modes%backward_error > inaccurate_above)
    end subroutine search_elsewhere
+
+   ! Those that need not be found again. Roots of a defective eigenvalue that look alike are, and are polished together.
+   function accepted_pairs(modes) result(pairs)
+      type(modes_type), intent(in) :: modes
+      type(eigenpairs_type) :: pairs
+      logical :: independent(size(modes%lambda))
+      integer :: j
+
+      independent = rests_of_states(modes, [(j, j=1, size(modes%lambda))]) > dependent_state
+      pairs = chosen_pairs(modes, independent .and. modes%motion == 0 .and. modes%backward_error <= inaccurate_above)
+      call pairs%make_complex()
+   end function accepted_pairs
 
    ! Shapes of the problem as given, and how well they satisfy it.
    subroutine give_shapes(s, modes, error)
