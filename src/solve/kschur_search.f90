@@ -4,7 +4,7 @@ module kschur_search
    use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type, whole_given, whole_iterated
    use kschur_effort, only: phase_judge, phase_recover
-   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs, normalize
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
    use kschur_iteration, only: iterate
    use kschur_kinds, only: wp
@@ -174,8 +174,6 @@ contains
       real(wp), parameter :: steps(8) = [1.0_wp, 1.0e2_wp, 1.0e-2_wp, 1.0e4_wp, 1.0e-4_wp, 1.0e6_wp, 1.0e-6_wp, 1.0e8_wp]
       ! Off the first shift itself; beyond so many times the spectrum all eigenvalues look alike.
       real(wp), parameter :: off = 3, beyond_all = 10
-      ! From a shift so many times their size eigenvalues look like zero, and their shapes take in those of other ones.
-      real(wp), parameter :: like_zero = 1.0e-8_wp
       type(eigenpairs_type) :: more
       type(krylov_statistics_type) :: statistics
       class(transform_type), allocatable :: first
@@ -208,7 +206,6 @@ contains
          call iterate(s, s%known%total%number, more, reach, statistics, error)
          s%known%deflation%locked = eigenpairs_type()
          if (allocated(error)) exit
-         call keep_pairs(more, abs(more%lambda) > like_zero*off*steps(i)*scale)
          call s%end_step(phase_recover)
          call add_pairs(s, more, scale, modes)
          call finish_modes(s, modes, aside, error)
