@@ -4,7 +4,7 @@ module kschur_search
    use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type, whole_given, whole_iterated
    use kschur_effort, only: phase_judge, phase_recover
-   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, near, normalize
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
    use kschur_iteration, only: iterate
    use kschur_kinds, only: wp
@@ -15,10 +15,10 @@ module kschur_search
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
-   use kschur_shapes, only: rests_of_states
+   use kschur_shapes, only: rest_beside, rests_of_states
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_text, only: text
-   use kschur_tolerances, only: dependent_state
+   use kschur_tolerances, only: dependent_state, may_be_anything, same_shape, same_value
    use kschur_options, only: formulation_quadratic
    use kschur_transform, only: transform_type
    implicit none
@@ -223,15 +223,20 @@ contains
       call modes%drop(modes%backward_error > inaccurate_above)
    end subroutine search_elsewhere
 
-   ! Those that need not be found again. Roots of a defective eigenvalue that look alike are, and are polished together.
+   ! Those that need not be found again: others than roots of a defective eigenvalue, whose space is known to the root of rounding.
    function accepted_pairs(modes) result(pairs)
       type(modes_type), intent(in) :: modes
       type(eigenpairs_type) :: pairs
-      logical :: independent(size(modes%lambda))
+      real(wp) :: rests(size(modes%lambda))
+      logical :: accepted(size(modes%lambda))
       integer :: j
 
-      independent = rests_of_states(modes, [(j, j=1, size(modes%lambda))]) > dependent_state
-      pairs = chosen_pairs(modes, independent .and. modes%motion == 0 .and. modes%backward_error <= inaccurate_above)
+      rests = rests_of_states(modes, [(j, j=1, size(rests))])
+      accepted = modes%motion == 0 .and. modes%backward_error <= inaccurate_above
+      do j = 1, size(rests)
+         if (rests(j) <= dependent_state) accepted = accepted .and. .not. near(modes%lambda, j, same_value)
+      end do
+      pairs = chosen_pairs(modes, accepted)
       call pairs%make_complex()
    end function accepted_pairs
 
@@ -285,13 +290,19 @@ contains
       real(wp), intent(in) :: reference
       type(modes_type), intent(inout) :: modes
       type(modes_type) :: others
+      logical, allocatable :: again(:)
       integer :: j
 
       call append_pairs(more, s%contract(s%known%rigid))
       call judge_pairs(s%work, wanted_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
          more, others)
-      call others%drop(.not. abs(others%lambda) > 0 .or. &
-         [(others%motion(j) > 0 .and. any(modes%motion == others%motion(j)), j=1, size(others%lambda))])
+      allocate (again, source=.not. abs(others%lambda) > 0)
+      do j = 1, size(again)
+         if (others%motion(j) > 0) again(j) = again(j) .or. any(modes%motion == others%motion(j))
+         ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape.
+         if (.not. again(j)) again(j) = rest_beside(modes, others, j, may_be_anything) <= same_shape
+      end do
+      call others%drop(again)
       call modes%append(others)
    end subroutine add_pairs
 
