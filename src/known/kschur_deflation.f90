@@ -1,5 +1,6 @@
 !> Motions that are known, kept out of an iteration.
 module kschur_deflation
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dsygv
    use kschur_magnitudes, only: add_magnitudes, magnitudes
@@ -33,6 +34,8 @@ module kschur_deflation
       logical :: infinite_is_known = .false.
       !> Whether these are root spaces in theta, the square of lambda.
       logical :: oscillator = .false.
+      !> Eigenpairs that were accepted, with complex shapes: the quadratic form does not look for them again. Not allocated: none.
+      type(eigenpairs_type) :: locked
       !> Where several processes have rows of N and of vectors each, their sums.
       type(row_sums_type) :: sums
    contains
@@ -146,7 +149,7 @@ contains
 
       allocate (eigenvalues, source=cmplx([0*self%decay, -pack(self%decay, abs(self%decay) > 0), &
          spread(0.0_wp, 1, self%others)], 0, wp))
-      if (allocated(self%zero%beside)) eigenvalues = [eigenvalues, cmplx(self%zero%beside, 0, wp)]
+      if (allocated(self%zero%beside)) eigenvalues = [eigenvalues, self%zero%beside]
    end function eigenvalues
 
    pure integer function count_zeros(self)

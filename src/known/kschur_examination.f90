@@ -227,7 +227,7 @@ contains
          call find_rigid_decays(problem, rigid, 2*deflation%others - deflation%zero%multiplicity(), deflation%blur, lambda, x, &
             error)
          if (allocated(error) .or. size(lambda) == 0) return
-         call deflation%zero%add_eigenpairs(lambda, x(:n, :))
+         call deflation%zero%add_eigenpairs(cmplx(lambda, kind=wp), cmplx(x(:n, :), kind=wp))
       end associate
       allocate (pairs%lambda, source=cmplx(lambda, 0, wp))
       allocate (pairs%real_phi, source=x(:n, :))

@@ -44,7 +44,7 @@ contains
       norms = norms_of(problem)
       do first = 1, size(errors), pairs_at_once(pairs)
          last = min(first + pairs_at_once(pairs) - 1, size(errors))
-         call multiply_pairs(problem, transposed, pairs, first, last, products)
+         call multiply_pairs(problem, transposed, pairs, first, last, .false., products)
          do j = first, last
             call judge(problem%symmetric, norms, products, j - first + 1, pairs%lambda(j), motions(j), errors(j), bounds(j))
          end do

@@ -122,16 +122,24 @@ contains
       type(modes_type), intent(inout) :: modes
       type(eigenpairs_type) :: others
       type(modes_type) :: more
-      integer :: i
 
       call modes%drop(dropped)
       if (.not. allocated(found%lambda)) return
       ! A wide cluster may have held neighbours that stay.
       others = found
-      call keep_pairs(others, [(rest_beside(modes, found, i, same_value) > dependent_state, i=1, size(found%lambda))])
+      call leave_out_known(others, modes)
       call judge_pairs(s%work, wanted_type(target=s%options%target, reference=s%reference()), others, more)
       call modes%append(more)
    end subroutine replace
+
+   ! Takes out of some pairs those whose states lie in the span of others.
+   subroutine leave_out_known(pairs, known)
+      type(eigenpairs_type), intent(inout) :: pairs
+      class(eigenpairs_type), intent(in) :: known
+      integer :: j
+
+      call keep_pairs(pairs, [(rest_beside(known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
+   end subroutine leave_out_known
 
    ! Those among some modes that are not there yet, from another shift.
    subroutine put_aside(modes, chosen, aside)
@@ -272,8 +280,7 @@ contains
       type(eigenpairs_type) :: members
       complex(wp) :: shift
       logical :: chosen(size(modes%lambda))
-      logical, allocatable :: others(:)
-      integer :: few, j
+      integer :: few
 
       chosen = .false.
       chosen(cluster%members) = .true.
@@ -298,11 +305,7 @@ contains
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          if (allocated(found%lambda)) then
             ! Eigenvalues known so badly that they were not near to each other may be found beside both.
-            allocate (others(size(polished%errors)))
-            do j = 1, size(others)
-               others(j) = rest_beside(found, polished%pairs, j, same_value) > dependent_state
-            end do
-            call keep_pairs(polished%pairs, others)
+            call leave_out_known(polished%pairs, found)
             call append_pairs(found, polished%pairs)
          else
             found = polished%pairs
