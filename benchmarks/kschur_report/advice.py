@@ -5,7 +5,7 @@ import math
 from .figures.scaling import curves
 from .fit import fit_line, growth_exponent
 from .methods import METHODS
-from .plan import ACCURACY, SCALING
+from .plan import ACCURACY, SCALING, SOLIDS
 
 ACCURATE, ROUGH = 1e-12, 1e-6  # backward errors
 MEASURES = (
@@ -50,6 +50,7 @@ def paragraphs(campaign):
     found = [
         *(about_problem(*item) for item in runs_by_problem(campaign).items()),
         about_size(campaign),
+        about_solids(campaign),
         about_hard_cases(campaign),
     ]
     return [" ".join(sentences) for sentences in found if sentences]
@@ -169,6 +170,18 @@ def about_size(campaign):
     )
 
 
+def about_solids(campaign):
+    """The time of the others in units of that of the default, on each solid."""
+    runs = campaign.study(SOLIDS)
+    mine = {run.problem: run for run in runs if run.method == "auto"}
+    ratios = [
+        f"{run.problem}, {label(run.method)}, {run.median_seconds / mine[run.problem].median_seconds:.1f}"
+        for run in runs
+        if run.method != "auto" and run.problem in mine
+    ]
+    return [f"On solids, in units of the time of {label('auto')}: {'; '.join(ratios)}."] if ratios else []
+
+
 def about_hard_cases(campaign):
     totals = {}
     for case in campaign.hard_cases:
@@ -186,7 +199,7 @@ def about_hard_cases(campaign):
 def where_not_first(campaign):
     """What the default is not the best at: rows of study, problem, measure, best run, its value, ours."""
     rows = []
-    for study in (ACCURACY, SCALING):
+    for study in (ACCURACY, SCALING, SOLIDS):
         runs = campaign.study(study)
         for problem in problems_of(runs):
             here = [run for run in runs if run.problem == problem and is_complete(run)]

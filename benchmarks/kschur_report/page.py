@@ -6,7 +6,7 @@ import io
 import re
 
 from . import advice
-from .figures import blocks_and_threads, conditions, constraint_scaling, dampers, phases, residuals, scaling, stability, work_precision
+from .figures import blocks_and_threads, conditions, constraint_scaling, dampers, phases, residuals, scaling, solids, stability, work_precision
 from .figures.picture import plt
 from .plan import ACCURACY
 from .tables import headline_table, tables
@@ -14,6 +14,7 @@ from .tables import headline_table, tables
 DRAWERS = (
     work_precision.draw,
     scaling.draw,
+    solids.draw,
     dampers.draw,
     blocks_and_threads.draw,
     phases.draw,

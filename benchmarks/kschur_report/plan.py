@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from .methods import METHODS, OURS, PEER_NAMES
 
 ACCURACY, SCALING, CONSTRAINT_SCALING, DAMPERS = "accuracy", "scaling", "constraint-scaling", "dampers"
-BLOCKS, THREADS = "blocks", "threads"
+BLOCKS, THREADS, SOLIDS = "blocks", "threads", "solids"
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,10 @@ def turbine(speed):
     return Scene(f"turbine, {speed:g} rpm", ("turbine", "--speed", f"{speed:g}"))
 
 
+def cube(cells, damping, label):
+    return Scene(f"cube {cells}^3, {label}", ("block", "--cells", str(cells), "--damping", damping))
+
+
 CRANK = Scene("crank", ("crank",))
 FINE_CRANK = Scene("crank, fine", ("crank", "--density", "8"))
 
@@ -101,6 +105,7 @@ def quick():
             patience=40,
             grows=True,
         ),
+        *solids((6, 10, 14), 4),
         dampers("20x14", (1, 2, 4, 8, 16, 24, 32), 2),
         *blocks_and_threads((grid("20x14"), grid("60x42")), 56, 4),
     )
@@ -116,6 +121,18 @@ def blocks_and_threads(scenes, modes, seconds, methods=("auto",)):
     return (
         Study(BLOCKS, scenes, methods, modes, seconds=seconds, patience=300, option="--block", values=("1", "2", "4", "8")),
         Study(THREADS, scenes, methods, modes, seconds=seconds, patience=300, option="--threads", values=TEAMS),
+    )
+
+
+def solids(sizes, seconds, repeats=5):
+    """Cubes of bricks, each damping with the form of SLEPc that suits it."""
+    proportional, *others = (
+        tuple(cube(cells, damping, label) for cells in sizes)
+        for damping, label in (("rayleigh", "proportional"), ("dashpot", "one dashpot"), ("general", "general"))
+    )
+    return (
+        Study(SOLIDS, proportional, ("auto", "slepc-symmetric"), 20, seconds=seconds, repeats=repeats, patience=600),
+        Study(SOLIDS, sum(others, ()), ("auto", "slepc-toar-cholesky"), 20, seconds=seconds, repeats=repeats, patience=600),
     )
 
 
@@ -135,6 +152,7 @@ def full():
             option="--constraint-scaling", values=("row", "scalar", "none"),
         ),
         Study(ACCURACY, (grid("60x42"),), ALL, 56, seconds=5, patience=300),
+        *solids((10, 14, 20, 28), 120, repeats=3),
         dampers("60x42", (1, 2, 4, 8, 16, 32, 64), 20),
         *blocks_and_threads((grid("60x42"), grid("220x150")), 56, 120),
         *blocks_and_threads((FINE_CRANK,), 20, 60),
@@ -149,6 +167,7 @@ def tiny():
         Study(ACCURACY, (grid("6x4"),), methods, 20, (1e-8, 1e-12), repeats=2, reference_order=20000),
         Study(CONSTRAINT_SCALING, (cantilever(10, 4000),), ("pencil",), 8, repeats=1, option="--constraint-scaling", values=("row", "scalar", "none")),
         Study(SCALING, tuple(grid(cells) for cells in ("3x2", "6x4", "9x6")), STRUCTURED, 20, repeats=2, grows=True),
+        *solids((2, 3), 0),
         dampers("6x4", (1, 4, 16), 0, ("auto", "low-rank", "quadratic")),
         *blocks_and_threads((grid("3x2"), grid("6x4")), 20, 0),
     )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from .advice import first_of_others, is_as_fast, problems_of, runs_by_problem, where_not_first
 from .methods import METHODS, REFERENCE_TOLERANCE
-from .plan import ACCURACY, BLOCKS, CONSTRAINT_SCALING, DAMPERS, SCALING, THREADS
+from .plan import ACCURACY, BLOCKS, CONSTRAINT_SCALING, DAMPERS, SCALING, SOLIDS, THREADS
 from .runs import median, worst
 
 PLAIN = "arpack-plain"  # gets most of the hard cases wrong
@@ -51,6 +51,7 @@ def tables(campaign):
             "Growth with the number of unknowns",
             "The grid of beams of the paper's Figure 5 in growing sizes.",
         ),
+        solids_table(campaign),
         growth_table(
             campaign.study(DAMPERS),
             "dampers",
@@ -197,6 +198,21 @@ def growth_table(runs, what, title, note):
         title,
         note,
         [what, "method", "formulation", *MEASURED],
+        rows,
+    )
+
+
+def solids_table(campaign):
+    """A row a problem and method."""
+    runs = campaign.study(SOLIDS)
+    rows = [
+        [run.problem, f"{run.unknowns:,}", METHODS[run.method].label, run.formulation, str(run.operator_applications), *measured]
+        for run, measured in zip(runs, measurements(runs))
+    ]
+    return Table(
+        "Solids",
+        "Cubes of eight-node bricks, clamped at a face, their 20 lowest modes.",
+        ["problem", "unknowns", "method", "formulation", "applications", *MEASURED],
         rows,
     )
 

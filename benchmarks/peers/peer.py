@@ -20,7 +20,8 @@ def peak_memory_bytes():
 
 
 def arguments(methods):
-    """METHOD PROBLEM --eigenvalues N --shift S --tolerance T --output FILE [--constraint-scaling scalar|none]."""
+    """METHOD PROBLEM --eigenvalues N --shift S --tolerance T --output FILE [--constraint-scaling scalar|none]
+    [--quadratic-scaling none|scalar]."""
     parser = argparse.ArgumentParser()
     parser.add_argument("method", choices=methods)
     parser.add_argument("problem")
@@ -29,6 +30,7 @@ def arguments(methods):
     parser.add_argument("--tolerance", type=float, required=True)
     parser.add_argument("--output", required=True)
     parser.add_argument("--constraint-scaling", choices=["scalar", "none"], default="scalar")
+    parser.add_argument("--quadratic-scaling", choices=["none", "scalar"], default="none", help="of M, R and K, by SLEPc")
     return parser.parse_args()
 
 

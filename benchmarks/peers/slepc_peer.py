@@ -1,8 +1,10 @@
 """SLEPc on the matrices of a problem: slepc_peer.py METHOD PROBLEM --eigenvalues N ... (see peer.py).
 
-pencil      Krylov-Schur on the paper's pencil (33), in the arithmetic of the PETSc that is loaded
-toar        two-level orthogonal Arnoldi on the quadratic problem of order n + m
-symmetric   symmetric Krylov-Schur on K phi = omega^2 M phi with tied unknowns eliminated by hand
+pencil          Krylov-Schur on the paper's pencil (33), in the arithmetic of the PETSc that is loaded
+toar            two-level orthogonal Arnoldi on the quadratic problem of order n + m
+toar-cholesky   the same where the matrices are symmetric: MUMPS factors P(sigma) as one that is
+symmetric       symmetric Krylov-Schur on K phi = omega^2 M phi with tied unknowns eliminated by hand
+saddle          the same with the constraints as rows and columns of K, whose M has no entries
 """
 
 import sys
@@ -60,6 +62,8 @@ def solve_pencil(problem, options):
 
 
 def solve_toar(problem, options):
+    if options.method == "toar-cholesky" and not is_symmetric(problem):
+        raise NotApplicable("its matrices are not symmetric")
     m = problem.constraints.shape[0]
     nothing = sp.csr_matrix((m, m))
     stiffness = sp.bmat([[problem.stiffness, problem.constraints.T], [problem.constraints, nothing]])
@@ -73,13 +77,21 @@ def solve_toar(problem, options):
     )
     solver.setProblemType(SLEPc.PEP.ProblemType.GENERAL)
     solver.setType("toar")
+    if options.quadratic_scaling == "scalar":
+        solver.setScale(SLEPc.PEP.Scale.SCALAR)
     solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
     solver.setTarget(options.shift)
     solver.setDimensions(options.eigenvalues)
     solver.setTolerances(options.tolerance, 1000)
     solver.getST().setType("sinvert")
-    factor_by_mumps(solver.getST(), "lu")
+    factor_by_mumps(solver.getST(), "cholesky" if options.method == "toar-cholesky" else "lu")
     return solver
+
+
+def is_symmetric(problem):
+    """To rounding, as of elements that are summed in another order."""
+    matrices = (problem.mass, problem.damping, problem.stiffness)
+    return all(abs(a - a.T).max() <= 1e-14 * abs(a).max() for a in matrices)
 
 
 def pairs(solver):
@@ -110,12 +122,37 @@ def symmetric_modes(problem, options):
     return solver, lambda values, vectors: damped_modes(values, vectors, ties, problem, alpha, beta)
 
 
-def damped_modes(values, vectors, ties, problem, alpha, beta):
-    """lambda^2 + (alpha + beta omega^2) lambda + omega^2 = 0 for each mode, multipliers by least squares."""
-    squares = np.real(values)
+def saddle_modes(problem, options):
+    """Undamped modes with their multipliers mu; those of a damped one are (1 + beta lambda) mu."""
+    if not is_symmetric(problem):
+        raise NotApplicable("its matrices are not symmetric")
+    alpha, beta = damping_coefficients(problem)
+    n, m = problem.unknowns, problem.constraints.shape[0]
+    stiffness = sp.bmat([[problem.stiffness, problem.constraints.T], [problem.constraints, None]])
+    mass = sp.block_diag([problem.mass, sp.csr_matrix((m, m))])
+    options.eigenvalues = (options.eigenvalues + 1) // 2
+    solver = eigenproblem(stiffness, mass, SLEPc.EPS.ProblemType.GHEP, options, -options.shift**2)
+    factor_by_mumps(solver.getST(), "cholesky")
+
+    def finish(values, states):
+        roots = damped_roots(np.real(values), alpha, beta)
+        states = np.tile(np.real(states), (2, 1)).astype(complex)
+        states[:, n:] *= (1 + beta * roots)[:, None]
+        return roots, states
+
+    return solver, finish
+
+
+def damped_roots(squares, alpha, beta):
+    """Of lambda^2 + (alpha + beta omega^2) lambda + omega^2 = 0 for each omega^2, first one of each, then the other."""
     half = (alpha + beta * squares) / 2
     spread = np.sqrt((half**2 - squares).astype(complex))
-    roots = np.concatenate([-half + spread, -half - spread])
+    return np.concatenate([-half + spread, -half - spread])
+
+
+def damped_modes(values, vectors, ties, problem, alpha, beta):
+    """Both roots of each mode, multipliers by least squares."""
+    roots = damped_roots(np.real(values), alpha, beta)
     shapes = np.tile(np.real(vectors @ ties.T), (2, 1))
     forces = np.array(
         [
@@ -140,7 +177,7 @@ def seconds_by_phase():
 
 
 def main():
-    options = arguments(["pencil", "toar", "symmetric"])
+    options = arguments(["pencil", "toar", "toar-cholesky", "symmetric", "saddle"])
     baseline = peak_memory_bytes()
     problem = read_problem(options.problem)
     for name, value in MUMPS.items():
@@ -150,15 +187,17 @@ def main():
     problem.constraints = factor * problem.constraints
     begin = time.perf_counter()
     finish = lambda values, vectors: (values, vectors)  # noqa: E731
-    if options.method == "pencil":
-        solver = solve_pencil(problem, options)
-    elif options.method == "toar":
-        solver = solve_toar(problem, options)
-    else:
-        try:
+    try:
+        if options.method == "pencil":
+            solver = solve_pencil(problem, options)
+        elif options.method == "symmetric":
             solver, finish = symmetric_modes(problem, options)
-        except NotApplicable as reason:
-            sys.exit(f"does not apply: {reason}")
+        elif options.method == "saddle":
+            solver, finish = saddle_modes(problem, options)
+        else:
+            solver = solve_toar(problem, options)
+    except NotApplicable as reason:
+        sys.exit(f"does not apply: {reason}")
     solver.setFromOptions()
     solver.solve()
     values, states = finish(*pairs(solver))

@@ -16,6 +16,7 @@ import numpy as np
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.collections import LineCollection
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 PROGRAMS = pathlib.Path(sys.argv[1]).resolve()
 HERE = pathlib.Path(__file__).resolve().parent
@@ -104,6 +105,66 @@ def draw_crank(folder):
     axes[2].yaxis.set_major_formatter("{x:.0f}")
     axes[2].yaxis.set_minor_formatter("")
     save(figure, "crank")
+
+
+def draw_faces(ax, points, faces, shape, scale):
+    """Faces where they have moved, bright where they move most, in space."""
+    size = np.linalg.norm(shape, axis=1)
+    drawn = Poly3DCollection((points + scale * shape)[faces], edgecolors="black", linewidths=0.2)
+    drawn.set_array(size[faces].mean(axis=1))
+    ax.add_collection3d(drawn)
+    middle, reach = points.mean(axis=0), np.ptp(points, axis=0).max() / 2
+    ax.set(xlim=middle[0] + reach * np.array([-1, 1]), ylim=middle[1] + reach * np.array([-1, 1]),
+           zlim=middle[2] + reach * np.array([-1, 1]))
+    ax.set_box_aspect((1, 1, 1), zoom=1.4)
+    ax.set_axis_off()
+
+
+def draw_block(folder):
+    table = example("block", 4, f"{folder}/block.vtu")
+    points, cells, shapes = read_vtu(f"{folder}/block.vtu")
+    faces = {}
+    for cell in cells:
+        for corners in ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (3, 2, 6, 7), (0, 3, 7, 4), (1, 2, 6, 5)):
+            face = cell[list(corners)]
+            faces.setdefault(tuple(sorted(face)), []).append(face)
+    surface = np.array([found[0] for found in faces.values() if len(found) == 1])
+    figure = plt.figure(figsize=(11, 3.2))
+    for place, (k, name) in enumerate(((0, "bending"), (2, "twisting"), (5, "bending twice")), 1):
+        ax = figure.add_subplot(1, 5, place, projection="3d")
+        draw_faces(ax, points, surface, shapes[k], 0.25 / np.abs(shapes[k]).max())
+        ax.set_title(f"mode {k + 1}: {name}")
+    ax = figure.add_subplot(1, 5, 4)
+    for nodes, name in ((10, "tetrahedra"), (8, "bricks")):
+        still = table[(table[:, 0] == nodes) & (table[:, 2] == 0)]
+        ax.semilogx(still[:, 3], still[:, 4], "o-", markersize=3, label=name)
+    ax.legend(fontsize=7)
+    ax.set(xlabel="unknowns (-)", ylabel="lowest frequency (Hz)")
+    ax = figure.add_subplot(1, 5, 5)
+    finest = table[table[:, 1] == table[:, 1].max()]
+    ax.plot(finest[:, 2], finest[:, 4:6], "o-", color="tab:blue", markersize=3)
+    ax.set(xlabel="speed (rpm)", ylabel="frequency of bending (Hz)")
+    save(figure, "block")
+
+
+def draw_shell(folder):
+    table = example("shell", f"{folder}/shell.vtu")
+    points, cells, shapes = read_vtu(f"{folder}/shell.vtu")
+    figure = plt.figure(figsize=(9, 3))
+    for place, k in enumerate((0, 1, 2), 1):
+        ax = figure.add_subplot(1, 4, place, projection="3d")
+        draw_faces(ax, points, np.array(cells), shapes[k], 0.12 / np.abs(shapes[k]).max())
+        ax.view_init(elev=35, azim=-50)
+        ax.set_title(f"mode {k + 1}")
+    ax = figure.add_subplot(1, 4, 4)
+    exact = 49.153593
+    ax.loglog(table[:, 0], table[:, 2] / exact - 1, "o-", markersize=3, label="one mesh")
+    ax.loglog(table[1:, 0], np.abs(table[1:, 3] / exact - 1), "s-", markersize=3, label="two meshes")
+    ax.legend(fontsize=7)
+    ax.set(xlabel="elements along an edge (-)", ylabel="relative error of the plate (-)", xticks=(5, 10, 20, 40))
+    ax.xaxis.set_major_formatter("{x:.0f}")
+    ax.xaxis.set_minor_formatter("")
+    save(figure, "shell")
 
 
 def draw_turbine(folder):
@@ -247,6 +308,6 @@ def draw_linkage(folder):
 
 
 with tempfile.TemporaryDirectory() as temporary:
-    for draw in (draw_pendulum, draw_beam_body, draw_brake, draw_cantilever, draw_crank, draw_free_free, draw_grid, draw_linkage,
-                 draw_rotor, draw_spring_chain, draw_turbine):
+    for draw in (draw_pendulum, draw_beam_body, draw_block, draw_brake, draw_cantilever, draw_crank, draw_free_free, draw_grid,
+                 draw_linkage, draw_rotor, draw_shell, draw_spring_chain, draw_turbine):
         draw(temporary)

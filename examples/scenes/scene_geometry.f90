@@ -1,10 +1,13 @@
 !> Where a scene stands in space, for pictures of its modes: points that move with some of the unknowns, and the cells
 !> between them.
 module scene_geometry
-   use kschur, only: error_type, mesh_type, settle_mesh, vtk_line, vtk_tetrahedron, vtk_vertex, wp
+   use kschur, only: error_type, mesh_type, settle_mesh, vtk_line, vtk_vertex, wp
    implicit none
    private
    public :: geometry_type
+
+   !> Most points of a cell: those of a quadratic tetrahedron.
+   integer, parameter :: most_corners = 10
 
    !> Points and cells; only the first `points` and `cells` columns count.
    type :: geometry_type
@@ -13,13 +16,13 @@ module scene_geometry
       real(wp), allocatable :: position(:, :)
       !> Unknowns that are the translations and rotations of a point, 6 x points; 0 where it is held still or has none.
       integer, allocatable :: places(:, :)
-      !> Points of each cell, 4 x cells: one, a line of two or a tetrahedron of four; 0 fills up.
-      integer, allocatable :: cell(:, :)
+      !> Points of each cell, `most_corners` x cells, in VTK's order; 0 fills up. And VTK's numbers of what they are.
+      integer, allocatable :: cell(:, :), types(:)
    contains
       !> Adds points and the lines from each to the next; of a single point the point itself.
       procedure :: add_line
-      !> Adds points and the tetrahedra between them.
-      procedure :: add_tetrahedra
+      !> Adds points and the cells of one kind between them.
+      procedure :: add_cells
       !> Makes the mesh of a problem, points that move together being one node.
       procedure :: make_mesh
    end type geometry_type
@@ -34,23 +37,35 @@ contains
       integer :: i
 
       if (size(position, 2) == 1) then
-         call add(self, position, places, reshape([1, 0, 0, 0], [4, 1]))
+         call self%add_cells(position, places, reshape([1], [1, 1]), vtk_vertex)
       else
-         call add(self, position, places, reshape([(i, i + 1, 0, 0, i=1, size(position, 2) - 1)], &
-            [4, size(position, 2) - 1]))
+         call self%add_cells(position, places, reshape([(i, i + 1, i=1, size(position, 2) - 1)], &
+            [2, size(position, 2) - 1]), vtk_line)
       end if
    end subroutine add_line
 
-   pure subroutine add_tetrahedra(self, position, places, cell)
+   pure subroutine add_cells(self, position, places, cell, kind)
       class(geometry_type), intent(inout) :: self
       !> Positions (m) of the points, 3 x points, and their unknowns: the first few of six, translations before rotations.
       real(wp), intent(in) :: position(:, :)
       integer, intent(in) :: places(:, :)
-      !> Points of the tetrahedra, 4 x tetrahedra, counted among those that are added.
+      !> Points of the cells, corners x cells, counted among those that are added, in VTK's order.
       integer, intent(in) :: cell(:, :)
+      !> VTK's number of such a cell.
+      integer, intent(in) :: kind
 
-      call add(self, position, places, cell)
-   end subroutine add_tetrahedra
+      associate (p => self%points, c => self%cells, p_more => size(position, 2), c_more => size(cell, 2))
+         call make_room(self, p + p_more, c + c_more)
+         self%position(:, p + 1:p + p_more) = position
+         self%places(:, p + 1:p + p_more) = 0
+         self%places(:size(places, 1), p + 1:p + p_more) = places
+         self%cell(:, c + 1:c + c_more) = 0
+         self%cell(:size(cell, 1), c + 1:c + c_more) = cell + p
+         self%types(c + 1:c + c_more) = kind
+         c = c + c_more
+         p = p + p_more
+      end associate
+   end subroutine add_cells
 
    subroutine make_mesh(self, unknowns, mesh, error)
       class(geometry_type), intent(in) :: self
@@ -59,7 +74,6 @@ contains
       !> Not allocated where there are no points.
       type(mesh_type), allocatable, intent(out) :: mesh
       type(error_type), allocatable, intent(inout) :: error
-      integer, parameter :: types(4) = [vtk_vertex, vtk_line, 0, vtk_tetrahedron]
       integer :: node(self%points), corners(self%cells), nodes, p, c
 
       if (self%points == 0) return
@@ -89,7 +103,7 @@ contains
       do c = 1, self%cells
          mesh%connectivity(mesh%offsets(c) + 1:mesh%offsets(c + 1)) = node(self%cell(:corners(c), c))
       end do
-      allocate (mesh%types(self%cells), source=types(corners))
+      allocate (mesh%types(self%cells), source=self%types(:self%cells))
       call settle_mesh(mesh, unknowns, error)
    end subroutine make_mesh
 
@@ -104,28 +118,12 @@ contains
       end do
    end function node_of
 
-   pure subroutine add(geometry, position, places, cell)
-      type(geometry_type), intent(inout) :: geometry
-      real(wp), intent(in) :: position(:, :)
-      integer, intent(in) :: places(:, :), cell(:, :)
-
-      associate (p => geometry%points, c => geometry%cells, p_more => size(position, 2), c_more => size(cell, 2))
-         call make_room(geometry, p + p_more, c + c_more)
-         geometry%position(:, p + 1:p + p_more) = position
-         geometry%places(:, p + 1:p + p_more) = 0
-         geometry%places(:size(places, 1), p + 1:p + p_more) = places
-         geometry%cell(:, c + 1:c + c_more) = merge(cell + p, 0, cell > 0)
-         c = c + c_more
-         p = p + p_more
-      end associate
-   end subroutine add
-
    ! Doubles the arrays that are too small.
    pure subroutine make_room(geometry, points, cells)
       type(geometry_type), intent(inout) :: geometry
       integer, intent(in) :: points, cells
       real(wp), allocatable :: position(:, :)
-      integer, allocatable :: places(:, :), cell(:, :)
+      integer, allocatable :: places(:, :), cell(:, :), types(:)
       integer :: room(2)
 
       room = 0
@@ -140,9 +138,13 @@ contains
          call move_alloc(places, geometry%places)
       end if
       if (cells > room(2)) then
-         allocate (cell(4, max(cells, 2*room(2))))
-         if (geometry%cells > 0) cell(:, :geometry%cells) = geometry%cell(:, :geometry%cells)
+         allocate (cell(most_corners, max(cells, 2*room(2))), types(max(cells, 2*room(2))))
+         if (geometry%cells > 0) then
+            cell(:, :geometry%cells) = geometry%cell(:, :geometry%cells)
+            types(:geometry%cells) = geometry%types(:geometry%cells)
+         end if
          call move_alloc(cell, geometry%cell)
+         call move_alloc(types, geometry%types)
       end if
    end subroutine make_room
 end module scene_geometry

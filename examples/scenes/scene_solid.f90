@@ -1,11 +1,11 @@
 !> Boxes of tetrahedra: linear, isotropic, four nodes of three translations (m) each.
 module scene_solid
-   use kschur, only: wp
+   use kschur, only: vtk_tetrahedron, wp
    use scene_assembly, only: assembly_type
    use scene_vectors, only: cross
    implicit none
    private
-   public :: add_box, box_face, box_type, tetrahedron_mass, tetrahedron_stiffness
+   public :: add_box, box_face, box_type, shape_gradients, tetrahedron_mass, tetrahedron_stiffness
 
    !> A box of equal cells, each split into six tetrahedra.
    type :: box_type
@@ -21,10 +21,11 @@ module scene_solid
       procedure :: nodes
    end type box_type
 
-   ! Corners of a cell in turn, and the six tetrahedra around its long diagonal: neighbours fit each other.
-   integer, parameter :: at(3, 8) = reshape([0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1], [3, 8])
-   integer, parameter :: tetrahedra(4, 6) = reshape([1, 2, 4, 8, 1, 4, 3, 8, 1, 3, 7, 8, 1, 7, 5, 8, 1, 5, 6, 8, 1, 6, 2, 8], &
-      [4, 6])
+   !> Corners of a cell in turn, and the six tetrahedra around its long diagonal: neighbours fit each other.
+   integer, parameter, public :: cell_corners(3, 8) = reshape( &
+      [0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1], [3, 8])
+   integer, parameter, public :: tetrahedra(4, 6) = reshape( &
+      [1, 2, 4, 8, 1, 4, 3, 8, 1, 3, 7, 8, 1, 7, 5, 8, 1, 5, 6, 8, 1, 6, 2, 8], [4, 6])
 
 contains
 
@@ -45,7 +46,7 @@ contains
       real(wp) :: mass(24, 24), stiffness(24, 24), corners(3, 8), position(3, box%nodes())
       integer :: corner(8), cell(4, 6*product(box%cells)), i, j, k, c, t, cells
 
-      corners = matmul(box%axes, at*spread(box%edges/box%cells, 2, 8))
+      corners = matmul(box%axes, cell_corners*spread(box%edges/box%cells, 2, 8))
       mass = 0
       stiffness = 0
       do t = 1, size(tetrahedra, 2)
@@ -62,7 +63,7 @@ contains
       do k = 0, box%cells(3) - 1
          do j = 0, box%cells(2) - 1
             do i = 0, box%cells(1) - 1
-               corner = [(node_at(box, [i, j, k] + at(:, c)), c=1, 8)]
+               corner = [(node_at(box, [i, j, k] + cell_corners(:, c)), c=1, 8)]
                call assembly%add_element([([(before + 3*(corner(c) - 1) + t, t=1, 3)], c=1, 8)], mass, stiffness, rayleigh)
                do t = 1, size(tetrahedra, 2)
                   cells = cells + 1
@@ -74,7 +75,8 @@ contains
       do t = 1, size(position, 2)
          position(:, t) = node_position(box, t)
       end do
-      call assembly%geometry%add_tetrahedra(position, reshape([(before + t, t=1, 3*size(position, 2))], shape(position)), cell)
+      call assembly%geometry%add_cells(position, reshape([(before + t, t=1, 3*size(position, 2))], shape(position)), cell, &
+         vtk_tetrahedron)
    end subroutine add_box
 
    !> The nodes of a face across the first axis.
@@ -162,7 +164,7 @@ contains
       end do
    end function tetrahedron_mass
 
-   ! Gradients of the four linear shape functions (1/m) and the volume (m^3).
+   !> Gradients of the four linear shape functions (1/m) and the volume (m^3).
    pure subroutine shape_gradients(corners, gradient, volume)
       real(wp), intent(in) :: corners(3, 4)
       real(wp), intent(out) :: gradient(3, 4), volume

@@ -3,6 +3,7 @@ module kschur_scenes
    use kschur, only: error_type, error_usage, modal_problem_type, new_error
    use scene_assembly, only: assembly_type
    use scene_beam_body, only: beam_body_options, build_beam_body
+   use scene_block, only: block_options, build_block
    use scene_brake, only: brake_options, build_brake
    use scene_cantilever, only: build_cantilever, cantilever_options
    use scene_crank, only: build_crank, crank_options
@@ -12,6 +13,7 @@ module kschur_scenes
    use scene_options, only: listed, options_type
    use scene_pendulum, only: build_pendulum, pendulum_options
    use scene_rotor, only: build_rotor, rotor_options
+   use scene_shell, only: build_shell, shell_options
    use scene_spring_chain, only: build_spring_chain, spring_chain_options
    use scene_turbine, only: build_turbine, turbine_options
    implicit none
@@ -19,9 +21,9 @@ module kschur_scenes
    public :: build_scene, scene_help, unknown_scene
 
    !> The scenes there are.
-   character(len=*), parameter, public :: scene_names(11) = [character(len=12) :: &
-      "beam-body", "brake", "cantilever", "crank", "free-free", "grid", "linkage", "pendulum", "rotor", &
-      "spring-chain", "turbine"]
+   character(len=*), parameter, public :: scene_names(13) = [character(len=12) :: &
+      "beam-body", "block", "brake", "cantilever", "crank", "free-free", "grid", "linkage", "pendulum", "rotor", &
+      "shell", "spring-chain", "turbine"]
 
 contains
 
@@ -76,6 +78,8 @@ contains
       select case (name)
       case ("beam-body")
          options = beam_body_options()
+      case ("block")
+         options = block_options()
       case ("brake")
          options = brake_options()
       case ("cantilever")
@@ -92,6 +96,8 @@ contains
          options = pendulum_options()
       case ("rotor")
          options = rotor_options()
+      case ("shell")
+         options = shell_options()
       case ("spring-chain")
          options = spring_chain_options()
       case ("turbine")
@@ -108,6 +114,8 @@ contains
       select case (name)
       case ("beam-body")
          call build_beam_body(options, assembly, error)
+      case ("block")
+         call build_block(options, assembly, error)
       case ("brake")
          call build_brake(options, assembly, error)
       case ("cantilever")
@@ -124,6 +132,8 @@ contains
          call build_pendulum(options, assembly, error)
       case ("rotor")
          call build_rotor(options, assembly, error)
+      case ("shell")
+         call build_shell(options, assembly, error)
       case ("spring-chain")
          call build_spring_chain(options, assembly, error)
       case ("turbine")

@@ -1,5 +1,6 @@
 !> Motions that are known, kept out of an iteration.
 module kschur_deflation
+   use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dsygv
    use kschur_magnitudes, only: add_magnitudes, magnitudes
@@ -33,6 +34,8 @@ module kschur_deflation
       logical :: infinite_is_known = .false.
       !> Whether these are root spaces in theta, the square of lambda.
       logical :: oscillator = .false.
+      !> Eigenpairs that were accepted, with complex shapes: the quadratic form does not look for them again. Not allocated: none.
+      type(eigenpairs_type) :: locked
       !> Where several processes have rows of N and of vectors each, their sums.
       type(row_sums_type) :: sums
    contains
@@ -42,11 +45,11 @@ module kschur_deflation
       procedure :: zeros => count_zeros
       !> How many rigid motions nothing damps.
       procedure :: coasting
-      procedure, private :: project_real, project_complex
+      procedure, private :: project_real, project_complex, project_real_forces, project_complex_forces
       !> Makes each column of a block M-orthogonal to N; zero where nothing but rounding is left.
       generic :: project => project_real, project_complex
       !> Makes each column of a block of forces orthogonal to N: those that move nothing of it.
-      procedure :: project_forces
+      generic :: project_forces => project_real_forces, project_complex_forces
    end type deflation_type
 
 contains
@@ -146,7 +149,7 @@ contains
 
       allocate (eigenvalues, source=cmplx([0*self%decay, -pack(self%decay, abs(self%decay) > 0), &
          spread(0.0_wp, 1, self%others)], 0, wp))
-      if (allocated(self%zero%beside)) eigenvalues = [eigenvalues, cmplx(self%zero%beside, 0, wp)]
+      if (allocated(self%zero%beside)) eigenvalues = [eigenvalues, self%zero%beside]
    end function eigenvalues
 
    pure integer function count_zeros(self)
@@ -194,10 +197,24 @@ contains
       x = cmplx(parts(:, :, 1), parts(:, :, 2), wp)
    end subroutine project_complex
 
-   subroutine project_forces(self, f)
+   subroutine project_real_forces(self, f)
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: f(:, :)
 
       call subtract(self%shapes, self%images, f, sums=self%sums)
-   end subroutine project_forces
+   end subroutine project_real_forces
+
+   subroutine project_complex_forces(self, f)
+      class(deflation_type), intent(in) :: self
+      complex(wp), intent(inout) :: f(:, :)
+      real(wp), allocatable :: parts(:, :, :)
+
+      if (size(self%decay) == 0) return
+      allocate (parts(size(f, 1), size(f, 2), 2))
+      parts(:, :, 1) = real(f, wp)
+      parts(:, :, 2) = aimag(f)
+      call project_real_forces(self, parts(:, :, 1))
+      call project_real_forces(self, parts(:, :, 2))
+      f = cmplx(parts(:, :, 1), parts(:, :, 2), wp)
+   end subroutine project_complex_forces
 end module kschur_deflation

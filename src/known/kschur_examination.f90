@@ -9,7 +9,7 @@ module kschur_examination
    use kschur_error, only: error_type, error_singular, new_error
    use kschur_kinds, only: wp
    use kschur_magnitudes, only: add_magnitudes
-   use kschur_mass, only: is_dominant
+   use kschur_mass, only: is_definite
    use kschur_monitor, only: ask_monitor, monitor_type
    use kschur_null_space, only: find_null_space, null_space_type
    use kschur_options, only: formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero, &
@@ -156,7 +156,8 @@ contains
 
    contains
 
-      ! Whether A times the least motion is rounding: small beside its terms, or beside A.
+      ! Whether A times the least motion is rounding: small beside its terms, or in each row beside that of A, as units of other
+      ! rows may be far larger.
       logical function vanishes(matrix)
          type(csr_matrix_type), intent(in) :: matrix
          real(wp), dimension(n, 1) :: product, terms
@@ -165,7 +166,8 @@ contains
          terms = 0
          call matrix%add_product(1.0_wp, least, product)
          call add_magnitudes(matrix, abs(least), terms)
-         vanishes = maxval(abs(product)) <= max(cancelled*maxval(terms), rounding_of_row*matrix%infinity_norm()*maxval(abs(least)))
+         vanishes = maxval(abs(product)) <= cancelled*maxval(terms) .or. &
+            all(abs(product(:, 1)) <= rounding_of_row*matrix%row_maxima()*maxval(abs(least)))
       end function vanishes
    end subroutine check_inertia
 
@@ -194,7 +196,8 @@ contains
             if (allocated(error)) return
          end if
          if (count(.not. problem%mass%row_maxima() > 0) > most_massless) return
-         deflation%infinite_is_known = problem%symmetric .and. is_dominant(problem%mass)
+         deflation%infinite_is_known = problem%symmetric
+         if (problem%symmetric) deflation%infinite_is_known = is_definite(problem%mass)
          if (deflation%infinite_is_known) return
          call find_null_space(massless, problem, problem%mass, inner, effort, error)
          if (allocated(error)) return
@@ -235,7 +238,7 @@ contains
          call find_rigid_decays(problem, rigid, 2*deflation%others - deflation%zero%multiplicity(), deflation%blur, lambda, x, &
             error)
          if (allocated(error) .or. size(lambda) == 0) return
-         call deflation%zero%add_eigenpairs(lambda, x(:n, :))
+         call deflation%zero%add_eigenpairs(cmplx(lambda, kind=wp), cmplx(x(:n, :), kind=wp))
       end associate
       allocate (pairs%lambda, source=cmplx(lambda, 0, wp))
       allocate (pairs%real_phi, source=x(:n, :))

@@ -4,7 +4,7 @@ module kschur_null_space
    use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: effort_type
    use kschur_energies, only: separate_energies
-   use kschur_error, only: error_type, error_convergence, error_singular
+   use kschur_error, only: error_type, error_cancelled, error_convergence, error_memory, error_singular
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_options, only: inner_mumps
@@ -27,7 +27,8 @@ module kschur_null_space
    !> that the rows of both blocks are of size one: what is zero does not depend on units, or on heavy and light
    !> parts. E is delta I and -delta I or, as left and right null vectors of an unsymmetric A may be orthogonal to each
    !> other, random on the pattern of the problem and -delta I: no pivot is left to be null, as one of a redundant
-   !> constraint could not be told from one of a null vector.
+   !> constraint could not be told from one of a null vector. Where there are no constraints and A is symmetric, rounding and
+   !> springs of delta at null pivots are E enough: then the factors are those of A where no null vector feels the forces.
    type :: null_space_type
       !> phi, n x k, and xi, m x k.
       real(wp), allocatable :: motions(:, :), multipliers(:, :)
@@ -37,6 +38,8 @@ module kschur_null_space
       class(real_linear_solver_type), allocatable :: solver
       !> Whether some vector stores more energy than rounding of a symmetric A makes likely: it may be none.
       logical :: doubtful = .false.
+      !> Whether a solution with the factors, for forces that no null vector feels, is one of A x = f.
+      logical :: exact = .false.
       ! The scaled matrix, and E.
       type(csr_matrix_type), private :: matrix, added
       logical, private :: symmetric = .false.
@@ -59,7 +62,7 @@ module kschur_null_space
 
 contains
 
-   !> Finds the null space. Where what is singular cannot be told from E, another E may do; where the solver fails,
+   !> Finds the null space, from factors of A itself where it is positive semidefinite. Where what is singular cannot be told from E, another E may do; where the solver fails,
    !> as a matrix may be nearer to singular than the problem is at any shift, MUMPS does.
    subroutine find_null_space(space, problem, matrix, inner, effort, error)
       type(null_space_type), intent(out) :: space
@@ -75,8 +78,10 @@ contains
       real(wp), allocatable :: basis(:, :)
       integer :: attempt
 
+      call factor_exactly(space, problem, matrix, inner, effort, basis, error)
       attempt = 0
       do
+         if (space%exact .or. allocated(error)) exit
          attempt = attempt + 1
          if (allocated(space%solver)) call effort%add_solves(space%solver)
          if (attempt <= attempts) then
@@ -98,9 +103,65 @@ contains
             attempt = attempts
          end if
       end do
+      if (allocated(error)) return
       call unscale(space, basis, space%motions, space%multipliers)
       call move_alloc(basis, space%basis)
    end subroutine find_null_space
+
+   ! Leaves `exact` false where the matrix does not fit, or may have eigenvalues that are negative.
+   subroutine factor_exactly(space, problem, matrix, inner, effort, basis, error)
+      type(null_space_type), intent(inout) :: space
+      type(modal_problem_type), intent(in) :: problem
+      type(csr_matrix_type), intent(in) :: matrix
+      type(inner_solvers_type), intent(in) :: inner
+      class(effort_type), intent(inout) :: effort
+      real(wp), allocatable, intent(out) :: basis(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      type(matrix_structure_type) :: structure
+
+      if (problem%multipliers() > 0) return
+      select type (solver => inner%unshifted)
+      type is (direct_real_type)
+         allocate (space%solver, source=solver)
+      class default
+         return
+      end select
+      call scale_matrix(space, problem, matrix, structure)
+      if (.not. structure%symmetric) return
+      structure%singular = .true.
+      space%delta = visible_pivot
+      call space%solver%factorize(space%matrix, structure, error)
+      if (.not. allocated(error)) then
+         call effort%add_factors(space%solver)
+         call find_vectors(space, .false., basis, error)
+      end if
+      if (allocated(error)) then
+         if (all(error%code /= [error_cancelled, error_memory])) deallocate (error)
+      else
+         ! Each negative pivot is one of a null vector then.
+         space%exact = space%solver%negative_pivots <= size(basis, 2) .and. .not. space%doubtful
+      end if
+   end subroutine factor_exactly
+
+   ! The matrix that is factored, but for E; its structure.
+   subroutine scale_matrix(space, problem, matrix, structure)
+      type(null_space_type), intent(inout) :: space
+      type(modal_problem_type), intent(in) :: problem
+      type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(out) :: structure
+      type(csr_matrix_type) :: a, constraints
+
+      ! With the places of M: one analysis serves K and K - s M.
+      a = linear_combination(1.0_wp, matrix, 0.0_wp, problem%mass)
+      structure = saddle_structure(problem)
+      if (.not. problem%symmetric) structure%symmetric = a%is_symmetric()
+      space%symmetric = structure%symmetric
+      constraints = problem%constraints
+      call set_scalings(space, a, constraints)
+      call a%scale_entries(space%scaling, space%scaling)
+      call constraints%scale_entries(spread(1.0_wp, 1, problem%multipliers()), space%scaling)
+      space%matrix = bordered(a, constraints, space%constraint_scaling)
+   end subroutine scale_matrix
 
    subroutine factorize(space, problem, matrix, solver, attempt, error)
       type(null_space_type), intent(out) :: space
@@ -110,23 +171,14 @@ contains
       !> From 0; each has another E.
       integer, intent(in) :: attempt
       type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: a, constraints, e
+      type(csr_matrix_type) :: e
       type(matrix_structure_type) :: structure
       integer :: n, m
 
       n = problem%unknowns()
       m = problem%multipliers()
       call move_alloc(solver, space%solver)
-      ! With the places of M: one analysis serves K and K - s M.
-      a = linear_combination(1.0_wp, matrix, 0.0_wp, problem%mass)
-      structure = saddle_structure(problem)
-      if (.not. problem%symmetric) structure%symmetric = a%is_symmetric()
-      space%symmetric = structure%symmetric
-      constraints = problem%constraints
-      call set_scalings(space, a, constraints)
-      call a%scale_entries(space%scaling, space%scaling)
-      call constraints%scale_entries(spread(1.0_wp, 1, m), space%scaling)
-      space%matrix = bordered(a, constraints, space%constraint_scaling)
+      call scale_matrix(space, problem, matrix, structure)
       space%delta = 3.0_wp**attempt*max(above_rounding*space%solver%accuracy, visible_pivot)
       if (structure%symmetric) then
          e = identity_csr_matrix(n)

@@ -4,6 +4,7 @@ module kschur_staircase
    use kschur_error, only: error_type, error_singular, new_error
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
+   use kschur_lapack, only: zgesv
    use kschur_magnitudes, only: add_magnitudes, magnitudes
    use kschur_monitor, only: ask_monitor, monitor_type
    use kschur_null_space, only: null_space_type
@@ -26,11 +27,11 @@ module kschur_staircase
    type :: root_space_type
       !> n x s; s is the multiplicity of the eigenvalue, and of what is known beside it.
       real(wp), allocatable :: x(:, :), v(:, :)
-      !> State j follows the combination links(:, j) of the states before it, s x s, strictly upper triangular.
+      !> State j follows the combination links(:, j) of the states before it, s x s, strictly upper triangular but for those of eigenvalues beside.
       real(wp), allocatable :: links(:, :)
-      !> Of eigenvalues beside it that are known with it: the last states, each an eigenvector with its eigenvalue (1/s) in
-      !> the diagonal of the links. Not allocated: none.
-      real(wp), allocatable :: beside(:)
+      !> Eigenvalues beside it that are known with it (1/s), both of a conjugate pair: those of the last states, a pair of them
+      !> a block of the links. Not allocated: none.
+      complex(wp), allocatable :: beside(:)
    contains
       procedure :: multiplicity
       procedure :: states => count_states
@@ -124,21 +125,35 @@ contains
       if (allocated(self%x)) count_states = size(self%x, 2)
    end function count_states
 
-   !> Adds eigenpairs beside zero.
+   !> Adds eigenpairs beside zero, those that are not real with their conjugates.
    subroutine add_eigenpairs(self, lambda, x)
       class(root_space_type), intent(inout) :: self
       !> p numbers (1/s), and n x p.
-      real(wp), intent(in) :: lambda(:), x(:, :)
+      complex(wp), intent(in) :: lambda(:), x(:, :)
+      complex(wp) :: state(size(x, 1), 2)
       integer :: s, j
 
-      s = self%states()
-      call append(self%links, reshape([real(wp) ::], [0, size(lambda)]), s + size(lambda))
+      if (.not. allocated(self%x)) allocate (self%x(size(x, 1), 0), self%v(size(x, 1), 0), self%links(0, 0))
+      if (.not. allocated(self%beside)) allocate (self%beside(0))
       do j = 1, size(lambda)
-         self%links(s + j, s + j) = lambda(j)
+         s = self%states()
+         self%beside = [self%beside, lambda(j)]
+         state(:, 1) = x(:, j)
+         state(:, 2) = lambda(j)*x(:, j)
+         ! A [Re z, Im z] = B [Re z, Im z] [Re lambda, Im lambda; -Im lambda, Re lambda].
+         call append(self%x, real(state(:, :1), wp), size(x, 1))
+         call append(self%v, real(state(:, 2:), wp), size(x, 1))
+         if (abs(aimag(lambda(j))) > 0) then
+            call append(self%x, aimag(state(:, :1)), size(x, 1))
+            call append(self%v, aimag(state(:, 2:)), size(x, 1))
+         end if
+         call append(self%links, reshape([real(wp) ::], [0, self%states() - s]), self%states())
+         self%links(s + 1, s + 1) = real(lambda(j), wp)
+         if (self%states() == s + 1) cycle
+         self%beside = [self%beside, conjg(lambda(j))]
+         self%links(s + 1:, s + 2) = [aimag(lambda(j)), real(lambda(j), wp)]
+         self%links(s + 2, s + 1) = -aimag(lambda(j))
       end do
-      call append(self%v, x*spread(lambda, 1, size(x, 1)), size(x, 1))
-      call append(self%x, x, size(x, 1))
-      self%beside = lambda
    end subroutine add_eigenpairs
 
    ! Puts columns behind those there are, all with zeros down to a number of rows.
@@ -238,17 +253,19 @@ contains
       end do
    end function undamped_zeros
 
-   ! (c J + d)^{-1} (a J + b) of an upper triangular J.
-   pure function quotient(j, a, b, c, d) result(q)
+   ! (c J + d)^{-1} (a J + b).
+   function quotient(j, a, b, c, d) result(q)
       real(wp), intent(in) :: j(:, :)
       complex(wp), intent(in) :: a, b, c, d
-      complex(wp) :: q(size(j, 1), size(j, 1))
-      integer :: i
+      complex(wp), dimension(size(j, 1), size(j, 1)) :: q, divisor
+      integer :: i, info, pivots(size(j, 1))
 
       q = a*j
-      do i = size(j, 1), 1, -1
+      divisor = c*j
+      do i = 1, size(j, 1)
          q(i, i) = q(i, i) + b
-         q(i, :) = (q(i, :) - c*matmul(j(i, i + 1:), q(i + 1:, :)))/(c*j(i, i) + d)
+         divisor(i, i) = divisor(i, i) + d
       end do
+      if (size(j, 1) > 0) call zgesv(size(j, 1), size(j, 1), divisor, size(j, 1), pivots, q, size(j, 1), info)
    end function quotient
 end module kschur_staircase

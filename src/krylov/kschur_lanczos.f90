@@ -184,11 +184,13 @@ contains
       logical, intent(in) :: proceed
       type(krylov_statistics_type), intent(inout) :: statistics
       logical, intent(out) :: over
-      logical :: complete
+      logical :: complete, crowded
 
       complete = .not. options%verify
       if (ritz%settled .and. options%verify .and. associated(state%census)) &
          call state%census%examine(ritz%all_values, ritz%all_residuals, ritz%needed, complete)
+      crowded = .false.
+      if (statistics%stalls()) crowded = is_crowd(ritz, selection)
       over = .true.
       if (ritz%settled .and. (complete .or. state%decomposition%exhausted .or. ritz%wanted == 0)) then
          statistics%reason = reason_converged
@@ -196,7 +198,7 @@ contains
          statistics%reason = reason_fewer_modes
       else if (.not. proceed) then
          statistics%reason = reason_cancelled
-      else if (statistics%restarts + 1 >= options%max_restarts .or. (statistics%stalls() .and. is_crowd(ritz, selection))) then
+      else if (statistics%restarts + 1 >= options%max_restarts .or. crowded) then
          statistics%reason = reason_max_restarts
       else
          over = .false.

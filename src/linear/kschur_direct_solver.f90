@@ -67,7 +67,10 @@ contains
       started = clock()
       reason = "as asked"
       ordered = structure
-      if (self%inner == inner_auto .and. are_several(self%processes, matrix%rows)) then
+      if (structure%singular .and. (self%inner == inner_mumps .or. are_several(self%processes, matrix%rows))) then
+         call new_error(error, error_usage, "MUMPS would take other pivots")
+         return
+      else if (self%inner == inner_auto .and. are_several(self%processes, matrix%rows)) then
          reason = text(self%processes%number)//" processes factor it"
       else if (self%inner /= inner_mumps) then
          ! LDL may need the memory of other factors.
@@ -81,6 +84,7 @@ contains
          if (allocated(error)) return
          spent = seconds_since(started)
          call try_ldl(self, matrix, ordered, error)
+         if (allocated(error) .and. structure%singular) return
          if (.not. allocated(error)) then
             call report(self, spent, self%solver%description)
             return

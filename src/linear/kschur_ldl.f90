@@ -1,5 +1,5 @@
-!> Direct solutions with real symmetric definite matrices by supernodal LDL^T, in the order of AMD: no pivoting, so that
-!> what is to be computed is known before.
+!> Direct solutions with real symmetric definite matrices by supernodal LDL^T: no pivoting, so that what is to be computed is
+!> known before.
 module kschur_ldl
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
@@ -10,13 +10,13 @@ module kschur_ldl
    use kschur_memory, only: real_bytes, require_memory
    use kschur_monitor, only: ask_monitor
    use kschur_sparse, only: csr_matrix_type
-   use kschur_substitution, only: block, substitute
+   use kschur_substitution, only: sides_at_once, substitute
    use kschur_subtrees, only: cut_subtrees, subtrees_type
    use kschur_supernodal, only: eliminate
    use kschur_symbolic, only: analyze, symbolic_type
    use kschur_text, only: text
    use kschur_threads, only: panel_rows
-   use kschur_tolerances, only: cancelled, rounding_of_sums
+   use kschur_tolerances, only: cancelled, rounding_of_sums, visible_pivot
    implicit none
    private
    public :: ldl_real_type
@@ -76,8 +76,9 @@ contains
       if (.not. allocated(error)) then
          started = clock()
          if (associated(self%last)) call self%last%take_room(self%factors%lower)
-         call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error, self%monitor)
-         if (.not. allocated(error)) call examine_pivots(self, matrix, structure%multipliers, error)
+         call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error, self%monitor, &
+            merge(visible_pivot, 0.0_wp, structure%singular))
+         if (.not. allocated(error)) call examine_pivots(self, matrix, structure, error)
          call require_memory(right_hand_sides*real_bytes*matrix%rows, "right-hand sides", error)
          self%factorize_seconds = seconds_since(started)
       end if
@@ -100,16 +101,16 @@ contains
    end subroutine estimate
 
    ! Their signs and sizes.
-   subroutine examine_pivots(self, matrix, multipliers, error)
+   subroutine examine_pivots(self, matrix, structure, error)
       class(ldl_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: multipliers
+      type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
       ! Below this part of its diagonal entry a pivot is what rounding left. Quasi-definite factors grow
       ! with the reciprocal of the smallest.
       real(wp), allocatable :: diagonal(:)
 
-      associate (pivot => self%factors%pivot, order => self%symbolic%order)
+      associate (pivot => self%factors%pivot, order => self%symbolic%order, multipliers => structure%multipliers)
          allocate (diagonal, source=matrix%diagonal())
          if (.not. all(abs(pivot) > merge(cancelled, rounding_of_sums, self%quasi_definite)*abs(diagonal(order)))) then
             call new_error(error, error_singular, "a pivot of the matrix is zero")
@@ -117,7 +118,7 @@ contains
             call new_error(error, error_library, "the matrix is not quasi-definite")
          else if (self%quasi_definite .and. any(pivot > 0 .and. order > matrix%rows - multipliers)) then
             call new_error(error, error_singular, "a pivot of the matrix is zero to rounding")
-         else if (.not. self%quasi_definite .and. any(pivot > 0) .and. any(pivot < 0)) then
+         else if (.not. (self%quasi_definite .or. structure%singular) .and. any(pivot > 0) .and. any(pivot < 0)) then
             call new_error(error, error_library, "the matrix is indefinite")
          end if
          if (allocated(error)) return
@@ -164,14 +165,20 @@ contains
       end if
       if (allocated(error)) return
       started = clock()
-      together = merge(block, 1, size(x, 2) > 1)
-      allocate (y(together, size(x, 1)), stat=status)
-      if (status /= 0) then
-         call new_error(error, error_memory, "no memory for the right-hand sides")
-         return
-      end if
-      do first = 1, size(x, 2), together
-         last = min(first + together - 1, size(x, 2))
+      last = 0
+      do while (last < size(x, 2))
+         first = last + 1
+         together = sides_at_once(size(x, 2) - last)
+         last = min(last + together, size(x, 2))
+         if (allocated(y)) then
+            if (size(y, 1) /= together) deallocate (y)
+         end if
+         status = 0
+         if (.not. allocated(y)) allocate (y(together, size(x, 1)), stat=status)
+         if (status /= 0) then
+            call new_error(error, error_memory, "no memory for the right-hand sides")
+            return
+         end if
          call gather(self%symbolic%position, x(:, first:last), y)
          call substitute(self%symbolic, self%subtrees, self%factors, y, error)
          if (allocated(error)) return

@@ -25,6 +25,10 @@ module kschur_linear_solver
       !> So many eigenvalues of a symmetric matrix are known to be negative: who counts them need only show that there
       !> are no more.
       integer :: least_negative = 0
+      !> The matrix, with rows of size one, is symmetric and semidefinite but for rounding, and factored though it may be singular: the
+      !> error is tiny springs at some unknowns, which push nothing where no null vector feels the forces. Solvers
+      !> that cannot do so fail.
+      logical :: singular = .false.
    contains
       !> The node of each of n unknowns; those of multipliers mean nothing.
       procedure :: nodes

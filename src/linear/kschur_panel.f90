@@ -6,7 +6,8 @@ module kschur_panel
    private
    public :: subtract_trapezoid, subtract_rectangle, factor_panel, factor_rows, enclosure_type
 
-   !> By what pivots are moved so that rounding cannot turn their signs: kschur_proved_inertia has the theory.
+   !> By what pivots are moved: so that rounding cannot turn their signs (kschur_proved_inertia has the theory), or that none is
+   !> null.
    type :: enclosure_type
       !> -1 downwards, 1 upwards, 0 not at all.
       integer :: side = 0
@@ -16,6 +17,8 @@ module kschur_panel
       real(wp), allocatable :: sum(:), terms(:)
       !> What may be lost below the smallest number.
       real(wp) :: underflow = 0
+      !> The least size of a pivot: a smaller one becomes as large.
+      real(wp) :: least = 0
    contains
       !> (e + sqrt(e)) |d| of column k, its pivot d, e entries below it.
       procedure :: weight
@@ -188,6 +191,7 @@ contains
             end associate
          end do
          pivot(j) = panel(j, j)
+         if (abs(pivot(j)) < enclosure%least) pivot(j) = enclosure%least
          if (enclosure%side /= 0) call enclosure%move(j, pivot(j))
          panel(j + 1:rows, j) = panel(j + 1:rows, j)/pivot(j)
          if (enclosure%side /= 0) call enclosure%add_column(j, pivot(j), panel(j + 1:enclosure%columns, j))

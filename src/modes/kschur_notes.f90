@@ -6,12 +6,11 @@ module kschur_notes
    use kschur_lapack, only: dgesvd
    use kschur_left, only: condition_number, merges
    use kschur_options, only: formulation_low_rank, method_arpack
-   use kschur_penalties, only: are_penalties
+   use kschur_penalties, only: damping_penalties, stiffness_penalties
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_redundancy, only: dependence_type
    use kschur_result, only: modal_result_type, append_note, certified_unknown, kind_rigid, inaccurate_above, note_length, &
       reason_converged, reason_max_restarts
-   use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: magnitude, text
    use kschur_tolerances, only: cancelled, noted_above, noted_below, same_frequency
    implicit none
@@ -42,17 +41,15 @@ contains
       type(modal_problem_type), intent(in) :: problem
       character(len=note_length), allocatable, intent(inout) :: notes(:)
 
-      call note(problem%damping, "damping matrix R")
-      call note(problem%stiffness, "stiffness matrix K")
+      call note(count(damping_penalties(problem%damping, problem%stiffness, problem%mass)), "damping matrix R")
+      call note(count(stiffness_penalties(problem%stiffness, problem%mass)), "stiffness matrix K")
 
    contains
 
-      subroutine note(matrix, name)
-         type(csr_matrix_type), intent(in) :: matrix
+      subroutine note(penalties, name)
+         integer, intent(in) :: penalties
          character(len=*), intent(in) :: name
-         integer :: penalties
 
-         penalties = count(are_penalties(matrix, problem%mass))
          if (penalties > 0) call append_note(notes, "the "//name//" has "//text(penalties)//either(penalties == 1, &
             " penalty", " penalties")//", a million times above its other rows: backward errors and bounds are those without "// &
             either(penalties == 1, "it", "them")//"; a constraint holds an unknown exactly")

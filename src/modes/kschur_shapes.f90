@@ -88,6 +88,7 @@ contains
             abs(pairs%lambda(j)**2)*m_terms <= rounding_of_sums*k_terms .or. &
             abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r))
          if (repeats(j)) repeats(j) = .not. is_decay(j)
+         if (repeats(j)) repeats(j) = .not. is_eigenpair(j)
       end do
 
    contains
@@ -119,6 +120,23 @@ contains
          call problem%damping%add_product((1.0_wp, 0.0_wp), phi, total)
          is_decay = norm2(abs(total(:, 1))) < most*norm2(abs(inertia(:, 1)))
       end function is_decay
+
+      ! Whether inertia or damping is a force that the residual tells from none. A motion that is free gets such a small
+      ! eigenvalue by a force as large.
+      logical function is_eigenpair(j)
+         integer, intent(in) :: j
+         complex(wp), dimension(pairs%rows(), 1) :: phi, inertia, damping, rest
+
+         phi(:, 1) = pairs%column(j)
+         inertia = 0
+         call problem%mass%add_product(pairs%lambda(j)**2, phi, inertia)
+         damping = 0
+         call problem%damping%add_product(pairs%lambda(j), phi, damping)
+         rest = inertia + damping
+         call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, rest)
+         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), rest)
+         is_eigenpair = norm2(abs(rest)) < same_shape*max(norm2(abs(inertia)), norm2(abs(damping)))
+      end function is_eigenpair
    end function repeats_zero
 
    !> What the state of a pair of one list has outside the span of those of another list that are near to its eigenvalue.

@@ -127,6 +127,10 @@ contains
             self%complete = known%infinite_is_known
          end associate
       end select
+      ! What is so far from the shift that it is rounding beside the others may be anything.
+      associate (sizes => abs(self%pairs%values))
+         if (size(sizes) > 0) self%complete = self%complete .and. minval(sizes) > epsilon(1.0_wp)*maxval(sizes)
+      end associate
    end subroutine compute
 
    ! How far from the target all eigenvalues are.

@@ -84,7 +84,9 @@ contains
       logical :: few
 
       transform%placement = placement
+      ! Of the projected problem, which may have eigenvalues next to zero.
       transform%shift = abs(placement%lambda)
+      if (.not. abs(transform%shift) > 0) transform%shift = placement%unit
       call new_local_forces(problem, transform%forces, few, error)
       if (allocated(error)) return
       undamped => problem

@@ -137,6 +137,7 @@ contains
       if (.not. singular .and. norm2(x) > 0) then
          call self%operator%apply_metric(x/norm2(x), y, error)
          if (allocated(error)) return
+         call self%operator%deflation%project_forces(y)
          rhs = 0
          rhs(:n, :) = y
          call self%operator%solver%solve(rhs, error)

@@ -3,7 +3,7 @@ module kschur_backward_error
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
-   use kschur_penalties, only: norm_of_rest
+   use kschur_penalties, only: damping_penalties, norm_without, stiffness_penalties
    use kschur_problem, only: modal_problem_type
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
@@ -44,7 +44,7 @@ contains
       norms = norms_of(problem)
       do first = 1, size(errors), pairs_at_once(pairs)
          last = min(first + pairs_at_once(pairs) - 1, size(errors))
-         call multiply_pairs(problem, transposed, pairs, first, last, products)
+         call multiply_pairs(problem, transposed, pairs, first, last, .false., products)
          do j = first, last
             call judge(problem%symmetric, norms, products, j - first + 1, pairs%lambda(j), motions(j), errors(j), bounds(j))
          end do
@@ -75,7 +75,8 @@ contains
          bound = 0
       else if (symmetric) then
          rounding = epsilon(1.0_wp)*level_of(lambda, [norms(:2), merge(0.0_wp, norms(3), is_motion)])*products%length(l)
-         if (is_motion) residual = 0
+         ! Reactions take part in the balance of a motion that has constraints.
+         if (is_motion) residual = merge(0.0_wp, products%residual_of_decay(l, lambda), norms(4) > 0)
          bound = bound_of(products, l, lambda, max(residual, rounding)*products%length(l) + products%effect(l))
       end if
    end subroutine judge
@@ -141,8 +142,10 @@ contains
       type(modal_problem_type), intent(in) :: problem
       real(wp) :: norms(4)
 
-      norms = [problem%mass%infinity_norm(), norm_of_rest(problem%damping, problem%mass), &
-         norm_of_rest(problem%stiffness, problem%mass), problem%constraints%infinity_norm()]
+      associate (mass => problem%mass, damping => problem%damping, stiffness => problem%stiffness)
+         norms = [mass%infinity_norm(), norm_without(damping, damping_penalties(damping, stiffness, mass)), &
+            norm_without(stiffness, stiffness_penalties(stiffness, mass)), problem%constraints%infinity_norm()]
+      end associate
    end function norms_of
 
    !> |lambda|^2 ||M|| + |lambda| ||R|| + ||K||, the measure of residuals.

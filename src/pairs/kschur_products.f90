@@ -1,6 +1,6 @@
 !> What the matrices of a modal problem make of eigenpairs, several at a time, so that a matrix is read once for them.
-!> Each entry is summed in more than the working precision: of a low mode of a stiff structure that leaves nothing but
-!> rounding.
+!> Forces are summed in more than the working precision where Rayleigh's functional is asked for: of a low mode of a stiff
+!> structure the working one leaves nothing but rounding. What a residual has of that is below the rounding of its matrices.
 module kschur_products
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
@@ -13,6 +13,8 @@ module kschur_products
 
    ! Columns of real numbers that are multiplied at a time: a complex one is two.
    integer, parameter :: lanes = 4
+   ! Rows that are multiplied at a time.
+   integer, parameter :: rows = 64
 
    !> Products of a few pairs. The columns of pair l are its `parts`: the real and, of complex shapes, the imaginary part.
    type :: products_type
@@ -26,13 +28,16 @@ module kschur_products
       !> What constraints exert on each: the norm of |xi_r| ||Cq_r|| over the rows r; and what its eigenvalue owes to errors of
       !> constraints, times phi^T P'(lambda) phi: the sum of |xi_r| (|(Cq phi)_r| + epsilon (|Cq| |phi|)_r).
       real(wp), allocatable :: reaction(:), effect(:)
-      !> phi^T M phi, phi^T R phi and phi^T (K phi + Cq^T xi), 3 x pairs.
+      !> Of a symmetric problem phi^T M phi, phi^T R phi and, of forces that were summed closely, phi^T (K phi + Cq^T xi),
+      !> 3 x pairs.
       complex(xp), allocatable :: forms(:, :)
    contains
       !> phi^T phi of pair l.
       procedure :: square
       !> ||P(lambda) phi + Cq^T xi|| of pair l.
       procedure :: residual
+      !> The same without stiffness and constraints, ||lambda^2 M phi + lambda R phi||.
+      procedure :: residual_of_decay
       !> ||P'(lambda) phi||, P' = 2 lambda M + R, of pair l.
       procedure :: slope
       !> ||M phi|| of pair l.
@@ -51,57 +56,77 @@ contains
    end function pairs_at_once
 
    !> The products of pairs first..last, no more than are made at a time.
-   subroutine multiply_pairs(problem, transposed, pairs, first, last, products)
+   subroutine multiply_pairs(problem, transposed, pairs, first, last, closely, products)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
       type(csr_matrix_type), intent(in) :: transposed
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last
+      !> Whether forces, which may cancel, are summed in more than the working precision.
+      logical, intent(in) :: closely
       type(products_type), intent(inout) :: products
       real(wp), allocatable :: phi(:, :), xi(:, :, :)
-      real(xp) :: total(lanes), reaction(2*lanes)
-      integer :: n, i, l
+      integer :: n, i
 
       n = problem%unknowns()
       call pack_parts(pairs, first, last, phi, xi)
       call make_room(products, n, merge(1, 2, pairs%is_real()))
-      reaction = 0
-      !$omp parallel do schedule(static) private(l, total) firstprivate(reaction) if (n > panel_rows)
-      do i = 1, n
-         products%phi(i, :) = phi(:, i)
-         call multiply_row(problem%mass, i, phi, total)
-         products%mass(i, :) = real(total, wp)
-         if (problem%damping_kind == damping_general) then
-            call multiply_row(problem%damping, i, phi, total)
-            products%damping(i, :) = real(total, wp)
-         end if
-         call multiply_row(problem%stiffness, i, phi, total)
-         ! R = alpha M + beta K.
-         if (problem%damping_kind /= damping_general) &
-            products%damping(i, :) = problem%alpha*products%mass(i, :) + problem%beta*real(total, wp)
-         do l = 1, size(xi, 3)
-            call multiply_row(transposed, i, xi(:, :, l), reaction(lanes*(l - 1) + 1:lanes*l))
-         end do
-         if (products%parts == 1) then
-            do l = 1, lanes
-               products%rest(i, 2*l - 1) = real(total(l) + reaction(2*l - 1), wp)
-               products%rest(i, 2*l) = real(reaction(2*l), wp)
-            end do
-         else
-            do l = 1, lanes
-               products%rest(i, l) = real(total(l) + reaction(l), wp)
-            end do
-         end if
+      !$omp parallel do schedule(static) if (n > panel_rows)
+      do i = 1, n, rows
+         call multiply_rows(problem, transposed, i, min(i + rows - 1, n), phi, xi, closely, products)
       end do
       !$omp end parallel do
-      call measure(problem, phi, xi, last - first + 1, products)
+      call measure(problem, phi, xi, last - first + 1, closely, products)
    end subroutine multiply_pairs
 
+   ! Rows first..last of the products.
+   subroutine multiply_rows(problem, transposed, first, last, phi, xi, closely, products)
+      type(modal_problem_type), intent(in) :: problem
+      type(csr_matrix_type), intent(in) :: transposed
+      integer, intent(in) :: first, last
+      real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
+      logical, intent(in) :: closely
+      type(products_type), intent(inout) :: products
+      real(wp), dimension(lanes, rows) :: mass, damping, stiffness, rest, imaginary
+      integer :: k, l
+
+      k = last - first + 1
+      call multiply(problem%mass, first, last, phi, mass)
+      if (closely) then
+         call multiply_closely(problem%stiffness, first, last, phi, stiffness, transposed, xi(:, :, 1), rest)
+      else
+         call multiply(problem%stiffness, first, last, phi, stiffness)
+         call multiply(transposed, first, last, xi(:, :, 1), rest)
+         rest(:, :k) = stiffness(:, :k) + rest(:, :k)
+      end if
+      if (problem%damping_kind /= damping_general) then
+         ! R = alpha M + beta K.
+         damping(:, :k) = problem%alpha*mass(:, :k) + problem%beta*stiffness(:, :k)
+      else if (closely) then
+         call multiply_closely(problem%damping, first, last, phi, damping)
+      else
+         call multiply(problem%damping, first, last, phi, damping)
+      end if
+      do l = 1, lanes
+         products%phi(first:last, l) = phi(l, first:last)
+         products%mass(first:last, l) = mass(l, :k)
+         products%damping(first:last, l) = damping(l, :k)
+         if (products%parts == 2) products%rest(first:last, l) = rest(l, :k)
+      end do
+      if (products%parts == 2) return
+      call multiply(transposed, first, last, xi(:, :, 2), imaginary)
+      do l = 1, lanes
+         products%rest(first:last, 2*l - 1) = rest(l, :k)
+         products%rest(first:last, 2*l) = imaginary(l, :k)
+      end do
+   end subroutine multiply_rows
+
    ! Norms and forms of each pair.
-   subroutine measure(problem, phi, xi, pairs, products)
+   subroutine measure(problem, phi, xi, pairs, closely, products)
       type(modal_problem_type), intent(in) :: problem
       real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
       integer, intent(in) :: pairs
+      logical, intent(in) :: closely
       type(products_type), intent(inout) :: products
       real(wp), allocatable :: length(:)
       complex(xp), allocatable :: forms(:, :)
@@ -110,10 +135,11 @@ contains
       call measure_constraints(problem%constraints, phi, xi, pairs, products)
       associate (parts => products%parts)
          allocate (length(pairs), forms(3, pairs))
+         forms = 0
          !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
          do l = 1, pairs
             length(l) = norm_of(products%phi(:, parts*(l - 1) + 1:parts*l))
-            forms(:, l) = forms_of(products, l)
+            if (problem%symmetric) forms(:, l) = forms_of(products, l, closely)
          end do
          !$omp end parallel do
       end associate
@@ -129,27 +155,33 @@ contains
       type(products_type), intent(inout) :: products
       ! Squares of violations and of reactions, and effects.
       real(xp), allocatable :: sums(:, :, :)
-      real(xp) :: total(lanes), magnitude(lanes), reaction
-      real(wp) :: row_norm
-      integer :: panels, first, last, i, k, l
+      real(wp), dimension(lanes) :: terms, total, magnitude
+      real(xp) :: row, violation, reaction
+      integer :: panels, first, last, i, j, k, l
 
       panels = (constraints%rows + panel_rows - 1)/panel_rows
       allocate (sums(pairs, 3, panels), source=0.0_xp)
       associate (parts => products%parts)
-         !$omp parallel do schedule(static) private(first, last, k, l, total, magnitude, reaction, row_norm) if (panels > 1)
+         !$omp parallel do schedule(static) private(first, last, j, k, l, terms, total, magnitude, row, violation, reaction) &
+         !$omp    if (panels > 1)
          do i = 1, panels
             do k = (i - 1)*panel_rows + 1, min(i*panel_rows, constraints%rows)
-               call multiply_row(constraints, k, phi, total)
-               call multiply_magnitudes(constraints, k, phi, magnitude)
-               row_norm = norm2(constraints%value(constraints%row_start(k):constraints%row_start(k + 1) - 1))
+               row = 0
+               total = 0
+               magnitude = 0
+               do j = constraints%row_start(k), constraints%row_start(k + 1) - 1
+                  terms = constraints%value(j)*phi(:, constraints%column(j))
+                  total = total + terms
+                  magnitude = magnitude + abs(terms)
+                  row = row + real(constraints%value(j), xp)**2
+               end do
                do l = 1, pairs
                   first = parts*(l - 1) + 1
                   last = parts*l
-                  associate (at => 2*mod(l - 1, 2) + 1)
-                     reaction = norm2(xi(at:at + 1, k, (l - 1)/2 + 1))
-                  end associate
-                  sums(l, :, i) = sums(l, :, i) + [sum(total(first:last)**2), (reaction*row_norm)**2, &
-                     reaction*(norm2(total(first:last)) + epsilon(1.0_wp)*norm2(magnitude(first:last)))]
+                  violation = sum(real(total(first:last), xp)**2)
+                  reaction = sum(real(xi(first:last, k, :), xp)**2)
+                  sums(l, :, i) = sums(l, :, i) + [violation, reaction*row, sqrt(reaction)*(sqrt(violation) + &
+                     epsilon(1.0_wp)*norm2(magnitude(first:last)))]
                end do
             end do
          end do
@@ -173,8 +205,8 @@ contains
       allocate (products%mass(n, lanes), products%damping(n, lanes), products%rest(n, 2*lanes/parts))
    end subroutine make_room
 
-   ! The parts of each entry side by side, of shapes (lanes x n) and of multipliers (lanes x m, one or two times), which
-   ! have two parts always; zeros where there are fewer pairs.
+   ! The parts of each entry side by side, of shapes (lanes x n) and of multipliers (lanes x m), whose imaginary parts follow
+   ! behind those that belong to real shapes; zeros where there are fewer pairs.
    subroutine pack_parts(pairs, first, last, phi, xi)
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last
@@ -201,55 +233,61 @@ contains
          xi(:, i, :) = 0
          do j = first, last
             l = j - first
-            xi(2*mod(l, 2) + 1, i, l/2 + 1) = real(pairs%xi(i, j), wp)
-            xi(2*mod(l, 2) + 2, i, l/2 + 1) = aimag(pairs%xi(i, j))
+            if (pairs%is_real()) then
+               xi(l + 1, i, :) = [real(pairs%xi(i, j), wp), aimag(pairs%xi(i, j))]
+            else
+               xi(2*l + 1:2*l + 2, i, 1) = [real(pairs%xi(i, j), wp), aimag(pairs%xi(i, j))]
+            end if
          end do
       end do
       !$omp end parallel do
    end subroutine pack_parts
 
-   ! Row i of a matrix times columns that stand side by side. Of a shape that the compiler knows: each sum is one product.
-   pure subroutine multiply_row(matrix, i, x, total)
+   ! Rows of a matrix times columns that stand side by side.
+   pure subroutine multiply(matrix, first, last, x, total)
       type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: i
+      integer, intent(in) :: first, last
       real(wp), intent(in) :: x(lanes, matrix%columns)
-      real(xp), intent(out) :: total(lanes)
-      real(xp) :: entry, first, second, third, fourth
-      integer :: j, k
+      real(wp), intent(out) :: total(lanes, rows)
+      real(wp) :: sums(lanes)
+      integer :: i, k
 
-      total = 0
-      if (matrix%row_start(i) == matrix%row_start(i + 1)) return
-      first = 0
-      second = 0
-      third = 0
-      fourth = 0
-      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-         entry = matrix%value(k)
-         j = matrix%column(k)
-         first = first + entry*x(1, j)
-         second = second + entry*x(2, j)
-         third = third + entry*x(3, j)
-         fourth = fourth + entry*x(4, j)
+      do i = first, last
+         sums = 0
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            sums = sums + matrix%value(k)*x(:, matrix%column(k))
+         end do
+         total(:, i - first + 1) = sums
       end do
-      total(1) = first
-      total(2) = second
-      total(3) = third
-      total(4) = fourth
-   end subroutine multiply_row
+   end subroutine multiply
 
-   ! |A| |x| of row i.
-   pure subroutine multiply_magnitudes(matrix, i, x, total)
+   ! The same, summed in more than the working precision; and what it makes with those of another matrix.
+   pure subroutine multiply_closely(matrix, first, last, x, total, other, y, both)
       type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: i
+      integer, intent(in) :: first, last
       real(wp), intent(in) :: x(lanes, matrix%columns)
-      real(xp), intent(out) :: total(lanes)
-      integer :: k
+      real(wp), intent(out) :: total(lanes, rows)
+      type(csr_matrix_type), optional, intent(in) :: other
+      real(wp), contiguous, optional, intent(in) :: y(:, :)
+      real(wp), optional, intent(out) :: both(lanes, rows)
+      real(xp) :: entry, part(lanes)
+      integer :: i, k
 
-      total = 0
-      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-         total = total + abs(matrix%value(k))*abs(x(:, matrix%column(k)))
+      do i = first, last
+         part = 0
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            entry = matrix%value(k)
+            part = part + entry*x(:, matrix%column(k))
+         end do
+         total(:, i - first + 1) = real(part, wp)
+         if (.not. present(other)) cycle
+         do k = other%row_start(i), other%row_start(i + 1) - 1
+            entry = other%value(k)
+            part = part + entry*y(:, other%column(k))
+         end do
+         both(:, i - first + 1) = real(part, wp)
       end do
-   end subroutine multiply_magnitudes
+   end subroutine multiply_closely
 
    pure complex(xp) function square(self, l)
       class(products_type), intent(in) :: self
@@ -260,15 +298,18 @@ contains
       end associate
    end function square
 
-   pure function forms_of(products, l) result(forms)
+   ! The last one only where forces were summed for it.
+   pure function forms_of(products, l, closely) result(forms)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
+      logical, intent(in) :: closely
       complex(xp) :: forms(3)
 
       associate (first => products%parts*(l - 1) + 1, last => products%parts*l)
-         forms = [bilinear(products%phi(:, first:last), products%mass(:, first:last)), &
-            bilinear(products%phi(:, first:last), products%damping(:, first:last)), &
-            bilinear(products%phi(:, first:last), products%rest(:, 2*l - 1:2*l))]
+         forms(1) = bilinear(products%phi(:, first:last), products%mass(:, first:last))
+         forms(2) = bilinear(products%phi(:, first:last), products%damping(:, first:last))
+         forms(3) = 0
+         if (closely) forms(3) = bilinear(products%phi(:, first:last), products%rest(:, 2*l - 1:2*l))
       end associate
    end function forms_of
 
@@ -294,6 +335,14 @@ contains
 
       residual = norm_of_combination(self, l, [lambda**2, lambda], 1.0_wp)
    end function residual
+
+   real(wp) function residual_of_decay(self, l, lambda) result(residual)
+      class(products_type), intent(in) :: self
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: lambda
+
+      residual = norm_of_combination(self, l, [lambda**2, lambda], 0.0_wp)
+   end function residual_of_decay
 
    real(wp) function slope(self, l, lambda)
       class(products_type), intent(in) :: self
@@ -406,7 +455,7 @@ contains
       part%rest(:, 1:1) = real_of(factor, self%rest(:, 2*l - 1:2*l))
       allocate (part%length(1), source=norm_of(part%phi))
       allocate (part%forms(3, 1))
-      part%forms(:, 1) = forms_of(part, 1)
+      part%forms(:, 1) = forms_of(part, 1, closely=.true.)
    end function real_part
 
    ! The real part of a multiple of a vector given by its parts.

@@ -48,7 +48,7 @@ contains
          last = min(first + pairs_at_once(pairs) - 1, k)
          ! Nothing is asked of zeros that are known.
          if (all([(j > k - known .and. .not. abs(pairs%lambda(j)) > 0, j=first, last)])) cycle
-         call multiply_pairs(problem, transposed, pairs, first, last, products)
+         call multiply_pairs(problem, transposed, pairs, first, last, problem%symmetric, products)
          do j = first, last
             l = j - first + 1
             if (j <= k - known) then

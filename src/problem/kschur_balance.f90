@@ -7,7 +7,7 @@ module kschur_balance
    use kschur_scaling, only: typical_rate
    use kschur_sparse, only: csr_matrix_type, linear_combination
    use kschur_tied_levels, only: spread_levels
-   use kschur_tolerances, only: rounding_of_entry
+   use kschur_tolerances, only: rounding_of_entry, uneven
    implicit none
    private
    public :: balance
@@ -42,15 +42,20 @@ contains
       type(modal_problem_type), intent(in) :: problem
       !> The diagonals of D and E.
       real(wp), intent(out) :: factors(:), ratios(:)
-      real(wp) :: level(size(factors)), rate
-      logical :: open(size(factors))
+      real(wp), dimension(size(factors)) :: level, inertia
+      real(wp) :: rate
+      logical, dimension(size(factors)) :: held, open
 
       level = abs(problem%stiffness%diagonal())
       call leave_rounding_out(abs(problem%mass%diagonal()), level)
+      held = level > 0
       call spread_levels(problem%constraints, level)
       open = .not. level > 0
       rate = typical_rate(problem)
-      where (.not. level > 0) level = rate**2*abs(problem%mass%diagonal()) + rate*abs(problem%damping%diagonal())
+      inertia = rate**2*abs(problem%mass%diagonal()) + rate*abs(problem%damping%diagonal())
+      where (open) level = inertia
+      ! However small its part in constraints is, inertia and damping of an unknown must not hide those of others.
+      where (.not. held) level = max(level, inertia/uneven)
       ! What is tied to a motion that only mass and damping hold has its units.
       call spread_levels(problem%constraints, level)
       factors = 1
@@ -188,14 +193,14 @@ contains
       real(wp), parameter :: balanced = 4
       integer, parameter :: passes = 20
       real(wp) :: largest(size(factors))
-      logical :: uneven(size(factors))
+      logical :: too_large(size(factors))
       integer :: pass
 
       do pass = 1, passes
          largest = line_maxima(matrix, factors, ratios)
-         uneven = largest > balanced .or. (open .and. largest > 0 .and. largest < 1/balanced)
-         if (.not. any(uneven)) exit
-         where (uneven) factors = scale(factors, -exponent(largest)/2)
+         too_large = largest > balanced .or. (open .and. largest > 0 .and. largest < 1/balanced)
+         if (.not. any(too_large)) exit
+         where (too_large) factors = scale(factors, -exponent(largest)/2)
       end do
    end subroutine equilibrate
 

@@ -28,7 +28,8 @@ module kschur_damping
 contains
 
    !> Fits R = alpha M + beta K by least squares relative to the entries of R, then asks every entry to agree to
-   !> rounding: of its terms, and of the row of R it stands in. Where few rows do not, what agrees is fitted alone.
+   !> rounding: of its terms, and of the row and the column of R it stands in. Where few rows do not, what agrees is fitted
+   !> alone. Entries of which elements leave but rounding when they are summed say nothing.
    subroutine classify_damping(mass, stiffness, damping, kind, alpha, beta, dampers)
       type(csr_matrix_type), intent(in) :: mass, stiffness, damping
       !> One of `damping_*`.
@@ -109,18 +110,20 @@ contains
       if (abs(beta)*largest(stiffness) <= above_all_rounding*level) beta = 0
    end subroutine drop_rounding
 
-   ! The entries of a matrix over those of another of its shape, where these are not zero.
+   ! The entries of a matrix over those of another of its shape, where these are more than rounding.
    pure subroutine divide(matrix, divisors, ratios)
       type(csr_matrix_type), intent(in) :: matrix, divisors
       real(wp), allocatable, intent(out) :: ratios(:)
+      real(wp) :: of_row(divisors%rows), of_column(divisors%columns)
       integer :: i, j, k, total
 
+      call level_of_rounding(divisors, of_row, of_column)
       allocate (ratios(count(abs(divisors%value) > 0)), source=0.0_wp)
       total = 0
       do i = 1, divisors%rows
          k = matrix%row_start(i)
          do j = divisors%row_start(i), divisors%row_start(i + 1) - 1
-            if (.not. abs(divisors%value(j)) > 0) cycle
+            if (.not. abs(divisors%value(j)) > min(of_row(i), of_column(divisors%column(j)))) cycle
             total = total + 1
             do while (k < matrix%row_start(i + 1))
                if (matrix%column(k) >= divisors%column(j)) exit
@@ -130,7 +133,24 @@ contains
             if (matrix%column(k) == divisors%column(j)) ratios(total) = matrix%value(k)/divisors%value(j)
          end do
       end do
+      ratios = ratios(:total)
    end subroutine divide
+
+   ! Rounding of the largest entry of each row and of each column: what the smaller of the two hides may be that of a sum
+   ! whose terms cancel.
+   pure subroutine level_of_rounding(matrix, of_row, of_column)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp), intent(out) :: of_row(:), of_column(:)
+      integer :: k
+
+      of_row = rounding_of_row*matrix%row_maxima()
+      of_column = 0
+      do k = 1, size(matrix%value)
+         associate (level => of_column(matrix%column(k)))
+            level = max(level, rounding_of_row*abs(matrix%value(k)))
+         end associate
+      end do
+   end subroutine level_of_rounding
 
    ! alpha m + beta k = right, least squares, by orthogonalisation: the normal equations would lose
    ! alpha. Where m and k are parallel to rounding, as of K = c M, only one of them is taken.
@@ -233,12 +253,12 @@ contains
       type(csr_matrix_type), intent(out) :: rest
       ! Of the row at hand, R - alpha M - beta K and the sum of the magnitudes of these; where it stands.
       real(wp), dimension(damping%rows) :: difference, terms
-      real(wp) :: level(damping%rows)
+      real(wp), dimension(damping%rows) :: of_row, of_column
       integer :: column(damping%rows), start(damping%rows + 1), i, j, rows, width
       integer, allocatable :: columns(:)
       real(wp), allocatable :: values(:)
 
-      level = damping%row_maxima()
+      call level_of_rounding(damping, of_row, of_column)
       difference = 0
       terms = 0
       rows = 0
@@ -291,7 +311,7 @@ contains
 
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
             associate (j => matrix%column(k))
-               if (abs(difference(j)) <= rounding_of_row*min(terms(j), 10*level(i))) then
+               if (abs(difference(j)) <= max(min(rounding_of_row*terms(j), 10*of_row(i)), min(of_row(i), of_column(j)))) then
                   difference(j) = 0
                else if (terms(j) > 0) then
                   width = width + 1

@@ -36,7 +36,8 @@ module kschur_mesh
    character(len=2), parameter, public :: rigid_motion_names(6) = ["x ", "y ", "z ", "rx", "ry", "rz"]
 
    !> VTK's numbers of cells.
-   integer, parameter, public :: vtk_vertex = 1, vtk_line = 3, vtk_tetrahedron = 10
+   integer, parameter, public :: vtk_vertex = 1, vtk_line = 3, vtk_quadrilateral = 9, vtk_tetrahedron = 10, &
+      vtk_hexahedron = 12, vtk_quadratic_tetrahedron = 24
 
 contains
 

@@ -106,6 +106,8 @@ contains
       ! Each multiplier has a negative pivot, but for redundant ones, whose signs are rounding. What is
       ! counted too low by them makes too many be looked for, never too few.
       if (factored%null_pivots == 0) census%negative_at_shift = factored%negative_pivots - problem%multipliers()
+      ! At zero the pivots of rigid motions are rounding, and these are not below it.
+      if (.not. abs(shift) > 0) census%negative_at_shift = max(census%negative_at_shift - zeros, 0)
       call move_alloc(solver, census%solver)
    end subroutine new_inertia_census
 
@@ -190,7 +192,7 @@ contains
       integer :: i
 
       found = 0
-      if (self%from < 0 .and. self%to > 0) found = self%zeros
+      if (self%from <= 0 .and. self%to > 0) found = self%zeros
       do i = 1, size(values)
          if ((i > wanted .and. residuals(i) > known_well) .or. .not. abs(values(i)) > tiny(1.0_wp)) cycle
          theta = self%shift + 1/values(i)
@@ -287,7 +289,7 @@ contains
       real(wp), intent(in) :: theta, values(:), residuals(:)
 
       known = self%negative_at_shift + count(values*(theta - self%shift) > 1 .and. residuals <= known_well)
-      if (self%shift < 0 .and. theta > 0) known = known + self%zeros
+      if (self%shift <= 0 .and. theta > 0) known = known + self%zeros
    end function known_below
 
    ! The middle of the first wide gap below `last` between values that are known

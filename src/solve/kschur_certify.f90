@@ -26,7 +26,7 @@ contains
       if (modes%certified == certified_yes .or. modes%reason == reason_cancelled) return
       call s%announce_phase("count of eigenvalues")
       call certify_by_winding(s%work, s%inner%complex, modes%lambda, none, s%known%deflation%zeros(), s%options%target, &
-         nearly_zero*abs(s%shift), certificate, monitor=s%monitor)
+         nearly_zero*s%reference(), certificate, monitor=s%monitor)
       call s%effort%add_effort(certificate)
       select case (certificate%verdict)
       case (certified_yes)

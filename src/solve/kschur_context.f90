@@ -21,6 +21,7 @@ module kschur_context
    use kschur_result, only: append_note, note_length
    use kschur_row_problem, only: row_problem_type
    use kschur_shared_problem, only: shared_problem_type
+   use kschur_scaling, only: first_scale
    use kschur_settings, only: check_options, settings_of
    use kschur_spare_solvers, only: spare_solvers_type
    use kschur_transform, only: transform_type
@@ -98,6 +99,8 @@ module kschur_context
       procedure :: is_stopped => is_solve_stopped
       !> Whether rigid motions are all there is, or not even these.
       procedure :: only_rigid
+      !> The size of eigenvalues about the shift (1/s), against which zeros are seen.
+      procedure :: reference
       !> What was done since the step before belongs to a phase of the effort.
       procedure :: end_step
       !> The same to nothing: what was accounted for has changed.
@@ -267,6 +270,14 @@ contains
       only_rigid = self%plan%unknowns_after == 0 .or. &
          (self%known%total%number == size(self%known%rigid%lambda) .and. .not. self%options%is_plain())
    end function only_rigid
+
+   pure real(wp) function reference(self)
+      class(solve_context_type), intent(in) :: self
+
+      reference = abs(self%shift)
+      if (.not. reference > 0) reference = self%scale
+      if (.not. reference > 0) reference = first_scale(self%work)
+   end function reference
 
    subroutine begin_step(self)
       class(solve_context_type), intent(inout) :: self

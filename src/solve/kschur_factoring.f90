@@ -26,19 +26,23 @@ contains
 
    !> Factors a formulation at a shift, and nowhere else: s%transform and s%shift. Fails where it is an eigenvalue.
    !> Where all eigenvalues are computed, a real shift serves them all.
-   subroutine factor_at(s, formulation, shift, error)
+   subroutine factor_at(s, formulation, shift, error, known)
       type(solve_context_type), target, intent(inout) :: s
       !> One of `formulation_*`.
       integer, intent(in) :: formulation
       complex(wp), intent(in) :: shift
       type(error_type), allocatable, intent(out) :: error
+      !> A solver that has factored the real matrix there. Absent: none.
+      class(real_linear_solver_type), allocatable, optional, intent(inout) :: known
       type(placement_type) :: placement
 
       call s%drop_transform()
+      if (present(known)) call move_alloc(known, s%spare%real)
       s%shift = shift
       if (s%dense) s%shift = abs(shift)
       ! What is deflated cannot be seen in the factors.
-      if (any(abs(s%known%deflation%eigenvalues() - s%shift) <= rounding_of_row*abs(s%shift))) then
+      if (.not. present(known) .and. &
+         any(abs(s%known%deflation%eigenvalues() - s%shift) <= rounding_of_row*abs(s%shift))) then
          call new_error(error, error_singular, "the shift is the eigenvalue of a rigid motion; move it a little")
          return
       end if
@@ -68,7 +72,7 @@ contains
       if (allocated(error)) then
          if (error%code /= error_singular) return
       end if
-      call s%effort%add_factors(s%transform%linear_solver())
+      if (.not. present(known)) call s%effort%add_factors(s%transform%linear_solver())
       if (s%dense .and. .not. allocated(error)) call make_dense(s)
    end subroutine factor_at
 

@@ -9,7 +9,7 @@ module kschur_finishing
    use kschur_memory, only: require_memory
    use kschur_mode_selection, only: distances, judge_pairs, nearest_first, wanted_type
    use kschur_modes, only: modes_type
-   use kschur_outcome, only: inaccurate_above
+   use kschur_outcome, only: certified_yes, inaccurate_above
    use kschur_polish, only: polished_type, polisher_type
    use kschur_residual_parts, only: residual_parts
    use kschur_scaling, only: constraint_factors
@@ -19,7 +19,7 @@ module kschur_finishing
    use kschur_tolerances, only: above_all_rounding, cancelled, dependent_state, may_be_anything, same_shape, same_value, uneven
    implicit none
    private
-   public :: are_good, finish_modes
+   public :: are_good, finish_modes, good_enough_of
 
    ! What may be anything is looked for as far as this part of its eigenvalue.
    real(wp), parameter :: half = 0.5_wp
@@ -38,7 +38,7 @@ contains
 
    !> Polishes each cluster in which a mode is inaccurate, in doubt, or no other than its neighbours: once
    !> factored beside and iterated, what lies where it is takes its place, whatever that is. A mode in doubt that is not
-   !> found there is no eigenvalue.
+   !> found there is no eigenvalue, unless all were computed at once: these are as many after as before.
    subroutine finish_modes(s, modes, aside, error)
       type(solve_context_type), intent(inout) :: s
       !> Of what is iterated, in the units that balance has found: in those as given, errors may hide behind a few large entries.
@@ -50,12 +50,11 @@ contains
       type(polisher_type) :: polisher
       type(cluster_type), allocatable :: clusters(:)
       type(eigenpairs_type) :: found
-      type(modes_type) :: more
       logical, dimension(size(modes%lambda)) :: gone, nowhere
       complex(wp), allocatable :: badly(:)
-      logical, allocatable :: others(:)
       integer, allocatable :: order(:)
       real(wp) :: reach
+      logical :: done
       integer :: lost, i
 
       call judge(s, modes, judgement, error)
@@ -74,25 +73,73 @@ contains
       call s%effort%add_solves(polisher%solver)
       if (.not. any(gone .or. nowhere)) return
       nowhere = nowhere .and. .not. gone
+      if (s%dense .and. s%transform%certificate%verdict == certified_yes) then
+         call keep_number(s, gone, nowhere, found, modes, done)
+         if (done) return
+      end if
       call put_aside(modes, nowhere .and. modes%backward_error <= inaccurate_above, aside)
       allocate (badly, source=pack(modes%lambda, nowhere .and. judgement%errors > inaccurate_above))
-      call modes%drop(gone .or. nowhere)
-      if (allocated(found%lambda)) then
-         ! A wide cluster may have held neighbours that stay.
-         allocate (others(size(found%lambda)))
-         do i = 1, size(others)
-            others(i) = rest_beside(modes, found, i, same_value) > dependent_state
-         end do
-         call keep_pairs(found, others)
-         call judge_pairs(s%work, wanted_type(target=s%options%target, reference=abs(s%shift)), found, more)
-         call modes%append(more)
-      end if
+      call replace(s, gone .or. nowhere, found, modes)
       ! Infinite eigenvalues that rounding blurred, or modes. Beyond the furthest of all that are wanted they do not matter.
       allocate (order, source=nearest_first(modes%lambda, s%options%target))
       reach = huge(1.0_wp)
       if (size(order) >= s%options%modes) reach = distances(modes%lambda(order(s%options%modes)), s%options%target)
       modes%inaccurate = modes%inaccurate + lost + count(distances(badly, s%options%target) <= reach)
    end subroutine finish_modes
+
+   ! The same where all eigenvalues are known: with those that were not found again, or as they were, if so many they are and none
+   ! is inaccurate.
+   subroutine keep_number(s, gone, nowhere, found, modes, done)
+      type(solve_context_type), intent(in) :: s
+      logical, intent(in) :: gone(:), nowhere(:)
+      type(eigenpairs_type), intent(in) :: found
+      type(modes_type), intent(inout) :: modes
+      logical, intent(out) :: done
+      type(modes_type) :: others
+      integer :: way
+
+      do way = 1, 3
+         others = modes
+         select case (way)
+         case (1)
+            call replace(s, gone .or. nowhere, found, others)
+         case (2)
+            call replace(s, gone, found, others)
+         end select
+         done = others%found == modes%found .and. all(others%backward_error <= inaccurate_above)
+         if (.not. done) cycle
+         modes = others
+         return
+      end do
+   end subroutine keep_number
+
+   ! Puts what was found in the place of some modes.
+   subroutine replace(s, dropped, found, modes)
+      type(solve_context_type), intent(in) :: s
+      logical, intent(in) :: dropped(:)
+      !> Not allocated: nothing.
+      type(eigenpairs_type), intent(in) :: found
+      type(modes_type), intent(inout) :: modes
+      type(eigenpairs_type) :: others
+      type(modes_type) :: more
+
+      call modes%drop(dropped)
+      if (.not. allocated(found%lambda)) return
+      ! A wide cluster may have held neighbours that stay.
+      others = found
+      call leave_out_known(others, modes)
+      call judge_pairs(s%work, wanted_type(target=s%options%target, reference=s%reference()), others, more)
+      call modes%append(more)
+   end subroutine replace
+
+   ! Takes out of some pairs those whose states lie in the span of others.
+   subroutine leave_out_known(pairs, known)
+      type(eigenpairs_type), intent(inout) :: pairs
+      class(eigenpairs_type), intent(in) :: known
+      integer :: j
+
+      call keep_pairs(pairs, [(rest_beside(known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
+   end subroutine leave_out_known
 
    ! Those among some modes that are not there yet, from another shift.
    subroutine put_aside(modes, chosen, aside)
@@ -167,7 +214,7 @@ contains
       are_good = all(modes%backward_error <= good_enough_of(s) .or. modes%backward_error > may_be_anything .or. modes%motion > 0)
    end function are_good
 
-   ! The backward error that is good enough.
+   !> The backward error that is good enough.
    pure real(wp) function good_enough_of(s)
       type(solve_context_type), intent(in) :: s
 
@@ -233,8 +280,7 @@ contains
       type(eigenpairs_type) :: members
       complex(wp) :: shift
       logical :: chosen(size(modes%lambda))
-      logical, allocatable :: others(:)
-      integer :: few, j
+      integer :: few
 
       chosen = .false.
       chosen(cluster%members) = .true.
@@ -259,11 +305,7 @@ contains
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          if (allocated(found%lambda)) then
             ! Eigenvalues known so badly that they were not near to each other may be found beside both.
-            allocate (others(size(polished%errors)))
-            do j = 1, size(others)
-               others(j) = rest_beside(found, polished%pairs, j, same_value) > dependent_state
-            end do
-            call keep_pairs(polished%pairs, others)
+            call leave_out_known(polished%pairs, found)
             call append_pairs(found, polished%pairs)
          else
             found = polished%pairs

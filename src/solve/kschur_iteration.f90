@@ -9,7 +9,7 @@ module kschur_iteration
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_options, only: modal_options_type
+   use kschur_options, only: modal_options_type, formulation_low_rank, formulation_proportional, formulation_symmetric
    use kschur_outcome, only: reason_converged
    use kschur_settings, only: set_iteration_options
    use kschur_split, only: match_conjugates
@@ -39,6 +39,7 @@ contains
       ! Eigenvalues of modes that are not to be found, but count.
       complex(wp), allocatable :: known(:)
       logical, allocatable :: paired(:)
+      logical :: counts
       integer :: j
 
       call s%end_step(phase_place)
@@ -50,7 +51,10 @@ contains
       call set_iteration_options(settings, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), asked, &
          count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
       if (allocated(s%last)) call s%transform%begin_with(s%last, options%block, options%start)
-      if (allocated(options%start)) options%verify = options%block == 1 .or. any_copies(s%last%lambda)
+      ! A symmetric form counts instead.
+      counts = any(s%formulation == [formulation_symmetric, formulation_proportional, formulation_low_rank])
+      options%verify = counts .or. options%block == 1
+      if (allocated(options%start)) options%verify = options%verify .or. most_copies(s%last%lambda) > 1
       if (allocated(options%start)) options%expected = s%dimension
       if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
       options%checkpoint => s%checkpoint
@@ -61,8 +65,8 @@ contains
          call s%transform%iterate(selection, options, ritz, error, s%monitor)
          if (allocated(error)) exit
          call account(s, ritz%statistics)
-         if (options%verify .or. .not. any_copies(ritz%mu)) exit
-         ! Several vectors find two copies, and there may be more.
+         if (options%verify .or. most_copies(ritz%mu) < options%block) exit
+         ! A block finds as many copies as it has vectors, and there may be more.
          options%verify = .true.
       end do
       call s%hold(whole_iterated, error)
@@ -115,13 +119,13 @@ contains
       end associate
    end subroutine account
 
-   ! Whether two values may be one.
-   pure logical function any_copies(values)
+   ! Of how many values some one may be.
+   pure integer function most_copies(values)
       complex(wp), intent(in) :: values(:)
       integer :: j
 
-      any_copies = any([(any(abs(values(:j - 1) - values(j)) <= same_frequency*abs(values(j))), j=1, size(values))])
-   end function any_copies
+      most_copies = maxval([0, (count(abs(values - values(j)) <= same_frequency*abs(values(j))), j=1, size(values))])
+   end function most_copies
 
    subroutine tell_complaint(s)
       type(solve_context_type), intent(inout) :: s

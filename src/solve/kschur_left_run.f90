@@ -97,7 +97,7 @@ contains
          allocate (polisher)
          call polisher%begin(constraint_factors(adjoint%work, s%options%constraint_scaling, s%shift), above_all_rounding, &
             s%inner%complex)
-         polisher%reference = max(abs(s%shift), first_scale(adjoint%work))
+         polisher%reference = max(s%reference(), first_scale(adjoint%work))
       end if
       call find_left_pairs(s%work, adjoint%work, adjoint%contract(found), pairs, errors, left, s%effort, error, polisher)
    end subroutine find_in_even_units
@@ -119,6 +119,7 @@ contains
       adjoint%dense = s%dense
       adjoint%plan = s%plan%transposed()
       adjoint%shift = s%shift
+      adjoint%scale = s%scale
       adjoint%known%redundant = s%known%redundant - s%plan%redundant
       call transpose_problem(s%work, adjoint%work, error)
    end subroutine begin_transposed

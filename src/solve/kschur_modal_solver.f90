@@ -363,6 +363,6 @@ contains
       type(solve_context_type), intent(in) :: s
       type(modal_result_type), intent(in) :: result
 
-      seems_rigid = any(abs(result%eigenvalues) < seems_zero*abs(s%shift))
+      seems_rigid = any(abs(result%eigenvalues) < seems_zero*s%reference())
    end function seems_rigid
 end module kschur_modal_solver

@@ -4,7 +4,7 @@ module kschur_search
    use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type, whole_given, whole_iterated
    use kschur_effort, only: phase_judge, phase_recover
-   use kschur_eigenpairs, only: append_pairs, eigenpairs_type, keep_pairs, normalize
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, near, normalize
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
    use kschur_iteration, only: iterate
    use kschur_kinds, only: wp
@@ -15,10 +15,12 @@ module kschur_search
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
+   use kschur_refining, only: refine_modes
+   use kschur_shapes, only: rest_beside, rests_of_states
    use kschur_shift, only: factor_beside, move_to_modes
-   use kschur_shapes, only: rest_beside
    use kschur_text, only: text
    use kschur_tolerances, only: dependent_state, may_be_anything, same_shape, same_value
+   use kschur_options, only: formulation_quadratic
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -48,7 +50,8 @@ contains
          if (allocated(error)) return
          if (fewer(s, modes) .and. allocated(aside%lambda) .and. complete) call take_back(s, aside, modes)
       end if
-      call give_shapes(s, modes, error)
+      if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled)) call refine_modes(s, modes)
+      if (.not. allocated(error)) call give_shapes(s, modes, error)
       if (allocated(error)) return
       if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled .or. modes%unsure .or. are_good(s, modes))) then
          ! What is accurate in even units may not be so as given.
@@ -137,7 +140,7 @@ contains
          if (allocated(error)) return
          call append_pairs(pairs, s%contract(s%known%rigid))
          call judge_pairs(s%work, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
-            size(s%known%rigid%lambda), abs(s%shift), reach), pairs, modes)
+            size(s%known%rigid%lambda), s%reference(), reach), pairs, modes)
          missing = s%options%modes - size(modes%lambda)
          ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
             round == rounds .or. missing >= before
@@ -173,40 +176,47 @@ contains
       real(wp), parameter :: steps(8) = [1.0_wp, 1.0e2_wp, 1.0e-2_wp, 1.0e4_wp, 1.0e-4_wp, 1.0e6_wp, 1.0e-6_wp, 1.0e8_wp]
       ! Off the first shift itself; beyond so many times the spectrum all eigenvalues look alike.
       real(wp), parameter :: off = 3, beyond_all = 10
-      ! From a shift so many times their size eigenvalues look like zero, and their shapes take in those of other ones.
-      real(wp), parameter :: like_zero = 1.0e-8_wp
       type(eigenpairs_type) :: more
       type(krylov_statistics_type) :: statistics
       class(transform_type), allocatable :: first
       real(wp) :: scale, reach
       complex(wp) :: shift
-      integer :: i
+      integer :: formulation, i
+      logical :: dense
 
       call s%end_step(phase_judge)
       ! What comes after takes the factors for those at the shift.
       call move_alloc(s%transform, first)
       call s%begin_step()
       shift = s%shift
-      scale = abs(shift)
+      formulation = s%formulation
+      dense = s%dense
+      s%formulation = formulation_quadratic
+      s%dense = .false.
+      scale = s%reference()
       do i = 1, size(steps)
          if (modes%found >= s%known%total%number) exit
          if (steps(i) > 1 .and. off*steps(i)*scale > beyond_all*highest(s%work)) cycle
          call factor_beside(s, cmplx(off*steps(i)*scale, 0, wp), error)
          if (allocated(error)) then
-            if (all(error%code /= [error_singular, error_cancelled])) return
+            if (all(error%code /= [error_singular, error_cancelled])) exit
             deallocate (error)
             if (s%is_stopped()) exit
             cycle
          end if
+         s%known%deflation%locked = accepted_pairs(modes)
          call iterate(s, s%known%total%number, more, reach, statistics, error)
-         if (allocated(error)) return
-         call keep_pairs(more, abs(more%lambda) > like_zero*off*steps(i)*scale)
+         s%known%deflation%locked = eigenpairs_type()
+         if (allocated(error)) exit
          call s%end_step(phase_recover)
          call add_pairs(s, more, scale, modes)
          call finish_modes(s, modes, aside, error)
-         if (allocated(error)) return
+         if (allocated(error)) exit
          call drop_spurious(modes)
       end do
+      s%formulation = formulation
+      s%dense = dense
+      if (allocated(error)) return
       call s%drop_transform()
       call s%end_step(phase_judge)
       call move_alloc(first, s%transform)
@@ -214,6 +224,23 @@ contains
       s%shift = shift
       call modes%drop(modes%backward_error > inaccurate_above)
    end subroutine search_elsewhere
+
+   ! Those that need not be found again: others than roots of a defective eigenvalue, whose space is known to the root of rounding.
+   function accepted_pairs(modes) result(pairs)
+      type(modes_type), intent(in) :: modes
+      type(eigenpairs_type) :: pairs
+      real(wp) :: rests(size(modes%lambda))
+      logical :: accepted(size(modes%lambda))
+      integer :: j
+
+      rests = rests_of_states(modes, [(j, j=1, size(rests))])
+      accepted = modes%motion == 0 .and. modes%backward_error <= inaccurate_above
+      do j = 1, size(rests)
+         if (rests(j) <= dependent_state) accepted = accepted .and. .not. near(modes%lambda, j, same_value)
+      end do
+      pairs = chosen_pairs(modes, accepted)
+      call pairs%make_complex()
+   end function accepted_pairs
 
    ! Shapes of the problem as given, and how well they satisfy it.
    subroutine give_shapes(s, modes, error)
@@ -264,23 +291,21 @@ contains
       !> A size of lambda (1/s), against which zeros are seen.
       real(wp), intent(in) :: reference
       type(modes_type), intent(inout) :: modes
-      type(modes_type) :: others, other
+      type(modes_type) :: others
+      logical, allocatable :: again(:)
       integer :: j
 
       call append_pairs(more, s%contract(s%known%rigid))
       call judge_pairs(s%work, wanted_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
          more, others)
-      do j = 1, size(others%lambda)
-         if (.not. abs(others%lambda(j)) > 0 .or. (others%motion(j) > 0 .and. any(modes%motion == others%motion(j)))) cycle
-         ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape; others share an
-         ! eigenvalue, and more of their neighbours is in a shape.
-         if (rest_beside(modes, others, j, may_be_anything) <= same_shape) cycle
-         if (rest_beside(modes, others, j, same_value) <= dependent_state) cycle
-         other = others
-         call other%take([j])
-         other%found = eigenvalues_of(other%lambda, [.true.])
-         call modes%append(other)
+      allocate (again, source=.not. abs(others%lambda) > 0)
+      do j = 1, size(again)
+         if (others%motion(j) > 0) again(j) = again(j) .or. any(modes%motion == others%motion(j))
+         ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape.
+         if (.not. again(j)) again(j) = rest_beside(modes, others, j, may_be_anything) <= same_shape
       end do
+      call others%drop(again)
+      call modes%append(others)
    end subroutine add_pairs
 
    ! What may be anything is what is missing, where it is an eigenpair, nothing else was found anywhere and one eigenvalue is
@@ -294,7 +319,7 @@ contains
       if (eigenvalues_of(aside%lambda, spread(.true., 1, size(aside%lambda))) /= 1) return
       if (any(backward_errors(s%work, aside) > inaccurate_above)) return
       allocate (aside%paired(1), source=.false.)
-      call add_pairs(s, aside, abs(s%shift), modes)
+      call add_pairs(s, aside, s%reference(), modes)
       modes%unsure = .true.
       call s%add_note("an eigenvalue may be anything by its error bound; that there is one more than the others is known")
    end subroutine take_back

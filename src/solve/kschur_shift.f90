@@ -3,6 +3,7 @@
 !> Each place has candidates, and the first that is no eigenvalue is factored. A scale is what was observed: by a few
 !> steps on the stiffness, by a few at the shift, by the modes that were found from there.
 module kschur_shift
+   use kschur_block_choice, only: chosen_block
    use kschur_context, only: solve_context_type, whole_iterated
    use kschur_error, only: error_type, new_error, error_convergence, error_singular
    use kschur_factoring, only: factor_at
@@ -13,7 +14,10 @@ module kschur_shift
    use kschur_modal_selection, only: modal_selection_type
    use kschur_mode_selection, only: highest
    use kschur_monitor, only: stopper_type
-   use kschur_options, only: formulation_quadratic
+   use kschur_linear_solver, only: real_linear_solver_type
+   use kschur_options, only: formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, &
+      inner_auto
+   use kschur_scaled_solver, only: scaled_real_type
    use kschur_scaling, only: first_scale, typical_rate
    use kschur_text, only: magnitude
    use kschur_tolerances, only: above_the_typical, nearly_zero, too_far
@@ -26,6 +30,8 @@ module kschur_shift
    integer, parameter :: shift_attempts = 5
    ! A few steps tell a scale to this part of it.
    real(wp), parameter :: roughly = 0.1_wp
+   ! From zero, eigenvalues so many times the lowest are told as well as from among them.
+   real(wp), parameter :: seen_from_zero = 30
    ! Where to, by what factors, should it be an eigenvalue.
    real(wp), parameter :: moved(3) = [1.0_wp, 1.1_wp, 1.3_wp]
    ! To the right of a target a stable system has no eigenvalue.
@@ -40,14 +46,21 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: scale, suggested
       integer :: search
+      logical :: placed
 
       call s%enter_phase("factorisation", error, whole_iterated)
       if (allocated(error)) return
       suggested = first_scale(s%work)
       scale = s%scale
       if (.not. scale > 0) scale = max(suggested, s%known%deflation%blur)
-      if (.not. (allocated(s%options%shift) .or. serves_all(s)) .and. abs(s%options%target) <= suggested) &
-         call observe_stiffness(s, scale, error)
+      if (.not. (allocated(s%options%shift) .or. serves_all(s)) .and. abs(s%options%target) <= suggested) then
+         if (may_stay_at_zero(s)) then
+            call try_zero(s, scale, placed, error)
+            if (allocated(error) .or. placed) return
+         else
+            call observe_stiffness(s, scale, error)
+         end if
+      end if
       call s%drop_stiffness()
       if (allocated(error)) return
       if (allocated(s%options%shift)) then
@@ -77,6 +90,48 @@ contains
          call factor_first(s, s%formulation, s%options%target + off_axis*abs(s%options%target), error)
       end if
    end subroutine place_shift
+
+   ! Whether the factors of the stiffness serve the iteration: what is zero is then not in it.
+   pure logical function may_stay_at_zero(s)
+      type(solve_context_type), intent(in) :: s
+
+      may_stay_at_zero = allocated(s%known%stiffness) .and. s%known%deflation%others == 0 .and. s%options%inner == inner_auto &
+         .and. .not. (s%dense .or. allocated(s%last)) .and. any(s%formulation == [formulation_symmetric, &
+         formulation_proportional, formulation_quadratic, formulation_low_rank])
+      if (may_stay_at_zero) may_stay_at_zero = s%known%stiffness%exact
+   end function may_stay_at_zero
+
+   ! Iterates at the shift zero, on the factors of the stiffness, a few steps, which tell the scale (1/s). It stays there
+   ! unless what is wanted spreads too far: from zero the highest would have fewer digits.
+   subroutine try_zero(s, scale, placed, error)
+      type(solve_context_type), target, intent(inout) :: s
+      real(wp), intent(inout) :: scale
+      logical, intent(out) :: placed
+      type(error_type), allocatable, intent(out) :: error
+      type(scaled_real_type), allocatable :: scaled
+      class(real_linear_solver_type), allocatable :: solver
+      real(wp) :: observed, spread
+
+      placed = .false.
+      allocate (scaled)
+      call s%effort%add_solves(s%known%stiffness%solver)
+      s%known%stiffness%solver%solve_seconds = 0
+      call move_alloc(s%known%stiffness%solver, scaled%factors)
+      call move_alloc(s%known%stiffness%scaling, scaled%scaling)
+      deallocate (s%known%stiffness)
+      call move_alloc(scaled, solver)
+      s%scale = scale
+      call factor_at(s, s%formulation, (0.0_wp, 0.0_wp), error, solver)
+      if (.not. allocated(error)) call observe_here(s, observed, error, spread)
+      if (allocated(error)) then
+         if (all(error%code /= [error_convergence, error_singular])) return
+         deallocate (error)
+         return
+      end if
+      if (observed > 0) scale = observed
+      s%scale = scale
+      placed = spread <= seen_from_zero
+   end subroutine try_zero
 
    !> Factors at a shift, or beside it if it is an eigenvalue.
    subroutine factor_beside(s, shift, error)
@@ -251,27 +306,35 @@ contains
    end subroutine observe_stiffness
 
    ! The scale of what a few steps at the shift tell; zero where they do not tell.
-   subroutine observe_here(s, scale, error)
+   subroutine observe_here(s, scale, error, spread)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(out) :: scale
       type(error_type), allocatable, intent(out) :: error
+      !> The ratio of the highest to the lowest of them.
+      real(wp), optional, intent(out) :: spread
       type(modal_selection_type) :: selection
       type(ritz_pairs_type) :: ritz
       type(stopper_type) :: stopper
       complex(wp) :: lambdas(2)
       real(wp), allocatable :: magnitudes(:)
       logical, allocatable :: real_ones(:)
-      integer :: subspace, i
+      real(wp) :: furthest
+      ! A polynomial of lower degree tells nothing.
+      integer, parameter :: steps = 6
+      integer :: subspace, block, i
 
       scale = 0
+      if (present(spread)) spread = 1
+      block = 1
+      if (s%formulation /= formulation_low_rank) block = chosen_block(s, merge(1, 2, s%transform%map%oscillator)*s%options%modes)
       selection = modal_selection_type(s%options%modes, s%transform%map, s%transform%shift, s%options%target, &
          s%known%deflation%eigenvalues())
       ! A mode is one value of an oscillator, and two otherwise.
-      subspace = merge(20, 30, s%transform%map%oscillator)
+      subspace = max(merge(20, 30, s%transform%map%oscillator), steps*block)
       stopper%of => s%monitor
       ! The search goes on from there, if it may have a space as large.
       call s%transform%iterate(selection, krylov_options_type(subspace=subspace, tolerance=roughly, max_restarts=1, &
-         seed=s%options%seed, verify=.false., processes=s%processes, &
+         seed=s%options%seed, block=block, verify=.false., processes=s%processes, &
          keep=s%options%subspace == 0 .or. s%options%subspace >= subspace), ritz, error, stopper)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
@@ -282,8 +345,10 @@ contains
          magnitudes(i) = maxval(abs(lambdas))
          real_ones(i) = .not. any(abs(aimag(lambdas)) > 0)
       end do
+      if (size(magnitudes) == 0) return
+      furthest = too_far*merge(abs(s%shift), minval(magnitudes), abs(s%shift) > 0)
       call observe(but_lowest(magnitudes, real_ones, slow_decays(s)), nearly_zero*abs(s%shift), &
-         min(too_far*abs(s%shift), above_the_typical*typical_rate(s%work)), 1, scale)
+         min(furthest, above_the_typical*typical_rate(s%work)), 1, scale, spread)
    end subroutine observe_here
 
    ! How many eigenvalues rigid motions have beside the zeros, where damping keeps them in the iteration. Like those zeros
@@ -324,10 +389,12 @@ contains
 
    ! The middle, by ratio, of those of some |lambda| that lie between two bounds, if they are enough: from there both ends
    ! are found with the same digits.
-   subroutine observe(magnitudes, least, most, enough, scale)
+   subroutine observe(magnitudes, least, most, enough, scale, spread)
       real(wp), intent(in) :: magnitudes(:), least, most
       integer, intent(in) :: enough
       real(wp), intent(inout) :: scale
+      !> Of the highest to the lowest of them; as it was where they are too few.
+      real(wp), optional, intent(inout) :: spread
       ! What is far below the shift looks alike, and is lower than it looks; what is far beyond is lost.
       real(wp), parameter :: above_the_smallest = 10, below_the_largest = 1.0e-2_wp
       real(wp) :: smallest, largest
@@ -338,5 +405,6 @@ contains
       smallest = minval(magnitudes, seen)
       largest = maxval(magnitudes, seen)
       scale = max(min(sqrt(smallest*largest), above_the_smallest*smallest), below_the_largest*largest)
+      if (present(spread)) spread = largest/smallest
    end subroutine observe
 end module kschur_shift

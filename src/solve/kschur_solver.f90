@@ -22,10 +22,10 @@ module kschur_solver
    use kschur_outcome, only: certified_no, certified_yes, reason_cancelled, reason_converged, reason_fewer_modes, &
       reason_max_restarts
    use kschur_preparation, only: examine, reduce
-   use kschur_problem, only: modal_problem_type
+   use kschur_problem, only: damping_proportional, modal_problem_type
    use kschur_processes, only: join_processes, processes_type
    use kschur_report, only: report
-   use kschur_result, only: modal_result_type, note_length
+   use kschur_result, only: kind_overdamped, modal_result_type, note_length
    use kschur_search, only: find_modes, take_rigid
    use kschur_shared_problem, only: shared_problem_type
    use kschur_shift, only: place_shift
@@ -136,7 +136,8 @@ contains
          if (.not. allocated(error)) dense_ends = dense_may_end_stall(s)
          if (.not. allocated(error)) call solve_prepared(s, options, result, error, groups)
          call groups%finish()
-         dense_tells = dense_tells .or. (dense_ends .and. result%reason == reason_max_restarts)
+         if (.not. allocated(error)) dense_tells = dense_tells .or. (dense_ends .and. &
+            (result%reason == reason_max_restarts .or. reaches_crowd(s%problem, result)))
          if (.not. allocated(error) .and. dense_tells) call solve_again_dense(s, options, result)
       end if
       call take_cancelled(error, cancelled)
@@ -231,8 +232,8 @@ contains
       type(error_type), allocatable :: error
 
       if (result%reason == reason_cancelled) return
-      if (result%reason == reason_fewer_modes .or. &
-         (result%reason == reason_converged .and. result%certified /= certified_no)) return
+      if (result%reason == reason_fewer_modes .or. (result%reason == reason_converged .and. &
+         result%certified /= certified_no .and. .not. reaches_crowd(s%problem, result))) return
       settings = options
       settings%formulation = formulation_dense
       allocate (own)
@@ -246,6 +247,17 @@ contains
       call dense%add_effort(result)
       result = dense
    end subroutine solve_again_dense
+
+   ! Whether a list that was not counted reaches where stiff motions crowd, at -1/beta: the nearest are the stiffest, and so far from
+   ! the shift copies are not seen.
+   pure logical function reaches_crowd(problem, result)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(in) :: result
+      real(wp), parameter :: about = 0.5_wp
+
+      reaches_crowd = problem%damping_kind == damping_proportional .and. result%certified /= certified_yes
+      if (reaches_crowd) reaches_crowd = any(result%kind == kind_overdamped .and. abs(result%eigenvalues)*problem%beta > about)
+   end function reaches_crowd
 
    !> The result of a solve that the monitor ended before there were factors with which modes are found. The context is good
    !> for nothing else.

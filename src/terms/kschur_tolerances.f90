@@ -134,6 +134,8 @@ module kschur_tolerances
    !> M scaled to a unit diagonal is definite where its least eigenvalue is above this: those of finite elements are
    !> above a hundredth (Wathen, IMA J. Numer. Anal. 7 (1987)).
    real(wp), parameter, public :: least_of_mass = 1.0e-4_wp
+   !> What a random start vector hides with this probability is taken for not there. Chosen.
+   real(wp), parameter, public :: improbable = 1.0e-10_wp
    !> A regularisation is above the backward error of the solver by this factor,
    real(wp), parameter, public :: above_rounding = 16
    !> and so far above the unit of the last place that a pivot of it and of rounding is never taken for a null pivot.

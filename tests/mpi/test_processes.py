@@ -21,11 +21,11 @@ FAIL_AT = os.path.abspath(sys.argv[3])
 ALL = "--all" in sys.argv
 # Each scene, small, with its default damping: options, and whether it is symmetric and certified.
 SCENES = {
-    "beam-body": [], "brake": [], "cantilever": ["--elements", 4], "crank": ["--density", 1], "free-free": ["--bodies", 2],
+    "beam-body": [], "block": ["--cells", 2], "brake": [], "cantilever": ["--elements", 4], "crank": ["--density", 1], "free-free": ["--bodies", 2],
     "grid": ["--cells", "2x1"], "linkage": ["--loops", 2, "--cells-per-loop", 4], "pendulum": ["--bars", 2], "rotor": [],
-    "spring-chain": ["--masses", 7], "turbine": ["--tower-elements", 10]}
+    "shell": ["--cells", "3x3"], "spring-chain": ["--masses", 7], "turbine": ["--tower-elements", 10]}
 # Those whose matrices are symmetric, so that undamped frequencies follow from LAPACK.
-SYMMETRIC = ["beam-body", "cantilever", "crank", "free-free", "grid", "linkage", "pendulum", "spring-chain"]
+SYMMETRIC = ["beam-body", "block", "cantilever", "crank", "free-free", "grid", "linkage", "pendulum", "shell", "spring-chain"]
 MODES = 8
 
 passed = failed = 0

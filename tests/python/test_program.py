@@ -34,6 +34,7 @@ RANDOM_UNSYMMETRIC = [-0.073186212, 0.2145172, 0.217844 + 0.29647593j, -0.936759
 # Each scene, small: options, unknowns, constraints, and its lowest frequency that is not zero, in rad/s.
 SCENES = {
     "beam-body": ([], 30, 6, math.sqrt(0.03186203916787638)),
+    "block": (["--cells", 1, "--supports", "hinged", "--damping", "none"], 48, 5, None),
     "brake": (["--friction", 0.2, "--damping", "none"], 4, 2,
               math.sqrt(1.28125e6 - math.sqrt((0.5625e6 / 2)**2 - 0.04 * 1.5625e12))),
     "cantilever": (["--elements", 4, "--tip-mass", 1e12, "--damping", "none"], 36, 12, 9.200165685940e-6 * math.tau / math.sqrt(1e3)),
@@ -44,6 +45,7 @@ SCENES = {
     "pendulum": (["--bars", 2, "--length", 1], 12, 10, math.sqrt(9.81 * (2 - math.sqrt(2)))),
     "rotor": (["--speed", 0, "--bearings", "rigid", "--density", 0, "--damping", "none"], 60, 12,
               math.sqrt(48 * 2.1e11 * math.pi * 0.04**4 / 64 / 40)),
+    "shell": (["--cells", "3x3", "--damping", "none"], 36, 0, None),
     "spring-chain": (["--masses", 7, "--damping", "none"], 7, 0, 2 * math.sin(math.pi / 14)),
     "turbine": (["--tower-elements", 10, "--damping", "none"], 966, 41, None),
 }

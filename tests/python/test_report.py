@@ -39,6 +39,7 @@ FIGURES = {
     "work_precision_damping",
     "time_against_unknowns",
     "memory_against_unknowns",
+    "time_of_solids",
     "time_against_dampers",
     "time_against_block",
     "time_against_threads",
@@ -329,6 +330,14 @@ def test_numbers(folder):
     check("memory: more than nothing", all((run.memory_bytes > 0).all() for run in runs))
     sizes = {run.unknowns for run in campaign.study("scaling")}
     check("scaling: three sizes", sizes == {300, 948, 1956}, sizes)
+    cubes = campaign.study("solids")
+    check(
+        "solids: two cubes with each damping, all modes",
+        sorted(run.problem for run in cubes)
+        == [f"cube {cells}^3, {damping}" for cells in (2, 3) for damping in ("general", "one dashpot", "proportional")]
+        and all(run.found == run.expected == 40 for run in cubes),
+        [(run.problem, run.found) for run in cubes],
+    )
     dampers = campaign.study("dampers")
     check(
         "dampers: each number by low-rank and by quadratic, one of them chosen, the same modes",
@@ -387,6 +396,7 @@ def test_own_problem(folder):
         - {
             "time_against_unknowns",
             "memory_against_unknowns",
+            "time_of_solids",
             "time_against_dampers",
             "time_against_block",
             "time_against_threads",
@@ -410,9 +420,11 @@ def test_peers(folder):
     """Those that are installed, on a problem with constraints; SciPy always is."""
     installed = [name for name in PEER_NAMES if not missing(METHODS[name])]
     check("peers: SciPy at least", "scipy" in installed)
-    tied = [name for name in installed if METHODS[name].argument == "symmetric"]
-    check_peers(folder, ["cantilever"], [name for name in installed if name not in tied], 8)
-    check_peers(folder, ["grid", "--cells", "3x2"], tied, 20)
+    proportional = [name for name in installed if METHODS[name].argument in ("symmetric", "saddle")]
+    check_peers(folder, ["cantilever"], [name for name in installed if name not in proportional], 8)
+    check_peers(folder, ["grid", "--cells", "3x2"], proportional, 20)
+    # More than ties.
+    check_peers(folder, ["crank", "--density", "1"], [name for name in proportional if METHODS[name].argument == "saddle"], 8)
 
 
 def check_peers(folder, scene, names, modes):
