@@ -157,25 +157,45 @@ contains
       bytes = max(unshifted, bytes + counting)
    end subroutine estimate_factors
 
-   ! A two-level basis of states has vectors of half the length.
+   ! Of the Krylov space what is used where nothing restarts, though there is room for more; a two-level basis of states has vectors
+   ! of half the length. Shapes of oscillators are real until they are handed out, others are recovered and judged as complex ones.
    real(wp) function bytes_of_vectors(problem, settings, plan) result(bytes)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: settings
       type(plan_type), intent(in) :: plan
-      ! Shapes are recovered and judged; images and what the operator takes; matrices of the dense form.
-      integer, parameter :: copies = 2, beside = 16, dense_matrices = 12
+      ! Images and what the operator takes; matrices of the dense form; projected matrices and their decompositions.
+      integer, parameter :: beside = 16, dense_matrices = 12, projected = 6, projected_symmetric = 3
+      ! Of a wanted value, and of a vector of a block.
+      real(wp), parameter :: used = 1.5_wp, steps = 40
       class(krylov_options_type), allocatable :: krylov
-      integer :: length, modes
+      real(wp) :: word, vectors, small
+      integer :: length, modes, room
 
       modes = min(settings%modes, plan%order)
       length = plan%order
       if (any(plan%formulation == [formulation_quadratic, formulation_low_rank])) length = length/2
       call set_iteration_options(settings, plan%formulation, plan%order, modes, 0, plan%oscillator, krylov)
-      bytes = merge(complex_bytes, real_bytes, plan%complex)*length*(real(min(krylov%subspace, plan%order), wp) + beside)
+      word = merge(complex_bytes, real_bytes, plan%complex)
+      room = min(krylov%subspace, plan%order)
+      vectors = min(real(room, wp), used*merge(1, 2, plan%oscillator)*modes + steps*max(krylov%block, 1))
+      if (plan%formulation == formulation_low_rank) vectors = vectors + beside_responses(problem)
+      small = projected*word*real(room, wp)**2
+      if (plan%formulation == formulation_low_rank) small = projected*word*vectors**2
+      if (plan%oscillator) small = projected_symmetric*word*vectors**2
+      bytes = word*length*(vectors + beside) + small
       if (settings%formulation == formulation_dense) bytes = dense_matrices*real_bytes*real(plan%order, wp)**2
       if (settings%left) bytes = 2*bytes
-      bytes = bytes + copies*complex_bytes*modes*(real(problem%unknowns(), wp) + problem%multipliers())
+      bytes = bytes + merge(1, 2, plan%oscillator)*complex_bytes*modes*(real(problem%unknowns(), wp) + problem%multipliers())
    end function bytes_of_vectors
+
+   ! Vectors that a space of low rank has room for beside what is asked of it: responses to each local force, and six rigid motions.
+   pure integer function beside_responses(problem) result(vectors)
+      type(modal_problem_type), intent(in) :: problem
+      integer, parameter :: of_force = 10, of_rigid_motions = 18
+
+      vectors = of_rigid_motions
+      if (allocated(problem%dampers)) vectors = vectors + of_force*count(problem%dampers%row_maxima() > 0)
+   end function beside_responses
 
    pure real(wp) function total(self)
       class(memory_estimate_type), intent(in) :: self

@@ -94,10 +94,10 @@ def walk(words, limits, folder, output=None, timed=False):
 
 
 def check_estimate(problem, folder, *words):
-    """What info says of a solve is within a factor of two of what it takes; a limit below that is refused, with both numbers."""
+    """What info says of a solve is 0.8 to 1.5 of what it takes; a limit below that is refused, with both numbers."""
     facts = json.loads(run(("info", problem, "--format", "json", *words))[1])["memory_bytes"]
     taken = json.loads(run(("solve", problem, "--format", "json", "--threads", "1", *words))[1])["peak_memory_bytes"]
-    wrong = [] if 0.5 <= facts["total"]/taken <= 2 else [f"{facts['total']} bytes are told, {taken} taken"]
+    wrong = [] if 0.8 <= facts["total"]/taken <= 1.5 else [f"{facts['total']} bytes are told, {taken} taken"]
     megabytes = facts["total"]//10**6
     status, out, errors = run(("solve", problem, *words, "--output", folder/"refused.h5", "--memory", f"{megabytes}M"))
     expected = f"kschur: the solve is estimated to take {megabytes + 1} MB, and the limit of memory is "
@@ -128,6 +128,11 @@ def main():
             check_estimate(grid, folder, *words)
             check_estimate(crank, folder, *words)
         check_estimate(grid, folder, "--modes", "50")
+        # Long lists, and bases of low rank.
+        for cells, dashpots, modes in (("30x21", "0", "300"), ("30x21", "4", "100"), ("60x42", "4", "10")):
+            large = folder/f"grid_{cells}_{dashpots}.h5"
+            subprocess.run([KSCHUR, "scene", "grid", "--cells", cells, "--dashpots", dashpots, "--output", large], capture_output=True, check=True)
+            check_estimate(large, folder, "--modes", modes)
         if not ALL:
             limits = (96, 200, 272, 288, 304, 320, 352, 500)
             walk(solve(grid), limits, folder)
