@@ -79,9 +79,9 @@ contains
       integer :: attempt
 
       call factor_exactly(space, problem, matrix, inner, effort, basis, error)
+      if (allocated(error)) return
       attempt = 0
-      do
-         if (space%exact .or. allocated(error)) exit
+      do while (.not. space%exact)
          attempt = attempt + 1
          if (allocated(space%solver)) call effort%add_solves(space%solver)
          if (attempt <= attempts) then
@@ -103,7 +103,6 @@ contains
             attempt = attempts
          end if
       end do
-      if (allocated(error)) return
       call unscale(space, basis, space%motions, space%multipliers)
       call move_alloc(basis, space%basis)
    end subroutine find_null_space

@@ -134,6 +134,8 @@ contains
          .not. maxval(abs(f(:n, :))) <= known_well*maxval(abs(y))
       x = rhs(:n, :)
       call self%operator%deflation%project(x)
+      ! Where a pivot was zero it is not a number.
+      singular = singular .or. .not. norm2(x) <= huge(1.0_wp)
       if (.not. singular .and. norm2(x) > 0) then
          call self%operator%apply_metric(x/norm2(x), y, error)
          if (allocated(error)) return

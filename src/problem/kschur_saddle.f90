@@ -40,7 +40,8 @@ contains
       if (allocated(problem%position)) allocate (structure%position, source=problem%position)
    end function saddle_structure
 
-   !> Finds one order for all matrices that are made of M, R, K and Cq, that of the pattern of all.
+   !> Finds one order for all matrices that are made of M, R, K and Cq, that of the pattern of all. Without constraints
+   !> it is left to the solvers: what is definite LDL orders quicker by itself.
    subroutine order_elimination(problem, error)
       !> Its `position` is set.
       type(modal_problem_type), intent(inout) :: problem
@@ -48,6 +49,7 @@ contains
       type(csr_matrix_type) :: pattern
       integer, allocatable :: position(:)
 
+      if (problem%multipliers() == 0) return
       pattern = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], [problem%stiffness, problem%mass, problem%damping])
       pattern = bordered(pattern, problem%constraints, spread(1.0_wp, 1, problem%multipliers()))
       call elimination_order(pattern%row_start, pattern%column, saddle_structure(problem), position, error)

@@ -95,9 +95,9 @@ contains
    pure logical function may_stay_at_zero(s)
       type(solve_context_type), intent(in) :: s
 
-      may_stay_at_zero = allocated(s%known%stiffness) .and. s%known%deflation%others == 0 .and. s%options%inner == inner_auto &
-         .and. .not. (s%dense .or. allocated(s%last)) .and. any(s%formulation == [formulation_symmetric, &
-         formulation_proportional, formulation_quadratic, formulation_low_rank])
+      may_stay_at_zero = allocated(s%known%stiffness) .and. s%work%symmetric .and. s%known%deflation%others == 0 .and. &
+         s%options%inner == inner_auto .and. .not. (s%dense .or. allocated(s%last)) .and. any(s%formulation == &
+         [formulation_symmetric, formulation_proportional, formulation_quadratic, formulation_low_rank])
       if (may_stay_at_zero) may_stay_at_zero = s%known%stiffness%exact
    end function may_stay_at_zero
 
