@@ -18,7 +18,7 @@ import tempfile
 
 from kschur_report import accuracy
 from kschur_report.campaign import Failure, Runner, execute
-from kschur_report.methods import METHODS, REFERENCE_TOLERANCE, Question, command, missing
+from kschur_report.methods import METHODS, REFERENCE_TOLERANCE, Question, command, missing, shift_for_peers
 from kschur_report.problem import read_problem
 from kschur_report.result import one_of_each_pair
 from kschur_report.runs import Campaign
@@ -49,7 +49,7 @@ class Case:
         first = self.run("auto", Question(modes), REFERENCE_TOLERANCE)
         self.expected = first.eigenvalues
         self.damped = self.problem.is_damped
-        self.question = Question(modes, int(accuracy.eigenvalue_counts(self.expected, self.damped).sum()), float(abs(first.facts["shift"])))
+        self.question = Question(modes, int(accuracy.eigenvalue_counts(self.expected, self.damped).sum()), shift_for_peers(first))
 
     def run(self, method, question, tolerance):
         threads = str(self.arguments.threads)

@@ -8,7 +8,7 @@ import tempfile
 import numpy as np
 
 from . import accuracy
-from .methods import METHODS, REFERENCE_TOLERANCE, Question, command, missing
+from .methods import METHODS, REFERENCE_TOLERANCE, Question, command, missing, shift_for_peers
 from .problem import read_problem
 from .reference import refine_modes
 from .result import one_of_each_pair, read_result
@@ -143,7 +143,7 @@ class Runner:
         question = Question(
             study.modes,
             int(accuracy.eigenvalue_counts(first.eigenvalues, problem.is_damped).sum()),
-            float(abs(first.facts["shift"])),
+            shift_for_peers(first),
         )
         judge = Judge(problem, first.eigenvalues)
         if any(run.method == "auto" for run in runs):

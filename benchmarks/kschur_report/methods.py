@@ -217,6 +217,13 @@ def missing(method):
     return ""
 
 
+def shift_for_peers(ours):
+    """Our shift (1/s) or, where that is zero, which is an eigenvalue of what is free, the lowest |lambda| above it."""
+    shift = float(abs(ours.facts["shift"]))
+    sizes = abs(ours.eigenvalues)
+    return shift if shift > 0 else float(min(sizes[sizes > 0]))
+
+
 @dataclass(frozen=True)
 class Question:
     """What every method is asked: the lowest modes. Peers count both of a pair, and are given our shift (1/s)."""

@@ -1,6 +1,7 @@
 !> What keeps a mass matrix from being an inner product: negative eigenvalues,
 !> and motions without mass.
 module kschur_mass
+   use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: effort_type
    use kschur_error, only: error_type
    use kschur_solver_choice, only: inner_solvers_type
@@ -34,10 +35,11 @@ contains
       type(matrix_structure_type) :: structure
       logical :: seems
 
+      seems = .false.
       nullity = count(.not. mass%row_maxima() > 0)
       semidefinite = mass%is_zero()
       if (semidefinite) return
-      call bound_least(mass, semidefinite, seems)
+      if (works_alone(inner)) call bound_least(mass, semidefinite, seems)
       if (semidefinite) return
       if (.not. allocated(inner%counting)) then
          semidefinite = seems
@@ -60,14 +62,26 @@ contains
    end subroutine examine_mass
 
    !> Whether a symmetric matrix is definite, as far as diagonal dominance or the bound of Lanczos shows that.
-   logical function is_definite(matrix)
+   logical function is_definite(matrix, inner)
       type(csr_matrix_type), intent(in) :: matrix
+      type(inner_solvers_type), intent(in) :: inner
       logical :: seems
 
       is_definite = is_dominant(matrix)
-      if (is_definite .or. .not. all(matrix%row_maxima() > 0)) return
+      if (is_definite .or. .not. (works_alone(inner) .and. all(matrix%row_maxima() > 0))) return
       call bound_least(matrix, is_definite, seems)
    end function is_definite
+
+   ! Whether no other process has a part in the factors: those that share matrices factor the mass, each its part.
+   logical function works_alone(inner)
+      type(inner_solvers_type), intent(in) :: inner
+
+      works_alone = .true.
+      select type (solver => inner%unshifted)
+      type is (direct_real_type)
+         works_alone = .not. associated(solver%processes)
+      end select
+   end function works_alone
 
    ! The least eigenvalue of M, on the unknowns that have a mass and scaled to a unit diagonal, from the Ritz values of k steps of
    ! Lanczos from a random vector: the least of them exceeds it by more than epsilon times the spread of the spectrum with a

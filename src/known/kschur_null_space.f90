@@ -121,6 +121,8 @@ contains
       if (problem%multipliers() > 0) return
       select type (solver => inner%unshifted)
       type is (direct_real_type)
+         ! Several processes factor with MUMPS.
+         if (associated(solver%processes)) return
          allocate (space%solver, source=solver)
       class default
          return

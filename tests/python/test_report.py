@@ -24,7 +24,7 @@ from kschur_report.accuracy import BLOCKS, count_found, damping_measure, eigenva
 from kschur_report.advice import is_as_fast  # noqa: E402
 from kschur_report.fit import fit_line, growth_exponent  # noqa: E402
 from kschur_report.hard_cases import read_line  # noqa: E402
-from kschur_report.methods import METHODS, PEER_NAMES, Question, command, missing  # noqa: E402
+from kschur_report.methods import METHODS, PEER_NAMES, Question, command, missing, shift_for_peers  # noqa: E402
 from kschur_report.problem import Problem, read_problem  # noqa: E402
 from kschur_report.reference import refine_modes, simple  # noqa: E402
 from kschur_report.result import Result, one_of_each_pair, read_result  # noqa: E402
@@ -436,7 +436,7 @@ def check_peers(folder, scene, names, modes):
     )
     ours = read_result(output)
     question = Question(
-        len(ours.eigenvalues), int(eigenvalue_counts(ours.eigenvalues, True).sum()), abs(ours.facts["shift"])
+        len(ours.eigenvalues), int(eigenvalue_counts(ours.eigenvalues, True).sum()), shift_for_peers(ours)
     )
     for method in (METHODS[name] for name in names):
         output.unlink(missing_ok=True)
