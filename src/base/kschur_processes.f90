@@ -3,7 +3,7 @@ module kschur_processes
    use kschur_error, only: error_type, new_error, error_usage
    implicit none
    private
-   public :: are_several, join_processes, processes_type
+   public :: are_several, join_processes, may_be_several, processes_type
 
    !> Who works together.
    type :: processes_type
@@ -42,6 +42,16 @@ contains
 
       are_several = associated(processes) .and. rows < 0
    end function are_several
+
+   !> Whether a matrix might be factored by several processes together: then one process alone takes the same way, so that
+   !> counts and results are those of any number.
+   pure logical function may_be_several(processes)
+      !> Not associated: it is factored by this process.
+      type(processes_type), pointer, intent(in) :: processes
+
+      may_be_several = .false.
+      if (associated(processes)) may_be_several = processes%number > 1
+   end function may_be_several
 
    pure integer function threads(self, asked)
       class(processes_type), intent(in) :: self

@@ -8,6 +8,7 @@ module kschur_mass
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_magnitudes, only: add_magnitudes
+   use kschur_processes, only: may_be_several
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type
    use kschur_tolerances, only: cancelled, improbable, least_of_mass
@@ -79,7 +80,7 @@ contains
       works_alone = .true.
       select type (solver => inner%unshifted)
       type is (direct_real_type)
-         works_alone = .not. associated(solver%processes)
+         works_alone = .not. may_be_several(solver%processes)
       end select
    end function works_alone
 

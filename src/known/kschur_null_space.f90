@@ -9,6 +9,7 @@ module kschur_null_space
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_options, only: inner_mumps
    use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: may_be_several
    use kschur_random, only: random_vector, state_of_seed
    use kschur_row_sums, only: row_sums_type
    use kschur_saddle, only: bordered, saddle_structure
@@ -122,7 +123,7 @@ contains
       select type (solver => inner%unshifted)
       type is (direct_real_type)
          ! Several processes factor with MUMPS.
-         if (associated(solver%processes)) return
+         if (may_be_several(solver%processes)) return
          allocate (space%solver, source=solver)
       class default
          return

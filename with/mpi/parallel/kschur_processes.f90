@@ -14,7 +14,7 @@ module kschur_processes
    use omp_lib, only: omp_get_num_procs
    implicit none
    private
-   public :: are_several, broadcast_words, join_processes, nap, processes_type, spread_error
+   public :: are_several, broadcast_words, join_processes, may_be_several, nap, processes_type, spread_error
 
    !> What the first process may say; further words go with it.
    integer, parameter, public :: word_end = 0, word_mumps = 1, word_parts = 2, word_basis = 3, word_matrix = 4, &
@@ -106,6 +106,15 @@ contains
       are_several = .false.
       if (associated(processes)) are_several = processes%number > 1 .and. rows >= processes%rows
    end function are_several
+
+   !> Whether a matrix might be factored by several processes together: then one process alone takes the same way, so that
+   !> counts and results are those of any number.
+   pure logical function may_be_several(processes)
+      !> Not associated: it is factored by this process.
+      type(processes_type), pointer, intent(in) :: processes
+
+      may_be_several = associated(processes)
+   end function may_be_several
 
    integer function threads(self, asked)
       class(processes_type), intent(in) :: self
