@@ -325,7 +325,7 @@ def check_killed(folder):
     phases = {"reads": (0, "H5Dread", 2, together), "reads its rows": (2, "H5Dread", 5, together),
               "orders": (0, "METIS_NodeND", 1, together), "analyses": (1, "dmumps 1", 1, together), "factors": (2, "dmumps 2", 2, together),
               "iterates": (1, "dmumps 3", 20, together), "leads an iteration": (0, "dmumps 3", 20, together),
-              "counts": (1, "dmumps 2", 5, together), "leads a group": (1, "METIS_NodeND", 2, in_groups),
+              "counts": (1, "dmumps 2", 4, together), "leads a group": (1, "METIS_NodeND", 2, in_groups),
               "writes": (0, "H5Dwrite", 3, together)}
     for phase, (rank, at, count, (problem, *options)) in phases.items():
         done, written = fail(problem, rank, at, count, None, *options)
@@ -339,7 +339,7 @@ def check_killed(folder):
 def check_memory_ends(folder):
     """Memory of one process that ends when a file is read, a matrix analysed, factored or solved with is that of all."""
     for rank, at, count in ((1, "H5Dread", 3), (0, "H5Dread", 9), (1, "dmumps -1", 1), (1, "dmumps 1", 1), (1, "dmumps 2", 1),
-                            (2, "dmumps 2", 5), (0, "dmumps 3", 20), (1, "dmumps 3", 20)):
+                            (2, "dmumps 2", 4), (0, "dmumps 3", 20), (1, "dmumps 3", 20)):
         for room in (1, 20):
             done, written = fail(folder / "crank-memory.h5", rank, at, count, room, "--modes", 10, "--distribute", 1)
             check(f"{room} MB left in process {rank} after {at}", done.returncode == 4 and is_said(done, "memory") and not written,
