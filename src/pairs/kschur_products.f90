@@ -187,6 +187,8 @@ contains
          end do
          !$omp end parallel do
       end associate
+      if (allocated(products%violation)) deallocate (products%violation, products%reaction, products%effect)
+      allocate (products%violation(pairs), products%reaction(pairs), products%effect(pairs))
       products%violation = real(sqrt(sum(sums(:, 1, :), 2)), wp)
       products%reaction = real(sqrt(sum(sums(:, 2, :), 2)), wp)
       products%effect = real(sum(sums(:, 3, :), 2), wp)
