@@ -4,7 +4,7 @@ module kschur_deflation
    use kschur_kinds, only: wp
    use kschur_lapack, only: dsygv
    use kschur_magnitudes, only: add_magnitudes, magnitudes
-   use kschur_null_space, only: subtract
+   use kschur_orthonormal, only: subtract
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_row_sums, only: row_sums_type
    use kschur_staircase, only: root_space_type

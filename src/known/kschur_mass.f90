@@ -74,7 +74,7 @@ contains
    end function is_definite
 
    ! Whether no other process has a part in the factors: those that share matrices factor the mass, each its part.
-   logical function works_alone(inner)
+   pure logical function works_alone(inner)
       type(inner_solvers_type), intent(in) :: inner
 
       works_alone = .true.

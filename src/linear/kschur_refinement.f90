@@ -5,6 +5,7 @@ module kschur_refinement
    use kschur_linear_solver, only: real_linear_solver_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_threads, only: panel_rows
+   use kschur_tolerances, only: slow_refinement
    implicit none
    private
    public :: solve_and_refine
@@ -21,7 +22,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: steps = 10
       ! Well below rounding, as a correction may say little of the next one.
-      real(wp), parameter :: negligible = 0.001_wp*epsilon(1.0_wp), slow = 0.5_wp
+      real(wp), parameter :: negligible = 0.001_wp*epsilon(1.0_wp)
       real(wp), allocatable :: rhs(:, :), correction(:, :)
       ! The largest correction of a column, relative to it, and the one before.
       real(wp) :: change, previous
@@ -37,7 +38,7 @@ contains
          call solver%solve(correction, error)
          if (allocated(error)) return
          change = maxval(maxval(abs(correction), 1)/max(maxval(abs(x), 1), tiny(1.0_wp)))
-         if (.not. change <= slow*previous) exit
+         if (.not. change <= slow_refinement*previous) exit
          x = x + correction
          if (change**2 <= negligible*previous) exit
          previous = change

@@ -5,6 +5,7 @@ module kschur_pair_refinement
    use kschur_lapack, only: zgesv
    use kschur_problem, only: modal_problem_type
    use kschur_sparse, only: csr_matrix_type
+   use kschur_tolerances, only: known_well, slow_refinement
    implicit none
    private
    public :: refine_pair
@@ -28,8 +29,6 @@ contains
       !> The last correction of the eigenvalue or the shape, relative to them; infinite: it led to another one.
       real(wp), intent(out) :: change
       integer, parameter :: steps = 10
-      ! A correction that is not half of the one before is rounding; where it is large nothing was found.
-      real(wp), parameter :: slow = 0.5_wp, settled = 1.0e-6_wp
       complex(wp) :: phi(pair%rows()), xi(size(pair%xi, 1)), x(pair%rows() + size(pair%xi, 1) + 1), lambda
       real(wp) :: length, now
       integer :: n, m, step
@@ -45,7 +44,7 @@ contains
          call find_correction(problem, transposed, lambda, phi, xi, x, solved)
          if (.not. solved) exit
          now = max(abs(x(n + m + 1))/abs(lambda), norm2(abs(x(:n))))
-         if (.not. now <= slow*change) exit
+         if (.not. now <= slow_refinement*change) exit
          change = now
          phi = phi + x(:n)
          length = norm2(abs(phi))
@@ -55,7 +54,8 @@ contains
          if (change <= epsilon(1.0_wp)) exit
       end do
       if (abs(lambda - pair%lambda(1)) > reach) change = huge(1.0_wp)
-      if (change > settled) return
+      ! What rounding leaves is large: nothing was found.
+      if (change > known_well) return
       associate (before => pair%lambda(1))
          ! On an axis all steps are; rounding leads off it.
          if (.not. abs(aimag(before)) > 0) then

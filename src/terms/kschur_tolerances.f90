@@ -106,6 +106,9 @@ module kschur_tolerances
    !> What has a relative error above this may be anything; a gap this wide, relative to the distance, will do for a
    !> count. Chosen.
    real(wp), parameter, public :: may_be_anything = 1.0e-2_wp
+   !> Refinement has reached rounding where a correction is more than this part of the one before (Higham 2002, section 12.1: each
+   !> step takes away a factor, until nothing is left but rounding).
+   real(wp), parameter, public :: slow_refinement = 0.5_wp
    !> A fixed-point iteration that contracts less than this in a turn is given up.
    real(wp), parameter, public :: contraction = 0.1_wp
 
