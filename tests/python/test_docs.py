@@ -24,6 +24,7 @@ import tempfile
 from pathlib import Path
 
 PROGRAMS, SOURCE = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
+LIBRARY = PROGRAMS.parent / "capi" / "libkschur_capi.so"
 WITHOUT_LIBRARY = "--without-library" in sys.argv
 PAGES = [Path(page).resolve() for page in sys.argv[3:] if page != "--without-library"] or sorted([*SOURCE.glob("*.md"), *SOURCE.glob("docs/**/*.md")])
 FENCE = re.compile(r"^```(.*)$")
@@ -73,8 +74,10 @@ def run(commands, folder):
     """The output of each command and its status."""
     script = "".join(f"{command}\nkschur_status=$?\nprintf '\\n{END}%s\\n' $kschur_status\n(exit $kschur_status)\n"
                      for command, _ in commands)
-    environment = dict(os.environ, PATH=f"{PROGRAMS}:{os.environ['PATH']}", PYTHONDONTWRITEBYTECODE="1",
-                       PYTHONPATH=str(SOURCE / "python"), KSCHUR_LIBRARY=str(PROGRAMS.parent / "capi" / "libkschur_capi.so"))
+    environment = dict(os.environ, PATH=f"{PROGRAMS}:{os.environ['PATH']}", PYTHONDONTWRITEBYTECODE="1")
+    # Else the package is installed.
+    if LIBRARY.exists():
+        environment.update(PYTHONPATH=str(SOURCE / "python"), KSCHUR_LIBRARY=str(LIBRARY))
     python = f'python3() {{ "{sys.executable}" "$@"; }}\n'
     done = subprocess.run(["sh", "-c", python + script], cwd=folder, env=environment, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True)
