@@ -118,6 +118,7 @@ contains
          "                         a Matrix Market file", &
          "  --left                 left eigenvectors and condition numbers as well", &
          "  --certify              count the eigenvalues, for a proof that no mode is missing", &
+         "  --certify off          leave out the factorisation that counts where there would be one", &
          "  --output RESULT.h5     write values, vectors and multipliers", &
          "  --checkpoint FILE      write the state of the iteration now and then", &
          "  --resume FILE          go on from there: the same problem, options and digits", &

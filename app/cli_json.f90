@@ -4,7 +4,7 @@ module cli_json
    use cli_system, only: print_line
    use kschur, only: certified_names, certified_unknown, damping_names, formulation_names, kind_names, &
       kschur_version, long, modal_properties_type, modal_result_type, &
-      phase_names, reason_names, text, timings_type, wp
+      phase_names, purpose_names, reason_names, text, timings_type, wp
    implicit none
    private
    public :: print_csv, print_json
@@ -140,10 +140,26 @@ contains
    pure function counts(result) result(object)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: object
+      integer :: i
 
       object = '{"operator_applications": '//text(result%operator_applications)//', "restarts": '// &
-         text(result%restarts)//', "factorizations": '//text(result%factorizations)//'}'
+         text(result%restarts)//', "factorizations": '//text(result%factorizations)//', "wanted_after": '// &
+         wanted_after(result)//', "factorizations_for": {'
+      do i = 1, size(purpose_names)
+         if (i > 1) object = object//', '
+         object = object//'"'//trim(purpose_names(i))//'": '//text(result%factorizations_for(i))
+      end do
+      object = object//'}}'
    end function counts
+
+   ! Null where not all that was wanted converged.
+   pure function wanted_after(result)
+      type(modal_result_type), intent(in) :: result
+      character(len=:), allocatable :: wanted_after
+
+      wanted_after = text(result%history%wanted_after(result%options%tolerance))
+      if (wanted_after == "0") wanted_after = "null"
+   end function wanted_after
 
    !> The value of `seconds`.
    pure function seconds(timings) result(object)

@@ -74,7 +74,7 @@ module kschur
       damping_proportional, damping_general
    use kschur_properties, only: modal_properties_type
    use kschur_release, only: kschur_version
-   use kschur_effort, only: phase_names
+   use kschur_effort, only: phase_names, purpose_names
    use kschur_result, only: modal_result_type, history_type, timings_type, kind_names, kind_rigid, kind_undamped, &
       kind_underdamped, kind_overdamped, kind_unstable, kind_real, certified_names, certified_unknown, &
       certified_yes, certified_no, reason_names, reason_converged, &

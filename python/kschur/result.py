@@ -16,7 +16,7 @@ from .geometry import Geometry
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_COUNTS = ("operator_applications", "restarts", "factorizations")
+_COUNTS = ("operator_applications", "restarts", "factorizations", "wanted_after")
 _SECONDS = ("total", "analyze", "factorize", "solve", "orthogonalize", "examine", "place", "iterate", "recover", "judge", "left")
 
 

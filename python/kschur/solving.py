@@ -19,7 +19,7 @@ from .result import Result
 
 def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = None, target: complex | None = None, *,
           frequency: float | None = None, band: tuple[float, float] | None = None, shift: complex | None = None,
-          left: bool = False, certify: bool = False, properties: bool = False, directions: Any = None, geometry: Geometry | None = None,
+          left: bool = False, certify: bool | str = False, properties: bool = False, directions: Any = None, geometry: Geometry | None = None,
           symmetric: str | None = None, progress: Callable[[int, int, int, float], Any] | None = None,
           linear_solver: Callable[..., Any] | None = None, **more: Any) -> Result:
     """The modes of (lambda^2 M + lambda R + K) phi + Cq^T xi = 0, Cq phi = 0 nearest to a target, or all of a band.
@@ -32,7 +32,8 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     band : two frequencies (Hz): all modes between them. Excludes the three above and `shift`.
     shift : where to factor (1/s); chosen at the scale of the modes where absent.
     left : whether to compute left vectors and condition numbers as well.
-    certify : whether to count eigenvalues where nothing else proves that no mode is missing.
+    certify : whether to count eigenvalues where nothing else proves that no mode is missing; "off": not even where one
+        factorisation is enough.
     properties : whether to compute generalised masses, modal a and b, participation factors and effective masses as well.
     directions : motions of all unknowns, n x directions, for participation and effective masses; by default the rigid
         motions of the geometry, if there is one: see `Result.directions`.
@@ -60,7 +61,7 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     if band is not None and not (modes is None and target is None and shift is None):
         raise UsageError("band excludes modes, target, frequency and shift")
     problem = new_problem(M, K, R, Cq, geometry=geometry, symmetric=symmetric)
-    options = new_options({"modes": modes, "target": target, "shift": shift, "left": left, "certify": certify, **more})
+    options = new_options({"modes": modes, "target": target, "shift": shift, "left": left, "certify": certify or None, **more})
     directions = _columns(directions, problem)
     result = Handle("result")
     with Callbacks(options, progress, linear_solver):

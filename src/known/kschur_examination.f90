@@ -3,7 +3,7 @@
 !> eigenvalues it has.
 module kschur_examination
    use kschur_deflation, only: deflation_type, new_deflation
-   use kschur_effort, only: effort_type
+   use kschur_effort, only: effort_type, for_mass, for_rigid_motions
    use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_eigenvalue_count, only: eigenvalue_count_type
    use kschur_error, only: error_type, error_singular, new_error
@@ -68,7 +68,7 @@ contains
       type(null_space_type), allocatable :: rigid
 
       allocate (rigid)
-      call find_null_space(rigid, problem, problem%stiffness, inner, effort, error)
+      call find_null_space(rigid, problem, problem%stiffness, inner, for_rigid_motions, effort, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (.not. allocated(error)) call check_inertia(problem, rigid%motions, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
@@ -199,7 +199,7 @@ contains
          deflation%infinite_is_known = problem%symmetric
          if (problem%symmetric) deflation%infinite_is_known = is_definite(problem%mass, inner)
          if (deflation%infinite_is_known) return
-         call find_null_space(massless, problem, problem%mass, inner, effort, error)
+         call find_null_space(massless, problem, problem%mass, inner, for_mass, effort, error)
          if (allocated(error)) return
          call complete(deflation%infinite, massless, problem%stiffness)
          deflation%infinite_is_known = .not. allocated(error)

@@ -213,7 +213,8 @@ contains
       end select
       if (allocated(error)) return
       if (allocated(self%census)) self%certificate = self%census%certificate
-      if (options%verify .and. .not. self%recover_applies) call purify(self, found%values, found%vectors, found%statistics, error)
+      if (.not. (options%observes .or. self%recover_applies)) &
+         call purify(self, found%values, found%vectors, found%statistics, error)
       if (allocated(error)) return
       ritz%statistics = found%statistics
       allocate (ritz%mu(size(found%values)), source=cmplx(found%values, 0, wp))

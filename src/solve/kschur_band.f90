@@ -174,6 +174,8 @@ contains
       else if (options%certify) then
          call new_error(error, error_usage, &
             "certify counts about a target, and a band has none: leave it out, or ask for modes near a target")
+      else if (options%uncounted) then
+         call new_error(error, error_usage, "the modes of a band are counted: leave out that they are not to be")
       end if
    end subroutine check_band
 end module kschur_band

@@ -3,6 +3,7 @@ module kschur_factoring
    use kschur_context, only: solve_context_type
    use kschur_dense_transform, only: dense_transform_type, new_dense_transform
    use kschur_direct_solver, only: direct_real_type
+   use kschur_effort, only: for_iteration
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
@@ -72,7 +73,7 @@ contains
       if (allocated(error)) then
          if (error%code /= error_singular) return
       end if
-      if (.not. present(known)) call s%effort%add_factors(s%transform%linear_solver())
+      if (.not. present(known)) call s%effort%add_factors(s%transform%linear_solver(), for_iteration)
       if (s%dense .and. .not. allocated(error)) call make_dense(s)
    end subroutine factor_at
 
@@ -107,7 +108,8 @@ contains
 
       allocate (symmetric)
       call take_real(s, solver)
-      if (allocated(s%inner%counting) .and. .not. s%dense) allocate (counting_solver, source=s%inner%counting)
+      if (allocated(s%inner%counting) .and. .not. (s%dense .or. s%options%uncounted)) &
+         allocate (counting_solver, source=s%inner%counting)
       call new_symmetric_transform(symmetric, s%work, s%known%deflation, placement, solver, error, counting_solver)
       call move_alloc(symmetric, s%transform)
    end subroutine factor_symmetric

@@ -52,7 +52,8 @@ contains
          count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
       if (allocated(s%last)) call s%transform%begin_with(s%last, options%block, options%start)
       ! A symmetric form counts instead.
-      counts = any(s%formulation == [formulation_symmetric, formulation_proportional, formulation_low_rank])
+      counts = s%formulation == formulation_low_rank .or. (.not. s%options%uncounted .and. &
+         any(s%formulation == [formulation_symmetric, formulation_proportional]))
       options%verify = counts .or. options%block == 1
       if (allocated(options%start)) options%verify = options%verify .or. most_copies(s%last%lambda) > 1
       if (allocated(options%start)) options%expected = s%dimension

@@ -112,7 +112,7 @@ contains
       integer, parameter :: rounds = 5
       type(eigenpairs_type) :: pairs
       type(krylov_statistics_type) :: statistics
-      integer :: asked, missing, before, round, places
+      integer :: applications, asked, missing, before, round, places
       logical :: moved, all_asked, cancelled, ends
       real(wp) :: reach
 
@@ -122,6 +122,7 @@ contains
       places = 0
       round = 1
       do
+         applications = s%effort%operator_applications
          call iterate(s, asked, pairs, reach, statistics, error)
          if (allocated(error)) return
          moved = .false.
@@ -162,7 +163,8 @@ contains
       complete = statistics%reason == reason_fewer_modes .or. modes%beyond .or. all_asked
       modes%reason = statistics%reason
       modes%locking_error = statistics%locking_error
-      modes%history = statistics%history
+      call modes%history%begin()
+      call modes%history%append(statistics%history, applications)
    end subroutine search_here
 
    ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as

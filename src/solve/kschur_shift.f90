@@ -334,7 +334,7 @@ contains
       stopper%of => s%monitor
       ! The search goes on from there, if it may have a space as large.
       call s%transform%iterate(selection, krylov_options_type(subspace=subspace, tolerance=roughly, max_restarts=1, &
-         seed=s%options%seed, block=block, verify=.false., processes=s%processes, &
+         seed=s%options%seed, block=block, verify=.false., observes=.true., processes=s%processes, &
          keep=s%options%subspace == 0 .or. s%options%subspace >= subspace), ritz, error, stopper)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
