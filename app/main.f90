@@ -4,6 +4,7 @@ program kschur_program
    use cli_compare, only: compare_command
    use cli_environment, only: keep_one_blas_thread
    use cli_help, only: print_help, print_version
+   use cli_interrupt, only: let_signals
    use cli_info, only: info_command
    use cli_mac, only: mac_command
    use cli_processes, only: start_processes
@@ -27,6 +28,7 @@ program kschur_program
    call keep_one_blas_thread()
    call ignore_size_signal()
    call start_processes(error)
+   call let_signals()
    arguments = command_arguments()
    call arguments%take_word(command)
    if (.not. allocated(command)) allocate (character(len=0) :: command)
