@@ -113,6 +113,9 @@ def main(words: list[str]) -> None:
     except SystemExit as stop:
         sys.exit(1 if stop.code else 0)
     paths, output = options.pop("input"), options.pop("output")
+    # The last word may be an input whose output was forgotten.
+    if Path(output).suffix not in (".h5", ".hdf5"):
+        _fail(f"{output}: the output, which is the last word, must end in .h5 or .hdf5", status=1)
     try:
         problem = read(*paths, **options)
         write(problem, output)
@@ -124,6 +127,6 @@ def main(words: list[str]) -> None:
     print(f"{output}: {problem.mass.shape[0]} unknowns, {rows} constraints")
 
 
-def _fail(message: str) -> None:
+def _fail(message: str, status: int = 2) -> None:
     print(f"kschur: {message}", file=sys.stderr)
-    sys.exit(2)
+    sys.exit(status)

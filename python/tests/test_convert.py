@@ -163,6 +163,12 @@ def test_converted_file_is_a_problem_with_names(tmp_path):
         assert file["unknown_label"][0] == b"5.1" and file["stiffness"].attrs["shape"].tolist() == [24, 24]
 
 
+def test_an_input_is_not_taken_for_the_output(tmp_path):
+    paths = ccx(tmp_path)
+    before = paths[1].read_bytes()
+    assert run(*paths).returncode == 1 and paths[1].read_bytes() == before
+
+
 def test_other_names(tmp_path):
     scipy.io.savemat(tmp_path/"p.mat", {"A": K, "B": M})
     with pytest.raises(InputError, match="which matrix is the mass. Say --mass NAME; there are A, B"):
