@@ -14,15 +14,21 @@ contains
    subroutine convert_command(arguments, error)
       type(arguments_type), intent(inout) :: arguments
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: words(:), line
-      integer :: i, status
+      integer :: status
 
-      allocate (words, source=arguments%rest())
-      line = ""
+      call run_script("kschur-convert", joined(arguments%rest()), status, error)
+      if (.not. allocated(error) .and. status /= 0) call end_program(status)
+   end subroutine convert_command
+
+   ! Words in one line for the shell.
+   pure function joined(words) result(line)
+      character(len=*), intent(in) :: words(:)
+      character(len=:), allocatable :: line
+      integer :: i
+
+      allocate (character(len=0) :: line)
       do i = 1, size(words)
          line = line//" "//quoted(trim(words(i)))
       end do
-      call run_script("kschur-convert", line, status, error)
-      if (.not. allocated(error) .and. status /= 0) call end_program(status)
-   end subroutine convert_command
+   end function joined
 end module cli_convert
