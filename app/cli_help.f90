@@ -28,6 +28,8 @@ contains
          call print_solve_help()
       case ("compare")
          call print_compare_help()
+      case ("convert")
+         call print_convert_help()
       case ("mac")
          call print_mac_help()
       case ("sensitivity")
@@ -44,7 +46,7 @@ contains
          call print_view_help()
       case default
          call new_error(error, error_usage, "there is no help on '"//topic// &
-            "', only on solve, compare, mac, sensitivity, response, sweep, scene, info and view")
+            "', only on solve, compare, convert, mac, sensitivity, response, sweep, scene, info and view")
       end select
    end subroutine print_help
 
@@ -55,6 +57,7 @@ contains
          "", &
          "  kschur solve PROBLEM [options]               compute modes", &
          "  kschur compare PROBLEM [options]             the same problem by each method", &
+         "  kschur convert IN OUT.h5                     matrices of other codes as a problem", &
          "  kschur mac RESULT RESULT                     how alike the shapes of two results are", &
          "  kschur sensitivity PROBLEM CHANGED           how modes change with a parameter", &
          "  kschur response PROBLEM --frequencies A:B:N  what a harmonic force does", &
@@ -154,6 +157,19 @@ contains
          "                                               as for kschur solve", &
          "  --format NAME                                table, json (table)"])
    end subroutine print_compare_help
+
+   subroutine print_convert_help()
+      call print_lines([character(len=90) :: &
+         "kschur convert IN [IN ...] OUT.h5 [options]", &
+         "", &
+         "A problem out of matrices of other codes: CalculiX (.sti, .mas), Abaqus (.mtx), MATLAB", &
+         "(.mat), NumPy (.npz), Harwell-Boeing (.hb, .rua, .rsa) and PETSc (.petsc), by Python with", &
+         "NumPy, SciPy and h5py. Halves of symmetric matrices are completed (docs/convert.md).", &
+         "", &
+         "  --mass NAME, --stiffness NAME, --damping NAME, --constraints NAME", &
+         "                         which matrix is which, where the names are not the usual ones;", &
+         "                         a file that holds one matrix names it by its own name"])
+   end subroutine print_convert_help
 
    subroutine print_mac_help()
       call print_lines([character(len=90) :: &

@@ -137,6 +137,9 @@ contains
          inquire (file=path, exist=exists)
          if (is_folder(path)) then
             call read_matrix_market_problem(problem, path, error, input%symmetric)
+         else if (exists .and. is_of_another_code(path)) then
+            call new_error(error, error_input, path//": this is a file of another code; make a problem of it by kschur convert "// &
+               path//" OUT.h5")
          else if (exists .and. ends_with(path, ".mtx")) then
             call new_error(error, error_input, path//": one matrix is no problem; name its folder, or the files "// &
                "by --mass, --stiffness, --damping and --constraints")
@@ -149,6 +152,16 @@ contains
       call name_file(input, error)
    end subroutine read_problem
 
+   ! By endings that kschur convert knows, but for .mtx, which Matrix Market has too.
+   logical function is_of_another_code(path)
+      character(len=*), intent(in) :: path
+      character(len=*), parameter :: endings(8) = [character(len=6) :: ".sti", ".mas", ".mat", ".npz", ".hb", ".rua", ".rsa", &
+         ".petsc"]
+      integer :: i
+
+      is_of_another_code = any([(ends_with(path, trim(endings(i))), i=1, size(endings))])
+   end function is_of_another_code
+
    !> The same, of an HDF5 file by all processes together.
    subroutine read_shared_problem(input, shared, error)
       type(input_type), intent(in) :: input
@@ -159,7 +172,7 @@ contains
       in_hdf5 = .false.
       if (allocated(input%path)) then
          inquire (file=input%path, exist=in_hdf5)
-         if (is_folder(input%path) .or. ends_with(input%path, ".mtx")) in_hdf5 = .false.
+         if (is_folder(input%path) .or. ends_with(input%path, ".mtx") .or. is_of_another_code(input%path)) in_hdf5 = .false.
       end if
       if (in_hdf5) then
          call read_together(input%path, shared, error, input%symmetric)

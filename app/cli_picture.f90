@@ -1,7 +1,7 @@
 !> Pictures of modes, drawn by the Python script kschur-picture beside this program.
 module cli_picture
-   use cli_system, only: real_path
-   use kschur, only: error_library, error_type, new_error, text
+   use cli_python, only: quoted, run_script
+   use kschur, only: add_context, error_library, error_type, new_error, text
    implicit none
    private
    public :: draw_picture
@@ -15,41 +15,18 @@ contains
       integer, intent(in) :: modes(:)
       character(len=*), intent(in) :: picture
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: script, command
-      logical :: exists
-      integer :: failed, status, k
+      character(len=:), allocatable :: words
+      integer :: status, k
 
-      script = real_path("/proc/self/exe")
-      script = script(:index(script, "/", back=.true.))//"kschur-picture"
-      inquire (file=script, exist=exists)
-      if (.not. exists) then
-         call new_error(error, error_library, picture//": there is no "//script//" to draw it")
-         return
-      end if
-      command = quoted(script)//" "//quoted(result)//" "//quoted(picture)
+      words = quoted(result)//" "//quoted(picture)
       do k = 1, size(modes)
-         command = command//" "//text(modes(k))
+         words = words//" "//text(modes(k))
       end do
-      status = 0
-      call execute_command_line(command, exitstat=status, cmdstat=failed)
-      if (failed /= 0 .or. status /= 0) call new_error(error, error_library, picture// &
-         ": could not be drawn; it takes Python with NumPy, SciPy and Matplotlib")
+      call run_script("kschur-picture", words, status, error)
+      if (allocated(error)) then
+         call add_context(error, picture)
+      else if (status /= 0) then
+         call new_error(error, error_library, picture//": could not be drawn; it takes Python with NumPy, SciPy and Matplotlib")
+      end if
    end subroutine draw_picture
-
-   ! One word for the shell.
-   pure function quoted(word)
-      character(len=*), intent(in) :: word
-      character(len=:), allocatable :: quoted
-      integer :: i
-
-      quoted = "'"
-      do i = 1, len(word)
-         if (word(i:i) == "'") then
-            quoted = quoted//"'\''"
-         else
-            quoted = quoted//word(i:i)
-         end if
-      end do
-      quoted = quoted//"'"
-   end function quoted
 end module cli_picture

@@ -2,6 +2,7 @@
 program kschur_program
    use cli_arguments, only: arguments_type, command_arguments
    use cli_compare, only: compare_command
+   use cli_convert, only: convert_command
    use cli_environment, only: keep_one_blas_thread
    use cli_help, only: print_help, print_version
    use cli_interrupt, only: let_signals
@@ -73,6 +74,8 @@ contains
             call solve_command(arguments, complete, error)
          case ("compare")
             call compare_command(arguments, complete, error)
+         case ("convert")
+            call convert_command(arguments, error)
          case ("mac")
             call mac_command(arguments, error)
          case ("sensitivity")

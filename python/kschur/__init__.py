@@ -6,6 +6,7 @@
 """
 from . import errors
 from ._library import version as _version
+from .convert import Problem, read
 from .errors import Error
 from .geometry import Geometry
 from .response import Response, frequency_response
@@ -14,4 +15,5 @@ from .solving import load, solve
 from .sweeping import Event, Sweep, sweep
 
 __version__ = _version()
-__all__ = ["Error", "Event", "Geometry", "Response", "Result", "Sweep", "errors", "frequency_response", "load", "solve", "sweep"]
+__all__ = ["Error", "Event", "Geometry", "Problem", "Response", "Result", "Sweep", "errors", "frequency_response", "load", "read", "solve",
+           "sweep"]
