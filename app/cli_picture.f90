@@ -1,10 +1,10 @@
-!> Pictures of modes, drawn by the Python script kschur-picture beside this program.
+!> Pictures and pages of modes, made by the Python script kschur-picture beside this program.
 module cli_picture
    use cli_system, only: real_path
    use kschur, only: error_library, error_type, new_error, text
    implicit none
    private
-   public :: draw_picture
+   public :: draw_picture, make_page
 
 contains
 
@@ -14,6 +14,25 @@ contains
       !> Numbers of modes, counted from 1.
       integer, intent(in) :: modes(:)
       character(len=*), intent(in) :: picture
+      type(error_type), allocatable, intent(out) :: error
+
+      call run_script("", result, modes, picture, "NumPy, SciPy and Matplotlib", error)
+   end subroutine draw_picture
+
+   !> Makes a page for a browser of some modes of a result file.
+   subroutine make_page(result, modes, page, error)
+      character(len=*), intent(in) :: result
+      !> Numbers of modes, counted from 1.
+      integer, intent(in) :: modes(:)
+      character(len=*), intent(in) :: page
+      type(error_type), allocatable, intent(out) :: error
+
+      call run_script(" --html", result, modes, page, "NumPy and SciPy, and three.js", error)
+   end subroutine make_page
+
+   subroutine run_script(option, result, modes, picture, wants, error)
+      character(len=*), intent(in) :: option, result, picture, wants
+      integer, intent(in) :: modes(:)
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: script, command
       logical :: exists
@@ -26,15 +45,15 @@ contains
          call new_error(error, error_library, picture//": there is no "//script//" to draw it")
          return
       end if
-      command = quoted(script)//" "//quoted(result)//" "//quoted(picture)
+      command = quoted(script)//option//" "//quoted(result)//" "//quoted(picture)
       do k = 1, size(modes)
          command = command//" "//text(modes(k))
       end do
       status = 0
       call execute_command_line(command, exitstat=status, cmdstat=failed)
       if (failed /= 0 .or. status /= 0) call new_error(error, error_library, picture// &
-         ": could not be drawn; it takes Python with NumPy, SciPy and Matplotlib")
-   end subroutine draw_picture
+         ": could not be drawn; it takes Python with "//wants)
+   end subroutine run_script
 
    ! One word for the shell.
    pure function quoted(word)

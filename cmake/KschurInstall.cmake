@@ -30,7 +30,7 @@ if(KSCHUR_BUILD_PROGRAM AND KSCHUR_BUILD_CAPI AND BUILD_SHARED_LIBS)
   configure_file("${PROJECT_SOURCE_DIR}/app/kschur-picture.in" "${PROJECT_BINARY_DIR}/kschur-picture" @ONLY)
   install(PROGRAMS "${PROJECT_BINARY_DIR}/kschur-picture" DESTINATION "${CMAKE_INSTALL_BINDIR}")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/python/kschur" DESTINATION "${CMAKE_INSTALL_DATADIR}/kschur/python"
-          FILES_MATCHING PATTERN "*.py" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
+          FILES_MATCHING PATTERN "*.py" PATTERN "py.typed" PATTERN "web/*" PATTERN "__pycache__" EXCLUDE)
 endif()
 if(KSCHUR_BUILD_BENCHMARKS)
   set(KSCHUR_REPORT_FOLDER "../${CMAKE_INSTALL_DATADIR}/kschur")
