@@ -265,9 +265,10 @@ contains
       call print_lines([character(len=90) :: &
          "kschur view RESULT.h5 [--html FILE.html] [--picture FILE.png] [--output FOLDER] [options]", &
          "", &
-         "A page, a picture, or files for ParaView, of a result of kschur solve --output, of a problem whose", &
-         "file says where it is: /coordinates, nodes x 3, and of each unknown /unknown_node, from 0,", &
-         "and /unknown_component, 0 to 5 (docs/view.md). Those of kschur scene do.", &
+         "A page, a picture, or files for ParaView, of a result of kschur solve --output, of a", &
+         "problem whose file says where it is: /coordinates, nodes x 3, and of each unknown", &
+         "/unknown_node, from 0, and /unknown_component, 0 to 5 (docs/view.md). Those of kschur", &
+         "scene do.", &
          "", &
          "  modes.pvd              the modes one after the other", &
          "  mode_3.vtu             one of them: mode_3_real and mode_3_imaginary on the mesh at rest", &
