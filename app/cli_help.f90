@@ -280,16 +280,18 @@ contains
 
    subroutine print_view_help()
       call print_lines([character(len=90) :: &
-         "kschur view RESULT.h5 [--output FOLDER] [--picture FILE.png] [options]", &
+         "kschur view RESULT.h5 [--html FILE.html] [--picture FILE.png] [--output FOLDER] [options]", &
          "", &
-         "A picture, or files for ParaView, of a result of kschur solve --output, of a problem whose", &
-         "file says where it is: /coordinates, nodes x 3, and of each unknown /unknown_node, from 0,", &
-         "and /unknown_component, 0 to 5 (docs/view.md). Those of kschur scene do.", &
+         "A page, a picture, or files for ParaView, of a result of kschur solve --output, of a", &
+         "problem whose file says where it is: /coordinates, nodes x 3, and of each unknown", &
+         "/unknown_node, from 0, and /unknown_component, 0 to 5 (docs/view.md). Those of kschur", &
+         "scene do.", &
          "", &
          "  modes.pvd              the modes one after the other", &
          "  mode_3.vtu             one of them: mode_3_real and mode_3_imaginary on the mesh at rest", &
          "  mode_3.pvd             one period of its motion, as mode_3_1.vtu, mode_3_2.vtu, ...", &
          "", &
+         "  --html FILE.html       a page for a browser: a list of modes, and the model in motion", &
          "  --picture FILE.png     the modes side by side; .pdf and .svg as well", &
          "  --modes 1,3,7          which modes (all)", &
          "  --frames N             pictures of a period; 0: no motion (12)", &

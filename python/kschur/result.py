@@ -160,6 +160,11 @@ class Result:
             raise InputError("a shape is drawn on a geometry: give solve one, as geometry=kschur.Geometry(coordinates)")
         return plot_shape(self.geometry, self.shape(mode), title=table.caption(self, mode), **options)
 
+    def view(self, modes: Any = None) -> Any:
+        """A page of modes in motion, all or some, counted from 0: see `kschur.page.View`. A notebook shows it; `save` writes it."""
+        from .page import View
+        return View(self, modes)
+
     def __repr__(self) -> str:
         return table.as_text(self)
 
