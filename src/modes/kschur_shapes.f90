@@ -134,6 +134,7 @@ contains
          call problem%damping%add_product(pairs%lambda(j), phi, damping)
          rest = inertia + damping
          call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, rest)
+         if (allocated(problem%loss)) call problem%loss%add_product((0.0_wp, 1.0_wp), phi, rest)
          call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), rest)
          is_eigenpair = norm2(abs(rest)) < same_shape*max(norm2(abs(inertia)), norm2(abs(damping)))
       end function is_eigenpair

@@ -21,7 +21,7 @@ module kschur_products
       integer :: parts = 1
       !> phi, M phi and R phi, n x parts of all pairs.
       real(wp), allocatable :: phi(:, :), mass(:, :), damping(:, :)
-      !> K phi + Cq^T xi, n x 2 for each pair.
+      !> K phi + i H phi + Cq^T xi, n x 2 for each pair.
       real(wp), allocatable :: rest(:, :)
       !> ||phi|| and ||Cq phi|| of each pair.
       real(wp), allocatable :: length(:), violation(:)
@@ -87,7 +87,7 @@ contains
       real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
       logical, intent(in) :: closely
       type(products_type), intent(inout) :: products
-      real(wp), dimension(lanes, rows) :: mass, damping, stiffness, rest, imaginary
+      real(wp), dimension(lanes, rows) :: mass, damping, stiffness, rest
       integer :: k, l
 
       k = last - first + 1
@@ -113,13 +113,54 @@ contains
          products%damping(first:last, l) = damping(l, :k)
          if (products%parts == 2) products%rest(first:last, l) = rest(l, :k)
       end do
-      if (products%parts == 2) return
+      if (products%parts == 1) call add_imaginary(transposed, first, last, xi, rest, products)
+      if (allocated(problem%loss)) call add_loss(problem%loss, first, last, phi, closely, products)
+   end subroutine multiply_rows
+
+   ! Of real shapes the multipliers may be complex.
+   subroutine add_imaginary(transposed, first, last, xi, rest, products)
+      type(csr_matrix_type), intent(in) :: transposed
+      integer, intent(in) :: first, last
+      real(wp), contiguous, intent(in) :: xi(:, :, :)
+      !> The real part of the forces.
+      real(wp), intent(in) :: rest(lanes, rows)
+      type(products_type), intent(inout) :: products
+      real(wp) :: imaginary(lanes, rows)
+      integer :: k, l
+
+      k = last - first + 1
       call multiply(transposed, first, last, xi(:, :, 2), imaginary)
       do l = 1, lanes
          products%rest(first:last, 2*l - 1) = rest(l, :k)
          products%rest(first:last, 2*l) = imaginary(l, :k)
       end do
-   end subroutine multiply_rows
+   end subroutine add_imaginary
+
+   ! i H phi beside the forces.
+   subroutine add_loss(loss, first, last, phi, closely, products)
+      type(csr_matrix_type), intent(in) :: loss
+      integer, intent(in) :: first, last
+      real(wp), contiguous, intent(in) :: phi(:, :)
+      logical, intent(in) :: closely
+      type(products_type), intent(inout) :: products
+      real(wp) :: forces(lanes, rows)
+      integer :: k, l
+
+      k = last - first + 1
+      if (closely) then
+         call multiply_closely(loss, first, last, phi, forces)
+      else
+         call multiply(loss, first, last, phi, forces)
+      end if
+      do l = 1, lanes
+         if (products%parts == 1) then
+            products%rest(first:last, 2*l) = products%rest(first:last, 2*l) + forces(l, :k)
+         else if (modulo(l, 2) == 1) then
+            products%rest(first:last, l) = products%rest(first:last, l) - forces(l + 1, :k)
+            products%rest(first:last, l + 1) = products%rest(first:last, l + 1) + forces(l, :k)
+         end if
+      end do
+   end subroutine add_loss
 
    ! Norms and forms of each pair.
    subroutine measure(problem, phi, xi, pairs, closely, products)

@@ -1,5 +1,6 @@
 !> The transform of each formulation.
 module kschur_factoring
+   use kschur_complex_dense_transform, only: complex_dense_transform_type, new_complex_dense_transform
    use kschur_context, only: solve_context_type
    use kschur_dense_transform, only: dense_transform_type, new_dense_transform
    use kschur_direct_solver, only: direct_real_type
@@ -39,7 +40,7 @@ contains
       call s%drop_transform()
       if (present(known)) call move_alloc(known, s%spare%real)
       s%shift = shift
-      if (s%dense) s%shift = abs(shift)
+      if (s%dense .and. .not. (s%is_lossy() .and. formulation == formulation_quadratic)) s%shift = abs(shift)
       ! What is deflated cannot be seen in the factors.
       if (.not. present(known) .and. &
          any(abs(s%known%deflation%eigenvalues() - s%shift) <= rounding_of_row*abs(s%shift))) then
@@ -60,7 +61,7 @@ contains
          call factor_symmetric(s, placement, error)
       else if (formulation == formulation_low_rank) then
          call factor_low_rank(s, placement, error)
-      else if (formulation == formulation_quadratic .and. .not. abs(aimag(s%shift)) > 0) then
+      else if (formulation == formulation_quadratic .and. .not. (abs(aimag(s%shift)) > 0 .or. s%is_lossy())) then
          call factor_real_quadratic(s, placement, error)
       else if (s%options%inner == inner_ldl) then
          call new_error(error, error_usage, "the inner solver ldl does not fit, take auto or mumps: the formulation "// &
@@ -92,10 +93,17 @@ contains
    subroutine make_dense(s)
       type(solve_context_type), intent(inout) :: s
       type(dense_transform_type), allocatable :: dense
+      type(complex_dense_transform_type), allocatable :: complex_dense
 
-      allocate (dense)
-      call new_dense_transform(dense, s%transform)
-      call move_alloc(dense, s%transform)
+      if (s%is_lossy() .and. .not. s%transform%map%oscillator) then
+         allocate (complex_dense)
+         call new_complex_dense_transform(complex_dense, s%transform)
+         call move_alloc(complex_dense, s%transform)
+      else
+         allocate (dense)
+         call new_dense_transform(dense, s%transform)
+         call move_alloc(dense, s%transform)
+      end if
    end subroutine make_dense
 
    subroutine factor_symmetric(s, placement, error)
