@@ -25,7 +25,7 @@ class Problem:
     def __init__(self, seed):
         random = np.random.default_rng(seed)
         self.symmetric = random.random() < 0.6
-        self.n = n = int(random.integers(2, 13))
+        self.n = n = int(random.integers(2, 13)) if random.random() < 0.9 else 45
         self.m = int(random.integers(0, n // 2 + 1)) if random.random() < 0.5 else 0
         self.free = random.random() < 0.25 and n - self.m > 2
         self.proportional = random.random() < 0.3
@@ -52,6 +52,13 @@ class Problem:
                 self.rigid = 0
         if self.proportional:
             losses = 0.05 * stiffness
+        if random.random() < 0.1 and not self.free and n - self.m > 2:
+            # An unknown without mass and damping: there are two eigenvalues less.
+            mass[0], mass[:, 0], damping[0], damping[:, 0] = 0, 0, 0, 0
+            mass[0, 0] = 0
+        elif random.random() < 0.15 and n < 13:
+            mass, damping, stiffness, losses = (np.kron(np.eye(2), a) for a in (mass, damping, stiffness, losses))
+            self.Cq, self.n, self.m, self.rigid = np.kron(np.eye(2), self.Cq), 2 * n, 2 * self.m, 2 * self.rigid
         # Units.
         rate, size = 10 ** random.uniform(-3, 5), 10 ** random.uniform(-6, 6)
         self.M, self.R, self.K, self.H = size * mass, size * rate * damping, size * rate**2 * stiffness, size * rate**2 * losses
@@ -64,8 +71,10 @@ class Problem:
         rate, size = self.rate, np.linalg.norm(mass)
         mass, damping, stiffness = mass / size, damping / size / rate, (stiffness + 1j * losses) / size / rate**2
         zero, one = np.zeros_like(mass), np.eye(len(mass))
-        values = linalg.eig(np.block([[zero, one], [-stiffness, -damping]]), np.block([[one, zero], [zero, mass]]), right=False)
-        return rate * values
+        alpha, beta = linalg.eigvals(np.block([[zero, one], [-stiffness, -damping]]), np.block([[one, zero], [zero, mass]]),
+                                     homogeneous_eigvals=True)
+        finite = np.abs(beta) > 1e-6 * np.abs(alpha)
+        return rate * alpha[finite] / beta[finite]
 
 
 def compare(problem, result, modes):
@@ -85,12 +94,11 @@ def compare(problem, result, modes):
     for value in above:
         if np.abs(expected - value).min() > 1e-7 * max(abs(value), 1e-3 * scale):
             return f"{value} is no eigenvalue"
-    if len(above) > 1 and np.abs(np.subtract.outer(above, above) + np.eye(len(above)) * scale).min() < 1e-9 * scale:
-        return "one eigenvalue twice"
     reach = np.abs(above).max(initial=0) if result.reason == "converged" else np.inf
     for value in upper:
-        if abs(value) < reach * (1 - 1e-6) and np.abs(above - value).min(initial=np.inf) > 1e-6 * abs(value):
-            return f"{value} is missing"
+        near = 1e-6 * abs(value)
+        if abs(value) < reach * (1 - 1e-6) and (np.abs(above - value) < near).sum() != (np.abs(upper - value) < near).sum():
+            return f"{value} is missing, or there too often"
     if (np.asarray(result.backward_error) > 1e-10).any():
         return f"backward errors {result.backward_error}"
     return ""

@@ -32,6 +32,8 @@ module kschur_mode_selection
       real(wp) :: reference = 0
       !> Eigenvalues are known as far as this from the target (1/s).
       real(wp) :: reach = huge(1.0_wp)
+      !> Of motions whose zeros have a root space that is not known, what rounding hides (1/s).
+      real(wp) :: blur = 0
    end type wanted_type
 
 contains
@@ -87,7 +89,7 @@ contains
       call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound, modes%uncertainty)
       ! Real shapes stayed as they were.
       if (.not. pairs%is_real()) call normalize_first(pairs, k)
-      allocate (repeated, source=repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference))
+      allocate (repeated, source=repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference, wanted%blur))
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. (mirrored .or. repeated)
       if (allocated(problem%loss)) accepted(:k) = accepted(:k) .and. aimag(pairs%lambda(:k)) >= 0

@@ -140,7 +140,8 @@ contains
          if (allocated(error)) return
          call append_pairs(pairs, s%contract(s%known%rigid))
          call judge_pairs(s%work, wanted_type(s%options%modes, s%options%target, merge(huge(1), s%known%total%number, &
-            s%is_lossy()), size(s%known%rigid%lambda), s%reference(), reach), pairs, modes)
+            s%is_lossy()), size(s%known%rigid%lambda), s%reference(), reach, merge(s%known%deflation%blur, 0.0_wp, &
+            s%is_lossy())), pairs, modes)
          missing = s%options%modes - size(modes%lambda)
          ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
             round == rounds .or. missing >= before
