@@ -1,7 +1,6 @@
 !> A quadratic form with losses as a transform that is not iterated: all its eigenpairs come from the complex matrix of its operator
 !> on the motions that the constraints allow.
 module kschur_complex_dense_transform
-   use kschur_allowed_motions, only: allowed_motions
    use kschur_deflation, only: deflation_type
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
@@ -10,10 +9,10 @@ module kschur_complex_dense_transform
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: is_stopped, monitor_type
+   use kschur_operator, only: complex_operator_type
    use kschur_outcome, only: history_type, reason_cancelled, reason_fewer_modes
    use kschur_problem, only: modal_problem_type
    use kschur_projected, only: independent_eigenvectors, schur_form
-   use kschur_quadratic_transform_complex, only: quadratic_transform_type
    use kschur_selection, only: order_by_preference
    use kschur_spare_solvers, only: spare_solvers_type
    use kschur_tolerances, only: twelve_digits
@@ -22,14 +21,18 @@ module kschur_complex_dense_transform
    private
    public :: complex_dense_transform_type, new_complex_dense_transform
 
-   !> All eigenpairs of a form, computed by the first iteration.
+   !> All eigenpairs of a form.
    type, extends(transform_type) :: complex_dense_transform_type
       !> A complex quadratic transform, factored.
       class(transform_type), allocatable :: form
-      ! What the first iteration leaves for others: eigenvalues of the operator, its Schur form on a basis of motions.
+      ! Eigenvalues of the operator, its Schur form on a basis of motions.
       complex(wp), allocatable, private :: values(:), triangle(:, :), schur(:, :)
       real(wp), allocatable, private :: motions(:, :)
+      ! Whether an iteration has said what they took.
+      logical, private :: told = .false.
    contains
+      !> Takes the form whose operator it is of.
+      procedure :: take_form
       procedure :: iterate
       procedure :: recover
       procedure :: linear_solver
@@ -40,9 +43,35 @@ module kschur_complex_dense_transform
 
 contains
 
-   !> Takes the form.
-   subroutine new_complex_dense_transform(transform, form)
+   !> Computes the Schur form of an operator on states of positions and velocities among some motions.
+   subroutine new_complex_dense_transform(transform, operator, motions, error)
       type(complex_dense_transform_type), intent(out) :: transform
+      !> Of the form that the transform is to take.
+      class(complex_operator_type), intent(inout) :: operator
+      !> An orthonormal basis, n x p; used up.
+      real(wp), allocatable, intent(inout) :: motions(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      complex(wp), allocatable :: states(:, :), images(:, :), t(:, :), u(:, :)
+      integer :: n, p
+
+      n = size(motions, 1)
+      p = size(motions, 2)
+      allocate (states(2*n, 2*p), images(2*n, 2*p), source=(0.0_wp, 0.0_wp))
+      allocate (t(2*p, 2*p), u(2*p, 2*p), transform%values(2*p))
+      states(:n, :p) = motions
+      states(n + 1:, p + 1:) = motions
+      if (p > 0) call operator%apply(states, images, error)
+      if (allocated(error)) return
+      t(:p, :) = matmul(transpose(motions), images(:n, :))
+      t(p + 1:, :) = matmul(transpose(motions), images(n + 1:, :))
+      call schur_form(t, u, transform%values, error)
+      call move_alloc(t, transform%triangle)
+      call move_alloc(u, transform%schur)
+      call move_alloc(motions, transform%motions)
+   end subroutine new_complex_dense_transform
+
+   subroutine take_form(transform, form)
+      class(complex_dense_transform_type), intent(inout) :: transform
       class(transform_type), allocatable, intent(inout) :: form
 
       call move_alloc(form, transform%form)
@@ -50,9 +79,9 @@ contains
       transform%shift = transform%form%shift
       transform%recover_applies = transform%form%recover_applies
       transform%borrows = transform%form%borrows
-   end subroutine new_complex_dense_transform
+   end subroutine take_form
 
-   ! Computes all pairs, once, and gives those that are wanted.
+   ! Gives the pairs that are wanted.
    subroutine iterate(self, selection, options, ritz, error, monitor)
       class(complex_dense_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -64,13 +93,10 @@ contains
       integer :: needed, converged
       logical :: proceed
 
-      associate (unused => options)
+      associate (unused => options, none => error)
       end associate
-      if (.not. allocated(self%values)) then
-         call compute(self, error)
-         if (allocated(error)) return
-         ritz%statistics%operator_applications = size(self%values)
-      end if
+      if (.not. self%told) ritz%statistics%operator_applications = size(self%values)
+      self%told = .true.
       ! Those of nothing but rounding are infinite.
       associate (finite => pack(self%values, abs(self%values) > epsilon(1.0_wp)*maxval([0.0_wp, abs(self%values)])))
          needed = selection%needed(finite(order_by_preference(selection, finite)))
@@ -89,36 +115,6 @@ contains
          statistics%history = history_type([converged], [statistics%operator_applications], [0.0_wp])
       end associate
    end subroutine iterate
-
-   ! The matrix of the operator on states of position and velocity, in an orthonormal basis, and its Schur form.
-   subroutine compute(self, error)
-      class(complex_dense_transform_type), intent(inout) :: self
-      type(error_type), allocatable, intent(out) :: error
-      complex(wp), allocatable :: x(:, :), v(:, :), image(:, :), t(:, :), u(:, :)
-      integer :: p
-
-      select type (form => self%form)
-      type is (quadratic_transform_type)
-         associate (operator => form%operator)
-            call allowed_motions(operator%problem, operator%deflation, self%motions, error)
-            if (allocated(error)) return
-            p = size(self%motions, 2)
-            allocate (x(size(self%motions, 1), 2*p), v(size(self%motions, 1), 2*p), source=(0.0_wp, 0.0_wp))
-            allocate (image, mold=x)
-            allocate (t(2*p, 2*p), u(2*p, 2*p), self%values(2*p))
-            x(:, :p) = self%motions
-            v(:, p + 1:) = self%motions
-            if (p > 0) call operator%extend(x, v, image, error)
-            if (allocated(error)) return
-            t(:p, :) = matmul(transpose(self%motions), image)
-            v = (x + operator%shift*image)/operator%unit
-            t(p + 1:, :) = matmul(transpose(self%motions), v)
-         end associate
-      end select
-      call schur_form(t, u, self%values, error)
-      call move_alloc(t, self%triangle)
-      call move_alloc(u, self%schur)
-   end subroutine compute
 
    ! Some of the eigenvectors, as states.
    subroutine expand(self, chosen, vectors)
@@ -153,14 +149,9 @@ contains
       class(complex_linear_solver_type), intent(in) :: solver
       class(transform_type), allocatable, intent(out) :: adjoint
       type(error_type), allocatable, intent(out) :: error
-      type(complex_dense_transform_type), allocatable :: dense
-      class(transform_type), allocatable :: form
 
-      call self%form%transposed(problem, deflation, solver, form, error)
-      if (allocated(error)) return
-      allocate (dense)
-      call new_complex_dense_transform(dense, form)
-      call move_alloc(dense, adjoint)
+      ! It is iterated.
+      call self%form%transposed(problem, deflation, solver, adjoint, error)
    end subroutine transposed
 
    subroutine hand_over(self, spare)

@@ -1,5 +1,6 @@
 !> The transform of each formulation.
 module kschur_factoring
+   use kschur_allowed_motions, only: allowed_motions
    use kschur_complex_dense_transform, only: complex_dense_transform_type, new_complex_dense_transform
    use kschur_context, only: solve_context_type
    use kschur_dense_transform, only: dense_transform_type, new_dense_transform
@@ -74,7 +75,7 @@ contains
          if (error%code /= error_singular) return
       end if
       if (.not. present(known)) call s%effort%add_factors(s%transform%linear_solver())
-      if (s%dense .and. .not. allocated(error)) call make_dense(s)
+      if (s%dense .and. .not. allocated(error)) call make_dense(s, error)
    end subroutine factor_at
 
    ! They stay with the processes for all shifts.
@@ -90,17 +91,26 @@ contains
       placement%matrices => s%matrices
    end subroutine share_matrices
 
-   subroutine make_dense(s)
+   subroutine make_dense(s, error)
       type(solve_context_type), intent(inout) :: s
+      type(error_type), allocatable, intent(inout) :: error
       type(dense_transform_type), allocatable :: dense
       type(complex_dense_transform_type), allocatable :: complex_dense
+      real(wp), allocatable :: motions(:, :)
 
-      if (s%is_lossy() .and. .not. s%transform%map%oscillator) then
+      select type (form => s%transform)
+      type is (complex_quadratic_type)
          allocate (complex_dense)
-         call new_complex_dense_transform(complex_dense, s%transform)
+         call allowed_motions(s%work, s%known%deflation, motions, error)
+         if (.not. allocated(error)) call new_complex_dense_transform(complex_dense, form%operator, motions, error)
+      class default
+         allocate (dense)
+      end select
+      if (allocated(error)) return
+      if (allocated(complex_dense)) then
+         call complex_dense%take_form(s%transform)
          call move_alloc(complex_dense, s%transform)
       else
-         allocate (dense)
          call new_dense_transform(dense, s%transform)
          call move_alloc(dense, s%transform)
       end if
