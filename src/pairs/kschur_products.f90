@@ -87,7 +87,7 @@ contains
       real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
       logical, intent(in) :: closely
       type(products_type), intent(inout) :: products
-      real(wp), dimension(lanes, rows) :: mass, damping, stiffness, rest
+      real(wp), dimension(lanes, rows) :: mass, damping, stiffness, rest, imaginary
       integer :: k, l
 
       k = last - first + 1
@@ -113,52 +113,31 @@ contains
          products%damping(first:last, l) = damping(l, :k)
          if (products%parts == 2) products%rest(first:last, l) = rest(l, :k)
       end do
-      if (products%parts == 1) call add_imaginary(transposed, first, last, xi, rest, products)
-      if (allocated(problem%loss)) call add_loss(problem%loss, first, last, phi, closely, products)
+      if (products%parts == 1) then
+         call multiply(transposed, first, last, xi(:, :, 2), imaginary)
+         do l = 1, lanes
+            products%rest(first:last, 2*l - 1) = rest(l, :k)
+            products%rest(first:last, 2*l) = imaginary(l, :k)
+         end do
+      end if
+      if (allocated(problem%loss)) call add_loss(problem%loss, first, last, phi, closely, products%rest)
    end subroutine multiply_rows
 
-   ! Of real shapes the multipliers may be complex.
-   subroutine add_imaginary(transposed, first, last, xi, rest, products)
-      type(csr_matrix_type), intent(in) :: transposed
-      integer, intent(in) :: first, last
-      real(wp), contiguous, intent(in) :: xi(:, :, :)
-      !> The real part of the forces.
-      real(wp), intent(in) :: rest(lanes, rows)
-      type(products_type), intent(inout) :: products
-      real(wp) :: imaginary(lanes, rows)
-      integer :: k, l
-
-      k = last - first + 1
-      call multiply(transposed, first, last, xi(:, :, 2), imaginary)
-      do l = 1, lanes
-         products%rest(first:last, 2*l - 1) = rest(l, :k)
-         products%rest(first:last, 2*l) = imaginary(l, :k)
-      end do
-   end subroutine add_imaginary
-
-   ! i H phi beside the forces.
-   subroutine add_loss(loss, first, last, phi, closely, products)
+   ! i H phi beside the forces: of real parts imaginary ones, of imaginary parts negative real ones.
+   subroutine add_loss(loss, first, last, phi, closely, rest)
       type(csr_matrix_type), intent(in) :: loss
       integer, intent(in) :: first, last
       real(wp), contiguous, intent(in) :: phi(:, :)
       logical, intent(in) :: closely
-      type(products_type), intent(inout) :: products
+      real(wp), intent(inout) :: rest(:, :)
       real(wp) :: forces(lanes, rows)
-      integer :: k, l
+      integer :: l, to
 
-      k = last - first + 1
-      if (closely) then
-         call multiply_closely(loss, first, last, phi, forces)
-      else
-         call multiply(loss, first, last, phi, forces)
-      end if
+      if (closely) call multiply_closely(loss, first, last, phi, forces)
+      if (.not. closely) call multiply(loss, first, last, phi, forces)
       do l = 1, lanes
-         if (products%parts == 1) then
-            products%rest(first:last, 2*l) = products%rest(first:last, 2*l) + forces(l, :k)
-         else if (modulo(l, 2) == 1) then
-            products%rest(first:last, l) = products%rest(first:last, l) - forces(l + 1, :k)
-            products%rest(first:last, l + 1) = products%rest(first:last, l + 1) + forces(l, :k)
-         end if
+         to = merge(2*l, l - (-1)**l, size(rest, 2) > lanes)
+         rest(first:last, to) = rest(first:last, to) - sign(1, l - to)*forces(l, :last - first + 1)
       end do
    end subroutine add_loss
 

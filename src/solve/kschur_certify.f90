@@ -24,7 +24,7 @@ contains
 
       if (modes%certified == certified_yes) modes%missing = 0
       if (modes%certified == certified_yes .or. modes%reason == reason_cancelled) return
-      if (s%is_lossy()) then
+      if (allocated(s%work%loss)) then
          call s%add_note("the eigenvalues were not counted: along a curve that is known with a loss matrix H for none but H = g K")
          return
       end if

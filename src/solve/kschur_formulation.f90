@@ -94,7 +94,7 @@ contains
       else if (.not. problem%symmetric) then
          decision = "the matrices are not symmetric"
       else if (allocated(problem%loss)) then
-         decision = decision_of_loss(problem)
+         decision = trim(decision_of_loss(problem))
       else if (problem%damping_kind == damping_none) then
          decision = "the matrices are symmetric and there is no damping"
       else if (problem%damping_kind == damping_general) then
@@ -107,7 +107,7 @@ contains
    ! Of a symmetric problem that has an H.
    pure function decision_of_loss(problem) result(decision)
       type(modal_problem_type), intent(in) :: problem
-      character(len=:), allocatable :: decision
+      character(len=120) :: decision
 
       if (.not. abs(problem%loss_factor) > 0) then
          decision = "the loss matrix H is not proportional to the stiffness"
