@@ -39,6 +39,10 @@ class Problem:
             damping = damping + 0.3 * (skew[1] - skew[1].T)
             losses = losses + 0.05 * random.standard_normal((n, n))
         self.Cq = random.standard_normal((self.m, n))
+        if random.random() < 0.5:
+            # Clamps and ties.
+            for row in self.Cq:
+                row[random.permutation(n)[int(random.integers(1, 3)):]] = 0
         self.rigid = 0
         if self.free:
             # A motion that the constraints allow, without stiffness, and with or without losses.
@@ -65,7 +69,7 @@ class Problem:
         self.rate = rate
 
     def eigenvalues(self):
-        """Above the real axis, and those at and on it, by QZ of [R + i.., ] of the motions that the constraints allow."""
+        """Above the real axis, and those at and on it, by QZ on the motions that the constraints allow."""
         basis = linalg.null_space(self.Cq) if self.m else np.eye(self.n)
         mass, damping, stiffness, losses = (basis.T @ a @ basis for a in (self.M, self.R, self.K, self.H))
         rate, size = self.rate, np.linalg.norm(mass)
