@@ -20,7 +20,7 @@ module kschur_examination
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_staircase, only: find_root_space, most_null_vectors, root_space_type
-   use kschur_tolerances, only: cancelled, rounding_of_row
+   use kschur_tolerances, only: cancelled, root_epsilon, rounding_of_row
    implicit none
    private
    public :: examination_type, find_rigid, suppose_none
@@ -91,29 +91,38 @@ contains
       if (.not. allocated(error) .and. known%lossy == 0) call move_alloc(rigid, known%stiffness)
    end subroutine find_rigid
 
-   ! Leaves the motions N in the null space with H N = 0, to rounding.
+   ! Leaves the motions N in the null space with H N = 0: N is known to the rounding of K, and N^T H N to its square.
    subroutine leave_lossy_out(problem, null_space, lossy, error)
       type(modal_problem_type), intent(in) :: problem
       type(null_space_type), intent(inout) :: null_space
       !> So many were left out.
       integer, intent(out) :: lossy
       type(error_type), allocatable, intent(inout) :: error
-      real(wp), allocatable :: forces(:, :), terms(:, :), sizes(:), rotation(:, :)
+      real(wp), allocatable :: forces(:, :), sizes(:), rotation(:, :), rotated(:, :)
+      logical, allocatable :: keeps(:)
       integer, allocatable :: lossless(:)
       integer :: k, j
 
       k = size(null_space%motions, 2)
       lossy = 0
       if (k == 0) return
-      allocate (forces(problem%unknowns(), k), terms(problem%unknowns(), k), source=0.0_wp)
+      allocate (forces(problem%unknowns(), k), source=0.0_wp)
       call problem%loss%add_product(1.0_wp, null_space%motions, forces)
-      call add_magnitudes(problem%loss, abs(null_space%motions), terms)
       call right_singular_vectors(forces, sizes, rotation, error)
       if (allocated(error)) return
-      allocate (lossless, source=pack([(j, j=1, k)], [sizes, spread(0.0_wp, 1, k - size(sizes))] <= cancelled*norm2(terms)))
+      forces = matmul(forces, rotation)
+      rotated = matmul(null_space%motions, rotation)
+      allocate (keeps(k))
+      do j = 1, k
+         associate (most => problem%loss%infinity_norm()*norm2(rotated(:, j)))
+            keeps(j) = norm2(forces(:, j)) <= root_epsilon*most .and. &
+               abs(dot_product(rotated(:, j), forces(:, j))) <= cancelled*most*norm2(rotated(:, j))
+         end associate
+      end do
+      allocate (lossless, source=pack([(j, j=1, k)], keeps))
       lossy = k - size(lossless)
       if (lossy == 0) return
-      null_space%motions = matmul(null_space%motions, rotation(:, lossless))
+      null_space%motions = rotated(:, lossless)
       null_space%multipliers = matmul(null_space%multipliers, rotation(:, lossless))
    end subroutine leave_lossy_out
 
