@@ -19,6 +19,10 @@ def semidefinite(random, n, rank):
     return factor @ factor.T
 
 
+def without_rounding(matrix):
+    return np.where(np.abs(matrix) > 1e-14 * np.abs(matrix).max(), matrix, 0.0)
+
+
 class Problem:
     """A random problem with losses."""
 
@@ -48,10 +52,10 @@ class Problem:
             # A motion that the constraints allow, without stiffness, and with or without losses.
             motion = linalg.null_space(self.Cq)[:, 0] if self.m else linalg.orth(random.standard_normal((n, 1)))[:, 0]
             projector = np.eye(n) - np.outer(motion, motion)
-            stiffness = projector @ stiffness @ projector
+            stiffness = without_rounding(projector @ stiffness @ projector)
             self.rigid = 1
             if random.random() < 0.7 or self.proportional:
-                losses = projector @ losses @ projector
+                losses = without_rounding(projector @ losses @ projector)
             else:
                 self.rigid = 0
         if self.proportional:
