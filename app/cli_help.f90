@@ -73,8 +73,8 @@ contains
          "SciPy; kschur-campbell, diagrams of a sweep; kschur-mpi, the same on several processes.", &
          "", &
          "PROBLEM is an HDF5 file with the groups /mass, /stiffness and, where there is", &
-         "any, /damping and /constraints, or a folder of Matrix Market files M.mtx, K.mtx", &
-         "and, where there is any, R.mtx and Cq.mtx.", &
+         "any, /damping, /constraints and /loss, or a folder of Matrix Market files M.mtx, K.mtx", &
+         "and, where there is any, R.mtx, Cq.mtx and L.mtx (the loss matrix H).", &
          "", &
          "Exit status: 0 all is well, 1 wrong usage, 2 bad input, 3 fewer modes than asked or some", &
          "missing (what was found is printed and written), 4 a singular problem, no memory, a", &
@@ -90,8 +90,10 @@ contains
          "", &
          "A file named - is standard input; a file may be a pipe.", &
          "", &
+         "  --loss FILE            the loss matrix H of structural damping, one more of these files", &
+         "  --loss-factor G        H = G K, of any problem", &
          "  --triplets             the files named have no header: row, column, value a line, from 1", &
-         "  --symmetric NAME       M, R and K hold one half: lower or upper; no: as they are;", &
+         "  --symmetric NAME       M, R, K and H hold one half: lower or upper; no: as they are;", &
          "                         check: the same, but what looks like a half is an error (check)", &
          "  --modes N              how many; a complex-conjugate pair is one (10)", &
          "  --target RE[,IM]       the modes nearest to this lambda, in 1/s (0)", &
@@ -153,7 +155,8 @@ contains
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
          "  --constraint-scaling NAME, --mass FILE, --stiffness FILE, --damping FILE,", &
-         "  --constraints FILE, --triplets, --symmetric NAME, --quiet, --threads N", &
+         "  --constraints FILE, --loss FILE, --loss-factor G, --triplets, --symmetric NAME,", &
+         "  --quiet, --threads N", &
          "                                               as for kschur solve", &
          "  --format NAME                                table, json (table)"])
    end subroutine print_compare_help
@@ -214,8 +217,8 @@ contains
          "  --output FILE.h5       write the response of all unknowns and the multipliers", &
          "  --format NAME          table: amplitude and phase; json, csv: real and imaginary part", &
          "                         (table)", &
-         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --triplets,", &
-         "  --symmetric NAME, --quiet     as for kschur solve"])
+         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --loss FILE,", &
+         "  --loss-factor G, --triplets, --symmetric NAME, --quiet     as for kschur solve"])
    end subroutine print_response_help
 
    subroutine print_sweep_help()
@@ -273,8 +276,8 @@ contains
          "kschur solve --output wrote.", &
          "", &
          "  --modes N, --formulation NAME, --inner NAME     of a solve whose memory is estimated", &
-         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --triplets,", &
-         "  --symmetric NAME                                as for kschur solve", &
+         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --loss FILE,", &
+         "  --loss-factor G, --triplets, --symmetric NAME   as for kschur solve", &
          "  --format NAME                                   table, json; of a result csv (table)"])
    end subroutine print_info_help
 

@@ -3,7 +3,7 @@ module cli_json
    use cli_numbers, only: plain
    use cli_system, only: print_line
    use kschur, only: certified_names, certified_unknown, damping_names, formulation_names, kind_names, &
-      kschur_version, long, modal_properties_type, modal_result_type, &
+      kschur_version, long, loss_factor_of, modal_properties_type, modal_result_type, &
       phase_names, purpose_names, reason_names, text, timings_type, wp
    implicit none
    private
@@ -63,8 +63,9 @@ contains
 
       object = '{"eigenvalue": '//pair(result%eigenvalues(i))//', "frequency_hz": '//number(result%frequency_hz(i))// &
          ', "damped_frequency_hz": '//number(result%damped_frequency_hz(i))// &
-         ', "damping_ratio": '//number(result%damping_ratio(i))//', "kind": '//string(kind_names(result%kind(i)))// &
-         ', "backward_error": '//number(result%backward_error(i))// &
+         ', "damping_ratio": '//number(result%damping_ratio(i))// &
+         ', "loss_factor": '//number(loss_factor_of(result%eigenvalues(i)))// &
+         ', "kind": '//string(kind_names(result%kind(i)))//', "backward_error": '//number(result%backward_error(i))// &
          ', "error": '//number(result%error_bound(i))// &
          condition(result, i, ', "condition_number": ', "null")//properties(result, i)//'}'
    end function mode

@@ -46,6 +46,7 @@ module kschur
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_krylov_real, only: krylov_schur
    use kschur_linear_solver, only: real_linear_solver_type, complex_linear_solver_type, matrix_structure_type
+   use kschur_loss, only: loss_factor_of
    use kschur_mac, only: modal_assurance
    use kschur_modal_solver, only: modal_solver_type, new_modal_solver
    use kschur_modal_properties, only: find_modal_properties

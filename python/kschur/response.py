@@ -24,16 +24,16 @@ class Response(NamedTuple):
 
 
 def frequency_response(M: Any, K: Any, R: Any = None, Cq: Any = None, *, frequencies: Any, forces: Any,
-                       symmetric: str | None = None) -> Response:
+                       symmetric: str | None = None, loss: Any = None) -> Response:
     """x of (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0 at lambda = 2 pi i frequency.
 
-    M, K, R, Cq, symmetric : as for `kschur.solve`.
+    M, K, R, Cq, symmetric, loss : as for `kschur.solve`; H adds i H to K at positive frequencies, -i H at negative ones.
     frequencies : one or more (Hz).
     forces : f, n entries, or n x forces; real or complex.
 
     Ctrl-C ends it before its next factorisation. Raises SingularError where a mode without damping has one of the frequencies.
     """
-    problem = new_problem(M, K, R, Cq, symmetric=symmetric)
+    problem = new_problem(M, K, R, Cq, loss, symmetric=symmetric)
     n, m = c_int64(), c_int64()
     problem.call("get_size", byref(n), byref(m))
     hz = np.ascontiguousarray(np.atleast_1d(frequencies), float)

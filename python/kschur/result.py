@@ -79,6 +79,13 @@ class Result:
         proof = {None: "", True: ", certified: no mode is missing", False: ", but a count says that modes are missing"}
         return f"{len(self)} of {self.modes_asked} modes, {self.reason.replace('_', ' ')}{proof[self.certified]}"
 
+    @property
+    def loss_factor(self) -> NDArray[np.float64]:
+        """Im(-lambda^2)/Re(-lambda^2): eta of lambda^2 = -omega^2 (1 + i eta), twice a small damping ratio; NaN where the
+        real part is not positive."""
+        square = -self.eigenvalues**2
+        return np.divide(square.imag, square.real, out=np.full(len(self), np.nan), where=square.real > 0)
+
     @cached_property
     def shapes(self) -> NDArray[Any]:
         """Mode shapes phi, n x modes, of unit Euclidean norm, the largest entry real and positive; of real numbers where

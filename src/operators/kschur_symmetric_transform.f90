@@ -72,6 +72,7 @@ contains
       transform%map%oscillator = .true.
       transform%map%alpha = problem%alpha
       transform%map%beta = problem%beta
+      transform%map%loss = problem%loss_factor
       transform%shift = real(transform%map%theta(placement%lambda), wp)
       transform%operator%problem => problem
       transform%operator%deflation => deflation

@@ -48,6 +48,7 @@ contains
       call add(problem%stiffness)
       call add(problem%damping)
       call add(problem%constraints)
+      if (allocated(problem%loss)) call add(problem%loss)
 
    contains
 

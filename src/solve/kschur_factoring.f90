@@ -1,5 +1,7 @@
 !> The transform of each formulation.
 module kschur_factoring
+   use kschur_allowed_motions, only: allowed_motions
+   use kschur_complex_dense_transform, only: complex_dense_transform_type, new_complex_dense_transform
    use kschur_context, only: solve_context_type
    use kschur_dense_transform, only: dense_transform_type, new_dense_transform
    use kschur_direct_solver, only: direct_real_type
@@ -40,7 +42,7 @@ contains
       call s%drop_transform()
       if (present(known)) call move_alloc(known, s%spare%real)
       s%shift = shift
-      if (s%dense) s%shift = abs(shift)
+      if (s%dense .and. .not. (s%is_lossy() .and. formulation == formulation_quadratic)) s%shift = abs(shift)
       ! What is deflated cannot be seen in the factors.
       if (.not. present(known) .and. &
          any(abs(s%known%deflation%eigenvalues() - s%shift) <= rounding_of_row*abs(s%shift))) then
@@ -61,7 +63,7 @@ contains
          call factor_symmetric(s, placement, error)
       else if (formulation == formulation_low_rank) then
          call factor_low_rank(s, placement, error)
-      else if (formulation == formulation_quadratic .and. .not. abs(aimag(s%shift)) > 0) then
+      else if (formulation == formulation_quadratic .and. .not. (abs(aimag(s%shift)) > 0 .or. s%is_lossy())) then
          call factor_real_quadratic(s, placement, error)
       else if (s%options%inner == inner_ldl) then
          call new_error(error, error_usage, "the inner solver ldl does not fit, take auto or mumps: the formulation "// &
@@ -74,7 +76,7 @@ contains
          if (error%code /= error_singular) return
       end if
       if (.not. present(known)) call s%effort%add_factors(s%transform%linear_solver(), for_iteration)
-      if (s%dense .and. .not. allocated(error)) call make_dense(s)
+      if (s%dense .and. .not. allocated(error)) call make_dense(s, error)
    end subroutine factor_at
 
    ! They stay with the processes for all shifts.
@@ -90,13 +92,29 @@ contains
       placement%matrices => s%matrices
    end subroutine share_matrices
 
-   subroutine make_dense(s)
+   subroutine make_dense(s, error)
       type(solve_context_type), intent(inout) :: s
+      type(error_type), allocatable, intent(inout) :: error
       type(dense_transform_type), allocatable :: dense
+      type(complex_dense_transform_type), allocatable :: complex_dense
+      real(wp), allocatable :: motions(:, :)
 
-      allocate (dense)
-      call new_dense_transform(dense, s%transform)
-      call move_alloc(dense, s%transform)
+      select type (form => s%transform)
+      type is (complex_quadratic_type)
+         allocate (complex_dense)
+         call allowed_motions(s%work, s%known%deflation, motions, error)
+         if (.not. allocated(error)) call new_complex_dense_transform(complex_dense, form%operator, motions, error)
+      class default
+         allocate (dense)
+      end select
+      if (allocated(error)) return
+      if (allocated(complex_dense)) then
+         call complex_dense%take_form(s%transform)
+         call move_alloc(complex_dense, s%transform)
+      else
+         call new_dense_transform(dense, s%transform)
+         call move_alloc(dense, s%transform)
+      end if
    end subroutine make_dense
 
    subroutine factor_symmetric(s, placement, error)

@@ -140,8 +140,9 @@ contains
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
          call append_pairs(pairs, s%contract(s%known%rigid))
-         call judge_pairs(s%work, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
-            size(s%known%rigid%lambda), s%reference(), reach), pairs, modes)
+         call judge_pairs(s%work, wanted_type(s%options%modes, s%options%target, merge(huge(1), s%known%total%number, &
+            s%is_lossy()), size(s%known%rigid%lambda), s%reference(), reach, merge(s%known%deflation%blur, 0.0_wp, &
+            s%is_lossy())), pairs, modes)
          missing = s%options%modes - size(modes%lambda)
          ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
             round == rounds .or. missing >= before

@@ -7,7 +7,7 @@ module kschur_sweep
    use kschur_modal_solver, only: modal_solver_type, new_modal_solver
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type
-   use kschur_problem, only: modal_problem_type
+   use kschur_problem, only: modal_problem_type, refuse_loss
    use kschur_result, only: modal_result_type, reason_cancelled
    use kschur_sparse, only: csr_matrix_type, linear_combination
    use kschur_symmetric_storage, only: symmetric_no
@@ -106,6 +106,8 @@ contains
       integer :: i
       logical :: cancelled
 
+      call refuse_loss(problem, "a sweep", error)
+      if (allocated(error)) return
       if (allocated(self%last)) then
          call update(self%solver, problem, error)
       else

@@ -151,7 +151,7 @@ def test_json(folder):
     check("JSON: method and formulation", (result["method"], result["formulation"]) == ("krylov-schur", "dense"))
     check("JSON: reason", (result["reason"], result["certified"]) == ("converged", True))
     check("JSON: fields of a mode", all(list(mode) == [
-        "eigenvalue", "frequency_hz", "damped_frequency_hz", "damping_ratio", "kind", "backward_error", "error"]
+        "eigenvalue", "frequency_hz", "damped_frequency_hz", "damping_ratio", "loss_factor", "kind", "backward_error", "error"]
         for mode in result["modes"]))
     mode = result["modes"][0]
     check("JSON: a mode", mode["kind"] == "undamped" and math.isclose(
