@@ -79,7 +79,7 @@ contains
                if (is_stopped(monitor)) proceed = .false.
                if (ritz%settled .and. confirmed == 0) then
                   confirmed = d%expanded
-                  if (.not. (options%verify .or. options%observes)) &
+                  if (options%block > 1 .and. .not. (options%verify .or. options%observes)) &
                      confirmed = confirmed + max(2*options%block, d%expanded/confirming_part)
                end if
                if ((ritz%settled .and. d%expanded >= confirmed) .or. d%exhausted .or. d%expanded >= d%dimension .or. &
