@@ -72,6 +72,7 @@ module kschur
    use kschur_local_forces, only: description_of
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_names, damping_none, &
       damping_proportional, damping_general
+   use kschur_problem_family, only: problem_family_type
    use kschur_properties, only: modal_properties_type
    use kschur_release, only: kschur_version
    use kschur_effort, only: phase_names
@@ -90,7 +91,8 @@ module kschur
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_matrix, new_csr_from_triplets, &
       empty_csr_matrix
    use kschur_symmetric_storage, only: symmetric_check, symmetric_lower, symmetric_names, symmetric_no, symmetric_upper
-   use kschur_sweep, only: sweep_type, sweep_event_type, new_sweep, event_names, event_crossing, event_veering, event_unsure
+   use kschur_sweep, only: sweep_type, sweep_event_type, sweep_onset_type, new_sweep, event_names, event_crossing, event_veering, &
+      event_unsure
    use kschur_targets, only: solve_targets
    use kschur_text, only: text
    use kschur_view, only: write_view
