@@ -1,21 +1,39 @@
 !> Modes over a parameter, for C.
 module kschur_capi_sweep
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
-   use kschur, only: error_type, new_error, new_sweep, sweep_type, wp
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_int64_t, c_loc, &
+      c_null_funptr, c_null_ptr, c_ptr
+   use kschur, only: error_type, modal_problem_type, new_error, new_sweep, problem_family_type, sweep_type, wp
    use kschur_capi_arrays, only: give_array, put
    use kschur_capi_callbacks, only: progress_type
    use kschur_capi_options, only: options_handle_type, options_of
    use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
-   use kschur_capi_status, only: handle_type, get_message, fail, outcome, require, status_memory, status_null, status_ok, &
-      status_order, status_usage
+   use kschur_capi_status, only: handle_type, check_returned, get_message, fail, outcome, require, status_memory, status_null, &
+      status_ok, status_order, status_usage
    use kschur_capi_text, only: take_text
    implicit none
    private
+
+   !> Calls a kschur_problem_callback.
+   type, extends(problem_family_type) :: called_family_type
+      type(c_funptr) :: callback = c_null_funptr
+      type(c_ptr) :: context = c_null_ptr
+   contains
+      procedure :: at => problem_at
+   end type called_family_type
+
+   abstract interface
+      integer(c_int) function problem_interface(context, value, problem) bind(c)
+         import :: c_double, c_int, c_ptr
+         type(c_ptr), value :: context, problem
+         real(c_double), value :: value
+      end function problem_interface
+   end interface
 
    !> What a `kschur_sweep` is.
    type, extends(handle_type) :: sweep_handle_type
       !> Not allocated before the first point.
       type(sweep_type), allocatable :: sweep
+      type(called_family_type) :: family
    end type sweep_handle_type
 
 contains
@@ -26,6 +44,33 @@ contains
 #define DESTROY kschur_sweep_destroy
 #define MESSAGE kschur_sweep_get_message
 #include "kschur_capi_handle.inc"
+
+   integer(c_int) function kschur_sweep_set_problem(address, callback, context) bind(c) result(status)
+      type(c_ptr), value :: address, context
+      type(c_funptr), value :: callback
+      type(sweep_handle_type), pointer :: handle
+
+      status = status_null
+      handle => sweep_of(address)
+      if (.not. associated(handle)) return
+      handle%family%callback = callback
+      handle%family%context = context
+      status = status_ok
+   end function kschur_sweep_set_problem
+
+   subroutine problem_at(self, value, problem, error)
+      class(called_family_type), intent(inout) :: self
+      real(wp), intent(in) :: value
+      type(modal_problem_type), intent(out) :: problem
+      type(error_type), allocatable, intent(out) :: error
+      procedure(problem_interface), pointer :: callback
+      type(problem_handle_type), target :: made
+
+      call c_f_procpointer(self%callback, callback)
+      call check_returned(callback(self%context, value, c_loc(made)), "problem", error)
+      if (.not. allocated(error)) call check_problem(made, error)
+      if (.not. allocated(error)) problem = made%problem
+   end subroutine problem_at
 
    integer(c_int) function kschur_sweep_add(address, value, problem, options) bind(c) result(status)
       type(c_ptr), value :: address, problem, options
@@ -54,7 +99,11 @@ contains
             call new_sweep(handle%sweep, wanted%options)
          end if
          progress = wanted%progress
-         call handle%sweep%add(value, given%problem, error, monitor=progress)
+         if (c_associated(handle%family%callback)) then
+            call handle%sweep%add(value, given%problem, error, monitor=progress, family=handle%family)
+         else
+            call handle%sweep%add(value, given%problem, error, monitor=progress)
+         end if
       end if
       if (.not. allocated(error)) call handle%sweep%finish()
       status = outcome(handle, error)
@@ -69,6 +118,13 @@ contains
       call put(points, size(handle%sweep%values, kind=c_int64_t))
       call put(events, size(handle%sweep%events, kind=c_int64_t))
    end function kschur_sweep_get_size
+
+   integer(c_int) function kschur_sweep_get_onsets(address, onsets) bind(c) result(status)
+      type(c_ptr), value :: address, onsets
+      type(sweep_handle_type), pointer :: handle
+
+      if (has_points(address, handle, status)) call put(onsets, size(handle%sweep%onsets, kind=c_int64_t))
+   end function kschur_sweep_get_onsets
 
    integer(c_int) function kschur_sweep_get_numbers(address, name, values, length) bind(c) result(status)
       type(c_ptr), value :: address, name, values
@@ -106,6 +162,18 @@ contains
             status = give_array(handle, numbers, values, length)
          case ("event_value")
             allocate (numbers(size(s%events)), source=s%events%value)
+            status = give_array(handle, numbers, values, length)
+         case ("onset_branch")
+            allocate (numbers(size(s%onsets)), source=real(s%onsets%branch - 1, wp))
+            status = give_array(handle, numbers, values, length)
+         case ("onset_unstable")
+            allocate (numbers(size(s%onsets)), source=merge(1.0_wp, 0.0_wp, s%onsets%unstable))
+            status = give_array(handle, numbers, values, length)
+         case ("onset_value")
+            allocate (numbers(size(s%onsets)), source=s%onsets%value)
+            status = give_array(handle, numbers, values, length)
+         case ("onset_within")
+            allocate (numbers(size(s%onsets)), source=s%onsets%within)
             status = give_array(handle, numbers, values, length)
          case default
             status = fail(handle, status_usage, "a sweep has no numbers '"//word//"'")

@@ -16,12 +16,14 @@ module kschur_hdf5_sweep
 contains
 
    !> Writes a sweep that is finished. The file appears under its name when it is whole.
-   subroutine write_hdf5_sweep(sweep, parameter, path, error)
+   subroutine write_hdf5_sweep(sweep, parameter, path, error, unit)
       type(sweep_type), intent(in) :: sweep
       !> The name of the parameter.
       character(len=*), intent(in) :: parameter
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
+      !> That of the parameter. Absent or empty: not known.
+      character(len=*), intent(in), optional :: unit
       integer(long), parameter :: bytes_of_a_mode = 40
       character(len=word_length), allocatable :: kinds(:)
       type(output_type) :: output
@@ -33,6 +35,9 @@ contains
       call create_hdf5_file(output, path, bytes_of_a_mode*size(sweep%eigenvalues, kind=long), error)
       call write_attribute(output%file, root, "kschur_sweep", kschur_version, error)
       call write_attribute(output%file, root, "parameter", parameter, error)
+      if (present(unit)) then
+         if (unit /= "") call write_attribute(output%file, root, "unit", unit, error)
+      end if
       call write_dataset(output%file, "/values", sweep%values, error)
       call write_dataset(output%file, "/eigenvalues", sweep%eigenvalues, error)
       call write_dataset(output%file, "/frequency_hz", sweep%frequency_hz, error)
@@ -45,6 +50,11 @@ contains
       call write_dataset(output%file, "/events/first", [sweep%events%first], error)
       call write_dataset(output%file, "/events/second", [sweep%events%second], error)
       call write_dataset(output%file, "/events/value", [sweep%events%value], error)
+      call create_group(output%file, "/onsets", error)
+      call write_dataset(output%file, "/onsets/branch", [sweep%onsets%branch], error)
+      call write_dataset(output%file, "/onsets/unstable", [merge(1, 0, sweep%onsets%unstable)], error)
+      call write_dataset(output%file, "/onsets/value", [sweep%onsets%value], error)
+      call write_dataset(output%file, "/onsets/within", [sweep%onsets%within], error)
       call finish_hdf5_file(output, error)
    end subroutine write_hdf5_sweep
 end module kschur_hdf5_sweep

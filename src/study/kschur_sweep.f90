@@ -71,6 +71,8 @@ module kschur_sweep
       procedure :: add
       !> Sets what is known after the last point.
       procedure :: finish
+      !> Whether a branch is unstable at a point.
+      procedure :: is_unstable => branch_is_unstable
    end type sweep_type
 
 contains
@@ -205,6 +207,15 @@ contains
          end do
       end do
    end subroutine finish
+
+   !> Whether a branch grows at a point, beyond rounding; false where it is not. After `finish`.
+   pure logical function branch_is_unstable(self, branch, point)
+      class(sweep_type), intent(in) :: self
+      !> From 1 on.
+      integer, intent(in) :: branch, point
+
+      branch_is_unstable = is_unstable(self%eigenvalues(branch, point))
+   end function branch_is_unstable
 
    ! What of a branch at the point before p is in another one at p.
    pure real(wp) function share_of(self, first, second, p)

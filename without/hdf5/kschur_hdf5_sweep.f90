@@ -9,11 +9,12 @@ module kschur_hdf5_sweep
 contains
 
    !> Fails with `error_usage`.
-   subroutine write_hdf5_sweep(sweep, parameter, path, error)
+   subroutine write_hdf5_sweep(sweep, parameter, path, error, unit)
       type(sweep_type), intent(in) :: sweep
       character(len=*), intent(in) :: parameter
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in), optional :: unit
 
       call new_error(error, error_usage, path//": this kschur was built without HDF5")
    end subroutine write_hdf5_sweep
