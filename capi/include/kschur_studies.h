@@ -57,7 +57,7 @@ int kschur_result_get_rates(kschur_result *result, kschur_problem *problem, ksch
 /* The response x to `count` harmonic forces f of all n unknowns, one after the other, at `points` frequencies (Hz):
  * (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0, lambda = 2 pi i frequency. Complex numbers are pairs of doubles.
  * `response` takes n * count * points of them and `multipliers`, which may be NULL, m * count * points: unknowns fastest,
- * then forces. The stop callback of `options`, which may be NULL, ends it, which is no failure: `done`, which may be NULL, is
+ * then forces. `options`, which may be NULL, say the number of threads, and their stop callback ends it, which is no failure: `done`, which may be NULL, is
  * the number of frequencies whose response is there; what lies behind them is left as it was. KSCHUR_ERROR_SINGULAR where an
  * undamped mode has one of the frequencies. */
 int kschur_problem_get_response(kschur_problem *problem, const double *frequencies, int64_t points, const double *forces,
@@ -129,6 +129,20 @@ int kschur_sweep_add(kschur_sweep *sweep, double value, kschur_problem *problem,
 
 /* How many branches, points and events there are; pointers may be NULL. */
 int kschur_sweep_get_size(kschur_sweep *sweep, int64_t *branches, int64_t *points, int64_t *events);
+
+/* Writes an HDF5 file, which kschur-campbell reads; `parameter` is the name of the parameter and `unit` its unit, NULL where not
+ * known. KSCHUR_ERROR_FILE where it cannot be written. */
+int kschur_sweep_write_hdf5(kschur_sweep *sweep, const char *parameter, const char *unit, const char *path);
+
+/* Takes the place of a sweep by one that was written; no points can be added to it. KSCHUR_ERROR_FILE, KSCHUR_ERROR_INPUT. */
+int kschur_sweep_read_hdf5(kschur_sweep *sweep, const char *path);
+
+/* The name of the parameter and its unit as they were read, empty otherwise; KSCHUR_ERROR_LENGTH where `length` is too short. */
+int kschur_sweep_get_parameter(kschur_sweep *sweep, char *text, int64_t length);
+int kschur_sweep_get_unit(kschur_sweep *sweep, char *text, int64_t length);
+
+/* Whether a file holds a sweep: 1 or 0, 0 also where it cannot be read. */
+int kschur_is_sweep(const char *path);
 
 /* How many branches change their stability. */
 int kschur_sweep_get_onsets(kschur_sweep *sweep, int64_t *onsets);

@@ -16,6 +16,12 @@ NAMES = ("mass matrix M", "stiffness matrix K", "damping matrix R", "constraint 
 def new_problem(*matrices: Any, geometry: Geometry | None = None, symmetric: str | None = None) -> Handle:
     """A problem of M, K, R and Cq: sparse or dense, real; R and Cq may be None. Raises InputError, UsageError."""
     problem = Handle("problem")
+    fill(problem, *matrices, geometry=geometry, symmetric=symmetric)
+    return problem
+
+
+def fill(problem: Handle, *matrices: Any, geometry: Geometry | None = None, symmetric: str | None = None) -> None:
+    """Sets the matrices of a problem that is empty."""
     if symmetric is not None:
         if not isinstance(symmetric, str):
             raise UsageError(f"symmetric must be \"lower\", \"upper\", \"no\" or \"check\", not {symmetric!r}")
@@ -26,7 +32,6 @@ def new_problem(*matrices: Any, geometry: Geometry | None = None, symmetric: str
     if geometry is not None:
         geometry.give(problem)
     problem.call("get_size", None, None)
-    return problem
 
 
 def _set_matrix(problem: Handle, number: int, matrix: Any, name: str) -> None:

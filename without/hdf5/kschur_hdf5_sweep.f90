@@ -4,7 +4,7 @@ module kschur_hdf5_sweep
    use kschur_sweep, only: sweep_type
    implicit none
    private
-   public :: write_hdf5_sweep
+   public :: is_hdf5_sweep, read_hdf5_sweep, write_hdf5_sweep
 
 contains
 
@@ -18,4 +18,25 @@ contains
 
       call new_error(error, error_usage, path//": this kschur was built without HDF5")
    end subroutine write_hdf5_sweep
+
+   !> False.
+   logical function is_hdf5_sweep(path)
+      character(len=*), intent(in) :: path
+
+      associate (never_read => path)
+      end associate
+      is_hdf5_sweep = .false.
+   end function is_hdf5_sweep
+
+   !> Fails with `error_usage`.
+   subroutine read_hdf5_sweep(sweep, parameter, unit, path, error)
+      type(sweep_type), intent(out) :: sweep
+      character(len=:), allocatable, intent(out) :: parameter, unit
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+
+      parameter = ""
+      unit = ""
+      call new_error(error, error_usage, path//": this kschur was built without HDF5")
+   end subroutine read_hdf5_sweep
 end module kschur_hdf5_sweep
