@@ -46,6 +46,7 @@ module kschur
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_krylov_real, only: krylov_schur
    use kschur_linear_solver, only: real_linear_solver_type, complex_linear_solver_type, matrix_structure_type
+   use kschur_loss, only: loss_factor_of
    use kschur_mac, only: modal_assurance
    use kschur_modal_solver, only: modal_solver_type, new_modal_solver
    use kschur_modal_properties, only: find_modal_properties
@@ -75,7 +76,7 @@ module kschur
    use kschur_problem_family, only: problem_family_type
    use kschur_properties, only: modal_properties_type
    use kschur_release, only: kschur_version
-   use kschur_effort, only: phase_names
+   use kschur_effort, only: phase_names, purpose_names
    use kschur_result, only: modal_result_type, history_type, timings_type, kind_names, kind_rigid, kind_undamped, &
       kind_underdamped, kind_overdamped, kind_unstable, kind_real, certified_names, certified_unknown, &
       certified_yes, certified_no, reason_names, reason_converged, &

@@ -6,6 +6,7 @@
 """
 from . import errors
 from ._library import version as _version
+from .convert import Problem, read
 from .errors import Error
 from .geometry import Geometry
 from .loading import load
@@ -15,5 +16,5 @@ from .solving import solve
 from .sweeping import Event, Onset, Sweep, sweep
 
 __version__ = _version()
-__all__ = ["Error", "Event", "Geometry", "Onset", "Response", "Result", "Sweep", "errors", "frequency_response",
-           "load", "solve", "sweep"]
+__all__ = ["Error", "Event", "Geometry", "Onset", "Problem", "Response", "Result", "Sweep", "errors", "frequency_response",
+           "load", "read", "solve", "sweep"]

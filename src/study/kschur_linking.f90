@@ -7,7 +7,7 @@ module kschur_linking
    use kschur_modal_solver, only: modal_solver_type, new_modal_solver
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type
-   use kschur_problem, only: modal_problem_type
+   use kschur_problem, only: modal_problem_type, refuse_loss
    use kschur_problem_family, only: interpolate, problem_family_type
    use kschur_result, only: reason_cancelled
    use kschur_symmetric_storage, only: symmetric_no
@@ -43,7 +43,7 @@ module kschur_linking
 
 contains
 
-   !> Sets the result of a place. Other numbers of unknowns or constraints than before are an error.
+   !> Sets the result of a place. Other numbers of unknowns or constraints than before are an error, and so is a loss matrix.
    subroutine solve(self, place, error, monitor)
       class(linker_type), intent(inout) :: self
       !> With value and problem.
@@ -51,6 +51,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
 
+      call refuse_loss(place%problem, "a sweep", error)
+      if (allocated(error)) return
       associate (problem => place%problem)
          if (self%has_solved) then
             call self%solver%update_values(problem%mass, problem%stiffness, error, problem%damping, problem%constraints, &

@@ -32,6 +32,7 @@ module kschur_sweep
 
    !> A branch changes its stability between two points, in their order.
    type :: sweep_onset_type
+      !> From 1 on.
       integer :: branch = 0
       !> Whether it is unstable from there on; else it is stable again.
       logical :: unstable = .true.
