@@ -228,14 +228,17 @@ contains
          "", &
          "The modes nearest to a target at each point, followed from point to point: a branch", &
          "keeps its number. Each mode is written as a sum of those at the point before, by left", &
-         "and right vectors; where it is not clear which is which, and where two cross, the", &
-         "matrices between the points are solved as well, as if they were linear in the", &
-         "parameter. Crossings, veerings and what stays unsure are said below the table, and from", &
-         "where on a branch is unstable. kschur-campbell draws the Campbell diagram and the roots.", &
+         "and right vectors; modes of equal eigenvalues are one space. Where it is not clear", &
+         "which is which, where two cross and where one becomes unstable, there are solves between", &
+         "the points: of the scene, or of matrices as if they were linear in the parameter.", &
+         "Crossings, veerings and what stays unsure are said below the table, and from where on a", &
+         "branch is unstable, known to 0.1 %. kschur-campbell draws the Campbell diagram and the", &
+         "roots.", &
          "", &
          "  --values V1,V2,...     the parameter at each problem (1, 2, ...)", &
+         "  --unit NAME            that of the parameter, for tables and diagrams: rpm, Hz, ...", &
          "  --left                 left vectors of unsymmetric problems, in place of shapes", &
-         "  --output SWEEP.h5      write values, eigenvalues, damping ratios, shares and events", &
+         "  --output SWEEP.h5      write values, branches, shares, events and onsets", &
          "  --format NAME          table: damped frequencies in Hz; json, csv: all of them (table)", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &

@@ -18,6 +18,13 @@ def new_problem(M: Any, K: Any, R: Any = None, Cq: Any = None, loss: Any = None,
     """A problem of M, K, R, Cq and H: sparse or dense, real; the last three may be None. The loss may be a number g, of H = g K,
     or the imaginary part of a complex K. Raises InputError, UsageError."""
     problem = Handle("problem")
+    fill(problem, M, K, R, Cq, loss, geometry=geometry, symmetric=symmetric)
+    return problem
+
+
+def fill(problem: Handle, M: Any, K: Any, R: Any = None, Cq: Any = None, loss: Any = None, *, geometry: Geometry | None = None,
+         symmetric: str | None = None) -> None:
+    """Sets what a problem consists of that is empty."""
     K, loss = _take_apart(K, loss)
     if symmetric is not None:
         if not isinstance(symmetric, str):
@@ -29,7 +36,6 @@ def new_problem(M: Any, K: Any, R: Any = None, Cq: Any = None, loss: Any = None,
     if geometry is not None:
         geometry.give(problem)
     problem.call("get_size", None, None)
-    return problem
 
 
 def _take_apart(K: Any, loss: Any) -> tuple[Any, Any]:

@@ -141,9 +141,8 @@ def _mac(result: Result, modes: list[int]) -> list[list[float]]:
 
 def main(words: list[str]) -> None:
     """What kschur-picture --html does: words are a result, a page, and numbers of modes from 1."""
-    from .solving import load
     path, page, *numbers = words
     try:
-        View(load(path), [int(number) - 1 for number in numbers]).save(page)
+        View(Result.read(path), [int(number) - 1 for number in numbers]).save(page)
     except Exception as error:
         sys.exit(f"kschur-picture: {error}")

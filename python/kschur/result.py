@@ -10,6 +10,7 @@ import numpy as np
 
 from . import table
 from ._library import Handle, Part, name_of
+from ._stored import Stored
 from .errors import InputError
 from .geometry import Geometry
 
@@ -20,7 +21,7 @@ _COUNTS = ("operator_applications", "restarts", "factorizations", "wanted_after"
 _SECONDS = ("total", "analyze", "factorize", "solve", "orthogonalize", "examine", "place", "iterate", "recover", "judge", "left")
 
 
-class Result:
+class Result(Stored):
     """The modes of a problem, nearest to the target first, of a band by frequency. Arrays have a place for each mode, from 0 on.
 
     eigenvalues : lambda (1/s), Im >= 0: a conjugate pair stands once.
@@ -159,6 +160,13 @@ class Result:
     def save(self, path: Any) -> None:
         """Writes an HDF5 file, which `kschur.load` and `kschur info` read. Raises FileError."""
         self._handle.call("write_hdf5", str(path).encode())
+
+    @classmethod
+    def read(cls, path: Any) -> Result:
+        """The result that `save` or `kschur solve --output` wrote. Raises FileError or InputError."""
+        handle = Handle("result")
+        handle.call("read_hdf5", str(path).encode())
+        return cls(handle)
 
     def plot_shape(self, mode: int = 0, **options: Any) -> Any:
         """Draws a mode on the geometry: see `kschur.plotting.plot_shape`."""

@@ -79,13 +79,6 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     return found
 
 
-def load(path: Any) -> Result:
-    """The result that `Result.save` or `kschur solve --output` wrote. Raises FileError or InputError."""
-    result = Handle("result")
-    result.call("read_hdf5", str(path).encode())
-    return Result(result)
-
-
 def _columns(directions: Any, problem: Handle) -> Any:
     if directions is None:
         return None

@@ -26,7 +26,7 @@ contains
    !> and no H at zero: one complex factorisation a
    !> frequency, by one analysis of the pattern, refined with residuals in more than working precision. Fails where forces do not
    !> fit the problem, and where an undamped mode has the frequency.
-   subroutine frequency_response(problem, frequencies, forces, response, error, multipliers, unknowns, monitor)
+   subroutine frequency_response(problem, frequencies, forces, response, error, multipliers, unknowns, monitor, threads)
       type(modal_problem_type), intent(in) :: problem
       !> Hz.
       real(wp), intent(in) :: frequencies(:)
@@ -41,11 +41,13 @@ contains
       integer, intent(in), optional :: unknowns(:)
       !> Told which frequency begins; asked before each analysis and each factorisation.
       class(monitor_type), target, intent(inout), optional :: monitor
+      !> As that of the options of a solve. Absent: 0.
+      integer, intent(in), optional :: threads
       type(modal_problem_type) :: ordered
       type(mumps_complex_type) :: solver
       integer, allocatable :: wanted(:)
       complex(wp) :: x(problem%unknowns(), size(forces, 2)), xi(problem%multipliers(), size(forces, 2))
-      integer :: threads_before, i, done
+      integer :: threads_asked, threads_before, i, done
       logical :: cancelled
 
       if (present(unknowns)) then
@@ -58,7 +60,9 @@ contains
       call require_memory(complex_bytes*(size(frequencies) + 4)*size(forces, 2)*(size(wanted) + problem%multipliers()), &
          "the response", error)
       if (allocated(error)) return
-      call enter_solve(0, problem%unknowns(), threads_before, error)
+      threads_asked = 0
+      if (present(threads)) threads_asked = threads
+      call enter_solve(threads_asked, problem%unknowns(), threads_before, error)
       ordered = problem
       if (.not. allocated(error)) call order_elimination(ordered, error)
       allocate (response(size(wanted), size(forces, 2), size(frequencies)))
