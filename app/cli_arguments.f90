@@ -15,6 +15,8 @@ module cli_arguments
    contains
       !> Takes the option `--name` that stands without a value.
       procedure :: take_flag
+      !> Takes option `--name` that has no value, or the value off.
+      procedure :: take_switch
       !> Takes the value of option `--name`; not allocated where it was not given.
       procedure :: take_text
       !> Takes the whole number of option `--name`; unchanged where it was not given.
@@ -88,6 +90,29 @@ contains
       if (.not. value .or. allocated(error)) return
       if (self%words(place) /= name) call new_error(error, error_usage, name//" takes no value")
    end subroutine take_flag
+
+   subroutine take_switch(self, name, on, off, error)
+      class(arguments_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(out) :: on, off
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: place
+
+      call find(self, name, place, error)
+      on = .false.
+      off = .false.
+      if (place == 0 .or. allocated(error)) return
+      off = self%words(place) == name//"=off"
+      on = .not. off
+      if (off) return
+      if (self%words(place) /= name) then
+         call new_error(error, error_usage, name//" takes no value but off")
+      else if (place < size(self%words)) then
+         off = self%words(place + 1) == "off" .and. .not. self%taken(place + 1)
+         on = .not. off
+         if (off) self%taken(place + 1) = .true.
+      end if
+   end subroutine take_switch
 
    subroutine take_text(self, name, value, error, wants)
       class(arguments_type), intent(inout) :: self

@@ -28,6 +28,8 @@ contains
          call print_solve_help()
       case ("compare")
          call print_compare_help()
+      case ("convert")
+         call print_convert_help()
       case ("mac")
          call print_mac_help()
       case ("sensitivity")
@@ -44,7 +46,7 @@ contains
          call print_view_help()
       case default
          call new_error(error, error_usage, "there is no help on '"//topic// &
-            "', only on solve, compare, mac, sensitivity, response, sweep, scene, info and view")
+            "', only on solve, compare, convert, mac, sensitivity, response, sweep, scene, info and view")
       end select
    end subroutine print_help
 
@@ -55,6 +57,7 @@ contains
          "", &
          "  kschur solve PROBLEM [options]               compute modes", &
          "  kschur compare PROBLEM [options]             the same problem by each method", &
+         "  kschur convert IN OUT.h5                     matrices of other codes as a problem", &
          "  kschur mac RESULT RESULT                     how alike the shapes of two results are", &
          "  kschur sensitivity PROBLEM CHANGED           how modes change with a parameter", &
          "  kschur response PROBLEM --frequencies A:B:N  what a harmonic force does", &
@@ -70,8 +73,8 @@ contains
          "SciPy; kschur-campbell, diagrams of a sweep; kschur-mpi, the same on several processes.", &
          "", &
          "PROBLEM is an HDF5 file with the groups /mass, /stiffness and, where there is", &
-         "any, /damping and /constraints, or a folder of Matrix Market files M.mtx, K.mtx", &
-         "and, where there is any, R.mtx and Cq.mtx.", &
+         "any, /damping, /constraints and /loss, or a folder of Matrix Market files M.mtx, K.mtx", &
+         "and, where there is any, R.mtx, Cq.mtx and L.mtx (the loss matrix H).", &
          "", &
          "Exit status: 0 all is well, 1 wrong usage, 2 bad input, 3 fewer modes than asked or some", &
          "missing (what was found is printed and written), 4 a singular problem, no memory, a", &
@@ -87,8 +90,10 @@ contains
          "", &
          "A file named - is standard input; a file may be a pipe.", &
          "", &
+         "  --loss FILE            the loss matrix H of structural damping, one more of these files", &
+         "  --loss-factor G        H = G K, of any problem", &
          "  --triplets             the files named have no header: row, column, value a line, from 1", &
-         "  --symmetric NAME       M, R and K hold one half: lower or upper; no: as they are;", &
+         "  --symmetric NAME       M, R, K and H hold one half: lower or upper; no: as they are;", &
          "                         check: the same, but what looks like a half is an error (check)", &
          "  --modes N              how many; a complex-conjugate pair is one (10)", &
          "  --target RE[,IM]       the modes nearest to this lambda, in 1/s (0)", &
@@ -118,6 +123,7 @@ contains
          "                         a Matrix Market file", &
          "  --left                 left eigenvectors and condition numbers as well", &
          "  --certify              count the eigenvalues, for a proof that no mode is missing", &
+         "  --certify off          leave out the factorisation that counts where there would be one", &
          "  --output RESULT.h5     write values, vectors and multipliers", &
          "  --checkpoint FILE      write the state of the iteration now and then", &
          "  --resume FILE          go on from there: the same problem, options and digits", &
@@ -149,10 +155,24 @@ contains
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
          "  --constraint-scaling NAME, --mass FILE, --stiffness FILE, --damping FILE,", &
-         "  --constraints FILE, --triplets, --symmetric NAME, --quiet, --threads N", &
+         "  --constraints FILE, --loss FILE, --loss-factor G, --triplets, --symmetric NAME,", &
+         "  --quiet, --threads N", &
          "                                               as for kschur solve", &
          "  --format NAME                                table, json (table)"])
    end subroutine print_compare_help
+
+   subroutine print_convert_help()
+      call print_lines([character(len=90) :: &
+         "kschur convert IN [IN ...] OUT.h5 [options]", &
+         "", &
+         "A problem out of matrices of other codes: CalculiX (.sti, .mas), Abaqus (.mtx), MATLAB", &
+         "(.mat), NumPy (.npz), Harwell-Boeing (.hb, .rua, .rsa) and PETSc (.petsc), by Python with", &
+         "NumPy, SciPy and h5py. Halves of symmetric matrices are completed (docs/convert.md).", &
+         "", &
+         "  --mass NAME, --stiffness NAME, --damping NAME, --constraints NAME", &
+         "                         which matrix is which, where the names are not the usual ones;", &
+         "                         a file that holds one matrix names it by its own name"])
+   end subroutine print_convert_help
 
    subroutine print_mac_help()
       call print_lines([character(len=90) :: &
@@ -197,8 +217,8 @@ contains
          "  --output FILE.h5       write the response of all unknowns and the multipliers", &
          "  --format NAME          table: amplitude and phase; json, csv: real and imaginary part", &
          "                         (table)", &
-         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --triplets,", &
-         "  --symmetric NAME, --quiet     as for kschur solve"])
+         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --loss FILE,", &
+         "  --loss-factor G, --triplets, --symmetric NAME, --quiet     as for kschur solve"])
    end subroutine print_response_help
 
    subroutine print_sweep_help()
@@ -208,14 +228,17 @@ contains
          "", &
          "The modes nearest to a target at each point, followed from point to point: a branch", &
          "keeps its number. Each mode is written as a sum of those at the point before, by left", &
-         "and right vectors; where it is not clear which is which, and where two cross, the", &
-         "matrices between the points are solved as well, as if they were linear in the", &
-         "parameter. Crossings, veerings and what stays unsure are said below the table, and from", &
-         "where on a branch is unstable. kschur-campbell draws the Campbell diagram and the roots.", &
+         "and right vectors; modes of equal eigenvalues are one space. Where it is not clear", &
+         "which is which, where two cross and where one becomes unstable, there are solves between", &
+         "the points: of the scene, or of matrices as if they were linear in the parameter.", &
+         "Crossings, veerings and what stays unsure are said below the table, and from where on a", &
+         "branch is unstable, known to 0.1 %. kschur-campbell draws the Campbell diagram and the", &
+         "roots.", &
          "", &
          "  --values V1,V2,...     the parameter at each problem (1, 2, ...)", &
+         "  --unit NAME            that of the parameter, for tables and diagrams: rpm, Hz, ...", &
          "  --left                 left vectors of unsymmetric problems, in place of shapes", &
-         "  --output SWEEP.h5      write values, eigenvalues, damping ratios, shares and events", &
+         "  --output SWEEP.h5      write values, branches, shares, events and onsets", &
          "  --format NAME          table: damped frequencies in Hz; json, csv: all of them (table)", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
@@ -256,23 +279,25 @@ contains
          "kschur solve --output wrote.", &
          "", &
          "  --modes N, --formulation NAME, --inner NAME     of a solve whose memory is estimated", &
-         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --triplets,", &
-         "  --symmetric NAME                                as for kschur solve", &
+         "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --loss FILE,", &
+         "  --loss-factor G, --triplets, --symmetric NAME   as for kschur solve", &
          "  --format NAME                                   table, json; of a result csv (table)"])
    end subroutine print_info_help
 
    subroutine print_view_help()
       call print_lines([character(len=90) :: &
-         "kschur view RESULT.h5 [--output FOLDER] [--picture FILE.png] [options]", &
+         "kschur view RESULT.h5 [--html FILE.html] [--picture FILE.png] [--output FOLDER] [options]", &
          "", &
-         "A picture, or files for ParaView, of a result of kschur solve --output, of a problem whose", &
-         "file says where it is: /coordinates, nodes x 3, and of each unknown /unknown_node, from 0,", &
-         "and /unknown_component, 0 to 5 (docs/view.md). Those of kschur scene do.", &
+         "A page, a picture, or files for ParaView, of a result of kschur solve --output, of a", &
+         "problem whose file says where it is: /coordinates, nodes x 3, and of each unknown", &
+         "/unknown_node, from 0, and /unknown_component, 0 to 5 (docs/view.md). Those of kschur", &
+         "scene do.", &
          "", &
          "  modes.pvd              the modes one after the other", &
          "  mode_3.vtu             one of them: mode_3_real and mode_3_imaginary on the mesh at rest", &
          "  mode_3.pvd             one period of its motion, as mode_3_1.vtu, mode_3_2.vtu, ...", &
          "", &
+         "  --html FILE.html       a page for a browser: a list of modes, and the model in motion", &
          "  --picture FILE.png     the modes side by side; .pdf and .svg as well", &
          "  --modes 1,3,7          which modes (all)", &
          "  --frames N             pictures of a period; 0: no motion (12)", &

@@ -105,6 +105,7 @@ contains
       call print_line("constraints  "//text(problem%multipliers()))
       call print_line("symmetric    "//trim(merge("yes", "no ", problem%symmetric)))
       call print_line("damping      "//damping_text(problem))
+      if (allocated(problem%loss)) call print_line("losses       "//losses_text(problem))
       associate (plan => facts%plan)
          call print_line("presolve     "//text(plan%eliminated)//" constraints clamp or tie an unknown, "// &
             text(plan%redundant)//" follow from them: "//text(plan%unknowns_after)//" unknowns, "// &
@@ -122,6 +123,7 @@ contains
       call print_matrix("damping R", problem%damping)
       call print_matrix("stiffness K", problem%stiffness)
       call print_matrix("constraints Cq", problem%constraints)
+      if (allocated(problem%loss)) call print_matrix("loss H", problem%loss)
    end subroutine print_lines
 
    subroutine print_object(problem, facts)
@@ -130,7 +132,8 @@ contains
 
       call print_line('{"kschur": '//string(kschur_version)//',')
       call print_line(' "problem": {"n": '//text(problem%unknowns())//', "m": '//text(problem%multipliers())// &
-         ', "symmetric": '//boolean(problem%symmetric)//', "damping": '//string(damping_names(problem%damping_kind))//'},')
+         ', "symmetric": '//boolean(problem%symmetric)//', "damping": '//string(damping_names(problem%damping_kind))// &
+         trim(merge(', "loss": true', repeat(" ", 14), allocated(problem%loss)))//'},')
       call print_line(' "presolve": {"n": '//text(facts%plan%unknowns_after)//', "m": '// &
          text(facts%plan%constraints_after)//'},')
       call print_line(' "formulation": '//string(formulation_names(facts%formulation))//', "because": '// &
@@ -159,6 +162,14 @@ contains
          rounded(matrix%infinity_norm())
       call print_line(line)
    end subroutine print_matrix
+
+   function losses_text(problem)
+      type(modal_problem_type), intent(in) :: problem
+      character(len=:), allocatable :: losses_text
+
+      losses_text = "general"
+      if (abs(problem%loss_factor) > 0) losses_text = "proportional, loss factor "//rounded(problem%loss_factor)
+   end function losses_text
 
    function damping_text(problem)
       type(modal_problem_type), intent(in) :: problem

@@ -6,7 +6,7 @@ module cli_input
    use cli_system, only: ends_with, is_folder, same_file
    use kschur, only: add_context, error_file, error_input, error_type, error_usage, long, modal_problem_type, new_error, &
       read_hdf5_problem, read_matrix_market_files, read_matrix_market_problem, read_triplet_files, &
-      shared_problem_type, symmetric_check, symmetric_names
+      shared_problem_type, symmetric_check, symmetric_names, wp
    implicit none
    private
    public :: input_type, is_large, is_part_of, read_problem, read_shared_problem, take_input, take_symmetric
@@ -16,16 +16,18 @@ module cli_input
       !> A folder or an HDF5 file.
       character(len=:), allocatable :: path
       !> One file per matrix, instead of `path`; - is standard input.
-      character(len=:), allocatable :: mass, stiffness, damping, constraints
+      character(len=:), allocatable :: mass, stiffness, damping, constraints, loss
       !> Whether these are rows, columns and values without a header.
       logical :: triplets = .false.
       !> How symmetric matrices are stored: `symmetric_check` and its like.
       integer :: symmetric = symmetric_check
+      !> g of H = g K, of any of these.
+      real(wp), allocatable :: loss_factor
    end type input_type
 
 contains
 
-   !> Takes PROBLEM or the options --mass, --stiffness, --damping, --constraints; to be
+   !> Takes PROBLEM or the options --mass, --stiffness, --damping, --constraints, --loss; to be
    !> called after all other options were taken.
    subroutine take_input(arguments, input, error)
       type(arguments_type), intent(inout) :: arguments
@@ -37,6 +39,8 @@ contains
       call arguments%take_text("--stiffness", input%stiffness, error)
       call arguments%take_text("--damping", input%damping, error)
       call arguments%take_text("--constraints", input%constraints, error)
+      call arguments%take_text("--loss", input%loss, error)
+      call arguments%take_positive("--loss-factor", input%loss_factor, error)
       call arguments%take_flag("--triplets", input%triplets, error)
       call take_symmetric(arguments, input, error)
       call arguments%take_word(input%path)
@@ -44,7 +48,7 @@ contains
       if (allocated(error)) return
 
       any_file = allocated(input%mass) .or. allocated(input%stiffness) .or. allocated(input%damping) &
-         .or. allocated(input%constraints)
+         .or. allocated(input%constraints) .or. allocated(input%loss)
       if (allocated(input%path) .and. any_file) then
          call new_error(error, error_usage, "either a problem, '"//input%path//"', or its files one by one, not both")
       else if (any_file .and. .not. (allocated(input%mass) .and. allocated(input%stiffness))) then
@@ -52,7 +56,7 @@ contains
       else if (.not. (allocated(input%path) .or. any_file)) then
          call new_error(error, error_usage, "no problem is given; see kschur help")
       else if (input%triplets .and. .not. any_file) then
-         call new_error(error, error_usage, "--triplets is for files named by --mass, --stiffness, --damping and --constraints")
+         call new_error(error, error_usage, "--triplets is for files named by --mass, --stiffness and their like")
       else if (times_standard_input(input) > 1) then
          call new_error(error, error_usage, "only one matrix can come from standard input")
       else if (.not. any_file) then
@@ -92,14 +96,14 @@ contains
       type(input_type), intent(in) :: input
 
       times_standard_input = count([or_empty(input%mass) == "-", or_empty(input%stiffness) == "-", &
-         or_empty(input%damping) == "-", or_empty(input%constraints) == "-"])
+         or_empty(input%damping) == "-", or_empty(input%constraints) == "-", or_empty(input%loss) == "-"])
    end function times_standard_input
 
    !> Whether a path names a file that the problem is read from.
    logical function is_part_of(input, path)
       type(input_type), intent(in) :: input
       character(len=*), intent(in) :: path
-      character(len=*), parameter :: names(4) = [character(len=6) :: "M.mtx", "K.mtx", "R.mtx", "Cq.mtx"]
+      character(len=*), parameter :: names(5) = [character(len=6) :: "M.mtx", "K.mtx", "R.mtx", "Cq.mtx", "L.mtx"]
       integer :: i
 
       if (allocated(input%path)) then
@@ -112,6 +116,7 @@ contains
          if (.not. is_part_of) is_part_of = same_file(path, input%stiffness)
          if (.not. is_part_of) is_part_of = same_file(path, or_empty(input%damping))
          if (.not. is_part_of) is_part_of = same_file(path, or_empty(input%constraints))
+         if (.not. is_part_of) is_part_of = same_file(path, or_empty(input%loss))
       end if
    end function is_part_of
 
@@ -127,27 +132,53 @@ contains
          path = input%mass
          if (input%triplets) then
             call read_triplet_files(problem, input%mass, input%stiffness, or_empty(input%damping), &
-               or_empty(input%constraints), error, input%symmetric)
+               or_empty(input%constraints), error, input%symmetric, or_empty(input%loss))
          else
             call read_matrix_market_files(problem, input%mass, input%stiffness, or_empty(input%damping), &
-               or_empty(input%constraints), error, input%symmetric)
+               or_empty(input%constraints), error, input%symmetric, or_empty(input%loss))
          end if
       else
          path = input%path
          inquire (file=path, exist=exists)
          if (is_folder(path)) then
             call read_matrix_market_problem(problem, path, error, input%symmetric)
+         else if (exists .and. is_of_another_code(path)) then
+            call new_error(error, error_input, path//": this is a file of another code; make a problem of it by kschur convert "// &
+               path//" OUT.h5")
          else if (exists .and. ends_with(path, ".mtx")) then
             call new_error(error, error_input, path//": one matrix is no problem; name its folder, or the files "// &
-               "by --mass, --stiffness, --damping and --constraints")
+               "by --mass, --stiffness and their like")
          else if (exists) then
             call read_hdf5_problem(problem, path, error, trial=.true., symmetric=input%symmetric)
          else
             call new_error(error, error_input, path//": there is no such file or folder")
          end if
       end if
+      call take_loss_factor(input, problem, error)
       call name_file(input, error)
    end subroutine read_problem
+
+   ! By endings that kschur convert knows, but for .mtx, which Matrix Market has too.
+   logical function is_of_another_code(path)
+      character(len=*), intent(in) :: path
+      character(len=*), parameter :: endings(8) = [character(len=6) :: ".sti", ".mas", ".mat", ".npz", ".hb", ".rua", ".rsa", &
+         ".petsc"]
+      integer :: i
+
+      is_of_another_code = any([(ends_with(path, trim(endings(i))), i=1, size(endings))])
+   end function is_of_another_code
+
+   subroutine take_loss_factor(input, problem, error)
+      type(input_type), intent(in) :: input
+      type(modal_problem_type), intent(inout) :: problem
+      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable :: failure
+
+      ! Of several processes the first has the problem.
+      if (allocated(error) .or. .not. (allocated(input%loss_factor) .and. allocated(problem%stiffness%value))) return
+      call problem%set_loss_factor(input%loss_factor, failure)
+      if (allocated(failure)) call move_alloc(failure, error)
+   end subroutine take_loss_factor
 
    !> The same, of an HDF5 file by all processes together.
    subroutine read_shared_problem(input, shared, error)
@@ -159,10 +190,11 @@ contains
       in_hdf5 = .false.
       if (allocated(input%path)) then
          inquire (file=input%path, exist=in_hdf5)
-         if (is_folder(input%path) .or. ends_with(input%path, ".mtx")) in_hdf5 = .false.
+         if (is_folder(input%path) .or. ends_with(input%path, ".mtx") .or. is_of_another_code(input%path)) in_hdf5 = .false.
       end if
       if (in_hdf5) then
          call read_together(input%path, shared, error, input%symmetric)
+         call take_loss_factor(input, shared%problem, error)
          call name_file(input, error)
       else
          call read_problem(input, shared%problem, error)

@@ -1,10 +1,10 @@
 !> SIGINT and SIGTERM while modes are computed: the first one ends the computation with what has converged, a second one,
 !> the same or the other, the program.
 module cli_interrupt
-   use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int, c_intptr_t
+   use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int, c_intptr_t, c_long, c_null_ptr, c_ptr
    implicit none
    private
-   public :: catch_interrupts, is_interrupted
+   public :: catch_interrupts, is_interrupted, let_signals
 
    integer(c_int), parameter :: signals(2) = [2_c_int, 15_c_int]
    ! The one thing a handler may do is to set a variable.
@@ -23,9 +23,31 @@ module cli_interrupt
          import :: c_int
          integer(c_int), value :: number
       end function c_raise
+
+      integer(c_int) function c_sigmask(how, set, before) bind(c, name="pthread_sigmask")
+         import :: c_int, c_long, c_ptr
+         integer(c_int), value :: how
+         integer(c_long), intent(in) :: set(*)
+         type(c_ptr), value :: before
+      end function c_sigmask
    end interface
 
 contains
+
+   !> This thread hears signals, which are held in all others (hold_signals.c).
+   subroutine let_signals()
+      ! On Linux: SIG_UNBLOCK, and a set of signals, whose bits count from the first.
+      integer(c_int), parameter :: unblock = 1
+      integer(c_long) :: both(16)
+      integer(c_int) :: failed
+      integer :: i
+
+      both = 0
+      do i = 1, size(signals)
+         both(1) = ibset(both(1), signals(i) - 1)
+      end do
+      failed = c_sigmask(unblock, both, c_null_ptr)
+   end subroutine let_signals
 
    !> From now on signals wait for `is_interrupted` to be asked. One that was ignored before stays so.
    subroutine catch_interrupts()

@@ -3,8 +3,8 @@ module cli_json
    use cli_numbers, only: plain
    use cli_system, only: print_line
    use kschur, only: certified_names, certified_unknown, damping_names, formulation_names, kind_names, &
-      kschur_version, long, modal_properties_type, modal_result_type, &
-      phase_names, reason_names, text, timings_type, wp
+      kschur_version, long, loss_factor_of, modal_properties_type, modal_result_type, &
+      phase_names, purpose_names, reason_names, text, timings_type, wp
    implicit none
    private
    public :: print_csv, print_json
@@ -63,8 +63,9 @@ contains
 
       object = '{"eigenvalue": '//pair(result%eigenvalues(i))//', "frequency_hz": '//number(result%frequency_hz(i))// &
          ', "damped_frequency_hz": '//number(result%damped_frequency_hz(i))// &
-         ', "damping_ratio": '//number(result%damping_ratio(i))//', "kind": '//string(kind_names(result%kind(i)))// &
-         ', "backward_error": '//number(result%backward_error(i))// &
+         ', "damping_ratio": '//number(result%damping_ratio(i))// &
+         ', "loss_factor": '//number(loss_factor_of(result%eigenvalues(i)))// &
+         ', "kind": '//string(kind_names(result%kind(i)))//', "backward_error": '//number(result%backward_error(i))// &
          ', "error": '//number(result%error_bound(i))// &
          condition(result, i, ', "condition_number": ', "null")//properties(result, i)//'}'
    end function mode
@@ -140,10 +141,26 @@ contains
    pure function counts(result) result(object)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: object
+      integer :: i
 
       object = '{"operator_applications": '//text(result%operator_applications)//', "restarts": '// &
-         text(result%restarts)//', "factorizations": '//text(result%factorizations)//'}'
+         text(result%restarts)//', "factorizations": '//text(result%factorizations)//', "wanted_after": '// &
+         wanted_after(result)//', "factorizations_for": {'
+      do i = 1, size(purpose_names)
+         if (i > 1) object = object//', '
+         object = object//'"'//trim(purpose_names(i))//'": '//text(result%factorizations_for(i))
+      end do
+      object = object//'}}'
    end function counts
+
+   ! Null where not all that was wanted converged.
+   pure function wanted_after(result)
+      type(modal_result_type), intent(in) :: result
+      character(len=:), allocatable :: wanted_after
+
+      wanted_after = text(result%history%wanted_after(result%options%tolerance))
+      if (wanted_after == "0") wanted_after = "null"
+   end function wanted_after
 
    !> The value of `seconds`.
    pure function seconds(timings) result(object)

@@ -1,10 +1,10 @@
-!> Pictures of modes, drawn by the Python script kschur-picture beside this program.
+!> Pictures and pages of modes, made by the Python script kschur-picture beside this program.
 module cli_picture
-   use cli_system, only: real_path
-   use kschur, only: error_library, error_type, new_error, text
+   use cli_python, only: quoted, run_script
+   use kschur, only: add_context, error_library, error_type, new_error, text
    implicit none
    private
-   public :: draw_picture
+   public :: draw_picture, make_page
 
 contains
 
@@ -15,41 +15,37 @@ contains
       integer, intent(in) :: modes(:)
       character(len=*), intent(in) :: picture
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: script, command
-      logical :: exists
-      integer :: failed, status, k
 
-      script = real_path("/proc/self/exe")
-      script = script(:index(script, "/", back=.true.))//"kschur-picture"
-      inquire (file=script, exist=exists)
-      if (.not. exists) then
-         call new_error(error, error_library, picture//": there is no "//script//" to draw it")
-         return
-      end if
-      command = quoted(script)//" "//quoted(result)//" "//quoted(picture)
-      do k = 1, size(modes)
-         command = command//" "//text(modes(k))
-      end do
-      status = 0
-      call execute_command_line(command, exitstat=status, cmdstat=failed)
-      if (failed /= 0 .or. status /= 0) call new_error(error, error_library, picture// &
-         ": could not be drawn; it takes Python with NumPy, SciPy and Matplotlib")
+      call draw("", result, modes, picture, "NumPy, SciPy and Matplotlib", error)
    end subroutine draw_picture
 
-   ! One word for the shell.
-   pure function quoted(word)
-      character(len=*), intent(in) :: word
-      character(len=:), allocatable :: quoted
-      integer :: i
+   !> Makes a page for a browser of some modes of a result file.
+   subroutine make_page(result, modes, page, error)
+      character(len=*), intent(in) :: result
+      !> Numbers of modes, counted from 1.
+      integer, intent(in) :: modes(:)
+      character(len=*), intent(in) :: page
+      type(error_type), allocatable, intent(out) :: error
 
-      quoted = "'"
-      do i = 1, len(word)
-         if (word(i:i) == "'") then
-            quoted = quoted//"'\''"
-         else
-            quoted = quoted//word(i:i)
-         end if
+      call draw("--html ", result, modes, page, "NumPy and SciPy, and three.js", error)
+   end subroutine make_page
+
+   subroutine draw(option, result, modes, picture, wants, error)
+      character(len=*), intent(in) :: option, result, picture, wants
+      integer, intent(in) :: modes(:)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: words
+      integer :: status, k
+
+      words = option//quoted(result)//" "//quoted(picture)
+      do k = 1, size(modes)
+         words = words//" "//text(modes(k))
       end do
-      quoted = quoted//"'"
-   end function quoted
+      call run_script("kschur-picture", words, status, error)
+      if (allocated(error)) then
+         call add_context(error, picture)
+      else if (status /= 0) then
+         call new_error(error, error_library, picture//": could not be drawn; it takes Python with "//wants)
+      end if
+   end subroutine draw
 end module cli_picture

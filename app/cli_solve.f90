@@ -114,7 +114,7 @@ contains
          call arguments%take_choice("--formulation", formulation_names, options%formulation, error)
          call arguments%take_choice("--normalise", normalisation_names, options%normalisation, error)
          call arguments%take_flag("--left", options%left, error)
-         call arguments%take_flag("--certify", options%certify, error)
+         call arguments%take_switch("--certify", options%certify, options%uncounted, error)
       end associate
 
       call take_properties(arguments, request%properties, request%directions, error)

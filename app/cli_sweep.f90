@@ -10,7 +10,7 @@ module cli_sweep
    use cli_progress, only: new_progress, progress_type
    use cli_system, only: check_new_file, check_output, complain, print_line
    use kschur, only: error_type, error_usage, event_names, event_unsure, modal_options_type, modal_problem_type, &
-      modal_result_type, new_error, new_sweep, reason_converged, sweep_type, text, wp, write_hdf5_sweep
+      modal_result_type, new_error, new_sweep, problem_family_type, reason_converged, sweep_type, text, wp, write_hdf5_sweep
    use kschur_scenes, only: build_scene
    implicit none
    private
@@ -19,11 +19,20 @@ module cli_sweep
    !> What is swept over: an option of a scene, or problems one after the other.
    type :: source_type
       character(len=:), allocatable :: scene, parameter
+      !> Of the parameter; empty where nobody said.
+      character(len=:), allocatable :: unit
       !> The other options of the scene, with room for two more words.
       character(len=:), allocatable :: words(:)
       type(input_type), allocatable :: inputs(:)
       real(wp), allocatable :: values(:)
    end type source_type
+
+   !> A scene at any value of its option.
+   type, extends(problem_family_type) :: scenes_type
+      type(source_type), pointer :: source => null()
+   contains
+      procedure :: at => scene_at
+   end type scenes_type
 
    integer, parameter :: longest_number = 32, most_points = 10000
 
@@ -38,7 +47,7 @@ contains
       type(source_type) :: source
       type(progress_type) :: progress
       type(sweep_type) :: sweep
-      character(len=:), allocatable :: output
+      character(len=:), allocatable :: output, unit
       logical :: quiet
       integer :: format
 
@@ -50,7 +59,9 @@ contains
       call take_format(arguments, format, error)
       call arguments%take_integer("--threads", 1, options%threads, error)
       call arguments%take_flag("--quiet", quiet, error)
+      call arguments%take_text("--unit", unit, error)
       call take_source(arguments, source, error)
+      if (allocated(unit)) source%unit = unit
       if (.not. allocated(error) .and. allocated(output)) call check_place(source, output, error)
       if (allocated(error)) return
       progress = new_progress(quiet)
@@ -60,8 +71,8 @@ contains
       call progress%finish()
       if (allocated(error)) return
       call sweep%finish()
-      if (allocated(output)) call write_hdf5_sweep(sweep, source%parameter, output, error)
-      call print_sweep(sweep, source%parameter, format)
+      if (allocated(output)) call write_hdf5_sweep(sweep, source%parameter, output, error, source%unit)
+      call print_sweep(sweep, source, format)
       call check_output(error)
       if (is_interrupted()) call complain("the sweep was interrupted after "//text(size(sweep%values))//" of "// &
          text(size(source%values))//" points")
@@ -90,6 +101,7 @@ contains
       type(input_type) :: input
       integer :: i
 
+      source%unit = ""
       call arguments%take_text("--vary", range, error, "OPTION=FIRST:LAST:POINTS")
       call arguments%take_text("--values", values, error, "numbers, V1,V2,...")
       if (allocated(error)) return
@@ -170,28 +182,27 @@ contains
 
    ! An interrupt ends it with the points before.
    subroutine solve_points(source, sweep, progress, complete, error)
-      type(source_type), intent(inout) :: source
+      type(source_type), target, intent(inout) :: source
       type(sweep_type), intent(inout) :: sweep
       type(progress_type), intent(inout) :: progress
       logical, intent(out) :: complete
       type(error_type), allocatable, intent(out) :: error
+      type(scenes_type) :: scenes
       type(modal_problem_type) :: problem
       type(modal_result_type) :: result
       integer :: i
 
       complete = .true.
+      scenes%source => source
       do i = 1, size(source%values)
          call progress%name_solve("point "//text(i)//" of "//text(size(source%values)))
          if (allocated(source%scene)) then
-            associate (last => size(source%words))
-               source%words(last - 1) = "--"//source%parameter
-               source%words(last) = plain(source%values(i), "")
-               call build_scene(source%scene, source%words, problem, error)
-            end associate
+            call scenes%at(source%values(i), problem, error)
+            if (.not. allocated(error)) call sweep%add(source%values(i), problem, error, result, progress, scenes)
          else
             call read_problem(source%inputs(i), problem, error)
+            if (.not. allocated(error)) call sweep%add(source%values(i), problem, error, result, progress)
          end if
-         if (.not. allocated(error)) call sweep%add(source%values(i), problem, error, result, progress)
          if (allocated(error)) return
          complete = complete .and. result%reason == reason_converged
          if (is_interrupted()) complete = .false.
@@ -199,9 +210,22 @@ contains
       end do
    end subroutine solve_points
 
-   subroutine print_sweep(sweep, parameter, format)
+   subroutine scene_at(self, value, problem, error)
+      class(scenes_type), intent(inout) :: self
+      real(wp), intent(in) :: value
+      type(modal_problem_type), intent(out) :: problem
+      type(error_type), allocatable, intent(out) :: error
+
+      associate (source => self%source, last => size(self%source%words))
+         source%words(last - 1) = "--"//source%parameter
+         source%words(last) = plain(value, "")
+         call build_scene(source%scene, source%words, problem, error)
+      end associate
+   end subroutine scene_at
+
+   subroutine print_sweep(sweep, source, format)
       type(sweep_type), intent(in) :: sweep
-      character(len=*), intent(in) :: parameter
+      type(source_type), intent(in) :: source
       integer, intent(in) :: format
       real(wp), parameter :: two_pi = 8*atan(1.0_wp)
       character(len=24), allocatable :: names(:), units(:)
@@ -211,9 +235,9 @@ contains
       each = merge(1, 4, format == format_table)
       allocate (names(1 + each*size(sweep%eigenvalues, 1)))
       allocate (units(size(names)), values(size(sweep%values), size(names)))
-      names(1) = parameter
+      names(1) = source%parameter
       units = "Hz"
-      units(1) = ""
+      units(1) = source%unit
       values(:, 1) = sweep%values
       do b = 1, size(sweep%eigenvalues, 1)
          associate (first => 2 + each*(b - 1), lambda => sweep%eigenvalues(b, :))
@@ -230,14 +254,23 @@ contains
       end do
       if (format == format_json) call print_line('{"points":')
       call print_columns("point", names, units, values, format)
-      if (format /= format_csv) call print_events(sweep, parameter, format)
+      if (format /= format_csv) call print_events(sweep, source%parameter, unit_after(source), format)
    end subroutine print_sweep
 
-   subroutine print_events(sweep, parameter, format)
+   ! With a blank before it, where there is one.
+   pure function unit_after(source) result(unit)
+      type(source_type), intent(in) :: source
+      character(len=merge(0, 1 + len(source%unit), source%unit == "")) :: unit
+
+      unit = " "//source%unit
+   end function unit_after
+
+   subroutine print_events(sweep, parameter, unit, format)
       type(sweep_type), intent(in) :: sweep
       character(len=*), intent(in) :: parameter
+      character(len=*), intent(in) :: unit
       integer, intent(in) :: format
-      integer :: i, unstable
+      integer :: i
 
       if (format == format_json) then
          call print_line(', "events": [')
@@ -247,6 +280,14 @@ contains
                   text(e%second)//', "value": '//plain(e%value, "null")//'}'//trim(merge(",", " ", i < size(sweep%events))))
             end associate
          end do
+         call print_line('], "onsets": [')
+         do i = 1, size(sweep%onsets)
+            associate (o => sweep%onsets(i))
+               call print_line('  {"branch": '//text(o%branch)//', "unstable": '//trim(merge("true ", "false", o%unstable))// &
+                  ', "value": '//plain(o%value, "null")//', "within": '//plain(o%within, "null")//'}'// &
+                  trim(merge(",", " ", i < size(sweep%onsets))))
+            end associate
+         end do
          call print_line("]}")
          return
       end if
@@ -254,27 +295,51 @@ contains
       do i = 1, size(sweep%events)
          associate (e => sweep%events(i))
             if (e%kind == event_unsure) then
-               call print_line("unsure     which mode is which from "//parameter//" "//rounded(e%value)//" on")
+               call print_line("unsure     which mode is which from "//parameter//" "//rounded(e%value)//unit//" on")
             else
                call print_line(event_names(e%kind)//"   branches "//text(e%first)//" and "//text(e%second)//" near "// &
-                  parameter//" "//rounded(e%value))
+                  parameter//" "//rounded(e%value)//unit)
             end if
          end associate
       end do
       do i = 1, size(sweep%eigenvalues, 1)
-         unstable = first_unstable(sweep%damping_ratio(i, :))
-         if (unstable > 0) call print_line("unstable   branch "//text(i)//" at "//parameter//" "//rounded(sweep%values(unstable)))
+         call print_stability(sweep, i, parameter, unit)
       end do
    end subroutine print_events
 
-   ! The first point where a damping ratio is negative, beyond rounding; 0 where none is.
-   pure integer function first_unstable(ratio) result(first)
-      real(wp), intent(in) :: ratio(:)
-      real(wp), parameter :: rounding = 1.0e-11_wp
+   ! Where a branch is unstable from its first point on, and where that changes.
+   subroutine print_stability(sweep, branch, parameter, unit)
+      type(sweep_type), intent(in) :: sweep
+      integer, intent(in) :: branch
+      character(len=*), intent(in) :: parameter, unit
+      ! An onset is known to this, unless the mode was lost between the points.
+      real(wp), parameter :: accuracy = 1.0e-3_wp
+      character(len=:), allocatable :: line
+      integer :: first, i
 
-      do first = 1, size(ratio)
-         if (ratio(first) < -rounding) return
+      first = findloc(sweep%mode(branch, :) > 0, .true., 1)
+      if (sweep%is_unstable(branch, first)) call print_line("unstable   branch "//text(branch)//" from its first point, "// &
+         parameter//" "//rounded(sweep%values(first))//unit)
+      do i = 1, size(sweep%onsets)
+         associate (o => sweep%onsets(i))
+            if (o%branch /= branch) cycle
+            line = merge("unstable   branch ", "stable     branch ", o%unstable)//text(branch)//" from "//parameter//" "// &
+               rounded(significant(o%value))//unit
+            if (o%within > accuracy*abs(o%value)) line = line//", known to "//rounded(significant(o%within))
+            call print_line(line)
+         end associate
       end do
-      first = 0
-   end function first_unstable
+   end subroutine print_stability
+
+   ! Rounded to so many digits as are worth to be read.
+   pure real(wp) function significant(x)
+      real(wp), intent(in) :: x
+      integer, parameter :: digits = 5
+      real(wp) :: unit
+
+      significant = x
+      if (.not. abs(x) > 0) return
+      unit = 10.0_wp**(digits - 1 - floor(log10(abs(x))))
+      significant = anint(x*unit)/unit
+   end function significant
 end module cli_sweep

@@ -129,6 +129,7 @@ contains
       real(wp) :: seconds(size(phase_names))
       integer :: i
 
+      if (any(result%factorizations_for > 0)) call print_line("factors  "//purposes(result))
       seconds = result%seconds%of_phases()
       line = "seconds  "
       do i = 1, size(seconds)
@@ -142,4 +143,20 @@ contains
             rounded(result%history%residual(i)))
       end do
    end subroutine print_details
+
+   ! What matrices were factored for.
+   function purposes(result)
+      type(modal_result_type), intent(in) :: result
+      character(len=:), allocatable :: purposes
+      character(len=*), parameter :: words(*) = [character(len=14) :: "mass", "rigid motions", "iteration", "refinement", &
+         "count", "left vectors"]
+      integer :: i
+
+      purposes = ""
+      do i = 1, size(words)
+         if (result%factorizations_for(i) == 0) cycle
+         if (purposes /= "") purposes = purposes//", "
+         purposes = purposes//trim(words(i))//" "//text(result%factorizations_for(i))
+      end do
+   end function purposes
 end module cli_table

@@ -1,8 +1,8 @@
-!> kschur view: the modes of a result as files for ParaView, and as a picture.
+!> kschur view: the modes of a result as files for ParaView, as a picture, and as a page for a browser.
 module cli_view
    use cli_arguments, only: arguments_type
    use cli_numbers, only: read_integer
-   use cli_picture, only: draw_picture
+   use cli_picture, only: draw_picture, make_page
    use cli_system, only: check_new_file, check_new_folder, print_line
    use kschur, only: add_context, error_input, error_type, error_usage, modal_result_type, new_error, read_hdf5_result, text, &
       write_view, wp
@@ -12,7 +12,7 @@ module cli_view
 
    !> What `kschur view` was asked to do.
    type :: request_type
-      character(len=:), allocatable :: result, output, picture, modes
+      character(len=:), allocatable :: result, output, picture, html, modes
       integer :: frames = 12
       !> Largest displacement in the frames, relative to the size of the structure.
       real(wp) :: amplitude = 0.1_wp
@@ -31,6 +31,7 @@ contains
       call take_request(arguments, request, error)
       if (.not. allocated(error) .and. allocated(request%output)) call check_new_folder(request%output, error)
       if (.not. allocated(error) .and. allocated(request%picture)) call check_new_file(request%picture, error)
+      if (.not. allocated(error) .and. allocated(request%html)) call check_new_file(request%html, error)
       if (.not. allocated(error)) call read_hdf5_result(result, request%result, error, trial=.true.)
       if (.not. allocated(error)) call choose_modes(request, size(result%eigenvalues), modes, error)
       if (allocated(error)) return
@@ -44,9 +45,14 @@ contains
          if (.not. allocated(error)) call print_line(request%output//": "//text(size(modes))//" modes on "// &
             text(result%mesh%nodes())//" nodes, open modes.pvd or mode_"//text(modes(1))//".pvd")
       end if
-      if (allocated(error) .or. .not. allocated(request%picture)) return
-      call draw_picture(request%result, modes, request%picture, error)
-      if (.not. allocated(error)) call print_line(request%picture//": "//text(size(modes))//" modes")
+      if (allocated(request%picture) .and. .not. allocated(error)) then
+         call draw_picture(request%result, modes, request%picture, error)
+         if (.not. allocated(error)) call print_line(request%picture//": "//text(size(modes))//" modes")
+      end if
+      if (allocated(request%html) .and. .not. allocated(error)) then
+         call make_page(request%result, modes, request%html, error)
+         if (.not. allocated(error)) call print_line(request%html//": "//text(size(modes))//" modes, open it in a browser")
+      end if
    end subroutine view_command
 
    subroutine take_request(arguments, request, error)
@@ -57,6 +63,7 @@ contains
 
       call arguments%take_text("--output", request%output, error, "the name of a folder")
       call arguments%take_text("--picture", request%picture, error)
+      call arguments%take_text("--html", request%html, error)
       call arguments%take_text("--modes", request%modes, error, "numbers of modes, as 1,3,7")
       call arguments%take_integer("--frames", 0, request%frames, error)
       call arguments%take_positive("--amplitude", amplitude, error)
@@ -66,8 +73,8 @@ contains
       if (allocated(error)) return
       if (.not. allocated(request%result)) then
          call new_error(error, error_usage, "no result is given; see kschur help view")
-      else if (.not. (allocated(request%output) .or. allocated(request%picture))) then
-         call new_error(error, error_usage, "kschur view wants --output FOLDER or --picture FILE.png")
+      else if (.not. (allocated(request%output) .or. allocated(request%picture) .or. allocated(request%html))) then
+         call new_error(error, error_usage, "kschur view wants --output FOLDER, --picture FILE.png or --html FILE.html")
       end if
    end subroutine take_request
 

@@ -2,8 +2,10 @@
 program kschur_program
    use cli_arguments, only: arguments_type, command_arguments
    use cli_compare, only: compare_command
+   use cli_convert, only: convert_command
    use cli_environment, only: keep_one_blas_thread
    use cli_help, only: print_help, print_version
+   use cli_interrupt, only: let_signals
    use cli_info, only: info_command
    use cli_mac, only: mac_command
    use cli_processes, only: start_processes
@@ -27,6 +29,7 @@ program kschur_program
    call keep_one_blas_thread()
    call ignore_size_signal()
    call start_processes(error)
+   call let_signals()
    arguments = command_arguments()
    call arguments%take_word(command)
    if (.not. allocated(command)) allocate (character(len=0) :: command)
@@ -71,6 +74,8 @@ contains
             call solve_command(arguments, complete, error)
          case ("compare")
             call compare_command(arguments, complete, error)
+         case ("convert")
+            call convert_command(arguments, error)
          case ("mac")
             call mac_command(arguments, error)
          case ("sensitivity")

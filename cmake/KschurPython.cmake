@@ -1,7 +1,7 @@
 # The Python package beside its modules: libraries in its folder, programs in bin below it, and scripts for the PATH that start
 # these. A wheel has no symbolic links: a library goes by the name that the others look for.
 
-foreach(script kschur-picture kschur-campbell)
+foreach(script kschur-picture kschur-campbell kschur-convert)
   set(KSCHUR_PYTHON_OF_BUILD "${KSCHUR_PYTHON}")
   set(KSCHUR_PYTHON "/usr/bin/env python3")
   set(KSCHUR_PICTURE_PACKAGE "../..")

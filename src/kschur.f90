@@ -38,7 +38,7 @@ module kschur
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
    use kschur_hdf5_response, only: write_hdf5_response
    use kschur_hdf5_result, only: is_hdf5_result, read_hdf5_result, write_hdf5_result
-   use kschur_hdf5_sweep, only: write_hdf5_sweep
+   use kschur_hdf5_sweep, only: is_hdf5_sweep, read_hdf5_sweep, write_hdf5_sweep
    use kschur_inertia_solver, only: inertia_real_type
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_kinds, only: wp, long
@@ -46,6 +46,7 @@ module kschur
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_krylov_real, only: krylov_schur
    use kschur_linear_solver, only: real_linear_solver_type, complex_linear_solver_type, matrix_structure_type
+   use kschur_loss, only: loss_factor_of
    use kschur_mac, only: modal_assurance
    use kschur_modal_solver, only: modal_solver_type, new_modal_solver
    use kschur_modal_properties, only: find_modal_properties
@@ -72,9 +73,10 @@ module kschur
    use kschur_local_forces, only: description_of
    use kschur_problem, only: modal_problem_type, new_modal_problem, damping_names, damping_none, &
       damping_proportional, damping_general
+   use kschur_problem_family, only: problem_family_type
    use kschur_properties, only: modal_properties_type
    use kschur_release, only: kschur_version
-   use kschur_effort, only: phase_names
+   use kschur_effort, only: phase_names, purpose_names
    use kschur_result, only: modal_result_type, history_type, timings_type, kind_names, kind_rigid, kind_undamped, &
       kind_underdamped, kind_overdamped, kind_unstable, kind_real, certified_names, certified_unknown, &
       certified_yes, certified_no, reason_names, reason_converged, &
@@ -90,7 +92,8 @@ module kschur
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_matrix, new_csr_from_triplets, &
       empty_csr_matrix
    use kschur_symmetric_storage, only: symmetric_check, symmetric_lower, symmetric_names, symmetric_no, symmetric_upper
-   use kschur_sweep, only: sweep_type, sweep_event_type, new_sweep, event_names, event_crossing, event_veering, event_unsure
+   use kschur_sweep, only: sweep_type, sweep_event_type, sweep_onset_type, new_sweep, event_names, event_crossing, event_veering, &
+      event_unsure
    use kschur_targets, only: solve_targets
    use kschur_text, only: text
    use kschur_view, only: write_view

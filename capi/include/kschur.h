@@ -91,11 +91,12 @@ int kschur_status_text(int status, char *text, int64_t length);
 
 /* ---- Problem ---------------------------------------------------------------------------------------------------- */
 
-/* The four matrices of a problem. */
+/* The matrices of a problem. */
 typedef struct kschur_problem kschur_problem;
 
-/* Which matrix. Mass and stiffness must be set; without damping R is zero, without constraints m is 0. */
-enum kschur_matrix { KSCHUR_MASS = 0, KSCHUR_STIFFNESS = 1, KSCHUR_DAMPING = 2, KSCHUR_CONSTRAINTS = 3 };
+/* Which matrix. Mass and stiffness must be set; without damping R is zero, without constraints m is 0. The loss matrix H adds
+ * i H to the stiffness above the real axis (structural damping); without it there are no losses. */
+enum kschur_matrix { KSCHUR_MASS = 0, KSCHUR_STIFFNESS = 1, KSCHUR_DAMPING = 2, KSCHUR_CONSTRAINTS = 3, KSCHUR_LOSS = 4 };
 
 /* Makes a problem without matrices; *problem is overwritten. KSCHUR_ERROR_MEMORY. */
 int kschur_problem_create(kschur_problem **problem);
@@ -129,7 +130,7 @@ int kschur_problem_set_triplets(kschur_problem *problem, int matrix, int64_t row
 int kschur_problem_set_triplets64(kschur_problem *problem, int matrix, int64_t rows, int64_t columns, int64_t entries,
                                   int index_base, const int64_t *row, const int64_t *column, const double *value);
 
-/* Says how M, R and K are stored, those that are set and those that will be set or read. "lower", "upper": by this triangle
+/* Says how M, R, K and H are stored, those that are set and those that will be set or read. "lower", "upper": by this triangle
  * and the diagonal, as halves of symmetric matrices; entries in the other triangle must mirror those. "no": as they are.
  * "check", the default: as they are, but a matrix with entries in one triangle only, off the diagonal, none of which is
  * above sqrt(a_ii a_jj), is taken for a half that was meant to be completed. Either is KSCHUR_ERROR_INPUT when the

@@ -103,7 +103,8 @@ int kschur_options_set_normalisation(kschur_options *options, const char *name);
 int kschur_options_set_left(kschur_options *options, int flag);
 
 /* Whether the eigenvalues about the target are counted where nothing else proves that no mode is missing: for any
- * damping, with some 20 to 120 complex factorisations. Default no. */
+ * damping, with some 20 to 120 complex factorisations. Default 0: no more than the one factorisation by which symmetric
+ * formulations count, which -1 leaves out too. By name: "on", and "off" for -1. */
 int kschur_options_set_certify(kschur_options *options, int flag);
 
 /* Seed of the random start vector. Default 1; the same seed gives the same digits. */

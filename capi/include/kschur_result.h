@@ -156,7 +156,9 @@ int kschur_result_get_history(kschur_result *result, int64_t *converged, int64_t
 /* Numbers by name, all as doubles, complex ones as pairs. Of modes: "eigenvalues", "eigenvectors", "multipliers",
  * "left_eigenvectors", "left_multipliers", "frequency_hz", "damped_frequency_hz", "damping_ratio", "backward_error", "error",
  * "kind", "condition_number". Of the solve: "n", "m", "modes", "modes_asked", "reason", "certified", "missing",
- * "redundant_constraints", "target", "shift", "operator_applications", "restarts", "factorizations", "factored_order",
+ * "redundant_constraints", "target", "shift", "operator_applications", "restarts", "factorizations" and, by what they were
+ * for, "factorizations_for_mass", ..._rigid_motions, ..._iteration, ..._refinement, ..._count, ..._left, "wanted_after" (0
+ * where not all that was wanted converged), "factored_order",
  * "factor_entries", "seconds_total", "seconds_analyze", "seconds_factorize", "seconds_solve", "seconds_orthogonalize" and,
  * beside these four, "seconds_examine", "seconds_place", "seconds_iterate", "seconds_recover", "seconds_judge", "seconds_left".
  * Where the problem stands, nodes from 0: "coordinates", "unknown_node", "unknown_component", "cells_offsets", "cells_connectivity",

@@ -57,7 +57,7 @@ int kschur_result_get_rates(kschur_result *result, kschur_problem *problem, ksch
 /* The response x to `count` harmonic forces f of all n unknowns, one after the other, at `points` frequencies (Hz):
  * (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0, lambda = 2 pi i frequency. Complex numbers are pairs of doubles.
  * `response` takes n * count * points of them and `multipliers`, which may be NULL, m * count * points: unknowns fastest,
- * then forces. The stop callback of `options`, which may be NULL, ends it, which is no failure: `done`, which may be NULL, is
+ * then forces. `options`, which may be NULL, say the number of threads, and their stop callback ends it, which is no failure: `done`, which may be NULL, is
  * the number of frequencies whose response is there; what lies behind them is left as it was. KSCHUR_ERROR_SINGULAR where an
  * undamped mode has one of the frequencies. */
 int kschur_problem_get_response(kschur_problem *problem, const double *frequencies, int64_t points, const double *forces,
@@ -114,6 +114,14 @@ int kschur_sweep_destroy(kschur_sweep **sweep);
 /* The message of the last failure. */
 int kschur_sweep_get_message(const kschur_sweep *sweep, char *text, int64_t length);
 
+/* Fills `problem`, which is empty and ends with the call, for a value of the parameter. Returns 0; else the point fails with
+ * KSCHUR_ERROR_CALLBACK. */
+typedef int (*kschur_problem_callback)(void *context, double value, kschur_problem *problem);
+
+/* Sets who makes problems between two points, for the points that follow, and what it gets as context, which is borrowed: it must
+ * live as long as points are added. NULL: matrices are interpolated, as if they were linear in the parameter. */
+int kschur_sweep_set_problem(kschur_sweep *sweep, kschur_problem_callback problem, void *context);
+
 /* Solves at the next value of the parameter, which grows from point to point or falls, and finds out which mode is which. The
  * options are those of the first point, the callbacks those of each. Fails as kschur_solve; a point that a callback ended is
  * not added, which is no failure. */
@@ -122,10 +130,29 @@ int kschur_sweep_add(kschur_sweep *sweep, double value, kschur_problem *problem,
 /* How many branches, points and events there are; pointers may be NULL. */
 int kschur_sweep_get_size(kschur_sweep *sweep, int64_t *branches, int64_t *points, int64_t *events);
 
+/* Writes an HDF5 file, which kschur-campbell reads; `parameter` is the name of the parameter and `unit` its unit, NULL where not
+ * known. KSCHUR_ERROR_FILE where it cannot be written. */
+int kschur_sweep_write_hdf5(kschur_sweep *sweep, const char *parameter, const char *unit, const char *path);
+
+/* Takes the place of a sweep by one that was written; no points can be added to it. KSCHUR_ERROR_FILE, KSCHUR_ERROR_INPUT. */
+int kschur_sweep_read_hdf5(kschur_sweep *sweep, const char *path);
+
+/* The name of the parameter and its unit as they were read, empty otherwise; KSCHUR_ERROR_LENGTH where `length` is too short. */
+int kschur_sweep_get_parameter(kschur_sweep *sweep, char *text, int64_t length);
+int kschur_sweep_get_unit(kschur_sweep *sweep, char *text, int64_t length);
+
+/* Whether a file holds a sweep: 1 or 0, 0 also where it cannot be read. */
+int kschur_is_sweep(const char *path);
+
+/* How many branches change their stability. */
+int kschur_sweep_get_onsets(kschur_sweep *sweep, int64_t *onsets);
+
 /* Numbers by name: "values", one a point; "eigenvalues" (pairs), "frequency_hz", "damping_ratio" and "share", what is left of the
  * mode before, of the branches of each point, branches fastest, NaN where a branch is not; of the events "event_kind", 0 a
  * crossing, 1 a veering, 2 where it is not clear which mode is which, "event_first" and "event_second", the branches counted
- * from 0, -1 for none, and "event_value". */
+ * from 0, -1 for none, and "event_value"; of the onsets "onset_branch", "onset_unstable", 1 where the branch is unstable from
+ * there on and 0 where it is stable again, "onset_value", and "onset_within", how wide the bracket is in which it lies: a
+ * thousandth of the value, or more where the mode was lost between two points. */
 int kschur_sweep_get_numbers(kschur_sweep *sweep, const char *name, double *values, int64_t length);
 
 #ifdef __cplusplus

@@ -104,7 +104,7 @@ contains
       case ("left")
          status = with_flag(handle, address, option, given, kschur_options_set_left)
       case ("certify")
-         status = with_flag(handle, address, option, given, kschur_options_set_certify)
+         status = with_flag(handle, address, option, given, kschur_options_set_certify, off=-1_c_int)
       case ("checkpoint")
          status = kschur_options_set_checkpoint(address, value)
       case ("resume")
@@ -132,17 +132,22 @@ contains
       end if
    end function with_integer
 
-   integer(c_int) function with_flag(handle, address, name, given, setter) result(status)
+   integer(c_int) function with_flag(handle, address, name, given, setter, off) result(status)
       type(options_handle_type), intent(inout) :: handle
       type(c_ptr), intent(in) :: address
       character(len=*), intent(in) :: name, given
       procedure(flag_setter) :: setter
+      !> What off is; absent: zero.
+      integer(c_int), intent(in), optional :: off
+      integer(c_int) :: no
 
+      no = 0
+      if (present(off)) no = off
       select case (given)
       case ("on", "yes", "1")
          status = setter(address, 1_c_int)
       case ("off", "no", "0")
-         status = setter(address, 0_c_int)
+         status = setter(address, no)
       case default
          status = refuse(handle, name, given, "on or off")
       end select

@@ -1,6 +1,6 @@
 !> What a result holds, by name: those of result files, and of what is made of modes.
 module kschur_capi_names
-   use kschur, only: modal_result_type, phase_names, wp
+   use kschur, only: modal_result_type, phase_names, purpose_names, wp
    implicit none
    private
    public :: find_columns, gather_numbers
@@ -108,6 +108,8 @@ contains
          numbers = [real(result%restarts, wp)]
       case ("factorizations")
          numbers = [real(result%factorizations, wp)]
+      case ("wanted_after")
+         numbers = [real(result%history%wanted_after(result%options%tolerance), wp)]
       case ("factored_order")
          numbers = [real(result%factored_order, wp)]
       case ("factor_entries")
@@ -118,6 +120,9 @@ contains
          phases = result%seconds%of_phases()
          known = any("seconds_"//phase_names == name)
          if (known) numbers = pack(phases, "seconds_"//phase_names == name)
+         if (known) return
+         known = any("factorizations_for_"//purpose_names == name)
+         if (known) numbers = pack(real(result%factorizations_for, wp), "factorizations_for_"//purpose_names == name)
       end select
    end subroutine gather_facts
 

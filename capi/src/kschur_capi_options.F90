@@ -183,7 +183,7 @@ contains
 
 #define SETTER kschur_options_set_certify
 #define GIVEN_TYPE integer(c_int)
-#define CHANGE change%options%certify = given /= 0
+#define CHANGE change%options%certify = given > 0; change%options%uncounted = given < 0
 #include "kschur_capi_options.inc"
 
 #define SETTER kschur_options_set_normalisation

@@ -20,16 +20,16 @@ module kschur_capi_problem
       !> Its matrices are in place as they are set; the rest of it where `checked`.
       type(modal_problem_type) :: problem
       !> Which matrices were set.
-      logical :: given(0:3) = .false.
+      logical :: given(0:4) = .false.
       logical :: checked = .false.
       !> How symmetric ones are stored: `symmetric_check` and its like.
       integer :: symmetric = symmetric_check
    end type problem_handle_type
 
    ! Enumeration kschur_matrix.
-   integer, parameter :: mass = 0, stiffness = 1, damping = 2, constraints = 3
-   character(len=*), parameter :: names(0:3) = [character(len=22) :: "mass matrix M", "stiffness matrix K", &
-      "damping matrix R", "constraint Jacobian Cq"]
+   integer, parameter :: mass = 0, stiffness = 1, damping = 2, constraints = 3, loss = 4
+   character(len=*), parameter :: names(0:4) = [character(len=22) :: "mass matrix M", "stiffness matrix K", &
+      "damping matrix R", "constraint Jacobian Cq", "loss matrix H"]
 
 contains
 
@@ -125,9 +125,9 @@ contains
       status = status_null
       handle => problem_of(problem)
       if (.not. associated(handle)) return
-      if (matrix < mass .or. matrix > constraints) then
+      if (matrix < mass .or. matrix > loss) then
          call new_error(error, status_usage, "there is no matrix number "//text(int(matrix))// &
-            "; KSCHUR_MASS and its like are numbers from 0 to 3")
+            "; KSCHUR_MASS and its like are numbers from 0 to 4")
       else
          call make_matrix(made, rows, columns, entries, int(base), row, column, value, compressed, wide, error)
          call add_context(error, "the "//trim(names(matrix)))
@@ -143,6 +143,9 @@ contains
          handle%problem%damping = made
       case (constraints)
          handle%problem%constraints = made
+      case (loss)
+         if (.not. allocated(handle%problem%loss)) allocate (handle%problem%loss)
+         handle%problem%loss = made
       end select
       handle%problem%index_base = base
       handle%given(matrix) = .true.

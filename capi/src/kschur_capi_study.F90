@@ -138,7 +138,11 @@ contains
       if (.not. allocated(error)) then
          call c_f_pointer(frequencies, hz, [points])
          call c_f_pointer(forces, f, [handle%problem%unknowns(), int(count)])
-         call frequency_response(handle%problem, hz, f, x, error, xi, monitor=progress)
+         if (associated(wanted)) then
+            call frequency_response(handle%problem, hz, f, x, error, xi, monitor=progress, threads=wanted%options%threads)
+         else
+            call frequency_response(handle%problem, hz, f, x, error, xi)
+         end if
       end if
       status = outcome(handle, error)
       if (allocated(error)) return

@@ -1,21 +1,42 @@
 !> Modes over a parameter, for C.
 module kschur_capi_sweep
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
-   use kschur, only: error_type, new_error, new_sweep, sweep_type, wp
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_int64_t, c_loc, &
+      c_null_funptr, c_null_ptr, c_ptr
+   use kschur, only: error_type, is_hdf5_sweep, modal_problem_type, new_error, new_sweep, problem_family_type, read_hdf5_sweep, &
+      sweep_type, wp, write_hdf5_sweep
    use kschur_capi_arrays, only: give_array, put
    use kschur_capi_callbacks, only: progress_type
    use kschur_capi_options, only: options_handle_type, options_of
    use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
-   use kschur_capi_status, only: handle_type, get_message, fail, outcome, require, status_memory, status_null, status_ok, &
-      status_order, status_usage
+   use kschur_capi_status, only: handle_type, check_returned, get_message, fail, give_text, outcome, require, status_memory, &
+      status_null, status_ok, status_order, status_usage
    use kschur_capi_text, only: take_text
    implicit none
    private
+
+   !> Calls a kschur_problem_callback.
+   type, extends(problem_family_type) :: called_family_type
+      type(c_funptr) :: callback = c_null_funptr
+      type(c_ptr) :: context = c_null_ptr
+   contains
+      procedure :: at => problem_at
+   end type called_family_type
+
+   abstract interface
+      integer(c_int) function problem_interface(context, value, problem) bind(c)
+         import :: c_double, c_int, c_ptr
+         type(c_ptr), value :: context, problem
+         real(c_double), value :: value
+      end function problem_interface
+   end interface
 
    !> What a `kschur_sweep` is.
    type, extends(handle_type) :: sweep_handle_type
       !> Not allocated before the first point.
       type(sweep_type), allocatable :: sweep
+      type(called_family_type) :: family
+      !> As they were read; then no points can be added.
+      character(len=:), allocatable :: parameter, unit
    end type sweep_handle_type
 
 contains
@@ -26,6 +47,33 @@ contains
 #define DESTROY kschur_sweep_destroy
 #define MESSAGE kschur_sweep_get_message
 #include "kschur_capi_handle.inc"
+
+   integer(c_int) function kschur_sweep_set_problem(address, callback, context) bind(c) result(status)
+      type(c_ptr), value :: address, context
+      type(c_funptr), value :: callback
+      type(sweep_handle_type), pointer :: handle
+
+      status = status_null
+      handle => sweep_of(address)
+      if (.not. associated(handle)) return
+      handle%family%callback = callback
+      handle%family%context = context
+      status = status_ok
+   end function kschur_sweep_set_problem
+
+   subroutine problem_at(self, value, problem, error)
+      class(called_family_type), intent(inout) :: self
+      real(wp), intent(in) :: value
+      type(modal_problem_type), intent(out) :: problem
+      type(error_type), allocatable, intent(out) :: error
+      procedure(problem_interface), pointer :: callback
+      type(problem_handle_type), target :: made
+
+      call c_f_procpointer(self%callback, callback)
+      call check_returned(callback(self%context, value, c_loc(made)), "problem", error)
+      if (.not. allocated(error)) call check_problem(made, error)
+      if (.not. allocated(error)) problem = made%problem
+   end subroutine problem_at
 
    integer(c_int) function kschur_sweep_add(address, value, problem, options) bind(c) result(status)
       type(c_ptr), value :: address, problem, options
@@ -48,13 +96,19 @@ contains
          if (allocated(wanted%solvers%real) .or. allocated(wanted%solvers%complex)) &
             call new_error(error, status_usage, "a sweep takes the linear solvers of the library")
       end if
+      if (.not. allocated(error) .and. allocated(handle%parameter)) &
+         call new_error(error, status_usage, "no points can be added to a sweep that was read")
       if (.not. allocated(error)) then
          if (.not. allocated(handle%sweep)) then
             allocate (handle%sweep)
             call new_sweep(handle%sweep, wanted%options)
          end if
          progress = wanted%progress
-         call handle%sweep%add(value, given%problem, error, monitor=progress)
+         if (c_associated(handle%family%callback)) then
+            call handle%sweep%add(value, given%problem, error, monitor=progress, family=handle%family)
+         else
+            call handle%sweep%add(value, given%problem, error, monitor=progress)
+         end if
       end if
       if (.not. allocated(error)) call handle%sweep%finish()
       status = outcome(handle, error)
@@ -69,6 +123,91 @@ contains
       call put(points, size(handle%sweep%values, kind=c_int64_t))
       call put(events, size(handle%sweep%events, kind=c_int64_t))
    end function kschur_sweep_get_size
+
+   integer(c_int) function kschur_sweep_write_hdf5(address, parameter, unit, path) bind(c) result(status)
+      type(c_ptr), value :: address, parameter, unit, path
+      type(sweep_handle_type), pointer :: handle
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: name, of_unit, place
+
+      if (.not. has_points(address, handle, status)) return
+      call require(parameter, "parameter", error)
+      call require(path, "path", error)
+      if (.not. allocated(error)) then
+         call take_text(parameter, name)
+         call take_text(path, place)
+         of_unit = ""
+         if (c_associated(unit)) call take_text(unit, of_unit)
+         call write_hdf5_sweep(handle%sweep, name, place, error, of_unit)
+      end if
+      status = outcome(handle, error)
+   end function kschur_sweep_write_hdf5
+
+   integer(c_int) function kschur_sweep_read_hdf5(address, path) bind(c) result(status)
+      type(c_ptr), value :: address, path
+      type(sweep_handle_type), pointer :: handle
+      type(sweep_type), allocatable :: read
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: name, parameter, unit
+
+      status = status_null
+      handle => sweep_of(address)
+      if (.not. associated(handle)) return
+      call require(path, "path", error)
+      allocate (read)
+      if (.not. allocated(error)) then
+         call take_text(path, name)
+         call read_hdf5_sweep(read, parameter, unit, name, error)
+      end if
+      status = outcome(handle, error)
+      if (status /= status_ok) return
+      call move_alloc(read, handle%sweep)
+      call move_alloc(parameter, handle%parameter)
+      call move_alloc(unit, handle%unit)
+   end function kschur_sweep_read_hdf5
+
+   integer(c_int) function kschur_is_sweep(path) bind(c) result(holds)
+      type(c_ptr), value :: path
+      character(len=:), allocatable :: name
+
+      holds = 0
+      if (.not. c_associated(path)) return
+      call take_text(path, name)
+      if (is_hdf5_sweep(name)) holds = 1
+   end function kschur_is_sweep
+
+   integer(c_int) function kschur_sweep_get_parameter(address, buffer, length) bind(c) result(status)
+      type(c_ptr), value :: address, buffer
+      integer(c_int64_t), value :: length
+      type(sweep_handle_type), pointer :: handle
+
+      if (.not. has_points(address, handle, status)) return
+      if (.not. allocated(handle%parameter)) then
+         status = give_text(handle, "", buffer, length)
+      else
+         status = give_text(handle, handle%parameter, buffer, length)
+      end if
+   end function kschur_sweep_get_parameter
+
+   integer(c_int) function kschur_sweep_get_unit(address, buffer, length) bind(c) result(status)
+      type(c_ptr), value :: address, buffer
+      integer(c_int64_t), value :: length
+      type(sweep_handle_type), pointer :: handle
+
+      if (.not. has_points(address, handle, status)) return
+      if (.not. allocated(handle%unit)) then
+         status = give_text(handle, "", buffer, length)
+      else
+         status = give_text(handle, handle%unit, buffer, length)
+      end if
+   end function kschur_sweep_get_unit
+
+   integer(c_int) function kschur_sweep_get_onsets(address, onsets) bind(c) result(status)
+      type(c_ptr), value :: address, onsets
+      type(sweep_handle_type), pointer :: handle
+
+      if (has_points(address, handle, status)) call put(onsets, size(handle%sweep%onsets, kind=c_int64_t))
+   end function kschur_sweep_get_onsets
 
    integer(c_int) function kschur_sweep_get_numbers(address, name, values, length) bind(c) result(status)
       type(c_ptr), value :: address, name, values
@@ -106,6 +245,18 @@ contains
             status = give_array(handle, numbers, values, length)
          case ("event_value")
             allocate (numbers(size(s%events)), source=s%events%value)
+            status = give_array(handle, numbers, values, length)
+         case ("onset_branch")
+            allocate (numbers(size(s%onsets)), source=real(s%onsets%branch - 1, wp))
+            status = give_array(handle, numbers, values, length)
+         case ("onset_unstable")
+            allocate (numbers(size(s%onsets)), source=merge(1.0_wp, 0.0_wp, s%onsets%unstable))
+            status = give_array(handle, numbers, values, length)
+         case ("onset_value")
+            allocate (numbers(size(s%onsets)), source=s%onsets%value)
+            status = give_array(handle, numbers, values, length)
+         case ("onset_within")
+            allocate (numbers(size(s%onsets)), source=s%onsets%within)
             status = give_array(handle, numbers, values, length)
          case default
             status = fail(handle, status_usage, "a sweep has no numbers '"//word//"'")

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
-from ._library import FACTORIZE, PROGRESS, RELEASE, SOLVE, STOP, Handle
+from ._library import FACTORIZE, PROBLEM, PROGRESS, RELEASE, SOLVE, STOP, Handle
+from ._problem import fill
 
 _SINGULAR = 5
 _FAILED = 24
@@ -108,3 +109,21 @@ class Callbacks:
             return _SINGULAR
         self.raised = self.raised or error
         return _FAILED
+
+
+class Family:
+    """Matrices that depend on a parameter, as a callback of a sweep; what they raise is raised behind `callbacks`."""
+
+    def __init__(self, callbacks: Callbacks, matrices: Callable[[float], Any], symmetric: str | None) -> None:
+        self._callbacks = callbacks
+        self._matrices = matrices
+        self._symmetric = symmetric
+        self.callback = PROBLEM(self._fill)
+
+    def _fill(self, _context: Any, value: float, address: int) -> int:
+        try:
+            fill(Handle("problem", address), *self._matrices(value), symmetric=self._symmetric)
+            return 0
+        except BaseException as error:
+            self._callbacks.raised = self._callbacks.raised or error
+            return _FAILED

@@ -18,6 +18,7 @@ FACTORIZE = CFUNCTYPE(c_int, c_void_p, c_int64, c_int64, POINTER(c_int32), POINT
                       POINTER(c_void_p))
 SOLVE = CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_int64, c_int64, POINTER(c_double))
 RELEASE = CFUNCTYPE(None, c_void_p, c_void_p)
+PROBLEM = CFUNCTYPE(c_int, c_void_p, c_double, c_void_p)
 
 class Part(ctypes.Structure):
     """kschur_part: some modes, and some rows of them."""
@@ -33,6 +34,7 @@ _ARGUMENTS = {
     "kschur_problem_set_cells": [c_void_p, c_int64, c_int, c_void_p, c_void_p, c_void_p],
     "kschur_problem_get_response": [c_void_p, c_void_p, c_int64, c_void_p, c_int64, c_void_p, c_void_p, c_void_p, c_void_p],
     "kschur_sweep_add": [c_void_p, c_double, c_void_p, c_void_p],
+    "kschur_sweep_set_problem": [c_void_p, PROBLEM, c_void_p],
     "kschur_sweep_get_numbers": [c_void_p, c_char_p, c_void_p, c_int64],
     "kschur_options_set_progress": [c_void_p, PROGRESS, c_void_p],
     "kschur_options_set_stop": [c_void_p, STOP, c_void_p],
@@ -81,20 +83,34 @@ def name_of(what: str, number: int) -> str:
 class Handle:
     """A kschur_problem, kschur_options, kschur_result or kschur_sweep, by its kind; ended with this object."""
 
-    def __init__(self, kind: str) -> None:
+    # Nothing to end where none was made.
+    address: Any = None
+
+    def __init__(self, kind: str, borrowed: int | None = None) -> None:
+        """A new one, or the one at an address, which somebody else ends."""
         self.kind = kind
-        self.address = c_void_p()
+        self._is_ours = borrowed is None
+        self.address = c_void_p(borrowed)
+        if borrowed is not None:
+            return
         status = self._function("create")(ctypes.byref(self.address))
         if status != 0:
             raise OF_STATUS[status](f"no {kind} could be made")
 
     def __del__(self) -> None:
-        if self.address:
+        if self.address and self._is_ours:
             self._function("destroy")(ctypes.byref(self.address))
+
+    def __reduce__(self) -> Any:
+        raise TypeError(f"a {self.kind} of the library cannot be copied or pickled")
 
     def call(self, name: str, *arguments: Any) -> None:
         """Calls kschur_KIND_NAME on this handle; a failure is raised."""
-        self.check(self._function(name)(self.address, *arguments))
+        self.check(self.status(name, *arguments))
+
+    def status(self, name: str, *arguments: Any) -> int:
+        """The same, where a failure is looked at later: see `check`."""
+        return int(self._function(name)(self.address, *arguments))
 
     def check(self, status: int) -> None:
         """Raises the failure that a status stands for, with the message of this handle."""

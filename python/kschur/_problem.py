@@ -10,23 +10,52 @@ from ._library import Handle
 from .errors import InputError, UsageError
 from .geometry import Geometry
 
-NAMES = ("mass matrix M", "stiffness matrix K", "damping matrix R", "constraint Jacobian Cq")
+NAMES = ("mass matrix M", "stiffness matrix K", "damping matrix R", "constraint Jacobian Cq", "loss matrix H")
 
 
-def new_problem(*matrices: Any, geometry: Geometry | None = None, symmetric: str | None = None) -> Handle:
-    """A problem of M, K, R and Cq: sparse or dense, real; R and Cq may be None. Raises InputError, UsageError."""
+def new_problem(M: Any, K: Any, R: Any = None, Cq: Any = None, loss: Any = None, *, geometry: Geometry | None = None,
+                symmetric: str | None = None) -> Handle:
+    """A problem of M, K, R, Cq and H: sparse or dense, real; the last three may be None. The loss may be a number g, of H = g K,
+    or the imaginary part of a complex K. Raises InputError, UsageError."""
     problem = Handle("problem")
+    fill(problem, M, K, R, Cq, loss, geometry=geometry, symmetric=symmetric)
+    return problem
+
+
+def fill(problem: Handle, M: Any, K: Any, R: Any = None, Cq: Any = None, loss: Any = None, *, geometry: Geometry | None = None,
+         symmetric: str | None = None) -> None:
+    """Sets what a problem consists of that is empty."""
+    K, loss = _take_apart(K, loss)
     if symmetric is not None:
         if not isinstance(symmetric, str):
             raise UsageError(f"symmetric must be \"lower\", \"upper\", \"no\" or \"check\", not {symmetric!r}")
         problem.call("set_symmetric", symmetric.encode())
-    for number, (matrix, name) in enumerate(zip(matrices, NAMES)):
+    for number, (matrix, name) in enumerate(zip((M, K, R, Cq, loss), NAMES)):
         if matrix is not None:
             _set_matrix(problem, number, matrix, name)
     if geometry is not None:
         geometry.give(problem)
     problem.call("get_size", None, None)
-    return problem
+
+
+def _take_apart(K: Any, loss: Any) -> tuple[Any, Any]:
+    """The stiffness K and the loss matrix H."""
+    if not sparse.issparse(K):
+        K = np.asarray(K)
+    if np.issubdtype(K.dtype, np.complexfloating):
+        if loss is not None:
+            raise UsageError("the stiffness matrix K is complex: its imaginary part is the loss matrix H, leave out loss")
+        return K.real, K.imag
+    if loss is not None and not sparse.issparse(loss) and np.ndim(loss) == 0:
+        return K, _factor(loss) * K
+    return K, loss
+
+
+def _factor(loss: Any) -> float:
+    try:
+        return float(loss)
+    except (TypeError, ValueError):
+        raise UsageError(f"the loss must be a matrix H or a number g, of H = g K, not {loss!r}") from None
 
 
 def _set_matrix(problem: Handle, number: int, matrix: Any, name: str) -> None:

@@ -8,7 +8,6 @@ from typing import Any
 
 from . import table
 from .result import Result
-from .solving import load
 
 VIEW = (-60.0, 30.0)
 
@@ -33,7 +32,7 @@ def main(words: list[str]) -> None:
     try:
         import matplotlib
         matplotlib.use("Agg")
-        figure = draw(load(path), [int(number) - 1 for number in numbers])
+        figure = draw(Result.read(path), [int(number) - 1 for number in numbers])
         # It appears under its name when it is whole.
         place = Path(picture).absolute()
         with tempfile.TemporaryDirectory(dir=place.parent, prefix=f"{place.name}.partial-") as staging:

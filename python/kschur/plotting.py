@@ -1,4 +1,4 @@
-"""Pictures of mode shapes and sweeps, by Matplotlib."""
+"""Pictures of mode shapes, by Matplotlib."""
 from __future__ import annotations
 
 from typing import Any
@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import Geometry
-from .sweeping import Sweep
 
 
 def plot_shape(geometry: Geometry, shape: NDArray[Any], *, scale: float | None = None, phase: float = 0.0,
@@ -53,36 +52,6 @@ def plot_shape(geometry: Geometry, shape: NDArray[Any], *, scale: float | None =
         ax.scatter(*now[:, axes].T)
     _frame(ax, np.vstack([rest, now])[:, axes], axes)
     ax.set_title(title)
-    return ax
-
-
-def campbell(sweep: Sweep, *, parameter: str = "", ax: Any = None) -> Any:
-    """Draws the Campbell diagram of a sweep: damped frequencies of all branches, unstable points as red crosses, squares at
-    crossings, diamonds at veerings, dotted lines where it is unsure which mode is which; returns the axes.
-
-    parameter : what to call it.
-    ax : axes to draw on; by default new ones.
-    """
-    from matplotlib import pyplot as plt
-
-    if ax is None:
-        ax = plt.figure().add_subplot()
-    frequency = np.abs(sweep.eigenvalues.imag) / (2 * np.pi)
-    for branch, values in enumerate(frequency.T):
-        # There are ten colours.
-        ax.plot(sweep.values, values, marker=".", linewidth=1, linestyle=("-", "--", ":")[branch // 10 % 3], label=str(branch))
-        unstable = sweep.eigenvalues[:, branch].real > 1e-11 * np.abs(sweep.eigenvalues[:, branch])
-        ax.plot(sweep.values[unstable], values[unstable], "x", color="red")
-    rising = np.argsort(sweep.values)
-    for event in sweep.events:
-        if event.kind == "unsure":
-            ax.axvline(event.value, color="gray", linestyle=":")
-            continue
-        height = np.mean([np.interp(event.value, sweep.values[rising], frequency[rising, branch])
-                          for branch in (event.first, event.second)])
-        ax.plot(event.value, height, "s" if event.kind == "crossing" else "D", markersize=9, markerfacecolor="none", color="black")
-    ax.set(xlabel=parameter, ylabel="damped frequency (Hz)")
-    ax.legend(title="branch", fontsize="small")
     return ax
 
 

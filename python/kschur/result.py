@@ -10,17 +10,18 @@ import numpy as np
 
 from . import table
 from ._library import Handle, Part, name_of
+from ._stored import Stored
 from .errors import InputError
 from .geometry import Geometry
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_COUNTS = ("operator_applications", "restarts", "factorizations")
+_COUNTS = ("operator_applications", "restarts", "factorizations", "wanted_after")
 _SECONDS = ("total", "analyze", "factorize", "solve", "orthogonalize", "examine", "place", "iterate", "recover", "judge", "left")
 
 
-class Result:
+class Result(Stored):
     """The modes of a problem, nearest to the target first, of a band by frequency. Arrays have a place for each mode, from 0 on.
 
     eigenvalues : lambda (1/s), Im >= 0: a conjugate pair stands once.
@@ -78,6 +79,13 @@ class Result:
         """In a sentence how the solve ended."""
         proof = {None: "", True: ", certified: no mode is missing", False: ", but a count says that modes are missing"}
         return f"{len(self)} of {self.modes_asked} modes, {self.reason.replace('_', ' ')}{proof[self.certified]}"
+
+    @property
+    def loss_factor(self) -> NDArray[np.float64]:
+        """Im(-lambda^2)/Re(-lambda^2): eta of lambda^2 = -omega^2 (1 + i eta), twice a small damping ratio; NaN where the
+        real part is not positive."""
+        square = -self.eigenvalues**2
+        return np.divide(square.imag, square.real, out=np.full(len(self), np.nan), where=square.real > 0)
 
     @cached_property
     def shapes(self) -> NDArray[Any]:
@@ -153,12 +161,24 @@ class Result:
         """Writes an HDF5 file, which `kschur.load` and `kschur info` read. Raises FileError."""
         self._handle.call("write_hdf5", str(path).encode())
 
+    @classmethod
+    def read(cls, path: Any) -> Result:
+        """The result that `save` or `kschur solve --output` wrote. Raises FileError or InputError."""
+        handle = Handle("result")
+        handle.call("read_hdf5", str(path).encode())
+        return cls(handle)
+
     def plot_shape(self, mode: int = 0, **options: Any) -> Any:
         """Draws a mode on the geometry: see `kschur.plotting.plot_shape`."""
         from .plotting import plot_shape
         if self.geometry is None:
             raise InputError("a shape is drawn on a geometry: give solve one, as geometry=kschur.Geometry(coordinates)")
         return plot_shape(self.geometry, self.shape(mode), title=table.caption(self, mode), **options)
+
+    def view(self, modes: Any = None) -> Any:
+        """A page of modes in motion, all or some, counted from 0: see `kschur.page.View`. A notebook shows it; `save` writes it."""
+        from .page import View
+        return View(self, modes)
 
     def __repr__(self) -> str:
         return table.as_text(self)

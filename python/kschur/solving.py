@@ -19,9 +19,9 @@ from .result import Result
 
 def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = None, target: complex | None = None, *,
           frequency: float | None = None, band: tuple[float, float] | None = None, shift: complex | None = None,
-          left: bool = False, certify: bool = False, properties: bool = False, directions: Any = None, geometry: Geometry | None = None,
+          left: bool = False, certify: bool | str = False, properties: bool = False, directions: Any = None, geometry: Geometry | None = None,
           symmetric: str | None = None, progress: Callable[[int, int, int, float], Any] | None = None,
-          linear_solver: Callable[..., Any] | None = None, **more: Any) -> Result:
+          linear_solver: Callable[..., Any] | None = None, loss: Any = None, **more: Any) -> Result:
     """The modes of (lambda^2 M + lambda R + K) phi + Cq^T xi = 0, Cq phi = 0 nearest to a target, or all of a band.
 
     M, K, R : real n x n matrices, sparse (SciPy, any format) or dense: mass, stiffness, damping (none where absent).
@@ -32,11 +32,14 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
     band : two frequencies (Hz): all modes between them. Excludes the three above and `shift`.
     shift : where to factor (1/s); chosen at the scale of the modes where absent.
     left : whether to compute left vectors and condition numbers as well.
-    certify : whether to count eigenvalues where nothing else proves that no mode is missing.
+    certify : whether to count eigenvalues where nothing else proves that no mode is missing; "off": not even where one
+        factorisation is enough.
     properties : whether to compute generalised masses, modal a and b, participation factors and effective masses as well.
     directions : motions of all unknowns, n x directions, for participation and effective masses; by default the rigid
         motions of the geometry, if there is one: see `Result.directions`.
     geometry : where the unknowns stand in space, for `Result.plot_shape` and files.
+    loss : the real n x n loss matrix H of structural damping: the modes are those above the real axis with K + i H in the place
+        of K. A number g stands for H = g K. A complex K is the same: its imaginary part is H. Excludes band and properties.
     symmetric : "lower" or "upper" where M, R and K hold this half of symmetric matrices; "no" where they are meant as they are.
         Absent, "check": the same, but an InputError where a matrix looks like a half.
     progress : called as progress(restart, converged, wanted, residual); the solve ends with what has converged where it
@@ -59,8 +62,8 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
         target = 2j * math.pi * frequency
     if band is not None and not (modes is None and target is None and shift is None):
         raise UsageError("band excludes modes, target, frequency and shift")
-    problem = new_problem(M, K, R, Cq, geometry=geometry, symmetric=symmetric)
-    options = new_options({"modes": modes, "target": target, "shift": shift, "left": left, "certify": certify, **more})
+    problem = new_problem(M, K, R, Cq, loss, geometry=geometry, symmetric=symmetric)
+    options = new_options({"modes": modes, "target": target, "shift": shift, "left": left, "certify": certify or None, **more})
     directions = _columns(directions, problem)
     result = Handle("result")
     with Callbacks(options, progress, linear_solver):
@@ -74,13 +77,6 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
         columns = np.zeros((found.unknowns, 0)) if directions is None else np.asfortranarray(directions)
         result.call("find_properties", problem.address, columns.ctypes.data, columns.shape[1])
     return found
-
-
-def load(path: Any) -> Result:
-    """The result that `Result.save` or `kschur solve --output` wrote. Raises FileError or InputError."""
-    result = Handle("result")
-    result.call("read_hdf5", str(path).encode())
-    return Result(result)
 
 
 def _columns(directions: Any, problem: Handle) -> Any:

@@ -1,17 +1,19 @@
 """Modes over a parameter, followed from point to point."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from ctypes import byref, c_int64
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._callbacks import Callbacks
+from . import table
+from ._callbacks import Callbacks, Family
 from ._library import Handle
 from ._options import new_options
 from ._problem import new_problem
+from ._stored import Stored
 from .errors import UsageError
 
 _KINDS = ("crossing", "veering", "unsure")
@@ -25,19 +27,33 @@ class Event(NamedTuple):
     value: float
 
 
-class Sweep:
+class Onset(NamedTuple):
+    """A branch is unstable from a value on, in the order of the points, or stable again. The value lies in a bracket that is
+    `within` wide: a thousandth of it, or more where the mode was lost between two points."""
+    branch: int
+    unstable: bool
+    value: float
+    within: float
+
+
+class Sweep(Stored):
     """Branches of modes over a parameter. Arrays are points x branches, NaN where a branch is not.
 
+    parameter, unit : its name and unit, empty where not given.
     values : of the parameter.
     eigenvalues : lambda (1/s), Im >= 0.
     frequency_hz, damping_ratio : natural frequencies (Hz) and damping ratios.
     share : what each mode shares with the one of its branch at the point before.
     events : crossings, veerings, and where it is unsure which mode is which.
+    onsets : where branches become unstable, or stable again.
     """
 
-    def __init__(self, handle: Handle) -> None:
-        branches, points, events = c_int64(), c_int64(), c_int64()
+    def __init__(self, handle: Handle, parameter: str = "", unit: str = "") -> None:
+        self._handle = handle
+        self.parameter, self.unit = parameter, unit
+        branches, points, events, onsets = c_int64(), c_int64(), c_int64(), c_int64()
         handle.call("get_size", byref(branches), byref(points), byref(events))
+        handle.call("get_onsets", byref(onsets))
 
         def numbers(name: str, *shape: int) -> NDArray[np.float64]:
             values = np.empty(shape)
@@ -52,36 +68,66 @@ class Sweep:
         self.share: NDArray[np.float64] = numbers("share", *size)
         kind, first, second, value = (numbers(f"event_{name}", events.value) for name in ("kind", "first", "second", "value"))
         self.events = [Event(_KINDS[int(k)], int(i), int(j), float(v)) for k, i, j, v in zip(kind, first, second, value)]
+        branch, unstable, value, within = (numbers(f"onset_{name}", onsets.value)
+                                           for name in ("branch", "unstable", "value", "within"))
+        self.onsets = [Onset(int(b), bool(u), float(v), float(w)) for b, u, v, w in zip(branch, unstable, value, within)]
+
+    def save(self, path: Any) -> None:
+        """Writes an HDF5 file, which `kschur.load` and `kschur-campbell` read. Raises FileError."""
+        self._handle.call("write_hdf5", self.parameter.encode(), self.unit.encode(), str(path).encode())
+
+    @classmethod
+    def read(cls, path: Any) -> Sweep:
+        """The sweep that `save` or `kschur sweep --output` wrote. Raises FileError or InputError."""
+        handle = Handle("sweep")
+        handle.call("read_hdf5", str(path).encode())
+        return cls(handle, handle.text("get_parameter"), handle.text("get_unit"))
 
     def campbell(self, **options: Any) -> Any:
-        """Draws the Campbell diagram: see `kschur.plotting.campbell`."""
-        from .plotting import campbell
+        """Draws the Campbell diagram: see `kschur.diagram.campbell`."""
+        from .diagram import campbell
         return campbell(self, **options)
 
+    def __repr__(self) -> str:
+        return table.sweep_as_text(self)
 
-def sweep(matrices: Callable[[float], Any], values: Iterable[float], modes: int | None = None,
-          target: complex | None = None, *, symmetric: str | None = None,
+    def _repr_html_(self) -> str:
+        return table.sweep_as_html(self)
+
+
+def sweep(matrices: Callable[[float], Any] | Sequence[Any], values: Iterable[float], modes: int | None = None,
+          target: complex | None = None, *, parameter: str = "", unit: str = "", symmetric: str | None = None,
           progress: Callable[[int, int, int, float], Any] | None = None, **more: Any) -> Sweep:
     """The modes nearest to a target at each value of a parameter, followed from point to point.
 
-    matrices : called with a value; gives (M, K), (M, K, R) or (M, K, R, Cq), as for `kschur.solve`.
+    matrices : called with a value; gives (M, K), (M, K, R) or (M, K, R, Cq), as for `kschur.solve`. It is called between the values
+        as well, where it is not clear which mode is which, where two cross and where one becomes unstable. Or a sequence of
+        such tuples, one for each value: then matrices between are interpolated.
     values : of the parameter, rising or falling.
     modes, target, symmetric, more : as for `kschur.solve`; with left=True modes of unsymmetric problems are followed by left vectors.
+    parameter, unit : what it is called, and "rpm", "Hz", ..., for tables and diagrams.
     progress : as for `kschur.solve`; the sweep ends with the points before where it returns True.
     """
     points = np.asarray(list(values), float)
     if len(points) < 1 or not (np.all(np.diff(points) > 0) or np.all(np.diff(points) < 0)):
         raise UsageError("the values must rise or fall, one or more")
+    if not callable(matrices) and len(matrices) != len(points):
+        raise UsageError(f"there are matrices for {len(matrices)} of {len(points)} values")
     options = new_options({"modes": modes, "target": target, **more})
     callbacks = Callbacks(options, progress, None)
     handle = Handle("sweep")
+    if callable(matrices):
+        family = Family(callbacks, matrices, symmetric)
+        handle.call("set_problem", family.callback, None)
     for done, value in enumerate(points, 1):
-        problem = new_problem(*matrices(float(value)), symmetric=symmetric)
+        given = matrices(float(value)) if callable(matrices) else matrices[done - 1]
+        problem = new_problem(*given, symmetric=symmetric)
         with callbacks:
-            handle.call("add", float(value), problem.address, options.address)
+            status = handle.status("add", float(value), problem.address, options.address)
+        handle.check(status)
         if _points(handle) < done:
             break
-    return Sweep(handle)
+    return Sweep(handle, parameter, unit)
 
 
 def _points(handle: Handle) -> int:

@@ -200,7 +200,7 @@ def test_fewer_modes_are_a_reason():
 
 @pytest.mark.parametrize("arguments, error, words", [
     (lambda M, K: (M, K[:3]), InputError, "stiffness matrix K is 3 x 10 but must be 10 x 10"),
-    (lambda M, K: (M, K * 1j), InputError, "stiffness matrix K is complex"),
+    (lambda M, K: (M * 1j, K), InputError, "mass matrix M is complex"),
     (lambda M, K: (M, K, None, sparse.csr_matrix((1, 9))), InputError, "constraint Jacobian Cq is 1 x 9"),
     (lambda M, K: (0 * M, K), InputError, "mass matrix M is zero"),
     (lambda M, K: ([1.0, 2.0], K), InputError, "mass matrix M has 1 dimensions"),

@@ -1,7 +1,7 @@
 !> What the attributes of an HDF5 file's root say of a result: all but its arrays.
 module kschur_hdf5_facts
    use hdf5, only: hid_t
-   use kschur_effort, only: phase_names
+   use kschur_effort, only: phase_names, purpose_names
    use kschur_error, only: error_type, new_error, error_input
    use kschur_hdf5_attributes, only: has_attribute, read_attribute, write_attribute
    use kschur_kinds, only: wp
@@ -47,6 +47,9 @@ contains
       call write_attribute(file, root, "operator_applications", result%operator_applications, error)
       call write_attribute(file, root, "restarts", result%restarts, error)
       call write_attribute(file, root, "factorizations", result%factorizations, error)
+      do i = 1, size(purpose_names)
+         call write_attribute(file, root, "factorizations_for_"//trim(purpose_names(i)), result%factorizations_for(i), error)
+      end do
       call write_attribute(file, root, "factored_order", result%factored_order, error)
       call write_attribute(file, root, "factor_entries", result%factor_entries, error)
       call write_attribute(file, root, "locking_error", result%locking_error, error)
@@ -72,6 +75,7 @@ contains
          call write_attribute(file, root, "presolve", merge(1, 0, options%presolve), error)
          call write_attribute(file, root, "normalisation", trim(normalisation_names(options%normalisation)), error)
          call write_attribute(file, root, "certify", merge(1, 0, options%certify), error)
+         call write_attribute(file, root, "uncounted", merge(1, 0, options%uncounted), error)
          call write_attribute(file, root, "method_asked", trim(method_names(options%method)), error)
          call write_attribute(file, root, "arpack", trim(arpack_names(options%arpack)), error)
          call write_attribute(file, root, "seed", options%seed, error)
@@ -135,6 +139,11 @@ contains
       call read_attribute(result%operator_applications, file, root, "operator_applications", error)
       call read_attribute(result%restarts, file, root, "restarts", error)
       call read_attribute(result%factorizations, file, root, "factorizations", error)
+      do i = 1, size(purpose_names)
+         ! Earlier files have none.
+         if (has_attribute(file, root, "factorizations_for_"//trim(purpose_names(i)), error)) &
+            call read_attribute(result%factorizations_for(i), file, root, "factorizations_for_"//trim(purpose_names(i)), error)
+      end do
       call read_attribute(result%factored_order, file, root, "factored_order", error)
       call read_attribute(result%factor_entries, file, root, "factor_entries", error)
       call read_attribute(result%locking_error, file, root, "locking_error", error)

@@ -1,5 +1,5 @@
 !> Problems in HDF5 files: a group for each matrix in the CSR layout of SciPy
-!> and AnnData, /mass, /stiffness and, where given, /damping and /constraints; and where given a mesh.
+!> and AnnData, /mass, /stiffness and, where given, /damping, /constraints and /loss; and where given a mesh.
 module kschur_hdf5_problem
    use hdf5, only: hid_t
    use kschur_error, only: error_type, new_error, add_context, error_input
@@ -96,6 +96,7 @@ contains
          problem%constraints = empty_csr_matrix(0, all_rows(1))
          if (exists(file, "/damping", error)) &
             call read_matrix(problem%damping, all_rows(2), file, "/damping", "damping matrix R", part, error)
+         if (exists(file, "/loss", error)) call read_loss(problem, file, part, error)
       end if
       if (part(1) == 0) then
          if (exists(file, "/constraints", error)) call read_matrix(problem%constraints, constraints, file, "/constraints", &
@@ -104,6 +105,22 @@ contains
       end if
       call close_hdf5_file(file)
    end subroutine read_matrices
+
+   subroutine read_loss(problem, file, part, error)
+      type(modal_problem_type), intent(inout) :: problem
+      integer(hid_t), intent(in) :: file
+      integer, intent(in) :: part(2)
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: rows
+
+      if (allocated(error)) return
+      if (part(2) > 1) then
+         call new_error(error, error_input, "several processes and a loss matrix H do not go together yet: read it with one")
+         return
+      end if
+      allocate (problem%loss)
+      call read_matrix(problem%loss, rows, file, "/loss", "loss matrix H", part, error)
+   end subroutine read_loss
 
    subroutine read_matrix(matrix, all_rows, file, group, name, part, error)
       type(csr_matrix_type), intent(out) :: matrix
@@ -169,7 +186,7 @@ contains
       if (part(2) > 1) call add_context(error, "rows "//text(ranges%first(part(1)))//" to "//text(ranges%last(part(1))))
    end subroutine read_part_of_matrix
 
-   !> Writes a problem; /damping and /constraints only where there are entries.
+   !> Writes a problem; /damping, /constraints and /loss only where there are entries.
    !> The file appears under its name when it is whole.
    subroutine write_hdf5_problem(problem, path, error)
       type(modal_problem_type), intent(in) :: problem
@@ -182,6 +199,7 @@ contains
       call write_matrix(output%file, "/stiffness", problem%stiffness, error)
       if (problem%damping%nonzeros() > 0) call write_matrix(output%file, "/damping", problem%damping, error)
       if (problem%multipliers() > 0) call write_matrix(output%file, "/constraints", problem%constraints, error)
+      if (allocated(problem%loss)) call write_matrix(output%file, "/loss", problem%loss, error)
       call write_mesh(output%file, problem%mesh, error)
       call finish_hdf5_file(output, error)
    end subroutine write_hdf5_problem
@@ -191,6 +209,7 @@ contains
 
       bytes_of = bytes_of_matrix(problem%mass) + bytes_of_matrix(problem%stiffness) + bytes_of_matrix(problem%damping) &
          + bytes_of_matrix(problem%constraints) + bytes_of_mesh(problem%mesh)
+      if (allocated(problem%loss)) bytes_of = bytes_of + bytes_of_matrix(problem%loss)
    end function bytes_of
 
    pure integer(long) function bytes_of_matrix(matrix)

@@ -1,27 +1,32 @@
 !> A sweep in an HDF5 file: values of the parameter, branches, events. What h5py shows is points x branches.
 module kschur_hdf5_sweep
-   use kschur_error, only: error_type, new_error, error_usage
-   use kschur_hdf5_attributes, only: write_attribute
-   use kschur_hdf5_basics, only: output_type, create_hdf5_file, finish_hdf5_file, create_group
-   use kschur_hdf5_datasets, only: write_dataset, word_length
-   use kschur_kinds, only: long
+   use hdf5, only: hid_t
+   use kschur_error, only: add_context, error_input, error_type, new_error, error_usage
+   use kschur_hdf5_attributes, only: has_attribute, read_attribute, write_attribute
+   use kschur_hdf5_basics, only: output_type, printing_type, close_hdf5_file, create_hdf5_file, finish_hdf5_file, create_group, &
+      open_hdf5_file, restore_printing, silence_hdf5
+   use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
+   use kschur_hdf5_facts, only: position_of
+   use kschur_kinds, only: long, wp
    use kschur_release, only: kschur_version
    use kschur_sweep, only: sweep_type, event_names
    implicit none
    private
-   public :: write_hdf5_sweep
+   public :: is_hdf5_sweep, read_hdf5_sweep, write_hdf5_sweep
 
    character(len=*), parameter :: root = "/"
 
 contains
 
    !> Writes a sweep that is finished. The file appears under its name when it is whole.
-   subroutine write_hdf5_sweep(sweep, parameter, path, error)
+   subroutine write_hdf5_sweep(sweep, parameter, path, error, unit)
       type(sweep_type), intent(in) :: sweep
       !> The name of the parameter.
       character(len=*), intent(in) :: parameter
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
+      !> That of the parameter. Absent or empty: not known.
+      character(len=*), intent(in), optional :: unit
       integer(long), parameter :: bytes_of_a_mode = 40
       character(len=word_length), allocatable :: kinds(:)
       type(output_type) :: output
@@ -33,6 +38,9 @@ contains
       call create_hdf5_file(output, path, bytes_of_a_mode*size(sweep%eigenvalues, kind=long), error)
       call write_attribute(output%file, root, "kschur_sweep", kschur_version, error)
       call write_attribute(output%file, root, "parameter", parameter, error)
+      if (present(unit)) then
+         if (unit /= "") call write_attribute(output%file, root, "unit", unit, error)
+      end if
       call write_dataset(output%file, "/values", sweep%values, error)
       call write_dataset(output%file, "/eigenvalues", sweep%eigenvalues, error)
       call write_dataset(output%file, "/frequency_hz", sweep%frequency_hz, error)
@@ -45,6 +53,116 @@ contains
       call write_dataset(output%file, "/events/first", [sweep%events%first], error)
       call write_dataset(output%file, "/events/second", [sweep%events%second], error)
       call write_dataset(output%file, "/events/value", [sweep%events%value], error)
+      call create_group(output%file, "/onsets", error)
+      call write_dataset(output%file, "/onsets/branch", [sweep%onsets%branch], error)
+      call write_dataset(output%file, "/onsets/unstable", [merge(1, 0, sweep%onsets%unstable)], error)
+      call write_dataset(output%file, "/onsets/value", [sweep%onsets%value], error)
+      call write_dataset(output%file, "/onsets/within", [sweep%onsets%within], error)
       call finish_hdf5_file(output, error)
    end subroutine write_hdf5_sweep
+
+   !> Whether a file holds a sweep; false also where it cannot be read.
+   logical function is_hdf5_sweep(path)
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable :: error
+      type(printing_type) :: printing
+      integer(hid_t) :: file
+
+      call silence_hdf5(printing, error)
+      call open_hdf5_file(file, path, error)
+      is_hdf5_sweep = has_attribute(file, root, "kschur_sweep", error)
+      call close_hdf5_file(file)
+      call restore_printing(printing)
+      is_hdf5_sweep = is_hdf5_sweep .and. .not. allocated(error)
+   end function is_hdf5_sweep
+
+   !> Reads a sweep that `write_hdf5_sweep` wrote: what is known when it is finished, without the numbers of modes. No point can be
+   !> added. Fails with the file and what is wrong.
+   subroutine read_hdf5_sweep(sweep, parameter, unit, path, error)
+      type(sweep_type), intent(out) :: sweep
+      !> The name of the parameter, and its unit, empty where not known.
+      character(len=:), allocatable, intent(out) :: parameter, unit
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      type(printing_type) :: printing
+      integer(hid_t) :: file
+
+      unit = ""
+      call silence_hdf5(printing, error)
+      call open_hdf5_file(file, path, error)
+      if (.not. has_attribute(file, root, "kschur_sweep", error)) then
+         if (.not. allocated(error)) call new_error(error, error_input, "not a sweep of kschur")
+      end if
+      call read_attribute(parameter, file, root, "parameter", error)
+      if (has_attribute(file, root, "unit", error)) call read_attribute(unit, file, root, "unit", error)
+      call read_dataset(sweep%values, file, "/values", error)
+      call read_dataset(sweep%eigenvalues, file, "/eigenvalues", error)
+      call read_dataset(sweep%frequency_hz, file, "/frequency_hz", error)
+      call read_dataset(sweep%damping_ratio, file, "/damping_ratio", error)
+      call read_dataset(sweep%share, file, "/share", error)
+      call read_events(sweep, file, error)
+      call read_onsets(sweep, file, error)
+      call close_hdf5_file(file)
+      if (.not. allocated(error)) call check_shapes(sweep, error)
+      call restore_printing(printing)
+      call add_context(error, path)
+   end subroutine read_hdf5_sweep
+
+   subroutine read_events(sweep, file, error)
+      type(sweep_type), intent(inout) :: sweep
+      integer(hid_t), intent(in) :: file
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=word_length), allocatable :: kinds(:)
+      integer, allocatable :: first(:), second(:)
+      real(wp), allocatable :: value(:)
+      integer :: i
+
+      call read_dataset(kinds, file, "/events/kind", error)
+      if (allocated(error)) return
+      call read_dataset(first, file, "/events/first", 0, huge(1), error, size(kinds))
+      call read_dataset(second, file, "/events/second", 0, huge(1), error, size(kinds))
+      call read_dataset(value, file, "/events/value", error, size(kinds))
+      if (allocated(error)) return
+      allocate (sweep%events(size(kinds)))
+      do i = 1, size(kinds)
+         sweep%events(i)%kind = position_of(trim(kinds(i)), event_names, "/events/kind", error)
+      end do
+      sweep%events%first = first
+      sweep%events%second = second
+      sweep%events%value = value
+   end subroutine read_events
+
+   subroutine read_onsets(sweep, file, error)
+      type(sweep_type), intent(inout) :: sweep
+      integer(hid_t), intent(in) :: file
+      type(error_type), allocatable, intent(inout) :: error
+      integer, allocatable :: branch(:), unstable(:)
+      real(wp), allocatable :: value(:), within(:)
+
+      call read_dataset(branch, file, "/onsets/branch", 1, huge(1), error)
+      if (allocated(error)) return
+      call read_dataset(unstable, file, "/onsets/unstable", 0, 1, error, size(branch))
+      call read_dataset(value, file, "/onsets/value", error, size(branch))
+      call read_dataset(within, file, "/onsets/within", error, size(branch))
+      if (allocated(error)) return
+      allocate (sweep%onsets(size(branch)))
+      sweep%onsets%branch = branch
+      sweep%onsets%unstable = unstable == 1
+      sweep%onsets%value = value
+      sweep%onsets%within = within
+   end subroutine read_onsets
+
+   subroutine check_shapes(sweep, error)
+      type(sweep_type), intent(in) :: sweep
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: extents(2)
+
+      extents = [size(sweep%eigenvalues, 1), size(sweep%values)]
+      if (any([shape(sweep%eigenvalues), shape(sweep%frequency_hz), shape(sweep%damping_ratio), shape(sweep%share)] /= &
+         [extents, extents, extents, extents])) then
+         call new_error(error, error_input, "the datasets differ in their numbers of points and branches")
+      else if (any([sweep%events%first, sweep%events%second, sweep%onsets%branch] > extents(1))) then
+         call new_error(error, error_input, "an event or an onset names a branch that is not there")
+      end if
+   end subroutine check_shapes
 end module kschur_hdf5_sweep

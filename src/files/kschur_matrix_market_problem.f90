@@ -12,7 +12,7 @@ module kschur_matrix_market_problem
 
 contains
 
-   !> Reads M.mtx, K.mtx and, where they exist, R.mtx and Cq.mtx of a folder; a
+   !> Reads M.mtx, K.mtx and, where they exist, R.mtx, Cq.mtx and L.mtx (H) of a folder; a
    !> link that leads nowhere exists. Fails with the file, the matrix and what is wrong.
    subroutine read_matrix_market_problem(problem, folder, error, symmetric)
       type(modal_problem_type), intent(out) :: problem
@@ -22,7 +22,7 @@ contains
       integer, intent(in), optional :: symmetric
 
       call read_matrix_market_files(problem, folder//"/M.mtx", folder//"/K.mtx", &
-         if_exists(folder//"/R.mtx"), if_exists(folder//"/Cq.mtx"), error, symmetric)
+         if_exists(folder//"/R.mtx"), if_exists(folder//"/Cq.mtx"), error, symmetric, if_exists(folder//"/L.mtx"))
    end subroutine read_matrix_market_problem
 
    function if_exists(path) result(given)
@@ -38,17 +38,24 @@ contains
 
    !> Reads a problem from a file for each matrix; an empty path stands for a
    !> matrix that is not given. Fails as `read_matrix_market_problem`.
-   subroutine read_matrix_market_files(problem, mass_path, stiffness_path, damping_path, constraints_path, error, symmetric)
+   subroutine read_matrix_market_files(problem, mass_path, stiffness_path, damping_path, constraints_path, error, symmetric, &
+      loss_path)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: mass_path, stiffness_path, damping_path, constraints_path
       type(error_type), allocatable, intent(out) :: error
       !> As that of `read_matrix_market_problem`.
       integer, intent(in), optional :: symmetric
-      character(len=:), allocatable :: paths
+      !> That of H; absent: it is not given.
+      character(len=*), intent(in), optional :: loss_path
+      character(len=:), allocatable :: paths, loss
       integer(long) :: most
 
+      loss = ""
+      if (present(loss_path)) loss = trim(loss_path)
+
       ! Each unknown has an entry in some matrix.
-      most = sum([bytes_of(mass_path), bytes_of(stiffness_path), bytes_of(damping_path), bytes_of(constraints_path)])
+      most = sum([bytes_of(mass_path), bytes_of(stiffness_path), bytes_of(damping_path), bytes_of(constraints_path), &
+         bytes_of(loss)])
       call read_named(problem%mass, mass_path, "mass matrix M", most, error)
       if (.not. allocated(error)) call read_named(problem%stiffness, stiffness_path, "stiffness matrix K", most, error)
       if (allocated(error)) return
@@ -60,10 +67,16 @@ contains
       if (allocated(error)) return
       if (constraints_path /= "") call read_named(problem%constraints, constraints_path, "constraint Jacobian Cq", most, error)
       if (allocated(error)) return
+      if (loss /= "") then
+         allocate (problem%loss)
+         call read_named(problem%loss, loss, "loss matrix H", most, error)
+         if (allocated(error)) return
+      end if
       call settle_modal_problem(problem, error, symmetric=symmetric)
       paths = mass_path//", "//stiffness_path
       if (damping_path /= "") paths = paths//", "//damping_path
       if (constraints_path /= "") paths = paths//", "//constraints_path
+      if (loss /= "") paths = paths//", "//loss
       call add_context(error, paths)
    end subroutine read_matrix_market_files
 
@@ -87,7 +100,7 @@ contains
       call add_context(error, "the "//name)
    end subroutine read_named
 
-   !> Writes M.mtx, K.mtx and, where they have entries, R.mtx and Cq.mtx into a
+   !> Writes M.mtx, K.mtx and, where they have entries, R.mtx, Cq.mtx and L.mtx into a
    !> folder, which is made where it does not exist. All are there when each is whole.
    subroutine write_matrix_market_problem(problem, folder, error)
       type(modal_problem_type), intent(in) :: problem
@@ -104,10 +117,12 @@ contains
       call write_one(problem%stiffness, "/K.mtx")
       if (damped) call write_one(problem%damping, "/R.mtx")
       if (constrained) call write_one(problem%constraints, "/Cq.mtx")
+      if (allocated(problem%loss)) call write_one(problem%loss, "/L.mtx")
       call staging%finish(error)
       if (allocated(error)) return
       if (.not. damped) call remove_file(folder//"/R.mtx")
       if (.not. constrained) call remove_file(folder//"/Cq.mtx")
+      if (.not. allocated(problem%loss)) call remove_file(folder//"/L.mtx")
 
    contains
 

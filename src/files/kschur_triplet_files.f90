@@ -18,15 +18,17 @@ contains
 
    !> Reads a problem from a file for each matrix; an empty path stands for a matrix that is not given, - for standard
    !> input. Entries of the same place are summed. There are as many
-   !> unknowns as the largest row or column of M, K and R and the largest column of Cq say, as many constraints as the
+   !> unknowns as the largest row or column of M, K, R and H and the largest column of Cq say, as many constraints as the
    !> largest row of Cq. Fails with the file, the matrix and what is wrong.
-   subroutine read_triplet_files(problem, mass_path, stiffness_path, damping_path, constraints_path, error, symmetric)
+   subroutine read_triplet_files(problem, mass_path, stiffness_path, damping_path, constraints_path, error, symmetric, loss_path)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: mass_path, stiffness_path, damping_path, constraints_path
       type(error_type), allocatable, intent(out) :: error
       !> As that of `new_modal_problem`.
       integer, intent(in), optional :: symmetric
-      type(triplets_type) :: mass, stiffness, damping, constraints
+      !> That of H; absent: it is not given.
+      character(len=*), intent(in), optional :: loss_path
+      type(triplets_type) :: mass, stiffness, damping, constraints, loss
       integer(long) :: entries
       integer :: n, last
 
@@ -34,10 +36,12 @@ contains
       call read_triplets(stiffness, stiffness_path, "stiffness matrix K", error)
       call read_triplets(damping, damping_path, "damping matrix R", error)
       call read_triplets(constraints, constraints_path, "constraint Jacobian Cq", error)
+      call read_triplets(loss, "", "loss matrix H", error)
+      if (present(loss_path)) call read_triplets(loss, loss_path, "loss matrix H", error)
       if (allocated(error)) return
-      n = max(extent(mass), extent(stiffness), extent(damping), largest(constraints%column, constraints%count))
+      n = max(extent(mass), extent(stiffness), extent(damping), extent(loss), largest(constraints%column, constraints%count))
       last = max(n, largest(constraints%row, constraints%count))
-      entries = sum(int([mass%count, stiffness%count, damping%count, constraints%count], long))
+      entries = sum(int([mass%count, stiffness%count, damping%count, constraints%count, loss%count], long))
       if (last > entries) call new_error(error, error_input, "an entry stands at row or column "//text(last)// &
          ", but with "//text(entries)//" entries some rows before it must be empty in all matrices: is the numbering right?")
       call settle(problem%mass, n, mass, "mass matrix M", error)
@@ -45,6 +49,10 @@ contains
       call settle(problem%damping, n, damping, "damping matrix R", error)
       call settle(problem%constraints, largest(constraints%row, constraints%count), constraints, "constraint Jacobian Cq", &
          error)
+      if (loss%count > 0) then
+         allocate (problem%loss)
+         call settle(problem%loss, n, loss, "loss matrix H", error)
+      end if
       if (.not. allocated(error)) call settle_modal_problem(problem, error, symmetric=symmetric)
       call add_context(error, mass_path//", "//stiffness_path)
 

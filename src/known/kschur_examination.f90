@@ -3,7 +3,7 @@
 !> eigenvalues it has.
 module kschur_examination
    use kschur_deflation, only: deflation_type, new_deflation
-   use kschur_effort, only: effort_type
+   use kschur_effort, only: effort_type, for_mass, for_rigid_motions
    use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_eigenvalue_count, only: eigenvalue_count_type
    use kschur_error, only: error_type, error_singular, new_error
@@ -20,7 +20,7 @@ module kschur_examination
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_staircase, only: find_root_space, most_null_vectors, root_space_type
-   use kschur_tolerances, only: cancelled, rounding_of_row
+   use kschur_tolerances, only: cancelled, root_epsilon, rounding_of_row
    implicit none
    private
    public :: examination_type, find_rigid, suppose_none
@@ -41,6 +41,8 @@ module kschur_examination
       logical :: doubtful = .false.
       !> Rigid motions whose chains were not followed, as there are too many of them.
       integer :: unfollowed = 0
+      !> Motions without stiffness in which H loses energy: they are no rigid ones.
+      integer :: lossy = 0
       !> The null space of the stiffness and its factors, whose solves are not accounted for yet; not allocated where it was
       !> not looked for rigid motions.
       type(null_space_type), allocatable :: stiffness
@@ -66,20 +68,63 @@ contains
       !> Asked before and after each step that is dense.
       class(monitor_type), optional, intent(inout) :: monitor
       type(null_space_type), allocatable :: rigid
+      logical :: follows
 
       allocate (rigid)
-      call find_null_space(rigid, problem, problem%stiffness, inner, effort, error)
+      call find_null_space(rigid, problem, problem%stiffness, inner, for_rigid_motions, effort, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (.not. allocated(error)) call check_inertia(problem, rigid%motions, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (allocated(error)) return
       known%doubtful = rigid%doubtful
+      ! Of H = g K the null space is that of K.
+      if (allocated(problem%loss) .and. .not. abs(problem%loss_factor) > 0) &
+         call leave_lossy_out(problem, rigid, known%lossy, error)
+      if (allocated(error)) return
       call set_rigid(problem, rigid, known)
-      if (modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
-         all(formulation /= [formulation_symmetric, formulation_proportional])) &
-         call find_root_spaces(problem, formulation, inner, rigid, known, effort, error, monitor)
-      if (.not. allocated(error)) call move_alloc(rigid, known%stiffness)
+      follows = modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
+         all(formulation /= [formulation_symmetric, formulation_proportional])
+      ! Chains of zero and infinity are known of M, R and K only.
+      if (allocated(problem%loss) .and. formulation == formulation_quadratic) follows = .false.
+      if (follows) call find_root_spaces(problem, formulation, inner, rigid, known, effort, error, monitor)
+      ! Factors whose null space is larger tell no scale.
+      if (.not. allocated(error) .and. known%lossy == 0) call move_alloc(rigid, known%stiffness)
    end subroutine find_rigid
+
+   ! Leaves the motions N in the null space with H N = 0: N is known to the rounding of K, and N^T H N to its square.
+   subroutine leave_lossy_out(problem, null_space, lossy, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(null_space_type), intent(inout) :: null_space
+      !> So many were left out.
+      integer, intent(out) :: lossy
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), allocatable :: forces(:, :), sizes(:), rotation(:, :), rotated(:, :)
+      logical, allocatable :: keeps(:)
+      integer, allocatable :: lossless(:)
+      integer :: k, j
+
+      k = size(null_space%motions, 2)
+      lossy = 0
+      if (k == 0) return
+      allocate (forces(problem%unknowns(), k), source=0.0_wp)
+      call problem%loss%add_product(1.0_wp, null_space%motions, forces)
+      call right_singular_vectors(forces, sizes, rotation, error)
+      if (allocated(error)) return
+      forces = matmul(forces, rotation)
+      rotated = matmul(null_space%motions, rotation)
+      allocate (keeps(k))
+      do j = 1, k
+         associate (most => problem%loss%infinity_norm()*norm2(rotated(:, j)))
+            keeps(j) = norm2(forces(:, j)) <= root_epsilon*most .and. &
+               abs(dot_product(rotated(:, j), forces(:, j))) <= cancelled*most*norm2(rotated(:, j))
+         end associate
+      end do
+      allocate (lossless, source=pack([(j, j=1, k)], keeps))
+      lossy = k - size(lossless)
+      if (lossy == 0) return
+      null_space%motions = rotated(:, lossless)
+      null_space%multipliers = matmul(null_space%multipliers, rotation(:, lossless))
+   end subroutine leave_lossy_out
 
    !> Where it is not looked for rigid motions there are none.
    subroutine suppose_none(problem, known)
@@ -199,7 +244,7 @@ contains
          deflation%infinite_is_known = problem%symmetric
          if (problem%symmetric) deflation%infinite_is_known = is_definite(problem%mass, inner)
          if (deflation%infinite_is_known) return
-         call find_null_space(massless, problem, problem%mass, inner, effort, error)
+         call find_null_space(massless, problem, problem%mass, inner, for_mass, effort, error)
          if (allocated(error)) return
          call complete(deflation%infinite, massless, problem%stiffness)
          deflation%infinite_is_known = .not. allocated(error)

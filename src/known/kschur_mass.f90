@@ -2,7 +2,7 @@
 !> and motions without mass.
 module kschur_mass
    use kschur_direct_solver, only: direct_real_type
-   use kschur_effort, only: effort_type
+   use kschur_effort, only: effort_type, for_mass
    use kschur_error, only: error_type
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_kinds, only: wp, long
@@ -50,13 +50,13 @@ contains
       allocate (solver, source=inner%unshifted)
       call solver%factorize(mass, structure, error)
       if (allocated(error)) return
-      if (present(effort)) call effort%add_factors(solver)
+      if (present(effort)) call effort%add_factors(solver, for_mass)
       if (solver%negative_pivots < 0) then
          deallocate (solver)
          allocate (solver, source=inner%counting)
          call solver%factorize(mass, structure, error)
          if (allocated(error)) return
-         if (present(effort)) call effort%add_factors(solver)
+         if (present(effort)) call effort%add_factors(solver, for_mass)
       end if
       semidefinite = solver%negative_pivots == 0
       nullity = solver%null_pivots

@@ -62,14 +62,17 @@ module kschur_null_space
 
 contains
 
-   !> Finds the null space, from factors of A itself where it is positive semidefinite. Where what is singular cannot be told from E, another E may do; where the solver fails,
-   !> as a matrix may be nearer to singular than the problem is at any shift, MUMPS does.
-   subroutine find_null_space(space, problem, matrix, inner, effort, error)
+   !> Finds the null space, from factors of A itself where it is positive semidefinite. Where what is singular cannot be told
+   !> from E, another E may do; where the solver fails, as a matrix may be nearer to singular than the problem is at any shift,
+   !> MUMPS does.
+   subroutine find_null_space(space, problem, matrix, inner, purpose, effort, error)
       type(null_space_type), intent(out) :: space
       type(modal_problem_type), intent(in) :: problem
       !> A, n x n, in the pattern of the problem.
       type(csr_matrix_type), intent(in) :: matrix
       type(inner_solvers_type), intent(in) :: inner
+      !> What the factorisations are counted for: one of `for_*`.
+      integer, intent(in) :: purpose
       !> Has the factorisations, and the solves with all but the last one.
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
@@ -78,7 +81,7 @@ contains
       real(wp), allocatable :: basis(:, :)
       integer :: attempt
 
-      call factor_exactly(space, problem, matrix, inner, effort, basis, error)
+      call factor_exactly(space, problem, matrix, inner, purpose, effort, basis, error)
       if (allocated(error)) return
       attempt = 0
       do while (.not. space%exact)
@@ -91,7 +94,7 @@ contains
          end if
          call factorize(space, problem, matrix, solver, mod(attempt - 1, attempts), error)
          if (.not. allocated(error)) then
-            call effort%add_factors(space%solver)
+            call effort%add_factors(space%solver, purpose)
             ! A null pivot hides a null vector.
             if (attempt < attempts .and. space%solver%null_pivots > 0) cycle
             call find_vectors(space, .false., basis, error)
@@ -108,11 +111,12 @@ contains
    end subroutine find_null_space
 
    ! Leaves `exact` false where the matrix does not fit, or may have eigenvalues that are negative.
-   subroutine factor_exactly(space, problem, matrix, inner, effort, basis, error)
+   subroutine factor_exactly(space, problem, matrix, inner, purpose, effort, basis, error)
       type(null_space_type), intent(inout) :: space
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
       type(inner_solvers_type), intent(in) :: inner
+      integer, intent(in) :: purpose
       class(effort_type), intent(inout) :: effort
       real(wp), allocatable, intent(out) :: basis(:, :)
       type(error_type), allocatable, intent(out) :: error
@@ -133,7 +137,7 @@ contains
       space%delta = visible_pivot
       call space%solver%factorize(space%matrix, structure, error)
       if (.not. allocated(error)) then
-         call effort%add_factors(space%solver)
+         call effort%add_factors(space%solver, purpose)
          call find_vectors(space, .false., basis, error)
       end if
       if (allocated(error)) then

@@ -29,6 +29,8 @@ module kschur_krylov_options
       !> Whether to look for copies of multiple eigenvalues with fresh random
       !> vectors: one vector finds one copy, and others through rounding only.
       logical :: verify = .true.
+      !> Whether it only looks what there is about the shift, for another iteration to go on from.
+      logical :: observes = .false.
       !> Whether eigenvectors are wanted too; Krylov-Schur makes none where they are not.
       logical :: vectors = .true.
       !> What the Krylov space begins with, as many columns as a block has; not allocated: random vectors. Lanczos does not

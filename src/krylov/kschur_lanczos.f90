@@ -24,6 +24,8 @@ module kschur_lanczos
 
    ! Convergence is tested after so many steps, or after this part of the dimension.
    integer, parameter :: check_every = 8, check_part = 16
+   ! Where blocks are to bring the copies, and there is no verification, so much of the space is added when all has converged.
+   integer, parameter :: confirming_part = 8
 
    !> What one call leaves to the next with the same operator.
    type :: lanczos_state_type
@@ -52,6 +54,8 @@ contains
       type(ritz_type) :: ritz
       real(wp) :: residual
       logical :: proceed, over
+      ! The dimension where all that is wanted had converged, and copies, which come a little later, are there; 0: not known.
+      integer :: confirmed
 
       associate (d => state%decomposition, statistics => found%statistics)
          part => operator%by_rows()
@@ -61,9 +65,10 @@ contains
          if (allocated(error)) return
          call statistics%history%begin()
          proceed = .true.
+         confirmed = 0
          do
             do
-               if (associated(options%checkpoint)) call keep(options%checkpoint, state, statistics, error)
+               if (associated(options%checkpoint)) call keep(options%checkpoint, state, statistics, confirmed, error)
                if (allocated(error)) return
                call expand(part, selection%wanted, options, d, statistics, error, monitor)
                if (.not. allocated(error)) call project(d, selection, options, ritz, error)
@@ -72,7 +77,13 @@ contains
                call statistics%history%add_look(ritz%converged, statistics%operator_applications, residual)
                if (present(monitor)) call monitor%report(statistics%restarts, ritz%converged, ritz%needed, residual, proceed)
                if (is_stopped(monitor)) proceed = .false.
-               if (ritz%settled .or. d%exhausted .or. d%expanded >= d%dimension .or. .not. proceed) exit
+               if (ritz%settled .and. confirmed == 0) then
+                  confirmed = d%expanded
+                  if (options%block > 1 .and. .not. (options%verify .or. options%observes)) &
+                     confirmed = confirmed + max(2*options%block, d%expanded/confirming_part)
+               end if
+               if ((ritz%settled .and. d%expanded >= confirmed) .or. d%exhausted .or. d%expanded >= d%dimension .or. &
+                  .not. proceed) exit
             end do
             call conclude(state, ritz, selection, options, proceed, statistics, over)
             if (over) exit
@@ -88,10 +99,11 @@ contains
    end subroutine lanczos
 
    ! Where it is time to, the state goes to the checkpoint, or comes from it.
-   subroutine keep(checkpoint, state, statistics, error)
+   subroutine keep(checkpoint, state, statistics, confirmed, error)
       type(checkpoint_type), intent(inout) :: checkpoint
       type(lanczos_state_type), intent(inout) :: state
       type(krylov_statistics_type), intent(inout) :: statistics
+      integer, intent(inout) :: confirmed
       type(error_type), allocatable, intent(out) :: error
       type(archive_type) :: archive
 
@@ -104,6 +116,7 @@ contains
          call archive%carry(d%dropped)
       end associate
       call statistics%carry(archive)
+      call archive%carry(confirmed)
       if (associated(state%census)) call state%census%carry(archive)
       call checkpoint%close(archive, error)
    end subroutine keep

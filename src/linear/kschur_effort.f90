@@ -12,6 +12,13 @@ module kschur_effort
    !> What the phases are called where they are printed and written.
    character(len=*), parameter, public :: phase_names(10) = [character(len=13) :: "analyze", "factorize", "solve", &
       "orthogonalize", "examine", "place", "iterate", "recover", "judge", "left"]
+   !> What matrices are factored for: to see whether the mass is an inner product; for rigid motions, whose factors may be those
+   !> of the iteration too; for the iteration; for the refinement of single modes; to count eigenvalues; for left vectors.
+   integer, parameter, public :: for_mass = 1, for_rigid_motions = 2, for_iteration = 3, for_refinement = 4, for_count = 5, &
+      for_left = 6
+   !> What these are called where they are printed and written.
+   character(len=*), parameter, public :: purpose_names(6) = [character(len=13) :: "mass", "rigid_motions", "iteration", &
+      "refinement", "count", "left"]
 
    !> Wall-clock seconds of each phase.
    type :: timings_type
@@ -48,6 +55,8 @@ module kschur_effort
       integer :: operator_applications = 0
       integer :: restarts = 0
       integer :: factorizations = 0
+      !> How many of them were for what, in the order of `purpose_names`.
+      integer :: factorizations_for(size(purpose_names)) = 0
       type(timings_type) :: seconds = timings_type()
       ! When the step began that is under way, and what had been accounted for.
       integer(long), private :: began = 0
@@ -93,11 +102,14 @@ contains
       self%left = seconds(phase_left)
    end subroutine set_phases
 
-   subroutine add_factors(self, solver)
+   subroutine add_factors(self, solver, purpose)
       class(effort_type), intent(inout) :: self
       class(linear_solver_type), intent(in) :: solver
+      !> One of `for_*`.
+      integer, intent(in) :: purpose
 
       self%factorizations = self%factorizations + 1
+      self%factorizations_for(purpose) = self%factorizations_for(purpose) + 1
       self%seconds%analyze = self%seconds%analyze + solver%analyze_seconds
       self%seconds%factorize = self%seconds%factorize + solver%factorize_seconds
    end subroutine add_factors
@@ -116,6 +128,7 @@ contains
       self%operator_applications = self%operator_applications + part%operator_applications
       self%restarts = self%restarts + part%restarts
       self%factorizations = self%factorizations + part%factorizations
+      self%factorizations_for = self%factorizations_for + part%factorizations_for
       call self%seconds%set_phases(self%seconds%of_phases() + part%seconds%of_phases())
    end subroutine add_effort
 

@@ -5,7 +5,7 @@
 module kschur_left
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use kschur_backward_error, only: backward_errors, effect_of_constraints, level_of, norms_of
-   use kschur_effort, only: effort_type
+   use kschur_effort, only: effort_type, for_left
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
    use kschur_kinds, only: wp
@@ -130,7 +130,7 @@ contains
 
       call polisher%factor_beside(transposed, cluster, shift, error)
       if (.not. allocated(error)) then
-         call effort%add_factors(polisher%solver)
+         call effort%add_factors(polisher%solver, for_left)
          none = chosen_pairs(left, spread(.false., 1, size(left%lambda)))
          call polisher%polish(transposed, cluster, shift, none, 0.0_wp, 2*size(limits) + guards, polished, error, &
             left%lambda(cluster%members))

@@ -1,7 +1,7 @@
 !> From eigenpairs to modes: which of them are the same, how accurate they are, which are wanted.
 module kschur_mode_selection
    use kschur_backward_error, only: judge_as_given
-   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, keep_pairs, normalize
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_problem, only: modal_problem_type
@@ -9,7 +9,7 @@ module kschur_mode_selection
    use kschur_shapes, only: repeats_zero
    use kschur_split, only: match_conjugates
    use kschur_threads, only: panel_rows
-   use kschur_tolerances, only: equal_value, may_be_anything, nearly_zero, same_value, spurious
+   use kschur_tolerances, only: equal_value, may_be_anything, nearly_zero, real_tolerance, same_value, spurious
    implicit none
    private
    public :: accept_pairs, distances, drop_spurious, highest, judge_pairs, nearest_first, wanted_type
@@ -32,6 +32,8 @@ module kschur_mode_selection
       real(wp) :: reference = 0
       !> Eigenvalues are known as far as this from the target (1/s).
       real(wp) :: reach = huge(1.0_wp)
+      !> Of motions whose zeros have a root space that is not known, what rounding hides (1/s).
+      real(wp) :: blur = 0
    end type wanted_type
 
 contains
@@ -73,15 +75,24 @@ contains
 
       k = size(pairs%lambda) - wanted%rigid
       if (.not. allocated(pairs%paired)) allocate (pairs%paired(size(pairs%lambda)), source=.false.)
-      allocate (mirrored(k))
-      call match_conjugates(pairs%lambda(:k), same_value*abs(pairs%lambda(:k)), pairs%paired(:k), mirrored)
-      call make_canonical(pairs, k)
+      if (allocated(problem%loss)) then
+         ! What is below the axis belongs to another problem.
+         call keep_pairs(pairs, aimag(pairs%lambda) >= -real_tolerance*abs(pairs%lambda))
+         k = size(pairs%lambda) - wanted%rigid
+         allocate (mirrored(k), source=.false.)
+         call normalize_first(pairs, k)
+      else
+         allocate (mirrored(k))
+         call match_conjugates(pairs%lambda(:k), same_value*abs(pairs%lambda(:k)), pairs%paired(:k), mirrored)
+         call make_canonical(pairs, k)
+      end if
       call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound, modes%uncertainty)
       ! Real shapes stayed as they were.
       if (.not. pairs%is_real()) call normalize_first(pairs, k)
-      allocate (repeated, source=repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference))
+      allocate (repeated, source=repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference, wanted%blur))
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. (mirrored .or. repeated)
+      if (allocated(problem%loss)) accepted(:k) = accepted(:k) .and. aimag(pairs%lambda(:k)) >= 0
       call leave_infinite(problem, wanted, pairs%lambda, modes, accepted, badly)
       call rank(wanted, pairs%lambda, accepted, order)
       ! Beyond the furthest of all that are wanted they do not matter.

@@ -41,13 +41,15 @@ contains
 
    !> Which of the first k pairs are a zero that the rigid motions, the others, stand for already. Such a motion has the
    !> roots 0 and -r/m of lambda^2 m + lambda r = 0: it is the nearer one that an iteration blurred.
-   function repeats_zero(problem, pairs, k, rigid, reference) result(repeats)
+   function repeats_zero(problem, pairs, k, rigid, reference, blur) result(repeats)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
       !> The rigid motions are the next `rigid` pairs.
       integer, intent(in) :: k, rigid
       !> A size of lambda (1/s), as the shift, against which zeros are seen.
       real(wp), intent(in) :: reference
+      !> Below this (1/s) no eigenvalue of such a motion is told from zero, whatever its shape tells.
+      real(wp), intent(in) :: blur
       logical :: repeats(k)
       integer :: zeros(count(.not. abs(pairs%lambda(k + 1:k + rigid)) > 0))
       complex(wp) :: shape(pairs%rows())
@@ -79,7 +81,7 @@ contains
       largest = reference
       if (smallest < huge(1.0_wp)) largest = max(reference, smallest)
       do j = 1, size(repeats)
-         if (.not. repeats(j)) cycle
+         if (.not. repeats(j) .or. abs(pairs%lambda(j)) < blur) cycle
          shape = pairs%column(j)
          call form(problem%mass, shape, m, m_terms)
          call form(problem%damping, shape, r, r_terms)
@@ -134,6 +136,7 @@ contains
          call problem%damping%add_product(pairs%lambda(j), phi, damping)
          rest = inertia + damping
          call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, rest)
+         if (allocated(problem%loss)) call problem%loss%add_product((0.0_wp, 1.0_wp), phi, rest)
          call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), rest)
          is_eigenpair = norm2(abs(rest)) < same_shape*max(norm2(abs(inertia)), norm2(abs(damping)))
       end function is_eigenpair

@@ -65,7 +65,7 @@ contains
          if (size(operator%deflation%decay) > 0) allocate (space%excluded, source=operator%deflation%shapes)
       end if
       ! Each block of responses is as many vectors, which are solved for together.
-      space%limit = z + options%subspace + merge(levels*r, 0, options%verify)
+      space%limit = z + options%subspace + merge(0, levels*r, options%observes)
       room = 2*(r + z) + space%limit + 2
       call make_room(space, n, room, options%processes, error)
       if (allocated(error) .or. .not. is_new) return

@@ -121,7 +121,7 @@ contains
       ritz%statistics%reason = reason_max_restarts
       next = min(selection%wanted, self%space%limit)
       ! Without the responses the projected problem is another one.
-      if (options%verify) next = max(next, self%space%begun)
+      if (.not. options%observes) next = max(next, self%space%begun)
       proceed = .true.
       do
          if (associated(options%checkpoint)) call self%keep(options%checkpoint, ritz%statistics, next, error)
@@ -135,7 +135,7 @@ contains
             ritz%statistics, error)
          if (.not. allocated(error)) call self%look(selection, options, seen, error)
          if (allocated(error)) return
-         if (.not. options%verify) then
+         if (options%observes) then
             call take_undamped(self, options, seen, ritz)
             return
          end if
@@ -214,7 +214,7 @@ contains
       seen%needed = needed
       seen%converged = count(seen%undamped%residuals(order(:min(needed, k))) <= options%tolerance)
       seen%residual = maxval(seen%undamped%residuals(order(:min(needed, k))))
-      if (.not. options%verify .or. &
+      if (options%observes .or. &
          (seen%converged < needed .and. .not. (self%space%closed() .or. self%space%at_end()))) then
          ! Nothing of the damped problem is known yet, or asked for.
          seen%converged = 0

@@ -18,6 +18,8 @@ module kschur_modal_selection
       complex(wp) :: target = (0.0_wp, 0.0_wp)
       !> Modes that are known beforehand and count with those that are found (1/s).
       complex(wp), allocatable :: known(:)
+      !> Whether eigenvalues below the real axis belong to no mode.
+      logical :: upper = .false.
    contains
       procedure :: key
       procedure :: needed
@@ -25,6 +27,7 @@ module kschur_modal_selection
       procedure :: crowds
       procedure, private :: lambdas_of
       procedure, private :: nearer
+      procedure, private :: is_upper
    end type modal_selection_type
 
 contains
@@ -38,13 +41,23 @@ contains
       if (abs(mu) > tiny(1.0_wp)) lambdas = self%map%lambdas(self%shift + 1/mu)
    end function lambdas_of
 
-   !> Distance of the nearer lambda from the target.
+   !> Distance of the nearer lambda from the target. What belongs to no mode is beyond all others.
    real(wp) function key(self, value)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: value
 
       key = minval(abs(self%lambdas_of(value) - self%target))
+      if (self%upper) key = merge(key, key + huge(1.0_wp)/2, self%is_upper(value))
    end function key
+
+   pure logical function is_upper(self, value)
+      class(modal_selection_type), intent(in) :: self
+      complex(wp), intent(in) :: value
+      complex(wp) :: lambdas(2)
+
+      lambdas = self%lambdas_of(value)
+      is_upper = aimag(lambdas(1)) >= -real_tolerance*abs(lambdas(1))
+   end function is_upper
 
    !> The image of the disc of what is nearer to the target than the last value: of its edge, where theta has no pole in it.
    real(wp) function edge(self, last)
@@ -58,7 +71,7 @@ contains
       edge = 0
       radius = self%key(last)
       if (abs(self%map%beta) > 0) then
-         if (abs(1/self%map%beta + self%target) <= radius) return
+         if (abs(cmplx(1, self%map%loss, wp)/self%map%beta + self%target) <= radius) return
       end if
       furthest = 0
       do i = 1, points
@@ -112,6 +125,12 @@ contains
       do i = 1, size(values)
          roots = self%lambdas_of(values(i))
          lambda(i) = roots(1)
+         needed = i
+         if (self%upper) then
+            if (self%is_upper(values(i))) modes = modes + 1
+            if (modes + self%nearer(self%key(values(i))) >= self%wanted) return
+            cycle
+         end if
          single(i) = abs(aimag(lambda(i))) > real_tolerance*abs(lambda(i))
          modes = modes + 1
          if (single(i)) then
@@ -123,7 +142,6 @@ contains
                exit
             end do
          end if
-         needed = i
          if (modes + self%nearer(self%key(values(i))) >= self%wanted) return
       end do
       needed = size(values) + self%wanted - modes

@@ -10,8 +10,8 @@ module kschur_quadratic_complex
    use kschur_processes, only: processes_type
    use kschur_random, only: random_vector
    use kschur_row_matrix, only: row_matrix_type
-   use kschur_saddle, only: saddle_blocks, saddle_structure
-   use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, complex_combination
+   use kschur_saddle, only: saddle_blocks, saddle_structure, shifted_saddle
+   use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type
    use kschur_tolerances, only: known_well, rounding_of_sums, singular_shift
    implicit none
    private
@@ -22,6 +22,6 @@ module kschur_quadratic_complex
 #define MATRIX_TYPE complex_csr_matrix_type
 #define OPERATOR_TYPE complex_operator_type
 #define SOLVER_TYPE complex_linear_solver_type
-#define COMBINATION complex_combination
+#define SHIFTED(problem, blocks, shift) shifted_saddle(problem, blocks, shift)
 #include "kschur_quadratic.inc"
 end module kschur_quadratic_complex

@@ -22,6 +22,6 @@ module kschur_quadratic_real
 #define MATRIX_TYPE csr_matrix_type
 #define OPERATOR_TYPE real_operator_type
 #define SOLVER_TYPE real_linear_solver_type
-#define COMBINATION linear_combination
+#define SHIFTED(problem, blocks, shift) linear_combination([shift**2, shift, 1.0_wp], blocks)
 #include "kschur_quadratic.inc"
 end module kschur_quadratic_real

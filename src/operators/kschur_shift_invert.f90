@@ -101,6 +101,8 @@ contains
       ! The level of theta, should sigma be 0.
       level = operator%pencil%unit
       if (.not. operator%pencil%is_damped()) level = level**2
+      ! Where a pivot was zero it is not a number.
+      singular = singular .or. .not. norm2(abs(y)) <= huge(1.0_wp)
       if (.not. singular .and. norm2(abs(y)) > 0) then
          x = y/norm2(abs(y))
          call operator%apply(x, y, error)

@@ -72,6 +72,7 @@ contains
       transform%map%oscillator = .true.
       transform%map%alpha = problem%alpha
       transform%map%beta = problem%beta
+      transform%map%loss = problem%loss_factor
       transform%shift = real(transform%map%theta(placement%lambda), wp)
       transform%operator%problem => problem
       transform%operator%deflation => deflation
@@ -213,7 +214,8 @@ contains
       end select
       if (allocated(error)) return
       if (allocated(self%census)) self%certificate = self%census%certificate
-      if (options%verify .and. .not. self%recover_applies) call purify(self, found%values, found%vectors, found%statistics, error)
+      if (.not. (options%observes .or. self%recover_applies)) &
+         call purify(self, found%values, found%vectors, found%statistics, error)
       if (allocated(error)) return
       ritz%statistics = found%statistics
       allocate (ritz%mu(size(found%values)), source=cmplx(found%values, 0, wp))

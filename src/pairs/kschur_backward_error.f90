@@ -15,7 +15,7 @@ module kschur_backward_error
 contains
 
    !> Backward error of each pair: the larger of the normwise residual
-   !> ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K||) ||phi||)
+   !> ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K|| + ||H||) ||phi||)
    !> and the constraint violation ||Cq phi|| / (||Cq|| ||phi||), with
    !> 2-norms of vectors and infinity norms of the matrices as given. Where constraints nearly repeat, multipliers are far larger
    !> than the forces that they make: where the norm of |xi_r| ||Cq_r|| exceeds the level a thousand times, a thousandth of it
@@ -137,7 +137,7 @@ contains
       end do
    end function effect_of_constraints
 
-   !> The infinity norms of M, R, K, without rows that a penalty holds, and Cq.
+   !> The infinity norms of M, R, K, without rows that a penalty holds, and Cq; that of H is added to that of K.
    pure function norms_of(problem) result(norms)
       type(modal_problem_type), intent(in) :: problem
       real(wp) :: norms(4)
@@ -145,6 +145,7 @@ contains
       associate (mass => problem%mass, damping => problem%damping, stiffness => problem%stiffness)
          norms = [mass%infinity_norm(), norm_without(damping, damping_penalties(damping, stiffness, mass)), &
             norm_without(stiffness, stiffness_penalties(stiffness, mass)), problem%constraints%infinity_norm()]
+         if (allocated(problem%loss)) norms(3) = norms(3) + norm_without(problem%loss, stiffness_penalties(stiffness, mass))
       end associate
    end function norms_of
 

@@ -93,6 +93,7 @@ contains
       call add_entries(problem%mass, lambda**2, a(:n, :n))
       call add_entries(problem%damping, lambda, a(:n, :n))
       call add_entries(problem%stiffness, (1.0_wp, 0.0_wp), a(:n, :n))
+      if (allocated(problem%loss)) call add_entries(problem%loss, (0.0_wp, 1.0_wp), a(:n, :n))
       call add_entries(problem%constraints, (1.0_wp, 0.0_wp), a(n + 1:n + m, :n))
       a(:n, n + 1:n + m) = transpose(a(n + 1:n + m, :n))
       a(:n, order) = slope(:, 1)
@@ -145,13 +146,15 @@ contains
       type(csr_matrix_type), intent(in) :: transposed
       complex(wp), intent(in) :: lambda, phi(:), xi(:)
       complex(wp) :: forces(size(phi))
-      complex(xp) :: root
+      complex(xp) :: root, force
       integer :: i
 
       root = lambda
       do i = 1, size(phi)
-         forces(i) = cmplx(root*(root*row_product(problem%mass, i, phi) + row_product(problem%damping, i, phi)) &
-            + row_product(problem%stiffness, i, phi) + row_product(transposed, i, xi), kind=wp)
+         force = root*(root*row_product(problem%mass, i, phi) + row_product(problem%damping, i, phi)) &
+            + row_product(problem%stiffness, i, phi) + row_product(transposed, i, xi)
+         if (allocated(problem%loss)) force = force + (0.0_xp, 1.0_xp)*row_product(problem%loss, i, phi)
+         forces(i) = cmplx(force, kind=wp)
       end do
    end function forces
 

@@ -12,8 +12,8 @@ module kschur_polish
    use kschur_problem, only: modal_problem_type
    use kschur_projected, only: independent_eigenvectors, schur_form
    use kschur_random, only: random_vector, state_of_seed
-   use kschur_saddle, only: saddle_blocks, saddle_structure
-   use kschur_sparse, only: complex_combination, csr_matrix_type
+   use kschur_saddle, only: saddle_blocks, saddle_structure, shifted_saddle
+   use kschur_sparse, only: csr_matrix_type
    use kschur_split, only: cluster_type
    use kschur_tolerances, only: above_all_rounding, cancelled
    implicit none
@@ -94,8 +94,7 @@ contains
       if (size(cluster%members) > 1 .or. .not. abs(cluster%centre) > 0) &
          distance = max(distance, min(furthest*unit, of_gap*cluster%gap))
       shift = cluster%centre + distance
-      call self%solver%factorize(complex_combination([shift**2, shift, (1.0_wp, 0.0_wp)], self%blocks), &
-         saddle_structure(problem), error)
+      call self%solver%factorize(shifted_saddle(problem, self%blocks, shift), saddle_structure(problem), error)
    end subroutine factor_beside
 
    !> Iterates the space of the states [x; lambda x/u] of a cluster, and of random vectors for what it lacks, by

@@ -21,7 +21,7 @@ module kschur_products
       integer :: parts = 1
       !> phi, M phi and R phi, n x parts of all pairs.
       real(wp), allocatable :: phi(:, :), mass(:, :), damping(:, :)
-      !> K phi + Cq^T xi, n x 2 for each pair.
+      !> K phi + i H phi + Cq^T xi, n x 2 for each pair.
       real(wp), allocatable :: rest(:, :)
       !> ||phi|| and ||Cq phi|| of each pair.
       real(wp), allocatable :: length(:), violation(:)
@@ -113,13 +113,33 @@ contains
          products%damping(first:last, l) = damping(l, :k)
          if (products%parts == 2) products%rest(first:last, l) = rest(l, :k)
       end do
-      if (products%parts == 2) return
-      call multiply(transposed, first, last, xi(:, :, 2), imaginary)
-      do l = 1, lanes
-         products%rest(first:last, 2*l - 1) = rest(l, :k)
-         products%rest(first:last, 2*l) = imaginary(l, :k)
-      end do
+      if (products%parts == 1) then
+         call multiply(transposed, first, last, xi(:, :, 2), imaginary)
+         do l = 1, lanes
+            products%rest(first:last, 2*l - 1) = rest(l, :k)
+            products%rest(first:last, 2*l) = imaginary(l, :k)
+         end do
+      end if
+      if (allocated(problem%loss)) call add_loss(problem%loss, first, last, phi, closely, products%rest)
    end subroutine multiply_rows
+
+   ! i H phi beside the forces: of real parts imaginary ones, of imaginary parts negative real ones.
+   subroutine add_loss(loss, first, last, phi, closely, rest)
+      type(csr_matrix_type), intent(in) :: loss
+      integer, intent(in) :: first, last
+      real(wp), contiguous, intent(in) :: phi(:, :)
+      logical, intent(in) :: closely
+      real(wp), intent(inout) :: rest(:, :)
+      real(wp) :: forces(lanes, rows)
+      integer :: l, to
+
+      if (closely) call multiply_closely(loss, first, last, phi, forces)
+      if (.not. closely) call multiply(loss, first, last, phi, forces)
+      do l = 1, lanes
+         to = merge(2*l, l - (-1)**l, size(rest, 2) > lanes)
+         rest(first:last, to) = rest(first:last, to) - sign(1, l - to)*forces(l, :last - first + 1)
+      end do
+   end subroutine add_loss
 
    ! Norms and forms of each pair.
    subroutine measure(problem, phi, xi, pairs, closely, products)

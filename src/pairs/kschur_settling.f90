@@ -158,7 +158,7 @@ contains
       complex(xp), intent(in) :: forms(3)
 
       if (problem%symmetric) call correct(forms, pairs%lambda(j))
-      if (problem%damping_kind == damping_none) call settle_undamped(problem, pairs, j)
+      if (problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) call settle_undamped(problem, pairs, j)
    end subroutine settle
 
    pure subroutine correct(forms, lambda)

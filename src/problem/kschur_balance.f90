@@ -31,6 +31,7 @@ contains
       call reduced%damping%scale_entries(rows, columns)
       if (allocated(reduced%dampers)) call reduced%dampers%scale_entries(rows, columns)
       call reduced%stiffness%scale_entries(rows, columns)
+      if (allocated(reduced%loss)) call reduced%loss%scale_entries(rows, columns)
       call reduced%constraints%scale_entries(spread(1.0_wp, 1, reduced%multipliers()), columns)
       call plan%change_units(columns)
       if (any(abs(ratios - 1) > 0)) call plan%change_row_units(ratios**2, reduced%constraints)
@@ -107,6 +108,7 @@ contains
          matrices(pass)%value = abs(matrices(pass)%value)
       end do
       weights = linear_combination([rate**2, rate, 1.0_wp], matrices)
+      if (allocated(problem%loss)) weights = linear_combination(1.0_wp, weights, 1.0_wp, magnitudes_of(problem%loss))
       call weights%scale_entries(factors, factors)
       call number_groups(problem%constraints, group)
       ratios = 1
@@ -121,6 +123,15 @@ contains
       end do
       if (maxval(ratios) < matters*minval(ratios)) ratios = 1
    end function row_ratios
+
+   ! |A|.
+   pure function magnitudes_of(matrix) result(magnitudes)
+      type(csr_matrix_type), intent(in) :: matrix
+      type(csr_matrix_type) :: magnitudes
+
+      magnitudes = matrix
+      magnitudes%value = abs(magnitudes%value)
+   end function magnitudes_of
 
    ! The largest entry of each group's diagonal block, and of its rows and its columns beside that, of E W E^{-1}.
    pure subroutine find_maxima(weights, group, ratios, inside, in_row, in_column)

@@ -52,18 +52,21 @@ contains
       end do
    end subroutine expand_multipliers
 
-   ! What acts on the eliminated unknowns, of M, K and R: their constraints balance nothing else. With R = alpha M + beta K,
+   ! What acts on the eliminated unknowns, of M, K, R and H: their constraints balance nothing else. With R = alpha M + beta K,
    ! or what there is of it, the damping has no product of its own.
    subroutine take_rows(ties, problem, matrices)
       class(ties_type), intent(in) :: ties
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), allocatable, intent(out) :: matrices(:)
+      integer :: last
 
-      allocate (matrices(merge(3, 2, problem%damping_kind == damping_general)))
+      last = merge(3, 2, problem%damping_kind == damping_general)
+      allocate (matrices(merge(last + 1, last, allocated(problem%loss))))
       associate (unknown => ties%unknown(:ties%eliminated))
          matrices(1) = rows_of_csr(problem%mass, unknown)
          matrices(2) = rows_of_csr(problem%stiffness, unknown)
-         if (size(matrices) == 3) matrices(3) = rows_of_csr(problem%damping, unknown)
+         if (last == 3) matrices(3) = rows_of_csr(problem%damping, unknown)
+         if (size(matrices) > last) matrices(last + 1) = rows_of_csr(problem%loss, unknown)
       end associate
    end subroutine take_rows
 
@@ -78,7 +81,7 @@ contains
       real(wp), contiguous, intent(inout) :: parts(:, :)
       complex(wp), contiguous, intent(out) :: forces(:, :)
       real(wp) :: products(ties%eliminated, (last - first + 1)*merge(1, 2, pairs%is_real()))
-      complex(wp) :: weights(3)
+      complex(wp) :: weights(4)
       integer :: i, k, l
 
       k = last - first + 1
@@ -96,8 +99,8 @@ contains
          end if
          do i = 1, k
             associate (lambda => pairs%lambda(first + i - 1), unknown => ties%unknown(:ties%eliminated))
-               weights = [lambda*(lambda + problem%alpha), 1 + lambda*problem%beta, (0.0_wp, 0.0_wp)]
-               if (size(matrices) == 3) weights = [lambda**2, (1.0_wp, 0.0_wp), lambda]
+               weights = [lambda*(lambda + problem%alpha), 1 + lambda*problem%beta, (0.0_wp, 1.0_wp), (0.0_wp, 0.0_wp)]
+               if (problem%damping_kind == damping_general) weights = [lambda**2, (1.0_wp, 0.0_wp), lambda, (0.0_wp, 1.0_wp)]
                if (pairs%is_real()) then
                   forces(unknown, i) = forces(unknown, i) + weights(l)*products(:, i)
                else

@@ -9,6 +9,7 @@ module kschur_presolve
    use kschur_elimination, only: eliminate, ties_type
    use kschur_error, only: error_type, new_error, add_context, error_input
    use kschur_kinds, only: long, wp
+   use kschur_loss, only: times_factor
    use kschur_problem, only: modal_problem_type, settle_modal_problem
    use kschur_sparse, only: complete_pattern, csr_matrix_type, linear_combination, new_csr_from_triplets
    use kschur_threads, only: panel_rows
@@ -91,6 +92,7 @@ contains
             call complete_pattern(reduced%mass)
             call complete_pattern(reduced%damping)
             call complete_pattern(reduced%stiffness)
+            if (allocated(reduced%loss)) call complete_pattern(reduced%loss)
          end if
       end if
       if (min(plan%unknowns_after, plan%eliminated) == 0) return
@@ -110,10 +112,26 @@ contains
       else
          call reduce(plan, problem%damping, problem%symmetric, reduced%damping, error)
       end if
+      if (allocated(problem%loss) .and. .not. allocated(error)) call reduce_loss(plan, problem, reduced, error)
       reduced%constraints = constraints
       if (.not. allocated(error)) call settle_modal_problem(reduced, error, kind_of=problem)
       call add_context(error, "without the clamped and tied unknowns")
    end subroutine presolve
+
+   ! T^T H T, of H = g K g times what is left of K.
+   subroutine reduce_loss(plan, problem, reduced, error)
+      type(presolve_type), intent(in) :: plan
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_problem_type), intent(inout) :: reduced
+      type(error_type), allocatable, intent(out) :: error
+
+      if (abs(problem%loss_factor) > 0) then
+         allocate (reduced%loss, source=times_factor(reduced%stiffness, problem%loss_factor))
+      else
+         allocate (reduced%loss)
+         call reduce(plan, problem%loss, problem%symmetric, reduced%loss, error)
+      end if
+   end subroutine reduce_loss
 
    ! Leaves out entries of constraints that are rounding beside others of their row and beside others of their column, whatever
    ! the units are: the cosine of a right angle ties nothing.

@@ -1,10 +1,11 @@
-!> The modal problem (lambda^2 M + lambda R + K) phi + Cq^T xi = 0, Cq phi = 0:
-!> its four matrices, what is wrong with them, and what kind of problem they make.
+!> The modal problem (lambda^2 M + lambda R + K + i H) phi + Cq^T xi = 0, Cq phi = 0, Im lambda >= 0:
+!> its matrices, what is wrong with them, and what kind of problem they make.
 module kschur_problem
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur_damping, only: classify_damping, damping_general, damping_names, damping_none, damping_proportional
-   use kschur_error, only: error_type, new_error, error_input
+   use kschur_error, only: error_type, new_error, error_input, error_usage
    use kschur_kinds, only: long, wp
+   use kschur_loss, only: factor_of_loss, times_factor
    use kschur_memory, only: require_memory
    use kschur_mesh, only: mesh_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
@@ -13,7 +14,7 @@ module kschur_problem
    use kschur_tolerances, only: largest_entry, rounding_of_entry
    implicit none
    private
-   public :: check_sums, modal_problem_type, new_modal_problem, settle_modal_problem
+   public :: check_sums, modal_problem_type, new_modal_problem, refuse_loss, settle_modal_problem
    public :: damping_general, damping_names, damping_none, damping_proportional
 
    !> A checked problem; made by `new_modal_problem` or `settle_modal_problem`, not changed afterwards.
@@ -26,7 +27,11 @@ module kschur_problem
       type(csr_matrix_type) :: damping
       !> Constraint Jacobian Cq, m x n; m = 0 where none was given.
       type(csr_matrix_type) :: constraints
-      !> Whether M, R and K are all symmetric to rounding.
+      !> Loss stiffness H, n x n (N/m and N m in SI): what hysteresis adds to K as i H. Not allocated: there is none.
+      type(csr_matrix_type), allocatable :: loss
+      !> The loss factor g where H = g K to rounding; 0 where it is not, or where there is no H.
+      real(wp) :: loss_factor = 0
+      !> Whether M, R, K and H are all symmetric to rounding.
       logical :: symmetric = .false.
       !> One of `damping_none`, `damping_proportional`, `damping_general`.
       integer :: damping_kind = damping_none
@@ -48,6 +53,8 @@ module kschur_problem
       procedure :: multipliers
       !> Bytes that its matrices take.
       procedure :: bytes
+      !> Makes H = g K. Fails where there is an H, and where g is no finite number.
+      procedure :: set_loss_factor
    end type modal_problem_type
 
 contains
@@ -55,22 +62,25 @@ contains
    !> Makes a problem of its matrices after checking them: shapes, finite
    !> values, a mass or a damping matrix that is not zero, no empty constraint,
    !> no half of a symmetric matrix unless asked for.
-   subroutine new_modal_problem(problem, mass, stiffness, error, damping, constraints, kind_of, symmetric)
+   subroutine new_modal_problem(problem, mass, stiffness, error, damping, constraints, kind_of, symmetric, loss)
       type(modal_problem_type), intent(out) :: problem
       type(csr_matrix_type), intent(in) :: mass, stiffness
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type), intent(in), optional :: damping, constraints
       !> A problem that is known to have the same symmetry and the same damping. Found out where absent.
       type(modal_problem_type), intent(in), optional :: kind_of
-      !> Whether M, R and K are given as halves of symmetric matrices: `symmetric_lower` or `symmetric_upper`; `symmetric_no`:
+      !> Whether M, R, K and H are given as halves of symmetric matrices: `symmetric_lower` or `symmetric_upper`; `symmetric_no`:
       !> they are meant as they are. Absent, `symmetric_check`: what looks like a half is an error.
       integer, intent(in), optional :: symmetric
+      !> H; absent: none.
+      type(csr_matrix_type), intent(in), optional :: loss
 
       real(wp) :: needed
 
       needed = mass%bytes() + stiffness%bytes()
       if (present(damping)) needed = needed + damping%bytes()
       if (present(constraints)) needed = needed + constraints%bytes()
+      if (present(loss)) needed = needed + loss%bytes()
       call require_memory(needed, "the matrices of the problem", error)
       if (allocated(error)) return
       problem%mass = mass
@@ -85,10 +95,11 @@ contains
       else
          problem%constraints = empty_csr_matrix(0, mass%rows)
       end if
+      if (present(loss)) allocate (problem%loss, source=loss)
       call settle_modal_problem(problem, error, kind_of, symmetric)
    end subroutine new_modal_problem
 
-   !> The same for four matrices that stand in the problem already.
+   !> The same for matrices that stand in the problem already.
    subroutine settle_modal_problem(problem, error, kind_of, symmetric)
       type(modal_problem_type), intent(inout) :: problem
       type(error_type), allocatable, intent(out) :: error
@@ -105,18 +116,21 @@ contains
          if (.not. allocated(error)) call check_matrix(problem%damping, n, n, base, "damping matrix R", error)
          if (.not. allocated(error)) &
             call check_matrix(problem%constraints, problem%constraints%rows, n, base, "constraint Jacobian Cq", error)
+         if (allocated(problem%loss) .and. .not. allocated(error)) &
+            call check_matrix(problem%loss, n, n, base, "loss matrix H", error)
          ! What was reduced may have become triangular.
          storage = merge(symmetric_no, symmetric_check, present(kind_of))
          if (present(symmetric)) storage = symmetric
          call settle_storage(problem%mass, storage, base, "mass matrix M", error)
          call settle_storage(problem%stiffness, storage, base, "stiffness matrix K", error)
          call settle_storage(problem%damping, storage, base, "damping matrix R", error)
+         if (allocated(problem%loss)) call settle_storage(problem%loss, storage, base, "loss matrix H", error)
       end associate
       if (.not. present(kind_of)) call check_all_magnitudes(problem, error)
       if (.not. allocated(error)) call check_mass_and_constraints(problem, present(kind_of), error)
       if (.not. allocated(error)) call check_sums([int(n, long), int(problem%multipliers(), long)], &
-         [int(problem%mass%nonzeros(), long), int(problem%stiffness%nonzeros(), long), int(problem%damping%nonzeros(), long), &
-         int(problem%constraints%nonzeros(), long)], error)
+         [int(problem%mass%nonzeros(), long), int(problem%stiffness%nonzeros(), long) + entries_of_loss(problem), &
+         int(problem%damping%nonzeros(), long), int(problem%constraints%nonzeros(), long)], error)
       if (.not. allocated(error)) call require_memory(2*problem%bytes(), "transposed matrices", error)
       if (allocated(error)) return
 
@@ -125,13 +139,61 @@ contains
          problem%damping_kind = kind_of%damping_kind
          problem%alpha = kind_of%alpha
          problem%beta = kind_of%beta
+         problem%loss_factor = kind_of%loss_factor
       else
          problem%symmetric = problem%mass%is_symmetric() .and. problem%stiffness%is_symmetric() &
             .and. problem%damping%is_symmetric()
          call classify_damping(problem%mass, problem%stiffness, problem%damping, problem%damping_kind, problem%alpha, &
             problem%beta, problem%dampers)
+         call classify_loss(problem)
       end if
    end subroutine settle_modal_problem
+
+   ! An H of zeros is none.
+   subroutine classify_loss(problem)
+      type(modal_problem_type), intent(inout) :: problem
+
+      problem%loss_factor = 0
+      if (.not. allocated(problem%loss)) return
+      if (problem%loss%is_zero()) then
+         deallocate (problem%loss)
+         return
+      end if
+      problem%symmetric = problem%symmetric .and. problem%loss%is_symmetric()
+      problem%loss_factor = factor_of_loss(problem%stiffness, problem%loss)
+   end subroutine classify_loss
+
+   subroutine set_loss_factor(self, factor, error)
+      class(modal_problem_type), intent(inout) :: self
+      !> g
+      real(wp), intent(in) :: factor
+      type(error_type), allocatable, intent(out) :: error
+
+      if (allocated(self%loss)) then
+         call new_error(error, error_input, "the problem has a loss matrix H: leave out the loss factor, or the matrix")
+      else if (.not. abs(factor) <= largest_entry) then
+         call new_error(error, error_input, "the loss factor is "//text(factor)//" but must be a number below 1e75")
+      else
+         call require_memory(self%stiffness%bytes(), "the loss matrix H", error)
+      end if
+      if (allocated(error)) return
+      allocate (self%loss, source=times_factor(self%stiffness, factor))
+      call check_magnitudes(self%loss, self%index_base, "loss matrix H", error)
+      if (allocated(error)) return
+      self%loss_factor = factor
+      if (self%loss%is_zero()) deallocate (self%loss)
+   end subroutine set_loss_factor
+
+   !> Fails where a problem has an H and what is asked for does not know one.
+   subroutine refuse_loss(problem, what, error)
+      type(modal_problem_type), intent(in) :: problem
+      !> "a band", as the subject of a sentence.
+      character(len=*), intent(in) :: what
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (allocated(problem%loss) .and. .not. allocated(error)) call new_error(error, error_usage, &
+         what//" and a loss matrix H do not go together yet: leave out one of them")
+   end subroutine refuse_loss
 
    !> Fails where a matrix that is made of M, R, K and Cq may have more entries than a default integer counts. The damped
    !> pencils have most: the entries of M, R and K, Cq twice, and two identities; with a diagonal for the multipliers it is more
@@ -180,6 +242,7 @@ contains
          call check_magnitudes(problem%stiffness, base, "stiffness matrix K", error)
          call check_magnitudes(problem%damping, base, "damping matrix R", error)
          call check_magnitudes(problem%constraints, base, "constraint Jacobian Cq", error)
+         if (allocated(problem%loss)) call check_magnitudes(problem%loss, base, "loss matrix H", error)
       end associate
    end subroutine check_all_magnitudes
 
@@ -254,5 +317,13 @@ contains
       class(modal_problem_type), intent(in) :: self
 
       bytes = self%mass%bytes() + self%stiffness%bytes() + self%damping%bytes() + self%constraints%bytes()
+      if (allocated(self%loss)) bytes = bytes + self%loss%bytes()
    end function bytes
+
+   pure integer(long) function entries_of_loss(problem) result(entries)
+      type(modal_problem_type), intent(in) :: problem
+
+      entries = 0
+      if (allocated(problem%loss)) entries = problem%loss%nonzeros()
+   end function entries_of_loss
 end module kschur_problem

@@ -30,11 +30,13 @@ contains
          call problem%mass%add_product(pairs%lambda(j)**2, phi, residual)
          call problem%damping%add_product(pairs%lambda(j), phi, residual)
          call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, residual)
+         if (allocated(problem%loss)) call problem%loss%add_product((0.0_wp, 1.0_wp), phi, residual)
          call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), residual)
          terms = 0
          call add_sizes(problem%mass, abs(pairs%lambda(j))**2, phi(:, 1), terms)
          call add_sizes(problem%damping, abs(pairs%lambda(j)), phi(:, 1), terms)
          call add_sizes(problem%stiffness, 1.0_wp, phi(:, 1), terms)
+         if (allocated(problem%loss)) call add_sizes(problem%loss, 1.0_wp, phi(:, 1), terms)
          call add_transposed_sizes(problem%constraints, pairs%xi(:, j), terms)
          parts(j) = norm2(abs(residual(:, 1)))/max(norm2(terms), tiny(1.0_wp))
       end do

@@ -5,10 +5,10 @@ module kschur_saddle
    use kschur_problem, only: modal_problem_type
    use kschur_linear_solver, only: matrix_structure_type
    use kschur_ordering, only: elimination_order
-   use kschur_sparse, only: csr_matrix_type, linear_combination, transpose_csr
+   use kschur_sparse, only: complex_combination, complex_csr_matrix_type, csr_matrix_type, linear_combination, transpose_csr
    implicit none
    private
-   public :: bordered, order_elimination, saddle_blocks, saddle_structure, symmetric_saddle
+   public :: bordered, order_elimination, saddle_blocks, saddle_structure, shifted_saddle, symmetric_saddle
 
 contains
 
@@ -51,6 +51,7 @@ contains
 
       if (problem%multipliers() == 0) return
       pattern = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], [problem%stiffness, problem%mass, problem%damping])
+      if (allocated(problem%loss)) pattern = linear_combination(1.0_wp, pattern, 1.0_wp, problem%loss)
       pattern = bordered(pattern, problem%constraints, spread(1.0_wp, 1, problem%multipliers()))
       call elimination_order(pattern%row_start, pattern%column, saddle_structure(problem), position, error)
       if (.not. allocated(error)) call move_alloc(position, problem%position)
@@ -71,6 +72,29 @@ contains
       blocks(2) = enlarged(problem%damping, order)
       blocks(3) = bordered(problem%stiffness, problem%constraints, factors)
    end subroutine saddle_blocks
+
+   !> [sigma^2 M + sigma R + K + i H, Cq^T D; D Cq, 0].
+   pure function shifted_saddle(problem, blocks, sigma, loss) result(matrix)
+      type(modal_problem_type), intent(in) :: problem
+      !> Its `saddle_blocks`.
+      type(csr_matrix_type), intent(in) :: blocks(3)
+      complex(wp), intent(in) :: sigma
+      !> What takes the place of i. Absent: i.
+      complex(wp), intent(in), optional :: loss
+      type(complex_csr_matrix_type) :: matrix
+      type(csr_matrix_type) :: all(4)
+      complex(wp) :: coefficients(4)
+
+      coefficients = [sigma**2, sigma, (1.0_wp, 0.0_wp), (0.0_wp, 1.0_wp)]
+      if (present(loss)) coefficients(4) = loss
+      if (allocated(problem%loss)) then
+         all(:3) = blocks
+         all(4) = enlarged(problem%loss, blocks(1)%rows)
+         matrix = complex_combination(coefficients, all)
+      else
+         matrix = complex_combination(coefficients(:3), blocks)
+      end if
+   end function shifted_saddle
 
    !> [A B^T; B C] of a matrix A, n x n, constraints B = D Cq with a diagonal D of factors, and C = 0 or diagonal.
    pure function bordered(matrix, constraints, factors, corner) result(saddle)

@@ -7,7 +7,7 @@ module kschur_spectral_map
    public :: spectral_map_type
 
    !> Either theta = lambda, or theta = sign omega^2 with the two roots of
-   !> lambda^2 + (alpha + beta omega^2) lambda + omega^2 = 0.
+   !> lambda^2 + (alpha + beta omega^2) lambda + omega^2 (1 + i g) = 0, of which with g only the one above the real axis counts.
    type :: spectral_map_type
       !> Whether theta stands for an oscillator, so that it has two roots.
       logical :: oscillator = .false.
@@ -15,6 +15,8 @@ module kschur_spectral_map
       real(wp) :: sign = 1
       !> Proportional damping R = alpha M + beta K (1/s, s); zero for none.
       real(wp) :: alpha = 0, beta = 0
+      !> The loss factor g of H = g K; zero for none.
+      real(wp) :: loss = 0
    contains
       !> theta of a lambda.
       procedure :: theta
@@ -22,6 +24,7 @@ module kschur_spectral_map
       procedure :: lambdas
       !> How near the lambdas of an interval of theta come to a target.
       procedure :: distance_to
+      procedure, private :: lossy_distance_to
       !> Factor that takes the multipliers of the undamped problem to those at lambda.
       procedure :: reaction
    end type spectral_map_type
@@ -33,15 +36,16 @@ contains
       complex(wp), intent(in) :: lambda
 
       theta = lambda
-      if (self%oscillator) theta = -self%sign*lambda*(lambda + self%alpha)/(1 + self%beta*lambda)
+      if (self%oscillator) theta = -self%sign*lambda*(lambda + self%alpha)/self%reaction(lambda)
    end function theta
 
-   !> 1 + beta lambda, because P(lambda) phi = (1 + beta lambda) (K - omega^2 M) phi.
+   !> 1 + beta lambda + i g, because P(lambda) phi = (1 + beta lambda + i g) (K - omega^2 M) phi.
    pure complex(wp) function reaction(self, lambda)
       class(spectral_map_type), intent(in) :: self
       complex(wp), intent(in) :: lambda
 
       reaction = 1 + self%beta*lambda
+      if (abs(self%loss) > 0) reaction = reaction + cmplx(0, self%loss, wp)
    end function reaction
 
    !> Without cancellation: the larger root first, the other one from their
@@ -56,15 +60,17 @@ contains
       if (.not. self%oscillator) return
       product = self%sign*theta
       half_sum = -(self%alpha + self%beta*product)/2
+      if (abs(self%loss) > 0) product = product*cmplx(1, self%loss, wp)
       root = sqrt(half_sum**2 - product)
       if (real(root*conjg(half_sum), wp) < 0) root = -root
-      if (.not. abs(aimag(theta)) > 0 .and. abs(aimag(root)) > 0) then
+      if (.not. max(abs(aimag(theta)), abs(self%loss)) > 0 .and. abs(aimag(root)) > 0) then
          roots = [half_sum + root, conjg(half_sum + root)]
       else
          roots(1) = half_sum + root
          roots(2) = -roots(1)
          if (abs(half_sum) > 0 .and. abs(roots(1)) > 0) roots(2) = product/roots(1)
       end if
+      if (abs(self%loss) > 0) roots = merge(roots(1), roots(2), aimag(roots(1)) >= aimag(roots(2)))
    end function lambdas
 
    !> Smallest distance of `target` from the lambdas of all real theta in [first,
@@ -80,6 +86,10 @@ contains
       complex(wp) :: direction, projection
       real(wp) :: discriminant, root, meeting
 
+      if (abs(self%loss) > 0) then
+         distance_to = self%lossy_distance_to(first, last, target)
+         return
+      end if
       distance_to = huge(1.0_wp)
       if (first > -huge(1.0_wp)) call consider(distance_to, self%lambdas(cmplx(first, 0, wp)))
       if (last < huge(1.0_wp)) call consider(distance_to, self%lambdas(cmplx(last, 0, wp)))
@@ -121,4 +131,35 @@ contains
          if (theta >= first .and. theta <= last) call consider(distance, [lambda, conjg(lambda)])
       end subroutine consider_if_inside
    end function distance_to
+
+   ! With losses alone the lambdas of theta > 0 lie on one ray from zero, those of theta < 0 on another. With viscous damping
+   ! beside them nothing is known: zero.
+   pure real(wp) function lossy_distance_to(self, first, last, target) result(distance)
+      class(spectral_map_type), intent(in) :: self
+      real(wp), intent(in) :: first, last
+      complex(wp), intent(in) :: target
+
+      distance = 0
+      if (max(abs(self%alpha), abs(self%beta)) > 0) return
+      distance = huge(1.0_wp)
+      if (last > 0) distance = min(distance, to_ray(1.0_wp, max(first, 0.0_wp), last))
+      if (first < 0) distance = min(distance, to_ray(-1.0_wp, max(-last, 0.0_wp), -first))
+
+   contains
+
+      ! Of |theta| from `least` to `most`; as the modes are mirrored below the axis, so is the target.
+      pure real(wp) function to_ray(side, least, most) result(distance)
+         real(wp), intent(in) :: side, least, most
+         complex(wp) :: direction(2)
+         real(wp) :: along, length
+
+         direction = self%lambdas(cmplx(side, 0, wp))
+         length = abs(direction(1))
+         associate (mirrored => cmplx(real(target, wp), abs(aimag(target)), wp))
+            along = real(conjg(direction(1))*mirrored, wp)/length
+            along = min(max(along, sqrt(least)*length), sqrt(most)*length)
+            distance = abs(mirrored - along*direction(1)/length)
+         end associate
+      end function to_ray
+   end function lossy_distance_to
 end module kschur_spectral_map

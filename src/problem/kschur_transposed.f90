@@ -1,4 +1,4 @@
-!> The problem with M, R and K transposed, whose modes are the conjugated left ones of the problem.
+!> The problem with M, R, K and H transposed, whose modes are the conjugated left ones of the problem.
 module kschur_transposed
    use kschur_error, only: error_type
    use kschur_problem, only: modal_problem_type, settle_modal_problem
@@ -20,6 +20,7 @@ contains
       transposed%stiffness = transpose_csr(problem%stiffness)
       transposed%damping = transpose_csr(problem%damping)
       if (allocated(problem%dampers)) allocate (transposed%dampers, source=transpose_csr(problem%dampers))
+      if (allocated(problem%loss)) allocate (transposed%loss, source=transpose_csr(problem%loss))
       transposed%constraints = problem%constraints
       call settle_modal_problem(transposed, error, kind_of=problem)
       if (allocated(problem%position)) transposed%position = problem%position

@@ -5,7 +5,7 @@
 !> and changes nothing else if no combination of columns of N is one of Cq: Cq phi + N eta = 0 is Cq phi = 0 then,
 !> and N^T xi = 0 chooses one of the multipliers that do the same. Random columns are like that.
 module kschur_bordered_determinant
-   use kschur_effort, only: effort_type
+   use kschur_effort, only: effort_type, for_count
    use kschur_error, only: error_type, error_singular
    use kschur_kinds, only: wp, long
    use kschur_lapack, only: dznrm2
@@ -131,7 +131,7 @@ contains
       end if
       before = self%solver%solve_seconds
       call self%solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp)], self%blocks), self%structure, error)
-      call self%effort%add_factors(self%solver)
+      call self%effort%add_factors(self%solver, for_count)
       if (.not. allocated(error)) then
          reason = "the solver does not tell determinants"
          if (self%solver%null_pivots > 0) reason = "the matrix is singular on the curve"

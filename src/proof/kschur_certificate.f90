@@ -10,7 +10,7 @@
 module kschur_certificate
    use kschur_archive, only: archive_type
    use kschur_census, only: census_type
-   use kschur_effort, only: effort_type
+   use kschur_effort, only: effort_type, for_count
    use kschur_error, only: error_type
    use kschur_inertia, only: counting_matrix, negative_directions
    use kschur_kinds, only: wp
@@ -126,6 +126,7 @@ contains
       call archive%carry(self%certificate%verdict)
       call archive%carry(self%certificate%reach)
       call archive%carry(self%certificate%factorizations)
+      self%certificate%factorizations_for(for_count) = self%certificate%factorizations
    end subroutine carry
 
    !> Counts once for each set of wanted values; `certificate` tells the outcome.
@@ -363,6 +364,6 @@ contains
       if (allocated(error)) return
       allocate (solver, source=self%solver)
       negative = negative_directions(matrix, structure, solver)
-      call self%certificate%add_factors(solver)
+      call self%certificate%add_factors(solver, for_count)
    end function negative_at
 end module kschur_certificate

@@ -19,7 +19,7 @@ module kschur_band
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, &
       method_krylov_schur
    use kschur_preparation, only: examine, reduce
-   use kschur_problem, only: modal_problem_type
+   use kschur_problem, only: modal_problem_type, refuse_loss
    use kschur_processes, only: join_processes, processes_type
    use kschur_report, only: report
    use kschur_result, only: modal_result_type
@@ -83,6 +83,7 @@ contains
          allocate (s)
          call band_options(first, last, options, own, error)
          if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers, processes)
+         call refuse_loss(problem, "a band", error)
          if (.not. allocated(error)) call begin_checkpoint(s, [first, last], checkpoint, error)
          if (.not. allocated(error)) then
             ! A caller's own solvers are in this process only.
@@ -174,6 +175,8 @@ contains
       else if (options%certify) then
          call new_error(error, error_usage, &
             "certify counts about a target, and a band has none: leave it out, or ask for modes near a target")
+      else if (options%uncounted) then
+         call new_error(error, error_usage, "the modes of a band are counted: leave out that they are not to be")
       end if
    end subroutine check_band
 end module kschur_band

@@ -51,6 +51,7 @@ contains
       type(part_modes_type), intent(inout) :: found
       type(archive_type), intent(inout) :: archive
       logical :: is_real
+      integer :: i
 
       is_real = found%is_real()
       call archive%carry(is_real)
@@ -69,7 +70,10 @@ contains
       call archive%carry(found%history%residual)
       call archive%carry(found%effort%operator_applications)
       call archive%carry(found%effort%restarts)
-      call archive%carry(found%effort%factorizations)
+      do i = 1, size(found%effort%factorizations_for)
+         call archive%carry(found%effort%factorizations_for(i))
+      end do
+      found%effort%factorizations = sum(found%effort%factorizations_for)
    end subroutine carry_part
 
    !> Finds the modes of a part.
@@ -113,7 +117,9 @@ contains
       found%effort%operator_applications = s%effort%operator_applications - before%operator_applications
       found%effort%restarts = s%effort%restarts - before%restarts
       ! Those of a certificate are added to the others when the factors are left.
-      found%effort%factorizations = s%effort%factorizations - before%factorizations + s%transform%certificate%factorizations
+      found%effort%factorizations_for = s%effort%factorizations_for - before%factorizations_for + &
+         s%transform%certificate%factorizations_for
+      found%effort%factorizations = sum(found%effort%factorizations_for)
       found%counted = all(abs(real(found%lambda, wp)) <= twelve_digits*abs(found%lambda))
       if (.not. found%counted) return
       inside = pack([(i, i=1, size(found%lambda))], aimag(found%lambda) > (1 - same_value)*part%from .and. &

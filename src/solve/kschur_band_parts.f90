@@ -2,6 +2,7 @@
 !> parts that hold a few modes each.
 module kschur_band_parts
    use kschur_context, only: solve_context_type
+   use kschur_effort, only: for_count
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_inertia, only: count_below
    use kschur_kinds, only: wp
@@ -121,6 +122,6 @@ contains
 
       allocate (solver, source=s%inner%counting)
       call count_below(s%work, theta, 0, solver, below)
-      call s%effort%add_factors(solver)
+      call s%effort%add_factors(solver, for_count)
    end subroutine count_at
 end module kschur_band_parts

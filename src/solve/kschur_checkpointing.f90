@@ -48,6 +48,7 @@ contains
       call add(problem%stiffness)
       call add(problem%damping)
       call add(problem%constraints)
+      if (allocated(problem%loss)) call add(problem%loss)
 
    contains
 
@@ -68,7 +69,8 @@ contains
 
       digest = checksum(1_long, [options%modes, options%formulation, options%constraint_scaling, options%inner, &
          options%subspace, options%block, options%max_restarts, merge(1, 0, options%presolve), options%normalisation, &
-         merge(1, 0, options%left), merge(1, 0, options%certify), options%seed])
+         merge(1, 0, options%left), merge(1, 0, options%certify), &
+         merge(1, 0, options%uncounted), options%seed])
       digest = checksum(digest, [real(options%target, wp), aimag(options%target), options%tolerance, edges])
       if (allocated(options%shift)) digest = checksum(digest, [real(options%shift, wp), aimag(options%shift)])
    end function digest_of_options

@@ -14,9 +14,9 @@ module kschur_context
    use kschur_memory, only: complex_bytes
    use kschur_memory_estimate, only: check_memory
    use kschur_monitor, only: ask_monitor, monitor_type
-   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, inner_iterative, method_krylov_schur
    use kschur_presolve, only: presolve_type
-   use kschur_problem, only: modal_problem_type
+   use kschur_problem, only: modal_problem_type, refuse_loss
    use kschur_processes, only: processes_type
    use kschur_result, only: append_note, note_length
    use kschur_row_problem, only: row_problem_type
@@ -99,6 +99,8 @@ module kschur_context
       procedure :: is_stopped => is_solve_stopped
       !> Whether rigid motions are all there is, or not even these.
       procedure :: only_rigid
+      !> Whether the problem has an H, so that what is below the real axis belongs to no mode.
+      procedure :: is_lossy
       !> The size of eigenvalues about the shift (1/s), against which zeros are seen.
       procedure :: reference
       !> What was done since the step before belongs to a phase of the effort.
@@ -139,12 +141,30 @@ contains
       call s%inner%set_monitor(s%monitor)
       call s%inner%set_last_analysis(s%last_analysis)
       s%options = settings_of(options)
+      if (s%is_lossy()) call check_lossy(s, options, error)
+      if (allocated(error)) return
       call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort)
       if (allocated(error)) return
       s%may_be_dense = .not. present(solvers)
       s%dense = options%formulation == formulation_dense
       if (s%options%formulation /= options%formulation) s%decision = "it is the one that plain ARPACK iterates"
    end subroutine begin
+
+   ! What does not know of losses yet.
+   subroutine check_lossy(s, options, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modal_options_type), intent(in) :: options
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (associated(s%processes)) then
+         if (s%processes%number > 1) call refuse_loss(s%problem, "several processes", error)
+      end if
+      if (options%method /= method_krylov_schur) call refuse_loss(s%problem, "ARPACK", error)
+      if (options%inner == inner_iterative) call refuse_loss(s%problem, "an iterative inner solver", error)
+      if (allocated(error)) return
+      ! The modes are above the axis, mirrored targets as near to them.
+      s%options%target = cmplx(real(options%target, wp), abs(aimag(options%target)), wp)
+   end subroutine check_lossy
 
    !> Begins another solve with a context that is prepared, and whose options make no difference to that.
    subroutine resume(s, options, error, monitor)
@@ -270,6 +290,12 @@ contains
       only_rigid = self%plan%unknowns_after == 0 .or. &
          (self%known%total%number == size(self%known%rigid%lambda) .and. .not. self%options%is_plain())
    end function only_rigid
+
+   pure logical function is_lossy(self)
+      class(solve_context_type), intent(in) :: self
+
+      is_lossy = allocated(self%problem%loss)
+   end function is_lossy
 
    pure real(wp) function reference(self)
       class(solve_context_type), intent(in) :: self

@@ -34,7 +34,7 @@ contains
       type(solve_context_type), intent(inout) :: s
 
       if (.not. s%dense .or. s%options%formulation /= formulation_auto) return
-      s%dense = s%known%total%exact .and. .not. s%only_rigid()
+      s%dense = (s%known%total%exact .or. (s%is_lossy() .and. theta_is_lambda(s))) .and. .not. s%only_rigid()
       if (s%dense) s%decision = "dense: order "//text(order_of_matrix(s))//", cheaper than an iteration"
    end subroutine settle_dense
 

@@ -1,8 +1,11 @@
 !> The transform of each formulation.
 module kschur_factoring
+   use kschur_allowed_motions, only: allowed_motions
+   use kschur_complex_dense_transform, only: complex_dense_transform_type, new_complex_dense_transform
    use kschur_context, only: solve_context_type
    use kschur_dense_transform, only: dense_transform_type, new_dense_transform
    use kschur_direct_solver, only: direct_real_type
+   use kschur_effort, only: for_iteration
    use kschur_error, only: error_type, new_error, error_singular, error_usage
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
@@ -39,7 +42,7 @@ contains
       call s%drop_transform()
       if (present(known)) call move_alloc(known, s%spare%real)
       s%shift = shift
-      if (s%dense) s%shift = abs(shift)
+      if (s%dense .and. .not. (s%is_lossy() .and. formulation == formulation_quadratic)) s%shift = abs(shift)
       ! What is deflated cannot be seen in the factors.
       if (.not. present(known) .and. &
          any(abs(s%known%deflation%eigenvalues() - s%shift) <= rounding_of_row*abs(s%shift))) then
@@ -60,7 +63,7 @@ contains
          call factor_symmetric(s, placement, error)
       else if (formulation == formulation_low_rank) then
          call factor_low_rank(s, placement, error)
-      else if (formulation == formulation_quadratic .and. .not. abs(aimag(s%shift)) > 0) then
+      else if (formulation == formulation_quadratic .and. .not. (abs(aimag(s%shift)) > 0 .or. s%is_lossy())) then
          call factor_real_quadratic(s, placement, error)
       else if (s%options%inner == inner_ldl) then
          call new_error(error, error_usage, "the inner solver ldl does not fit, take auto or mumps: the formulation "// &
@@ -72,8 +75,8 @@ contains
       if (allocated(error)) then
          if (error%code /= error_singular) return
       end if
-      if (.not. present(known)) call s%effort%add_factors(s%transform%linear_solver())
-      if (s%dense .and. .not. allocated(error)) call make_dense(s)
+      if (.not. present(known)) call s%effort%add_factors(s%transform%linear_solver(), for_iteration)
+      if (s%dense .and. .not. allocated(error)) call make_dense(s, error)
    end subroutine factor_at
 
    ! They stay with the processes for all shifts.
@@ -89,13 +92,29 @@ contains
       placement%matrices => s%matrices
    end subroutine share_matrices
 
-   subroutine make_dense(s)
+   subroutine make_dense(s, error)
       type(solve_context_type), intent(inout) :: s
+      type(error_type), allocatable, intent(inout) :: error
       type(dense_transform_type), allocatable :: dense
+      type(complex_dense_transform_type), allocatable :: complex_dense
+      real(wp), allocatable :: motions(:, :)
 
-      allocate (dense)
-      call new_dense_transform(dense, s%transform)
-      call move_alloc(dense, s%transform)
+      select type (form => s%transform)
+      type is (complex_quadratic_type)
+         allocate (complex_dense)
+         call allowed_motions(s%work, s%known%deflation, motions, error)
+         if (.not. allocated(error)) call new_complex_dense_transform(complex_dense, form%operator, motions, error)
+      class default
+         allocate (dense)
+      end select
+      if (allocated(error)) return
+      if (allocated(complex_dense)) then
+         call complex_dense%take_form(s%transform)
+         call move_alloc(complex_dense, s%transform)
+      else
+         call new_dense_transform(dense, s%transform)
+         call move_alloc(dense, s%transform)
+      end if
    end subroutine make_dense
 
    subroutine factor_symmetric(s, placement, error)
@@ -107,7 +126,8 @@ contains
 
       allocate (symmetric)
       call take_real(s, solver)
-      if (allocated(s%inner%counting) .and. .not. s%dense) allocate (counting_solver, source=s%inner%counting)
+      if (allocated(s%inner%counting) .and. .not. (s%dense .or. s%options%uncounted)) &
+         allocate (counting_solver, source=s%inner%counting)
       call new_symmetric_transform(symmetric, s%work, s%known%deflation, placement, solver, error, counting_solver)
       call move_alloc(symmetric, s%transform)
    end subroutine factor_symmetric

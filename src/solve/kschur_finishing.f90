@@ -2,6 +2,7 @@
 module kschur_finishing
    use kschur_backward_error, only: judge_as_given
    use kschur_context, only: solve_context_type, whole_given, whole_iterated
+   use kschur_effort, only: for_refinement
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
    use kschur_hidden, only: are_known, feel_inertia
@@ -288,7 +289,7 @@ contains
       call members%make_complex()
       call polisher%factor_beside(s%work, cluster, shift, error)
       if (.not. allocated(error)) then
-         call s%effort%add_factors(polisher%solver)
+         call s%effort%add_factors(polisher%solver, for_refinement)
          few = guards(min(size(cluster%members), 2))
          ! Copies of oscillators are what Lanczos counts.
          if (modes%is_real() .and. size(cluster%members) == 1) few = 0

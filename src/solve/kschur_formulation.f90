@@ -9,7 +9,7 @@ module kschur_formulation
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, formulation_names, &
       formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped, formulation_undamped_constrained
    use kschur_pencil, only: check_fit
-   use kschur_problem, only: modal_problem_type, damping_general, damping_none
+   use kschur_problem, only: modal_problem_type, damping_general, damping_none, refuse_loss
    implicit none
    private
    public :: choose_formulation, is_structured, likely_formulation
@@ -20,7 +20,9 @@ contains
    pure integer function smallest_formulation(problem) result(formulation)
       type(modal_problem_type), intent(in) :: problem
 
-      if (problem%symmetric .and. problem%damping_kind == damping_none) then
+      if (allocated(problem%loss) .and. .not. abs(problem%loss_factor) > 0) then
+         formulation = formulation_quadratic
+      else if (problem%symmetric .and. problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) then
          formulation = formulation_symmetric
       else if (problem%symmetric .and. problem%damping_kind /= damping_general) then
          formulation = formulation_proportional
@@ -33,7 +35,7 @@ contains
       type(modal_problem_type), intent(in) :: problem
 
       formulation = formulation_quadratic
-      if (problem%damping_kind == damping_none) &
+      if (problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) &
          formulation = merge(formulation_undamped_constrained, formulation_undamped, problem%multipliers() > 0)
    end function general_formulation
 
@@ -66,7 +68,8 @@ contains
       if (any(asked == [formulation_auto, formulation_dense])) formulation = smallest_formulation(problem)
       if (asked == formulation_dense .and. .not. is_structured(formulation)) formulation = formulation_quadratic
       if (.not. is_structured(formulation)) then
-         call check_fit(problem, formulation, error)
+         call refuse_loss(problem, "the formulation "//trim(formulation_names(formulation)), error)
+         if (.not. allocated(error)) call check_fit(problem, formulation, error)
          if (allocated(error)) return
       end if
       if (present(inner)) then
@@ -90,6 +93,8 @@ contains
          decision = "it was asked for"
       else if (.not. problem%symmetric) then
          decision = "the matrices are not symmetric"
+      else if (allocated(problem%loss)) then
+         decision = trim(decision_of_loss(problem))
       else if (problem%damping_kind == damping_none) then
          decision = "the matrices are symmetric and there is no damping"
       else if (problem%damping_kind == damping_general) then
@@ -98,6 +103,20 @@ contains
          decision = "the damping is a combination of mass and stiffness, so that the undamped modes give the damped ones"
       end if
    end subroutine choose_formulation
+
+   ! Of a symmetric problem that has an H.
+   pure function decision_of_loss(problem) result(decision)
+      type(modal_problem_type), intent(in) :: problem
+      character(len=120) :: decision
+
+      if (.not. abs(problem%loss_factor) > 0) then
+         decision = "the loss matrix H is not proportional to the stiffness"
+      else if (problem%damping_kind == damping_general) then
+         decision = "the damping is not a combination of mass and stiffness"
+      else
+         decision = "losses and damping are combinations of mass and stiffness, so that the undamped modes give the damped ones"
+      end if
+   end function decision_of_loss
 
    !> What `choose_formulation` takes where the mass is an inner product: nothing is factored to see that.
    subroutine likely_formulation(problem, asked, formulation, error)
@@ -123,6 +142,7 @@ contains
       integer, parameter :: few_part = 4
 
       may_be_low_rank = allocated(problem%dampers) .and. problem%damping_kind == damping_general .and. &
+         .not. allocated(problem%loss) .and. &
          smallest_formulation(problem) == formulation_quadratic
       if (may_be_low_rank) may_be_low_rank = few_part*count(problem%dampers%row_maxima() > 0) <= problem%unknowns()
    end function may_be_low_rank
@@ -181,7 +201,11 @@ contains
 
       obstacle = ""
       if (all(formulation /= [formulation_symmetric, formulation_proportional, formulation_low_rank])) return
-      if (formulation == formulation_low_rank) then
+      if (allocated(problem%loss) .and. formulation /= formulation_proportional) then
+         obstacle = "it has a loss matrix H"
+      else if (allocated(problem%loss) .and. .not. abs(problem%loss_factor) > 0) then
+         obstacle = "its loss matrix H is not proportional to the stiffness"
+      else if (formulation == formulation_low_rank) then
          call find_distributed(problem, obstacle, error)
          if (allocated(error) .or. len(obstacle) > 0) return
       else if (.not. problem%symmetric) then

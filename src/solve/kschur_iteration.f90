@@ -44,7 +44,7 @@ contains
 
       call s%end_step(phase_place)
       allocate (known, source=s%known%deflation%eigenvalues())
-      selection = modal_selection_type(asked, s%transform%map, s%transform%shift, s%options%target, known)
+      selection = modal_selection_type(asked, s%transform%map, s%transform%shift, s%options%target, known, s%is_lossy())
       settings = s%options
       settings%block = chosen_block(s, merge(1, 2, s%transform%map%oscillator)*asked)
       s%block = settings%block
@@ -52,7 +52,8 @@ contains
          count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
       if (allocated(s%last)) call s%transform%begin_with(s%last, options%block, options%start)
       ! A symmetric form counts instead.
-      counts = any(s%formulation == [formulation_symmetric, formulation_proportional, formulation_low_rank])
+      counts = s%formulation == formulation_low_rank .or. (.not. s%options%uncounted .and. &
+         any(s%formulation == [formulation_symmetric, formulation_proportional]))
       options%verify = counts .or. options%block == 1
       if (allocated(options%start)) options%verify = options%verify .or. most_copies(s%last%lambda) > 1
       if (allocated(options%start)) options%expected = s%dimension
@@ -82,7 +83,7 @@ contains
          call move_alloc(ritz%paired, paired)
       else
          allocate (paired(size(ritz%mu)), source=.false.)
-         if (allocated(ritz%vectors)) call drop_mirrored(s%transform, ritz%mu, ritz%vectors, paired)
+         if (allocated(ritz%vectors) .and. .not. s%is_lossy()) call drop_mirrored(s%transform, ritz%mu, ritz%vectors, paired)
       end if
       if (s%transform%recover_applies) s%effort%operator_applications = s%effort%operator_applications + size(ritz%mu)
       call s%end_step(phase_iterate)
@@ -153,6 +154,7 @@ contains
          of(k) = j
          if (.not. transform%map%oscillator) cycle
          if (abs(aimag(roots(1))) > 0 .and. .not. abs(roots(2) - conjg(roots(1))) > 0) cycle
+         if (abs(transform%map%loss) > 0) cycle
          k = k + 1
          lambda(k) = roots(2)
          of(k) = j

@@ -2,6 +2,7 @@
 module kschur_left_run
    use kschur_backward_error, only: backward_errors
    use kschur_context, only: solve_context_type, whole_both
+   use kschur_effort, only: for_left
    use kschur_eigenpairs, only: eigenpairs_type, normalize
    use kschur_error, only: error_type, take_cancelled
    use kschur_examination, only: find_rigid, suppose_none
@@ -148,6 +149,6 @@ contains
       adjoint%known%total = s%known%total
       call s%transform%transposed(adjoint%work, adjoint%known%deflation, adjoint%inner%complex, adjoint%transform, error)
       if (allocated(error)) return
-      if (.not. adjoint%transform%borrows) call adjoint%effort%add_factors(adjoint%transform%linear_solver())
+      if (.not. adjoint%transform%borrows) call adjoint%effort%add_factors(adjoint%transform%linear_solver(), for_left)
    end subroutine transpose_transform
 end module kschur_left_run

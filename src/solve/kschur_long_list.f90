@@ -24,9 +24,10 @@ contains
 
       associate (asked => s%options)
          is_long_list = asked%modes >= shortest .and. asked%modes <= longest .and. .not. abs(asked%target) > 0 .and. &
-            .not. allocated(asked%shift) .and. asked%method == method_krylov_schur .and. .not. (asked%left .or. asked%certify)
+            .not. allocated(asked%shift) .and. asked%method == method_krylov_schur .and. .not. &
+            (asked%left .or. asked%certify .or. asked%uncounted)
       end associate
-      if (is_long_list) is_long_list = can_be_counted(s) .and. .not. associated(s%checkpoint)
+      if (is_long_list) is_long_list = can_be_counted(s) .and. .not. (associated(s%checkpoint) .or. s%is_lossy())
    end function is_long_list
 
    !> The modes nearest to zero, as many as were asked for.

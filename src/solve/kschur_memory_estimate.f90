@@ -119,8 +119,8 @@ contains
          plan%structure%symmetric = plan%structure%symmetric .or. plan%oscillator .or. plan%formulation == formulation_low_rank
          plan%order = merge(1, 2, plan%oscillator)*work%unknowns()
          if (plan%formulation /= formulation_quadratic) return
-         plan%complex = abs(aimag(settings%target)) > 0
-         if (allocated(settings%shift)) plan%complex = abs(aimag(settings%shift)) > 0
+         plan%complex = abs(aimag(settings%target)) > 0 .or. allocated(work%loss)
+         if (allocated(settings%shift)) plan%complex = abs(aimag(settings%shift)) > 0 .or. allocated(work%loss)
       else
          call new_pencil(pencil, work, plan%formulation, spread(1.0_wp, 1, work%multipliers()), 1.0_wp, error)
          if (allocated(error)) return

@@ -12,7 +12,7 @@ module kschur_modal_solver
    use kschur_options, only: modal_options_type, formulation_low_rank, formulation_proportional, &
       formulation_quadratic, formulation_symmetric
    use kschur_preparation, only: reduce_again
-   use kschur_problem, only: modal_problem_type, new_modal_problem, damping_general
+   use kschur_problem, only: modal_problem_type, new_modal_problem, damping_general, refuse_loss
    use kschur_outcome, only: reason_cancelled, reason_converged
    use kschur_result, only: modal_result_type, note_length
    use kschur_shift, only: scale_of
@@ -300,6 +300,7 @@ contains
          allocate (self%context)
          call begin(self%context, self%problem, options, error, monitor, self%solvers)
          self%context%remembers = .true.
+         call refuse_loss(self%problem, "a solver that keeps what it knows for other solves", error)
          if (.not. allocated(error)) then
             if (for_band) then
                call prepare_band(self%context, error)

@@ -115,6 +115,8 @@ contains
             s%monitor)
          if (s%known%unfollowed > 0) call s%add_note("there are "//text(s%known%unfollowed)// &
             " rigid motions, too many to look for what damping makes of them: modes near zero may be missing, or too many")
+         if (s%known%lossy > 0) call s%add_note("the loss matrix H acts on "//text(s%known%lossy)// &
+            " motions without stiffness: they are no rigid ones")
       end if
       if (allocated(error)) return
       call require_memory(s%bytes_of_shapes(3*size(s%known%rigid%lambda)), "rigid motions", error)

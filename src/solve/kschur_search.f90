@@ -112,7 +112,7 @@ contains
       integer, parameter :: rounds = 5
       type(eigenpairs_type) :: pairs
       type(krylov_statistics_type) :: statistics
-      integer :: asked, missing, before, round, places
+      integer :: applications, asked, missing, before, round, places
       logical :: moved, all_asked, cancelled, ends
       real(wp) :: reach
 
@@ -122,6 +122,7 @@ contains
       places = 0
       round = 1
       do
+         applications = s%effort%operator_applications
          call iterate(s, asked, pairs, reach, statistics, error)
          if (allocated(error)) return
          moved = .false.
@@ -139,8 +140,9 @@ contains
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
          call append_pairs(pairs, s%contract(s%known%rigid))
-         call judge_pairs(s%work, wanted_type(s%options%modes, s%options%target, s%known%total%number, &
-            size(s%known%rigid%lambda), s%reference(), reach), pairs, modes)
+         call judge_pairs(s%work, wanted_type(s%options%modes, s%options%target, merge(huge(1), s%known%total%number, &
+            s%is_lossy()), size(s%known%rigid%lambda), s%reference(), reach, merge(s%known%deflation%blur, 0.0_wp, &
+            s%is_lossy())), pairs, modes)
          missing = s%options%modes - size(modes%lambda)
          ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
             round == rounds .or. missing >= before
@@ -162,7 +164,8 @@ contains
       complete = statistics%reason == reason_fewer_modes .or. modes%beyond .or. all_asked
       modes%reason = statistics%reason
       modes%locking_error = statistics%locking_error
-      modes%history = statistics%history
+      call modes%history%begin()
+      call modes%history%append(statistics%history, applications)
    end subroutine search_here
 
    ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as

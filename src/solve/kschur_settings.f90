@@ -45,6 +45,8 @@ contains
       call one_of("normalisation", options%normalisation, normalisation_names, error)
       call one_of("method", options%method, method_names, error)
       call one_of("setting of ARPACK", options%arpack, arpack_names, error)
+      if (.not. allocated(error) .and. options%certify .and. options%uncounted) call new_error(error, error_usage, &
+         "the modes cannot be both certified and uncounted")
       if (.not. allocated(error)) call check_method(options, error)
       if (.not. allocated(error) .and. options%formulation == formulation_dense) call check_dense(options, error)
    end subroutine check_options

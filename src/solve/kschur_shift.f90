@@ -71,7 +71,7 @@ contains
          ! A pencil has infinite eigenvalues and costs more: the structured form tells the scale.
          search = merge(s%formulation, formulation_quadratic, is_structured(s%formulation))
          if (allocated(s%last)) then
-            call factor_first(s, search, cmplx(moved*scale, 0, wp), error)
+            call factor_first(s, search, moved*scale*direction_of(s), error)
          else
             call factor_at_scale(s, search, scale, error)
          end if
@@ -83,13 +83,22 @@ contains
          scale = 0
       end if
       if (abs(s%options%target) <= scale) then
-         call factor_first(s, s%formulation, cmplx(moved*scale, 0, wp), error)
+         call factor_first(s, s%formulation, moved*scale*direction_of(s), error)
       else if (s%dense) then
-         call factor_first(s, s%formulation, cmplx(moved*min(abs(s%options%target), highest(s%work)), 0, wp), error)
+         call factor_first(s, s%formulation, moved*min(abs(s%options%target), highest(s%work))*direction_of(s), error)
       else
          call factor_first(s, s%formulation, s%options%target + off_axis*abs(s%options%target), error)
       end if
    end subroutine place_shift
+
+   ! In which direction from zero the shift lies: where both of a conjugate pair are eigenvalues on the real axis, with losses among
+   ! those above it, and to the right of where a stable system has them.
+   pure complex(wp) function direction_of(s) result(direction)
+      type(solve_context_type), intent(in) :: s
+      complex(wp), parameter :: above = (0.28_wp, 0.96_wp)
+
+      direction = merge(above, (1.0_wp, 0.0_wp), s%is_lossy() .and. s%formulation == formulation_quadratic)
+   end function direction_of
 
    ! Whether the factors of the stiffness serve the iteration: what is zero is then not in it.
    pure logical function may_stay_at_zero(s)
@@ -97,7 +106,8 @@ contains
 
       may_stay_at_zero = allocated(s%known%stiffness) .and. s%work%symmetric .and. s%known%deflation%others == 0 .and. &
          s%options%inner == inner_auto .and. .not. (s%dense .or. allocated(s%last)) .and. any(s%formulation == &
-         [formulation_symmetric, formulation_proportional, formulation_quadratic, formulation_low_rank])
+         [formulation_symmetric, formulation_proportional, formulation_quadratic, formulation_low_rank]) .and. &
+         .not. (s%is_lossy() .and. s%formulation == formulation_quadratic)
       if (may_stay_at_zero) may_stay_at_zero = s%known%stiffness%exact
    end function may_stay_at_zero
 
@@ -239,8 +249,8 @@ contains
       previous = scale
       placed = .false.
       do attempt = 1, shift_attempts
-         call factor_first(s, formulation, cmplx(moved*scale, 0, wp), error)
-         scale = real(s%shift, wp)
+         call factor_first(s, formulation, moved*scale*direction_of(s), error)
+         scale = abs(s%shift)
          observed = 0
          placed = placed .or. .not. allocated(error)
          ! Nobody waits for a better one.
@@ -257,7 +267,7 @@ contains
             end if
             if (all(error%code /= [error_singular, error_convergence]) .or. attempt == 1) return
             scale = previous
-            call factor_at(s, formulation, cmplx(scale, 0, wp), error)
+            call factor_at(s, formulation, scale*direction_of(s), error)
             return
          end if
          if (.not. observed > 0) return
@@ -328,13 +338,13 @@ contains
       block = 1
       if (s%formulation /= formulation_low_rank) block = chosen_block(s, merge(1, 2, s%transform%map%oscillator)*s%options%modes)
       selection = modal_selection_type(s%options%modes, s%transform%map, s%transform%shift, s%options%target, &
-         s%known%deflation%eigenvalues())
+         s%known%deflation%eigenvalues(), s%is_lossy())
       ! A mode is one value of an oscillator, and two otherwise.
       subspace = max(merge(20, 30, s%transform%map%oscillator), steps*block)
       stopper%of => s%monitor
       ! The search goes on from there, if it may have a space as large.
       call s%transform%iterate(selection, krylov_options_type(subspace=subspace, tolerance=roughly, max_restarts=1, &
-         seed=s%options%seed, block=block, verify=.false., processes=s%processes, &
+         seed=s%options%seed, block=block, verify=.false., observes=.true., processes=s%processes, &
          keep=s%options%subspace == 0 .or. s%options%subspace >= subspace), ritz, error, stopper)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications

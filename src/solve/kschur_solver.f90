@@ -293,7 +293,9 @@ contains
       else if (modes%reason == reason_cancelled) then
          gives_way = .false.
       else if (s%dense) then
-         gives_way = modes%certified /= certified_yes .and. modes%reason /= reason_fewer_modes
+         ! With losses nothing counts them.
+         gives_way = modes%certified /= certified_yes .and. modes%reason /= reason_fewer_modes .and. &
+            .not. (s%is_lossy() .and. modes%reason == reason_converged)
       else
          gives_way = modes%reason /= reason_converged
       end if

@@ -8,9 +8,9 @@ module kschur_frequency_response
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_options, only: scaling_row
    use kschur_problem, only: modal_problem_type
-   use kschur_saddle, only: order_elimination, saddle_blocks, saddle_structure
+   use kschur_saddle, only: order_elimination, saddle_blocks, saddle_structure, shifted_saddle
    use kschur_scaling, only: constraint_factors
-   use kschur_sparse, only: complex_combination, csr_matrix_type
+   use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: magnitude, text
    use kschur_threads, only: enter_solve, leave_solve
    use kschur_tolerances, only: known_well
@@ -22,10 +22,11 @@ module kschur_frequency_response
 
 contains
 
-   !> Solves (lambda^2 M + lambda R + K) x + Cq^T xi = f, Cq x = 0 for lambda = i 2 pi frequency: one complex factorisation a
+   !> Solves (lambda^2 M + lambda R + K + i H) x + Cq^T xi = f, Cq x = 0 for lambda = i 2 pi frequency, -i H at negative frequencies
+   !> and no H at zero: one complex factorisation a
    !> frequency, by one analysis of the pattern, refined with residuals in more than working precision. Fails where forces do not
    !> fit the problem, and where an undamped mode has the frequency.
-   subroutine frequency_response(problem, frequencies, forces, response, error, multipliers, unknowns, monitor)
+   subroutine frequency_response(problem, frequencies, forces, response, error, multipliers, unknowns, monitor, threads)
       type(modal_problem_type), intent(in) :: problem
       !> Hz.
       real(wp), intent(in) :: frequencies(:)
@@ -40,11 +41,13 @@ contains
       integer, intent(in), optional :: unknowns(:)
       !> Told which frequency begins; asked before each analysis and each factorisation.
       class(monitor_type), target, intent(inout), optional :: monitor
+      !> As that of the options of a solve. Absent: 0.
+      integer, intent(in), optional :: threads
       type(modal_problem_type) :: ordered
       type(mumps_complex_type) :: solver
       integer, allocatable :: wanted(:)
       complex(wp) :: x(problem%unknowns(), size(forces, 2)), xi(problem%multipliers(), size(forces, 2))
-      integer :: threads_before, i, done
+      integer :: threads_asked, threads_before, i, done
       logical :: cancelled
 
       if (present(unknowns)) then
@@ -57,7 +60,9 @@ contains
       call require_memory(complex_bytes*(size(frequencies) + 4)*size(forces, 2)*(size(wanted) + problem%multipliers()), &
          "the response", error)
       if (allocated(error)) return
-      call enter_solve(0, problem%unknowns(), threads_before, error)
+      threads_asked = 0
+      if (present(threads)) threads_asked = threads
+      call enter_solve(threads_asked, problem%unknowns(), threads_before, error)
       ordered = problem
       if (.not. allocated(error)) call order_elimination(ordered, error)
       allocate (response(size(wanted), size(forces, 2), size(frequencies)))
@@ -143,7 +148,7 @@ contains
       factors = constraint_factors(problem, scaling_row, lambda)
       call saddle_blocks(problem, factors, blocks, error)
       if (allocated(error)) return
-      call solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp)], blocks), saddle_structure(problem), error)
+      call solver%factorize(shifted_saddle(problem, blocks, lambda, loss_weight(lambda)), saddle_structure(problem), error)
       if (allocated(error)) then
          if (error%code == error_singular) call resonates(lambda, error)
          return
@@ -162,7 +167,15 @@ contains
       call resonates(lambda, error)
    end subroutine respond
 
-   ! f - (lambda^2 M + lambda R + K) x - Cq^T xi, and -Cq x behind it.
+   ! i above the real axis, -i below it: what H adds is in phase with the velocity. A motion that is at rest loses nothing.
+   pure complex(wp) function loss_weight(lambda) result(weight)
+      complex(wp), intent(in) :: lambda
+
+      weight = 0
+      if (abs(aimag(lambda)) > 0) weight = cmplx(0, sign(1.0_wp, aimag(lambda)), wp)
+   end function loss_weight
+
+   ! f - (lambda^2 M + lambda R + K + i H) x - Cq^T xi, and -Cq x behind it.
    function left_over(problem, lambda, forces, x, xi) result(rest)
       type(modal_problem_type), intent(in) :: problem
       complex(wp), intent(in) :: lambda
@@ -179,6 +192,8 @@ contains
          call subtract_product(s**2, problem%mass, x(:, j), rest(:n, j))
          call subtract_product(s, problem%damping, x(:, j), rest(:n, j))
          call subtract_product((1.0_xp, 0.0_xp), problem%stiffness, x(:, j), rest(:n, j))
+         if (allocated(problem%loss)) &
+            call subtract_product(cmplx(loss_weight(lambda), kind=xp), problem%loss, x(:, j), rest(:n, j))
          associate (cq => problem%constraints)
             call subtract_product((1.0_xp, 0.0_xp), cq, x(:, j), rest(n + 1:, j))
             do i = 1, cq%rows

@@ -6,7 +6,7 @@ module kschur_sensitivity
    use kschur_lapack, only: zgees
    use kschur_memory, only: require_memory
    use kschur_mode_groups, only: bytes_of_groups, check_modes_of, form_between, group_of, mode_group_type, solve_small
-   use kschur_problem, only: modal_problem_type
+   use kschur_problem, only: modal_problem_type, refuse_loss
    use kschur_result, only: modal_result_type
    use kschur_sparse, only: csr_matrix_type, linear_combination
    use kschur_text, only: text
@@ -36,7 +36,10 @@ contains
       else if (.not. abs(step) > 0) then
          call new_error(error, error_usage, "the step of the parameter is zero")
       end if
-      call require_memory(2*(problem%bytes() + changed%bytes()), "the derivatives of the matrices", error)
+      call refuse_loss(problem, "a rate of change", error)
+      call refuse_loss(changed, "a rate of change", error)
+      if (.not. allocated(error)) &
+         call require_memory(2*(problem%bytes() + changed%bytes()), "the derivatives of the matrices", error)
       if (allocated(error)) return
       allocate (rate%mass, source=linear_combination(1/step, changed%mass, -1/step, problem%mass))
       allocate (rate%damping, source=linear_combination(1/step, changed%damping, -1/step, problem%damping))
@@ -60,6 +63,7 @@ contains
       integer :: j, threads_before
 
       call check_modes_of(problem, result, error)
+      call refuse_loss(problem, "a rate of change", error)
       if (.not. allocated(error)) call check_rate(problem, rate, error)
       call require_memory(bytes_of_groups(problem, result), "the rates of the eigenvalues", error)
       if (allocated(error)) return

@@ -1,20 +1,19 @@
 !> Modes over a parameter, followed from point to point.
 module kschur_sweep
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use kschur_error, only: error_cancelled, error_type, new_error, take_cancelled
-   use kschur_following, only: are_equal, is_ambiguous, match_modes, mode_shares, swapping_pair
+   use kschur_error, only: error_type, take_cancelled
+   use kschur_following, only: are_equal, place_type, settle_spaces
    use kschur_kinds, only: wp
-   use kschur_modal_solver, only: modal_solver_type, new_modal_solver
+   use kschur_linking, only: is_unstable, linker_type
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type
    use kschur_problem, only: modal_problem_type
+   use kschur_problem_family, only: problem_family_type
    use kschur_result, only: modal_result_type, reason_cancelled
-   use kschur_sparse, only: csr_matrix_type, linear_combination
-   use kschur_symmetric_storage, only: symmetric_no
    use kschur_tolerances, only: equal_value
    implicit none
    private
-   public :: sweep_type, sweep_event_type, new_sweep, event_names, event_crossing, event_veering, event_unsure
+   public :: sweep_type, sweep_event_type, sweep_onset_type, new_sweep, event_names, event_crossing, event_veering, event_unsure
 
    !> Two branches cross, with the shapes that they have; they come near each other and exchange their shapes; or
    !> it is not clear which is which from here on.
@@ -31,6 +30,16 @@ module kschur_sweep
       real(wp) :: value = 0
    end type sweep_event_type
 
+   !> A branch changes its stability between two points, in their order.
+   type :: sweep_onset_type
+      !> From 1 on.
+      integer :: branch = 0
+      !> Whether it is unstable from there on; else it is stable again.
+      logical :: unstable = .true.
+      !> Where, and how wide the bracket is in which it lies: a thousandth of the value, or more where the mode was lost between.
+      real(wp) :: value = 0, within = 0
+   end type sweep_onset_type
+
    ! One point: the branch of each mode, and what of each branch was in each other one at the point before.
    type :: point_type
       complex(wp), allocatable :: lambda(:)
@@ -39,12 +48,6 @@ module kschur_sweep
       real(wp), allocatable :: shares(:, :)
       logical :: unsure = .false.
    end type point_type
-
-   ! A problem and its modes.
-   type :: place_type
-      type(modal_problem_type) :: problem
-      type(modal_result_type) :: result
-   end type place_type
 
    !> Made by `new_sweep`, filled by `add`, point after point, and by `finish`.
    type :: sweep_type
@@ -57,20 +60,20 @@ module kschur_sweep
       real(wp), allocatable :: frequency_hz(:, :), damping_ratio(:, :), share(:, :)
       integer, allocatable :: mode(:, :)
       type(sweep_event_type), allocatable :: events(:)
-      ! How it is solved, and the last point.
-      type(modal_options_type), private :: options
-      type(modal_solver_type), private :: solver
+      !> In the order of the points.
+      type(sweep_onset_type), allocatable :: onsets(:)
+      ! Who solves, and the last point.
+      type(linker_type), private :: linker
       type(place_type), allocatable, private :: last
-      ! Who watches the point that is added.
-      class(monitor_type), pointer, private :: monitor => null()
       type(point_type), allocatable, private :: points(:)
-      logical, private :: unsure = .false.
       integer, private :: branches = 0
    contains
       !> The modes at the next point.
       procedure :: add
       !> Sets what is known after the last point.
       procedure :: finish
+      !> Whether a branch is unstable at a point.
+      procedure :: is_unstable => branch_is_unstable
    end type sweep_type
 
 contains
@@ -81,14 +84,14 @@ contains
       !> Modes nearest to one target at all points. With left vectors modes of unsymmetric problems are followed by them.
       type(modal_options_type), intent(in) :: options
 
-      sweep%options = options
-      allocate (sweep%values(0), sweep%points(0), sweep%events(0))
+      sweep%linker%options = options
+      allocate (sweep%values(0), sweep%points(0), sweep%events(0), sweep%onsets(0))
    end subroutine new_sweep
 
-   !> Solves at the next point and finds out which mode is which. Where that is not clear, and where two cross, the
-   !> matrices between the two points are looked at, as if they were linear in the parameter. A point that the monitor ends
-   !> is not added: the reason of its result is `reason_cancelled`. Fails as `solve_modes`.
-   subroutine add(self, value, problem, error, result, monitor)
+   !> Solves at the next point and finds out which mode is which. Where that is not clear, where two cross, and where one becomes
+   !> unstable, problems between the two points are solved. A point that the monitor ends is not added: the reason of its result is
+   !> `reason_cancelled`. Fails as `solve_modes`.
+   subroutine add(self, value, problem, error, result, monitor, family)
       class(sweep_type), target, intent(inout) :: self
       !> Of the parameter: above that of the point before, or below it all the way.
       real(wp), intent(in) :: value
@@ -98,161 +101,74 @@ contains
       !> That of this point.
       type(modal_result_type), intent(out), optional :: result
       class(monitor_type), target, intent(inout), optional :: monitor
-      ! Between two points each halving is a solve more.
-      integer, parameter :: halvings = 8
+      !> Who makes the problems between. Absent: matrices are interpolated, as if they were linear in the parameter.
+      class(problem_family_type), target, intent(inout), optional :: family
       type(place_type), allocatable :: here
       type(point_type) :: point
-      integer, allocatable :: match(:)
-      integer :: i
+      type(sweep_onset_type), allocatable :: onsets(:)
       logical :: cancelled
 
-      if (allocated(self%last)) then
-         call update(self%solver, problem, error)
-      else
-         call new_modal_solver(self%solver, problem)
-      end if
-      if (allocated(error)) return
       allocate (here)
-      call self%solver%solve(self%options, here%result, error, monitor)
-      if (allocated(error)) return
+      here%value = value
       here%problem = problem
-      allocate (match(0))
-      if (allocated(self%last) .and. here%result%reason /= reason_cancelled) then
-         point%shares = shares_between(self%last, here)
-         if (present(monitor)) self%monitor => monitor
-         self%unsure = .false.
-         call link(self, self%last, here, point%shares, halvings, match, error)
-         nullify (self%monitor)
-         call take_cancelled(error, cancelled)
-         if (cancelled) here%result%reason = reason_cancelled
-      end if
+      call self%linker%solve(here, error, monitor)
+      if (allocated(error)) return
       if (present(result)) result = here%result
-      if (allocated(error) .or. here%result%reason == reason_cancelled) return
-      point%lambda = here%result%eigenvalues
-      point%frequency_hz = here%result%frequency_hz
-      point%damping_ratio = here%result%damping_ratio
-      allocate (point%branch(size(point%lambda)), source=0)
-      if (allocated(self%last)) then
-         point%unsure = self%unsure
-         associate (before => self%points(size(self%points)))
-            do i = 1, size(match)
-               if (match(i) > 0) point%branch(match(i)) = before%branch(i)
-            end do
-         end associate
-      end if
-      do i = 1, size(point%branch)
-         if (point%branch(i) > 0) cycle
-         self%branches = self%branches + 1
-         point%branch(i) = self%branches
-      end do
+      if (here%result%reason == reason_cancelled) return
+      call settle_spaces(here)
+      if (present(monitor)) self%linker%monitor => monitor
+      if (present(family)) self%linker%family => family
+      call follow(self, here, point, onsets, error)
+      nullify (self%linker%monitor, self%linker%family)
+      call take_cancelled(error, cancelled)
+      if (cancelled .and. present(result)) result%reason = reason_cancelled
+      if (allocated(error) .or. cancelled) return
+      self%branches = max(self%branches, maxval([0, point%branch]))
       self%values = [self%values, value]
       self%points = [self%points, point]
+      self%onsets = [self%onsets, onsets]
       call move_alloc(here, self%last)
    end subroutine add
 
-   subroutine update(solver, problem, error)
-      type(modal_solver_type), intent(inout) :: solver
-      type(modal_problem_type), intent(in) :: problem
+   ! From the last place to this one: the branches of its modes, and what changes stability between.
+   subroutine follow(self, here, point, onsets, error)
+      class(sweep_type), intent(inout) :: self
+      type(place_type), intent(inout) :: here
+      type(point_type), intent(out) :: point
+      type(sweep_onset_type), allocatable, intent(out) :: onsets(:)
       type(error_type), allocatable, intent(out) :: error
+      type(sweep_onset_type) :: onset
+      integer, allocatable :: match(:)
+      integer :: i, next
 
-      call solver%update_values(problem%mass, problem%stiffness, error, problem%damping, problem%constraints, symmetric_no)
-   end subroutine update
-
-   ! For each mode at a place that at another one, by places between where that is needed.
-   recursive subroutine link(self, before, after, shares, halvings, match, error)
-      class(sweep_type), target, intent(inout) :: self
-      type(place_type), intent(in) :: before, after
-      !> Between them.
-      real(wp), intent(in) :: shares(:, :)
-      integer, intent(in) :: halvings
-      integer, allocatable, intent(out) :: match(:)
-      type(error_type), allocatable, intent(out) :: error
-      type(place_type) :: middle
-      real(wp), allocatable :: shares_first(:, :), shares_second(:, :)
-      integer, allocatable :: first(:), second(:)
-      real(wp) :: part
-      integer :: pair(2), i
-      logical :: clear
-
-      call match_clearly(shares, before, after, match, clear)
-      call swapping_pair(before%result%eigenvalues, after%result%eigenvalues, match, pair, part)
-      if (.not. clear) then
-         part = 0.5_wp
-      else if (pair(1) == 0) then
-         return
+      allocate (onsets(0), match(0))
+      allocate (point%branch(size(here%space)), source=0)
+      if (allocated(self%last)) then
+         self%linker%unsure = .false.
+         call self%linker%link(self%last, here, match, error, point%shares)
+         point%unsure = self%linker%unsure
       end if
-      if (halvings == 0) then
-         self%unsure = self%unsure .or. .not. clear
-         return
-      end if
-      part = min(max(part, 0.02_wp), 0.98_wp)
-      call interpolate(before%problem, after%problem, part, middle%problem)
-      call update(self%solver, middle%problem, error)
-      if (.not. allocated(error)) call self%solver%solve(self%options, middle%result, error, self%monitor)
-      if (.not. allocated(error) .and. middle%result%reason == reason_cancelled) &
-         call new_error(error, error_cancelled, "the sweep was ended by who watches it")
       if (allocated(error)) return
-      shares_first = shares_between(before, middle)
-      shares_second = shares_between(middle, after)
-      ! Where two cross their shapes are as they were, or their eigenvalues are the same.
-      if (clear) then
-         call match_clearly(shares_first, before, middle, first, clear)
-         if (clear) call match_clearly(shares_second, middle, after, second, clear)
-         if (clear) then
-            if (all([(chained(first, second, i) == match(i), i=1, size(match))])) return
-         end if
-      end if
-      call link(self, before, middle, shares_first, halvings - 1, first, error)
-      if (.not. allocated(error)) call link(self, middle, after, shares_second, halvings - 1, second, error)
-      if (.not. allocated(error)) match = [(chained(first, second, i), i=1, size(match))]
-   end subroutine link
-
-   function shares_between(before, after) result(shares)
-      type(place_type), intent(in) :: before, after
-      real(wp) :: shares(size(before%result%eigenvalues), size(after%result%eigenvalues))
-
-      shares = mode_shares(before%problem, before%result, after%result)
-   end function shares_between
-
-   ! Matches modes, and says whether there is no doubt about it.
-   subroutine match_clearly(shares, before, after, match, clear)
-      real(wp), intent(in) :: shares(:, :)
-      type(place_type), intent(in) :: before, after
-      integer, allocatable, intent(out) :: match(:)
-      logical, intent(out) :: clear
-
-      allocate (match, source=match_modes(shares))
-      clear = .not. is_ambiguous(shares, match, before%result%eigenvalues, after%result%eigenvalues)
-   end subroutine match_clearly
-
-   pure integer function chained(first, second, i)
-      integer, intent(in) :: first(:), second(:), i
-
-      chained = 0
-      if (first(i) > 0) chained = second(first(i))
-   end function chained
-
-   ! The matrices a part of the way from one problem to another.
-   pure subroutine interpolate(from, to, part, problem)
-      type(modal_problem_type), intent(in) :: from, to
-      real(wp), intent(in) :: part
-      type(modal_problem_type), intent(out) :: problem
-
-      problem%symmetric = from%symmetric .and. to%symmetric
-      problem%mass = between(from%mass, to%mass, part)
-      problem%damping = between(from%damping, to%damping, part)
-      problem%stiffness = between(from%stiffness, to%stiffness, part)
-      problem%constraints = between(from%constraints, to%constraints, part)
-   end subroutine interpolate
-
-   ! What does not change stays as it is, to the last digit.
-   pure function between(from, to, part) result(matrix)
-      type(csr_matrix_type), intent(in) :: from, to
-      real(wp), intent(in) :: part
-      type(csr_matrix_type) :: matrix
-
-      matrix = linear_combination(1.0_wp, from, part, linear_combination(1.0_wp, to, -1.0_wp, from))
-   end function between
+      point%lambda = here%result%eigenvalues
+      point%frequency_hz = here%result%frequency_hz
+      point%damping_ratio = here%result%damping_ratio
+      do i = 1, size(match)
+         if (match(i) == 0) cycle
+         onset%branch = self%points(size(self%points))%branch(i)
+         point%branch(match(i)) = onset%branch
+         onset%unstable = is_unstable(point%lambda(match(i)))
+         if (onset%unstable .eqv. is_unstable(self%last%result%eigenvalues(i))) cycle
+         call self%linker%find_onset(self%last, here, i, match(i), onset%value, onset%within, error)
+         if (allocated(error)) return
+         onsets = [onsets, onset]
+      end do
+      next = self%branches
+      do i = 1, size(point%branch)
+         if (point%branch(i) > 0) cycle
+         next = next + 1
+         point%branch(i) = next
+      end do
+   end subroutine follow
 
    !> Puts the branches together, those of the first point first, and looks for crossings and veerings.
    subroutine finish(self)
@@ -292,6 +208,15 @@ contains
          end do
       end do
    end subroutine finish
+
+   !> Whether a branch grows at a point, beyond rounding; false where it is not. After `finish`.
+   pure logical function branch_is_unstable(self, branch, point)
+      class(sweep_type), intent(in) :: self
+      !> From 1 on.
+      integer, intent(in) :: branch, point
+
+      branch_is_unstable = is_unstable(self%eigenvalues(branch, point))
+   end function branch_is_unstable
 
    ! What of a branch at the point before p is in another one at p.
    pure real(wp) function share_of(self, first, second, p)

@@ -121,6 +121,9 @@ module kschur_options
       !> Whether to count the eigenvalues about the target where nothing else proves that no mode is missing: for
       !> any damping, with some 20 to 120 complex factorisations.
       logical :: certify = .false.
+      !> Whether `symmetric` and `proportional` leave out the factorisation by which they count: then nothing proves that no
+      !> mode is missing. `low-rank` needs its count to come to an end.
+      logical :: uncounted = .false.
       !> Seed of the start vector; the same seed gives the same digits.
       integer :: seed = 1
       !> Threads that compute; 0: as many cores as the process may use, shared among the solves that run at the same time.

@@ -44,6 +44,8 @@ module kschur_outcome
       procedure :: add_look
       !> Adds what came after it.
       procedure :: append
+      !> How many applications it took until all that was wanted had converged.
+      procedure :: wanted_after
    end type history_type
 
 contains
@@ -74,4 +76,18 @@ contains
       self%operator_applications = [self%operator_applications, before + more%operator_applications]
       self%residual = [self%residual, more%residual]
    end subroutine append
+
+   !> The operator applications at the first look that found as many converged as any did; 0 where not all that was wanted
+   !> converged.
+   pure integer function wanted_after(self, tolerance)
+      class(history_type), intent(in) :: self
+      !> What residuals are to be below.
+      real(wp), intent(in) :: tolerance
+      integer :: i
+
+      wanted_after = 0
+      if (.not. allocated(self%residual)) return
+      i = findloc(self%converged == maxval(self%converged) .and. self%residual <= tolerance, .true., 1)
+      if (i > 0) wanted_after = self%operator_applications(i)
+   end function wanted_after
 end module kschur_outcome

@@ -246,9 +246,69 @@ static void sweep(void)
    kschur_options_destroy(&options);
 }
 
+/* x'' + (p^2 - 2) x' + 100 x = 0: unstable below the root of 2. */
+static int oscillator(void *context, double p, kschur_problem *problem)
+{
+   const int32_t zero = 0;
+   const double one = 1, damping = p * p - 2, stiffness = 100;
+
+   ++*(int *)context;
+   if (p < 0) return 7;
+   return kschur_problem_set_triplets(problem, KSCHUR_MASS, 1, 1, 1, 0, &zero, &zero, &one)
+      || kschur_problem_set_triplets(problem, KSCHUR_DAMPING, 1, 1, 1, 0, &zero, &zero, &damping)
+      || kschur_problem_set_triplets(problem, KSCHUR_STIFFNESS, 1, 1, 1, 0, &zero, &zero, &stiffness);
+}
+
+static void onset(void)
+{
+   kschur_options *options = new_options(1);
+   kschur_sweep *swept = NULL, *again = NULL;
+   const double at[2] = {2, 0.5};
+   double value, within, unstable, branch;
+   int64_t onsets = 0;
+   int calls = 0;
+   char text[8];
+
+   CHECK_OK(kschur_sweep_create(&swept));
+   CHECK_OK(kschur_sweep_set_problem(swept, oscillator, &calls));
+   for (int i = 0; i < 2; i++) {
+      kschur_problem *problem = NULL;
+      CHECK_OK(kschur_problem_create(&problem));
+      CHECK(oscillator(&calls, at[i], problem) == 0);
+      CHECK_OK(kschur_sweep_add(swept, at[i], problem, options));
+      kschur_problem_destroy(&problem);
+   }
+   CHECK(calls > 2);
+   CHECK_OK(kschur_sweep_write_hdf5(swept, "p", "m", "onset.h5"));
+   CHECK(kschur_is_sweep("onset.h5") == 1 && kschur_is_sweep("none.h5") == 0 && kschur_is_sweep(NULL) == 0);
+   CHECK_OK(kschur_sweep_create(&again));
+   CHECK_STATUS(kschur_sweep_read_hdf5(again, "none.h5"), KSCHUR_ERROR_FILE);
+   CHECK_OK(kschur_sweep_read_hdf5(again, "onset.h5"));
+   CHECK_OK(kschur_sweep_get_parameter(again, text, 8));
+   CHECK(strcmp(text, "p") == 0);
+   CHECK_OK(kschur_sweep_get_unit(again, text, 8));
+   CHECK(strcmp(text, "m") == 0);
+   for (int i = 0; i < 2; i++) {
+      kschur_sweep *one = i ? again : swept;
+      CHECK_OK(kschur_sweep_get_onsets(one, &onsets));
+      CHECK(onsets == 1);
+      CHECK_OK(kschur_sweep_get_numbers(one, "onset_value", &value, 1));
+      CHECK_OK(kschur_sweep_get_numbers(one, "onset_within", &within, 1));
+      CHECK_OK(kschur_sweep_get_numbers(one, "onset_unstable", &unstable, 1));
+      CHECK_OK(kschur_sweep_get_numbers(one, "onset_branch", &branch, 1));
+      CHECK_NEAR(value, sqrt(2), 1e-4);
+      CHECK(within <= 1.5e-3 && unstable == 1 && branch == 0);
+   }
+   remove("onset.h5");
+   kschur_sweep_destroy(&swept);
+   kschur_sweep_destroy(&again);
+   kschur_options_destroy(&options);
+}
+
 int main(void)
 {
    sweep();
+   onset();
    response();
    response_that_is_ended();
    properties();

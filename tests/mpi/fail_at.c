@@ -1,4 +1,5 @@
-/* Lets one process fail at a moment: it is killed when it calls a library, or its memory ends when that returns. To be loaded
+/* Lets one process fail at a moment: it is killed when it calls a library, or its memory ends when that returns, or it
+ * gets a SIGTERM when METIS has taken those for itself. To be loaded
  * before libraries (LD_PRELOAD), with FAIL_RANK, FAIL_AT (a function, of MUMPS with its job: "dmumps 2"), FAIL_COUNT (the
  * number of the call) and, for memory, FAIL_ROOM (the megabytes that are left). */
 #define _GNU_SOURCE
@@ -72,6 +73,15 @@ int METIS_NodeND(void *n, void *start, void *neighbour, void *weight, void *opti
 
    before(is_due("METIS_NodeND"));
    return next(n, start, neighbour, weight, options, order, position);
+}
+
+/* Where METIS sets its handler, which knows the way back in its own thread only. */
+int gk_sigtrap(void)
+{
+   int (*next)(void) = (int (*)(void))dlsym(RTLD_NEXT, "gk_sigtrap"), status = next();
+
+   if (is_due("gk_sigtrap")) kill(getpid(), SIGTERM);
+   return status;
 }
 
 int H5Dread(long set, long type, long memory, long file, long properties, void *buffer)

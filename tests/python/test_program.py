@@ -151,7 +151,7 @@ def test_json(folder):
     check("JSON: method and formulation", (result["method"], result["formulation"]) == ("krylov-schur", "dense"))
     check("JSON: reason", (result["reason"], result["certified"]) == ("converged", True))
     check("JSON: fields of a mode", all(list(mode) == [
-        "eigenvalue", "frequency_hz", "damped_frequency_hz", "damping_ratio", "kind", "backward_error", "error"]
+        "eigenvalue", "frequency_hz", "damped_frequency_hz", "damping_ratio", "loss_factor", "kind", "backward_error", "error"]
         for mode in result["modes"]))
     mode = result["modes"][0]
     check("JSON: a mode", mode["kind"] == "undamped" and math.isclose(
@@ -160,8 +160,13 @@ def test_json(folder):
         check("JSON: the error of an eigenvalue is bounded", 0 < mode["error"] < 1e-6 and
               abs(mode["eigenvalue"][1] - math.sqrt(exact)) < 1e-8 * math.sqrt(exact) + mode["error"], mode)
     counts, seconds = result["counts"], result["seconds"]
-    check("JSON: counts", list(counts) == ["operator_applications", "restarts", "factorizations"]
-          and all(isinstance(count, int) for count in counts.values()) and counts["factorizations"] >= 1, counts)
+    purposes = counts.get("factorizations_for", {})
+    check("JSON: counts", list(counts) == ["operator_applications", "restarts", "factorizations", "wanted_after",
+                                           "factorizations_for"]
+          and all(isinstance(count, int) for count in list(counts.values())[:4]) and counts["factorizations"] >= 1, counts)
+    check("JSON: what was factored for", list(purposes) == ["mass", "rigid_motions", "iteration", "refinement", "count", "left"]
+          and sum(purposes.values()) == counts["factorizations"], purposes)
+    check("JSON: after which the wanted had converged", 0 < counts["wanted_after"] <= counts["operator_applications"], counts)
     check("JSON: seconds", list(seconds) == [
         "total", "analyze", "factorize", "solve", "orthogonalize", "examine", "place", "iterate", "recover", "judge", "left", "other"]
           and all(is_number(second) and second >= 0 for second in seconds.values())
@@ -348,6 +353,11 @@ def test_certify(folder):
         with h5py.File(output) as file:
             check("--certify: in the file", file.attrs["missing"] == 0 and file.attrs["certified"] in ("true", b"true"))
         check("--certify: read again", "no mode is missing" in kschur("info", output).stdout, kschur("info", output).stdout)
+    counted, _ = solve(problem, "--modes", 4, "--formulation", "quadratic", "--certify", "off")
+    check("--certify off: nothing is counted", counted["certified"] is None and counted["counts"]["factorizations_for"]["count"] == 0,
+          counted)
+    check_refused("--certify off with a band", 1, kschur("solve", problem, "--certify=off", "--band", "0.1,0.2"), "counted", "band")
+    check_refused("--certify with another value", 1, kschur("solve", problem, "--certify=no"), "--certify", "off")
     check_refused("--certify with a band", 1, kschur("solve", problem, "--certify", "--band", "0.1,0.2"), "certify", "band")
     check_refused("--certify of plain ARPACK", 1, kschur(
         "solve", problem, "--certify", "--method", "arpack", "--arpack", "plain"), "certified")

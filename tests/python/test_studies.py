@@ -261,6 +261,15 @@ def test_sweep_of_files(folder):
 def test_sweep_of_a_scene(folder):
     run = kschur("sweep", "rotor", "--vary", "speed=3000:4000:5", "--bearings", "rigid", "--density", 0, "--modes", 4)
     check("a branch becomes unstable", "unstable   branch" in run.stdout and run.stdout.count("unstable") == 1, run.stdout)
+    # The onset in closed form: omega (1 + resting/(rotating k)) of k = 48 E I/l^3 and 40 kg.
+    k = 48*2.1e11*math.pi*0.04**4/64
+    onset = math.sqrt(k/40)*(1 + 100/(1e-4*k))*30/math.pi
+    words = ("sweep", "rotor", "--vary", "speed=1000:9000:4", "--bearings", "rigid", "--density", 0, "--modes", 4, "--unit", "rpm")
+    line = kschur(*words).stdout.splitlines()[-1].split()
+    check("an onset", line[:4] == ["unstable", "branch", "1", "from"] and abs(float(line[5])/onset - 1) < 1e-4 and line[6] == "rpm", line)
+    onsets = json.loads(kschur(*words, "--format", "json").stdout)["onsets"]
+    check("an onset in JSON", len(onsets) == 1 and onsets[0]["unstable"] and abs(onsets[0]["value"]/onset - 1) < 1e-4
+          and onsets[0]["within"] < 1e-3*onset, onsets)
     points = json.loads(kschur("sweep", "rotor", "--vary", "speed=3000:4000:3", "--modes", 4, "--format", "json").stdout)["points"]
     for point in points:
         kschur("scene", "rotor", "--speed", point["speed"], "--output", folder + "/r.h5")
@@ -268,6 +277,14 @@ def test_sweep_of_a_scene(folder):
         together = sorted((point[f"eigenvalue_im_{i}"], point[f"eigenvalue_re_{i}"]) for i in range(1, 5))
         apart = sorted((mode["eigenvalue"][1], mode["eigenvalue"][0]) for mode in alone["modes"])
         check("as solved alone", np.allclose(together, apart, rtol=1e-8, atol=1e-8), (together, apart))
+    run = subprocess.run([CAMPBELL, "rotor", "--vary", "speed=3000:4000:3", "--modes", "4", folder + "/r.png"],
+                         capture_output=True, text=True)
+    run = subprocess.run([CAMPBELL, "rotor", "--vary", "speed=3000:4000:3", "--modes", "4", "--unit", "rpm", "--orders", "1,2", folder + "/o.png"],
+                         capture_output=True, text=True)
+    check("a picture with orders", run.returncode == 0 and os.path.getsize(folder + "/o.png") > 10000, run.stderr)
+    run = subprocess.run([CAMPBELL, "rotor", "--vary", "speed=3000:4000:3", "--modes", "4", "--orders", "1,2", folder + "/p.png"],
+                         capture_output=True, text=True)
+    check("orders want a unit", run.returncode == 1 and "--unit rpm" in run.stderr and not os.path.exists(folder + "/p.png"), run.stderr)
     run = subprocess.run([CAMPBELL, "rotor", "--vary", "speed=3000:4000:3", "--modes", "4", folder + "/r.png"],
                          capture_output=True, text=True)
     check("a picture from one command", run.returncode == 0 and os.path.getsize(folder + "/r.png") > 10000, run.stderr)

@@ -4,17 +4,39 @@ module kschur_hdf5_sweep
    use kschur_sweep, only: sweep_type
    implicit none
    private
-   public :: write_hdf5_sweep
+   public :: is_hdf5_sweep, read_hdf5_sweep, write_hdf5_sweep
 
 contains
 
    !> Fails with `error_usage`.
-   subroutine write_hdf5_sweep(sweep, parameter, path, error)
+   subroutine write_hdf5_sweep(sweep, parameter, path, error, unit)
       type(sweep_type), intent(in) :: sweep
       character(len=*), intent(in) :: parameter
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in), optional :: unit
 
       call new_error(error, error_usage, path//": this kschur was built without HDF5")
    end subroutine write_hdf5_sweep
+
+   !> False.
+   logical function is_hdf5_sweep(path)
+      character(len=*), intent(in) :: path
+
+      associate (never_read => path)
+      end associate
+      is_hdf5_sweep = .false.
+   end function is_hdf5_sweep
+
+   !> Fails with `error_usage`.
+   subroutine read_hdf5_sweep(sweep, parameter, unit, path, error)
+      type(sweep_type), intent(out) :: sweep
+      character(len=:), allocatable, intent(out) :: parameter, unit
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+
+      parameter = ""
+      unit = ""
+      call new_error(error, error_usage, path//": this kschur was built without HDF5")
+   end subroutine read_hdf5_sweep
 end module kschur_hdf5_sweep

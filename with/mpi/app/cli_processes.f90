@@ -3,6 +3,7 @@
 module cli_processes
    use, intrinsic :: iso_c_binding, only: c_int
    use cli_environment, only: start_again_to_wait_asleep
+   use cli_interrupt, only: catch_interrupts, let_signals
    use kschur, only: error_type, modal_options_type, modal_result_type, read_hdf5_shared_problem, shared_problem_type, &
       solve_modes, symmetric_check, symmetric_lower, symmetric_upper
    use kschur_memory, only: megabyte, require_memory
@@ -50,6 +51,9 @@ contains
       integer :: words(2)
 
       options%communicator = MPI_COMM_WORLD%mpi_val
+      ! mpirun and batch systems send a signal to all processes: this one ends with the first, and of a second one.
+      call catch_interrupts()
+      call let_signals()
       do
          call broadcast_words(words, MPI_COMM_WORLD)
          if (words(1) == word_end) exit

@@ -122,6 +122,7 @@ contains
             sum%operator_applications = sum%operator_applications + found%effort%operator_applications
             sum%restarts = sum%restarts + found%effort%restarts
             sum%factorizations = sum%factorizations + found%effort%factorizations
+            sum%factorizations_for = sum%factorizations_for + found%effort%factorizations_for
          end associate
       end if
    end subroutine obtain

@@ -3,6 +3,7 @@ module kschur_band_messages
    use kschur_band_part, only: part_modes_type
    use kschur_band_parts, only: part_type
    use kschur_clock, only: clock, seconds_since
+   use kschur_effort, only: purpose_names
    use kschur_error, only: error_type, new_error
    use kschur_kinds, only: wp, long
    use kschur_memory, only: complex_bytes, integer_bytes, real_bytes, require_memory
@@ -16,7 +17,7 @@ module kschur_band_messages
    private
    public :: receive_part, send_part, share_parts, share_problem
 
-   integer, parameter :: number_of_options = 8, head_length = 13
+   integer, parameter :: number_of_options = 8, head_length = 12 + size(purpose_names)
 
 contains
 
@@ -106,7 +107,7 @@ contains
          associate (effort => found%effort)
             head(3:) = [size(found%lambda), found%rows(), size(found%xi, 1), merge(1, 0, found%is_real()), found%reason, &
                found%certified, merge(1, 0, found%counted), size(found%history%converged), effort%operator_applications, &
-               effort%restarts, effort%factorizations]
+               effort%restarts, effort%factorizations_for]
          end associate
       end if
       call MPI_Send(head, size(head), MPI_INTEGER, 0, i, communicator)
@@ -151,7 +152,8 @@ contains
       found%counted = head(9) == 1
       found%effort%operator_applications = head(11)
       found%effort%restarts = head(12)
-      found%effort%factorizations = head(13)
+      found%effort%factorizations_for = head(13:)
+      found%effort%factorizations = sum(found%effort%factorizations_for)
       call receive_vectors(i, from, head(3:6), found, communicator, error)
       allocate (found%history%converged(head(10)), found%history%operator_applications(head(10)), &
          found%history%residual(head(10)))

@@ -1,0 +1,176 @@
+!> A quadratic form with losses as a transform that is not iterated: all its eigenpairs come from the complex matrix of its operator
+!> on the motions that the constraints allow.
+module kschur_complex_dense_transform
+   use kschur_deflation, only: deflation_type
+   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
+   use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
+   use kschur_modal_selection, only: modal_selection_type
+   use kschur_monitor, only: is_stopped, monitor_type
+   use kschur_operator, only: complex_operator_type
+   use kschur_outcome, only: history_type, reason_cancelled, reason_fewer_modes
+   use kschur_problem, only: modal_problem_type
+   use kschur_projected, only: independent_eigenvectors, schur_form
+   use kschur_selection, only: order_by_preference
+   use kschur_spare_solvers, only: spare_solvers_type
+   use kschur_tolerances, only: twelve_digits
+   use kschur_transform, only: transform_type
+   implicit none
+   private
+   public :: complex_dense_transform_type, new_complex_dense_transform
+
+   !> All eigenpairs of a form.
+   type, extends(transform_type) :: complex_dense_transform_type
+      !> A complex quadratic transform, factored.
+      class(transform_type), allocatable :: form
+      ! Eigenvalues of the operator, its Schur form on a basis of motions.
+      complex(wp), allocatable, private :: values(:), triangle(:, :), schur(:, :)
+      real(wp), allocatable, private :: motions(:, :)
+      ! Whether an iteration has said what they took.
+      logical, private :: told = .false.
+   contains
+      !> Takes the form whose operator it is of.
+      procedure :: take_form
+      procedure :: iterate
+      procedure :: recover
+      procedure :: linear_solver
+      procedure :: hand_over
+      procedure :: order
+      procedure :: transposed
+   end type complex_dense_transform_type
+
+contains
+
+   !> Computes the Schur form of an operator on states of positions and velocities among some motions.
+   subroutine new_complex_dense_transform(transform, operator, motions, error)
+      type(complex_dense_transform_type), intent(out) :: transform
+      !> Of the form that the transform is to take.
+      class(complex_operator_type), intent(inout) :: operator
+      !> An orthonormal basis, n x p; used up.
+      real(wp), allocatable, intent(inout) :: motions(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      complex(wp), allocatable :: states(:, :), images(:, :), t(:, :), u(:, :)
+      integer :: n, p
+
+      n = size(motions, 1)
+      p = size(motions, 2)
+      allocate (states(2*n, 2*p), images(2*n, 2*p), source=(0.0_wp, 0.0_wp))
+      allocate (t(2*p, 2*p), u(2*p, 2*p), transform%values(2*p))
+      states(:n, :p) = motions
+      states(n + 1:, p + 1:) = motions
+      if (p > 0) call operator%apply(states, images, error)
+      if (allocated(error)) return
+      t(:p, :) = matmul(transpose(motions), images(:n, :))
+      t(p + 1:, :) = matmul(transpose(motions), images(n + 1:, :))
+      call schur_form(t, u, transform%values, error)
+      call move_alloc(t, transform%triangle)
+      call move_alloc(u, transform%schur)
+      call move_alloc(motions, transform%motions)
+   end subroutine new_complex_dense_transform
+
+   subroutine take_form(transform, form)
+      class(complex_dense_transform_type), intent(inout) :: transform
+      class(transform_type), allocatable, intent(inout) :: form
+
+      call move_alloc(form, transform%form)
+      transform%map = transform%form%map
+      transform%shift = transform%form%shift
+      transform%recover_applies = transform%form%recover_applies
+      transform%borrows = transform%form%borrows
+   end subroutine take_form
+
+   ! Gives the pairs that are wanted.
+   subroutine iterate(self, selection, options, ritz, error, monitor)
+      class(complex_dense_transform_type), target, intent(inout) :: self
+      type(modal_selection_type), intent(in) :: selection
+      class(krylov_options_type), intent(in) :: options
+      type(ritz_pairs_type), intent(out) :: ritz
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), intent(inout), optional :: monitor
+      integer, allocatable :: chosen(:)
+      integer :: needed, converged
+      logical :: proceed
+
+      associate (unused => options, none => error)
+      end associate
+      if (.not. self%told) ritz%statistics%operator_applications = size(self%values)
+      self%told = .true.
+      ! Those of nothing but rounding are infinite.
+      associate (finite => pack(self%values, abs(self%values) > epsilon(1.0_wp)*maxval([0.0_wp, abs(self%values)])))
+         needed = selection%needed(finite(order_by_preference(selection, finite)))
+         converged = min(needed, size(finite))
+      end associate
+      if (needed > converged) ritz%statistics%reason = reason_fewer_modes
+      allocate (chosen, source=order_by_preference(selection, self%values))
+      chosen = chosen(:converged)
+      allocate (ritz%mu(converged), source=self%values(chosen))
+      call expand(self, chosen, ritz%vectors)
+      proceed = .true.
+      if (present(monitor)) call monitor%report(0, converged, needed, 0.0_wp, proceed)
+      if (is_stopped(monitor)) proceed = .false.
+      if (.not. proceed) ritz%statistics%reason = reason_cancelled
+      associate (statistics => ritz%statistics)
+         statistics%history = history_type([converged], [statistics%operator_applications], [0.0_wp])
+      end associate
+   end subroutine iterate
+
+   ! Some of the eigenvectors, as states.
+   subroutine expand(self, chosen, vectors)
+      class(complex_dense_transform_type), intent(in) :: self
+      integer, intent(in) :: chosen(:)
+      complex(wp), allocatable, intent(out) :: vectors(:, :)
+      complex(wp), allocatable :: y(:, :)
+      integer :: n, p
+
+      n = size(self%motions, 1)
+      p = size(self%motions, 2)
+      call independent_eigenvectors(self%triangle, twelve_digits, chosen, y)
+      y = matmul(self%schur, y)
+      allocate (vectors(2*n, size(chosen)))
+      vectors(:n, :) = matmul(self%motions, y(:p, :))
+      vectors(n + 1:, :) = matmul(self%motions, y(p + 1:, :))
+   end subroutine expand
+
+   subroutine recover(self, ritz, pairs, error)
+      class(complex_dense_transform_type), intent(inout) :: self
+      type(ritz_pairs_type), intent(inout) :: ritz
+      type(eigenpairs_type), intent(out) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%form%recover(ritz, pairs, error)
+   end subroutine recover
+
+   subroutine transposed(self, problem, deflation, solver, adjoint, error)
+      class(complex_dense_transform_type), target, intent(in) :: self
+      type(modal_problem_type), target, intent(in) :: problem
+      type(deflation_type), target, intent(in) :: deflation
+      class(complex_linear_solver_type), intent(in) :: solver
+      class(transform_type), allocatable, intent(out) :: adjoint
+      type(error_type), allocatable, intent(out) :: error
+
+      ! It is iterated.
+      call self%form%transposed(problem, deflation, solver, adjoint, error)
+   end subroutine transposed
+
+   subroutine hand_over(self, spare)
+      class(complex_dense_transform_type), intent(inout) :: self
+      type(spare_solvers_type), intent(inout) :: spare
+
+      call self%form%hand_over(spare)
+   end subroutine hand_over
+
+   function linear_solver(self) result(solver)
+      class(complex_dense_transform_type), target, intent(in) :: self
+      class(linear_solver_type), pointer :: solver
+
+      solver => self%form%linear_solver()
+   end function linear_solver
+
+   integer function order(self)
+      class(complex_dense_transform_type), intent(in) :: self
+
+      order = self%form%order()
+   end function order
+end module kschur_complex_dense_transform

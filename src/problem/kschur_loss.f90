@@ -1,0 +1,62 @@
+!> Losses in materials: a loss stiffness H beside the stiffness K, and the loss factor of a mode.
+module kschur_loss
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kschur_kinds, only: wp
+   use kschur_sparse, only: csr_matrix_type, linear_combination
+   use kschur_tolerances, only: rounding_of_row
+   implicit none
+   private
+   public :: factor_of_loss, loss_factor_of, times_factor
+
+contains
+
+   !> g where H = g K to the rounding of the rows that entries stand in; 0 where it is not.
+   real(wp) function factor_of_loss(stiffness, loss) result(factor)
+      type(csr_matrix_type), intent(in) :: stiffness, loss
+      type(csr_matrix_type) :: rest
+      real(wp) :: of_rows(loss%rows), entry
+      integer, allocatable :: row(:)
+      integer :: i, k
+
+      factor = 0
+      if (stiffness%nonzeros() == 0 .or. loss%nonzeros() == 0) return
+      k = maxloc(abs(stiffness%value), 1)
+      allocate (row(stiffness%nonzeros()), source=stiffness%row_indices())
+      i = loss%place_of(row(k), stiffness%column(k))
+      if (i == 0) return
+      entry = stiffness%value(k)
+      if (.not. abs(entry) > 0) return
+      factor = loss%value(i)/entry
+      rest = linear_combination(1.0_wp, loss, -factor, stiffness)
+      of_rows = loss%row_maxima()
+      do i = 1, rest%rows
+         do k = rest%row_start(i), rest%row_start(i + 1) - 1
+            if (abs(rest%value(k)) <= rounding_of_row*min(of_rows(i), of_rows(rest%column(k)))) cycle
+            factor = 0
+            return
+         end do
+      end do
+   end function factor_of_loss
+
+   !> g A.
+   function times_factor(matrix, factor) result(product)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: factor
+      type(csr_matrix_type) :: product
+
+      product = matrix
+      product%value = factor*product%value
+   end function times_factor
+
+   !> Im(-lambda^2)/Re(-lambda^2): of lambda^2 = -omega^2 (1 + i eta), as an undamped structure of one lossy material has it,
+   !> eta; of a viscous damping ratio zeta 2 zeta, but for terms of its third power. NaN where Re(-lambda^2) is not
+   !> positive, as beyond zeta = 0.7, where nothing resonates.
+   elemental real(wp) function loss_factor_of(lambda) result(eta)
+      complex(wp), intent(in) :: lambda
+
+      eta = ieee_value(1.0_wp, ieee_quiet_nan)
+      associate (decay => -real(lambda, wp), frequency => abs(aimag(lambda)))
+         if (frequency > abs(decay)) eta = 2*(decay/frequency)/((1 - decay/frequency)*(1 + decay/frequency))
+      end associate
+   end function loss_factor_of
+end module kschur_loss

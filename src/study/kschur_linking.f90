@@ -1,0 +1,265 @@
+!> From one place of a sweep to the next: which mode is which, by places between where that is not clear, and where a mode
+!> becomes unstable.
+module kschur_linking
+   use kschur_error, only: error_cancelled, error_type, new_error
+   use kschur_following, only: follow_modes, is_ambiguous, place_type, settle_spaces, swapping_pair
+   use kschur_kinds, only: wp
+   use kschur_modal_solver, only: modal_solver_type, new_modal_solver
+   use kschur_monitor, only: monitor_type
+   use kschur_options, only: modal_options_type
+   use kschur_problem, only: modal_problem_type, refuse_loss
+   use kschur_problem_family, only: interpolate, problem_family_type
+   use kschur_result, only: reason_cancelled
+   use kschur_symmetric_storage, only: symmetric_no
+   use kschur_tolerances, only: twelve_digits
+   implicit none
+   private
+   public :: linker_type, is_unstable
+
+   !> Each halving is a solve more.
+   integer, parameter :: most_halvings = 8
+
+   !> Who solves at places, and between them.
+   type :: linker_type
+      type(modal_options_type) :: options
+      !> Who watches the solves between, and who makes the problems there. Not associated: nobody, and matrices are
+      !> interpolated.
+      class(monitor_type), pointer :: monitor => null()
+      class(problem_family_type), pointer :: family => null()
+      !> Whether it stayed unclear which mode is which.
+      logical :: unsure = .false.
+      type(modal_solver_type), private :: solver
+      logical, private :: has_solved = .false.
+   contains
+      !> A place as it is solved.
+      procedure :: solve
+      !> Which modes are which.
+      procedure :: link
+      !> Where a mode becomes unstable, or stable.
+      procedure :: find_onset
+      procedure, private :: place_between
+      procedure, private :: link_by_halves
+   end type linker_type
+
+contains
+
+   !> Sets the result of a place. Other numbers of unknowns or constraints than before are an error, and so is a loss matrix.
+   subroutine solve(self, place, error, monitor)
+      class(linker_type), intent(inout) :: self
+      !> With value and problem.
+      type(place_type), intent(inout) :: place
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), target, intent(inout), optional :: monitor
+
+      call refuse_loss(place%problem, "a sweep", error)
+      if (allocated(error)) return
+      associate (problem => place%problem)
+         if (self%has_solved) then
+            call self%solver%update_values(problem%mass, problem%stiffness, error, problem%damping, problem%constraints, &
+               symmetric_no)
+         else
+            call new_modal_solver(self%solver, problem)
+         end if
+      end associate
+      if (.not. allocated(error)) call self%solver%solve(self%options, place%result, error, monitor)
+      self%has_solved = self%has_solved .or. .not. allocated(error)
+   end subroutine solve
+
+   ! A place that was not asked for: its end by the monitor is an error.
+   subroutine place_between(self, value, before, after, place, error)
+      class(linker_type), intent(inout) :: self
+      real(wp), intent(in) :: value
+      type(place_type), intent(in) :: before, after
+      type(place_type), intent(out) :: place
+      type(error_type), allocatable, intent(out) :: error
+
+      place%value = value
+      if (associated(self%family)) then
+         call self%family%at(value, place%problem, error)
+      else
+         call interpolate(before%problem, after%problem, (value - before%value)/(after%value - before%value), place%problem)
+      end if
+      if (.not. allocated(error)) call self%solve(place, error, self%monitor)
+      if (allocated(error)) return
+      if (place%result%reason == reason_cancelled) then
+         call new_error(error, error_cancelled, "the sweep was ended by who watches it")
+      else
+         call settle_spaces(place)
+      end if
+   end subroutine place_between
+
+   !> For each mode at a place that at another one; shapes of equal eigenvalues are turned to those before. Where it is not
+   !> clear, and where two cross, by places between.
+   subroutine link(self, before, after, match, error, shares)
+      class(linker_type), intent(inout) :: self
+      !> Settled.
+      type(place_type), intent(in) :: before
+      type(place_type), intent(inout) :: after
+      !> 0 where it is none.
+      integer, allocatable, intent(out) :: match(:)
+      type(error_type), allocatable, intent(out) :: error
+      !> What of each mode before, i, is in each one after, j.
+      real(wp), allocatable, intent(out), optional :: shares(:, :)
+
+      if (present(shares)) call follow_modes(before, after, match, shares)
+      call self%link_by_halves(before, after, most_halvings, match, error)
+   end subroutine link
+
+   recursive subroutine link_by_halves(self, before, after, halvings, match, error)
+      class(linker_type), intent(inout) :: self
+      type(place_type), intent(in) :: before
+      type(place_type), intent(inout) :: after
+      integer, intent(in) :: halvings
+      integer, allocatable, intent(out) :: match(:)
+      type(error_type), allocatable, intent(out) :: error
+      type(place_type) :: middle
+      integer, allocatable :: first(:), second(:)
+      real(wp) :: part
+      integer :: pair(2)
+      logical :: clear
+
+      call follow_clearly(before, after, match, clear)
+      call swapping_pair(before%result%eigenvalues, after%result%eigenvalues, match, pair, part)
+      if (.not. clear) then
+         part = 0.5_wp
+      else if (pair(1) == 0) then
+         return
+      end if
+      if (halvings == 0) then
+         self%unsure = self%unsure .or. .not. clear
+         return
+      end if
+      part = min(max(part, 0.02_wp), 0.98_wp)
+      call self%place_between(before%value + part*(after%value - before%value), before, after, middle, error)
+      if (allocated(error)) return
+      ! Where two cross their shapes are as they were, or their eigenvalues are the same.
+      if (clear) then
+         call follow_clearly(before, middle, first, clear)
+         if (clear) call follow_clearly(middle, after, second, clear)
+         if (clear) then
+            first = chained(first, second)
+            clear = same_spaces(after%space, first, match)
+            match = first
+            if (clear) return
+         end if
+      end if
+      call self%link_by_halves(before, middle, halvings - 1, first, error)
+      if (.not. allocated(error)) call self%link_by_halves(middle, after, halvings - 1, second, error)
+      if (.not. allocated(error)) match = chained(first, second)
+   end subroutine link_by_halves
+
+   ! Follows modes, and says whether there is no doubt about it.
+   subroutine follow_clearly(before, after, match, clear)
+      type(place_type), intent(in) :: before
+      type(place_type), intent(inout) :: after
+      integer, allocatable, intent(out) :: match(:)
+      logical, intent(out) :: clear
+      real(wp), allocatable :: shares(:, :)
+
+      call follow_modes(before, after, match, shares)
+      clear = .not. is_ambiguous(shares, match, before%result%eigenvalues, after%result%eigenvalues)
+   end subroutine follow_clearly
+
+   pure function chained(first, second)
+      integer, intent(in) :: first(:), second(:)
+      integer :: chained(size(first))
+      integer :: i
+
+      chained = 0
+      do i = 1, size(first)
+         if (first(i) > 0) chained(i) = second(first(i))
+      end do
+   end function chained
+
+   ! Whether two lists name modes of the same spaces.
+   pure logical function same_spaces(space, first, second)
+      integer, intent(in) :: space(:), first(:), second(:)
+      integer :: i
+
+      same_spaces = all((first > 0) .eqv. (second > 0))
+      if (same_spaces) same_spaces = all([(space(max(first(i), 1)) == space(max(second(i), 1)), i=1, size(first))])
+   end function same_spaces
+
+   !> Whether a mode grows, beyond rounding.
+   elemental logical function is_unstable(lambda)
+      !> 1/s.
+      complex(wp), intent(in) :: lambda
+
+      is_unstable = real(lambda, wp) > twelve_digits*abs(lambda)
+   end function is_unstable
+
+   !> The value where a mode that is stable at one place and unstable at the other changes that, by interpolation in a bracket
+   !> that is narrowed to a thousandth of the value.
+   subroutine find_onset(self, before, after, mode_before, mode_after, value, within, error)
+      class(linker_type), intent(inout) :: self
+      !> Settled.
+      type(place_type), intent(in) :: before, after
+      integer, intent(in) :: mode_before, mode_after
+      !> It lies in the bracket, which is so wide; wider than a thousandth where the mode was lost between.
+      real(wp), intent(out) :: value, within
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: accuracy = 1.0e-3_wp
+      integer, parameter :: most_steps = 40
+      type(place_type), allocatable :: near, far, middle
+      integer, allocatable :: match(:)
+      integer :: mode_near, mode_far, mode, step
+      real(wp) :: tolerance
+
+      allocate (near, source=before)
+      allocate (far, source=after)
+      mode_near = mode_before
+      mode_far = mode_after
+      do step = 1, most_steps
+         tolerance = accuracy*max(abs(near%value), abs(far%value))
+         within = abs(far%value - near%value)
+         value = interpolated(near, mode_near, far, mode_far)
+         if (within <= tolerance) exit
+         allocate (middle)
+         call self%place_between(next_value(near%value, far%value, value, tolerance, step), near, far, middle, error)
+         if (allocated(error)) return
+         call self%link(near, middle, match, error)
+         if (allocated(error)) return
+         mode = match(mode_near)
+         if (mode == 0) then
+            call self%link(far, middle, match, error)
+            if (allocated(error)) return
+            mode = match(mode_far)
+         end if
+         if (mode == 0) exit
+         if (is_unstable(middle%result%eigenvalues(mode)) .eqv. is_unstable(near%result%eigenvalues(mode_near))) then
+            call move_alloc(middle, near)
+            mode_near = mode
+         else
+            call move_alloc(middle, far)
+            mode_far = mode
+         end if
+      end do
+   end subroutine find_onset
+
+   ! Where the line between the growth at two values is zero; the middle where a mode without damping is about to grow.
+   pure real(wp) function interpolated(near, mode_near, far, mode_far) result(value)
+      type(place_type), intent(in) :: near, far
+      integer, intent(in) :: mode_near, mode_far
+      real(wp) :: part
+
+      associate (first => near%result%eigenvalues(mode_near), last => far%result%eigenvalues(mode_far))
+         part = 0.5_wp
+         if (min(abs(real(first, wp)) - twelve_digits*abs(first), abs(real(last, wp)) - twelve_digits*abs(last)) > 0) &
+            part = real(first, wp)/real(first - last, wp)
+      end associate
+      value = near%value + part*(far%value - near%value)
+   end function interpolated
+
+   ! On the other side of the interpolated one, seen from the end that is nearer to it, so that it replaces the one that is
+   ! further; every third one in the middle, for what is not nearly linear.
+   pure real(wp) function next_value(near, far, interpolated, tolerance, step) result(value)
+      real(wp), intent(in) :: near, far, interpolated, tolerance
+      integer, intent(in) :: step
+      real(wp) :: further
+
+      value = (near + far)/2
+      if (mod(step, 3) == 0) return
+      further = merge(near, far, abs(interpolated - near) > abs(interpolated - far))
+      value = interpolated + sign(min(0.4_wp*tolerance, abs(further - interpolated)/2), further - interpolated)
+   end function next_value
+end module kschur_linking

@@ -1,0 +1,52 @@
+!> Problems that depend on a parameter.
+module kschur_problem_family
+   use kschur_error, only: error_type
+   use kschur_kinds, only: wp
+   use kschur_problem, only: modal_problem_type
+   use kschur_sparse, only: csr_matrix_type, linear_combination
+   implicit none
+   private
+   public :: interpolate, problem_family_type
+
+   !> Extend it where a problem can be made at any value.
+   type, abstract :: problem_family_type
+   contains
+      !> The problem at a value.
+      procedure(at_interface), deferred :: at
+   end type problem_family_type
+
+   abstract interface
+      subroutine at_interface(self, value, problem, error)
+         import :: error_type, modal_problem_type, problem_family_type, wp
+         class(problem_family_type), intent(inout) :: self
+         real(wp), intent(in) :: value
+         type(modal_problem_type), intent(out) :: problem
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine at_interface
+   end interface
+
+contains
+
+   !> The matrices a part of the way from one problem to another, as if they were linear in the parameter.
+   pure subroutine interpolate(from, to, part, problem)
+      type(modal_problem_type), intent(in) :: from, to
+      !> From 0 to 1.
+      real(wp), intent(in) :: part
+      type(modal_problem_type), intent(out) :: problem
+
+      problem%symmetric = from%symmetric .and. to%symmetric
+      problem%mass = between(from%mass, to%mass, part)
+      problem%damping = between(from%damping, to%damping, part)
+      problem%stiffness = between(from%stiffness, to%stiffness, part)
+      problem%constraints = between(from%constraints, to%constraints, part)
+   end subroutine interpolate
+
+   ! What does not change stays as it is, to the last digit.
+   pure function between(from, to, part) result(matrix)
+      type(csr_matrix_type), intent(in) :: from, to
+      real(wp), intent(in) :: part
+      type(csr_matrix_type) :: matrix
+
+      matrix = linear_combination(1.0_wp, from, part, linear_combination(1.0_wp, to, -1.0_wp, from))
+   end function between
+end module kschur_problem_family
