@@ -51,8 +51,8 @@ def main():
     tag = wheel.stem.split("-", 2)[2]
     check("the tag is that of the name", f"Tag: {tag}\n" in contents[info + "WHEEL"].decode().replace("\r", ""))
     data = info.replace(".dist-info", ".data")
-    for name in (f"{data}scripts/kschur", f"{data}scripts/kschur-campbell", "kschur/bin/kschur", "kschur/bin/kschur-picture", "kschur/bin/kschur-convert",
-                 "kschur/bin/kschur-campbell"):
+    for name in (f"{data}scripts/kschur", f"{data}scripts/kschur-campbell", "kschur/bin/kschur", "kschur/bin/kschur-picture",
+                 "kschur/bin/kschur-campbell", "kschur/bin/kschur-convert"):
         check(f"{name} may be run", name in files and files[name].external_attr >> 16 & 0o111 == 0o111)
     check("the package is typed", "kschur/py.typed" in files)
 
