@@ -137,8 +137,10 @@ int kschur_sweep_write_hdf5(kschur_sweep *sweep, const char *parameter, const ch
 /* Takes the place of a sweep by one that was written; no points can be added to it. KSCHUR_ERROR_FILE, KSCHUR_ERROR_INPUT. */
 int kschur_sweep_read_hdf5(kschur_sweep *sweep, const char *path);
 
-/* The name of the parameter and its unit as they were read, empty otherwise; KSCHUR_ERROR_LENGTH where `length` is too short. */
+/* The name of the parameter as it was read, empty otherwise; KSCHUR_ERROR_LENGTH where `length` is too short. */
 int kschur_sweep_get_parameter(kschur_sweep *sweep, char *text, int64_t length);
+
+/* The same of its unit. */
 int kschur_sweep_get_unit(kschur_sweep *sweep, char *text, int64_t length);
 
 /* Whether a file holds a sweep: 1 or 0, 0 also where it cannot be read. */
