@@ -54,15 +54,16 @@ contains
 
    contains
 
-      ! Below zero where one of the spaces has no direction left, or begins elsewhere.
-      real(wp) function largest_of(i, j)
+      ! Below zero where one of the spaces has no direction left, or begins elsewhere. Of a result without a name of its own
+      ! that is an argument gfortran takes the address of the function, for which it wants an executable stack.
+      real(wp) function largest_of(i, j) result(value)
          integer, intent(in) :: i, j
          complex(wp), allocatable :: w(:, :), z(:, :)
 
-         largest_of = -1
+         value = -1
          if (before(i) /= i .or. after(j) /= j) return
          if (used_before(i) == count(before == i) .or. used_after(j) == count(after == j)) return
-         call decompose(i, j, w, z, largest_of)
+         call decompose(i, j, w, z, value)
       end function largest_of
 
       ! The first singular vectors are paired, the others span what is left.

@@ -22,7 +22,7 @@ version=$(chroot "$root" python3 -c 'import sys; print("%d.%d" % sys.version_inf
 rm -rf "$root/kschur"
 mkdir -p "$root/kschur/wheels"
 build/tools/bin/pip download -q --disable-pip-version-check --only-binary :all: --python-version "$version" -d "$root/kschur/wheels" \
-   "$wheel[plot,test]" h5py
+   "$wheel[plot,test]" h5py meshio
 # The sources, but for the package, so that it is the installed one that runs.
 tar -c --exclude=./build --exclude=./.git --exclude=./python/kschur . | tar -x -C "$root/kschur"
 
@@ -35,10 +35,10 @@ if [ -n "$(find / -xdev -path /kschur -prune -o ! -type d \( -name 'lib*blas*' -
 fi
 cd /kschur
 python3 -m venv env
-env/bin/pip install -q --no-index --find-links wheels kschur h5py 'kschur[plot,test]'
+env/bin/pip install -q --no-index --find-links wheels kschur h5py meshio 'kschur[plot,test]'
 env/bin/kschur --version
 env/bin/kschur scene turbine --output turbine.h5
-env/bin/kschur solve turbine.h5 --modes 3 --quiet --output modes.h5
+env/bin/kschur solve turbine.h5 --modes 3 --quiet --output modes.h5 >solve.log
 # The HDF5 of h5py and that of the wheel are two, in one process.
 for order in 'h5py, kschur' 'kschur, h5py'; do
    env/bin/python -c "import $order
