@@ -1,7 +1,7 @@
 !> From one place of a sweep to the next: which mode is which, by places between where that is not clear, and where a mode
 !> becomes unstable.
 module kschur_linking
-   use kschur_error, only: error_cancelled, error_type, new_error
+   use kschur_error, only: error_cancelled, error_type, error_usage, new_error
    use kschur_following, only: follow_modes, is_ambiguous, place_type, settle_spaces, swapping_pair
    use kschur_kinds, only: wp
    use kschur_modal_solver, only: modal_solver_type, new_modal_solver
@@ -195,7 +195,8 @@ contains
       !> Settled.
       type(place_type), intent(in) :: before, after
       integer, intent(in) :: mode_before, mode_after
-      !> It lies in the bracket, which is so wide; wider than a thousandth where the mode was lost between.
+      !> It lies in the bracket, which is so wide; wider than a thousandth where the mode was lost between,
+      !> or there is no problem between.
       real(wp), intent(out) :: value, within
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: accuracy = 1.0e-3_wp
@@ -216,7 +217,12 @@ contains
          if (within <= tolerance) exit
          allocate (middle)
          call self%place_between(next_value(near%value, far%value, value, tolerance, step), near, far, middle, error)
-         if (allocated(error)) return
+         if (allocated(error)) then
+            ! As where the parameter is a whole number.
+            if (error%code /= error_usage) return
+            deallocate (error)
+            exit
+         end if
          call self%link(near, middle, match, error)
          if (allocated(error)) return
          mode = match(mode_near)
