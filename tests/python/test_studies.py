@@ -1,4 +1,5 @@
-"""What is made of modes, by the program as a user calls it: test_studies.py PATH_OF_KSCHUR PATH_OF_KSCHUR_CAMPBELL.
+"""What is made of modes, by the program as a user calls it: test_studies.py PATH_OF_KSCHUR PATH_OF_KSCHUR_CAMPBELL
+[--without-picture].
 
 Prints each check, then `N passed, N failed`; fails where a check does.
 """
@@ -17,7 +18,7 @@ import numpy as np
 
 from checks import check, finish
 
-KSCHUR, CAMPBELL = map(os.path.abspath, sys.argv[1:])
+KSCHUR, CAMPBELL = map(os.path.abspath, sys.argv[1:3])
 
 
 def kschur(*words, status=0):
@@ -233,13 +234,24 @@ def test_sweep_of_files(folder):
         with h5py.File(folder + "/s.h5") as file:
             check(kind + ": the file", np.allclose(file["eigenvalues"][:].imag, expected) and
                   np.allclose(file["values"][:], values) and file["events/kind"][0].decode().strip() == kind)
-        picture = f"{folder}/{kind}.png"
-        subprocess.run([CAMPBELL, folder + "/s.h5", picture], check=True)
-        check(kind + ": a picture", open(picture, "rb").read(4) == b"\x89PNG")
-    # The last picture has a crossing. Black within its axes is the mark alone.
-    kschur("sweep", *problems[::-1], "--values", ",".join(map(str, values[::-1])), "--modes", 2, "--output", folder + "/falling.h5")
-    subprocess.run([CAMPBELL, folder + "/falling.h5", folder + "/falling.png"], check=True)
-    marks = [np.argwhere(matplotlib.image.imread(path)[40:540, 80:670, :3].sum(2) < 0.3) for path in (picture, folder + "/falling.png")]
+    for words, message in ((problems[:1], "two problems or more"), ([*problems, "--values", "1,2"], "a number for each problem"),
+                           ([*problems[:3], "--values", "1,3,2"], "rising or falling"),
+                           ([*problems[:2], "--vary", "p=1:2:3", "--values", "1,2"], "for problem files"),
+                           (["rotor", "--vary", "speed=1:2"], "OPTION=FIRST:LAST:POINTS"),
+                           (["rotor", "--vary", "color=1:2:3"], "color")):
+        run = kschur("sweep", *words, status=1)
+        check("sweep refuses: " + message, message in run.stderr, run.stderr)
+
+
+def test_pictures_of_files(folder):
+    values = [0, 0.2, 0.4, 0.6, 0.8, 1]
+    problems = [write_problem(f"{folder}/{p}", M=np.eye(2), K=[[1 + p, 0], [0, 2 - p]]) for p in values]
+    for name, order in (("s", 1), ("falling", -1)):
+        kschur("sweep", *problems[::order], "--values", ",".join(map(str, values[::order])), "--modes", 2, "--output", f"{folder}/{name}.h5")
+        subprocess.run([CAMPBELL, f"{folder}/{name}.h5", f"{folder}/{name}.png"], check=True)
+        check(name + ": a picture", open(f"{folder}/{name}.png", "rb").read(4) == b"\x89PNG")
+    # Black within the axes is the mark of the crossing alone.
+    marks = [np.argwhere(matplotlib.image.imread(path)[40:540, 80:670, :3].sum(2) < 0.3) for path in (folder + "/s.png", folder + "/falling.png")]
     check("a crossing is marked where it is, also of a falling sweep", min(map(len, marks)) > 0
           and np.allclose(marks[0].mean(0), marks[1].mean(0), atol=1), [mark.mean(0) for mark in marks])
     h5py.File(folder + "/other.h5", "w").close()
@@ -249,13 +261,6 @@ def test_sweep_of_files(folder):
         run = subprocess.run([CAMPBELL, path, picture], cwd=folder, capture_output=True, text=True)
         check(f"a picture {picture} of {path} is refused", run.returncode == 1 and run.stderr.count("\n") == 1
               and all(part in run.stderr for part in parts) and sorted(os.listdir(folder)) == before, run.stderr)
-    for words, message in ((problems[:1], "two problems or more"), ([*problems, "--values", "1,2"], "a number for each problem"),
-                           ([*problems[:3], "--values", "1,3,2"], "rising or falling"),
-                           ([*problems[:2], "--vary", "p=1:2:3", "--values", "1,2"], "for problem files"),
-                           (["rotor", "--vary", "speed=1:2"], "OPTION=FIRST:LAST:POINTS"),
-                           (["rotor", "--vary", "color=1:2:3"], "color")):
-        run = kschur("sweep", *words, status=1)
-        check("sweep refuses: " + message, message in run.stderr, run.stderr)
 
 
 def test_sweep_of_a_scene(folder):
@@ -277,8 +282,9 @@ def test_sweep_of_a_scene(folder):
         together = sorted((point[f"eigenvalue_im_{i}"], point[f"eigenvalue_re_{i}"]) for i in range(1, 5))
         apart = sorted((mode["eigenvalue"][1], mode["eigenvalue"][0]) for mode in alone["modes"])
         check("as solved alone", np.allclose(together, apart, rtol=1e-8, atol=1e-8), (together, apart))
-    run = subprocess.run([CAMPBELL, "rotor", "--vary", "speed=3000:4000:3", "--modes", "4", folder + "/r.png"],
-                         capture_output=True, text=True)
+
+
+def test_pictures_of_a_scene(folder):
     run = subprocess.run([CAMPBELL, "rotor", "--vary", "speed=3000:4000:3", "--modes", "4", "--unit", "rpm", "--orders", "1,2", folder + "/o.png"],
                          capture_output=True, text=True)
     check("a picture with orders", run.returncode == 0 and os.path.getsize(folder + "/o.png") > 10000, run.stderr)
@@ -291,8 +297,10 @@ def test_sweep_of_a_scene(folder):
 
 
 def main():
+    # An interpreter does not load a library with sanitizers.
+    pictures = () if "--without-picture" in sys.argv else (test_pictures_of_files, test_pictures_of_a_scene)
     for test in (test_normalisation, test_properties, test_directions_of_a_mesh, test_mac, test_sensitivity, test_response,
-                 test_sweep_of_files, test_sweep_of_a_scene):
+                 test_sweep_of_files, test_sweep_of_a_scene, *pictures):
         with tempfile.TemporaryDirectory() as folder:
             test(folder)
     finish()
