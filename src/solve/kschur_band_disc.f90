@@ -32,7 +32,7 @@ contains
       type(history_type) :: history
       integer, allocatable :: order(:)
       real(wp), allocatable :: omega(:)
-      integer :: before, i
+      integer :: i
       logical :: cancelled
 
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
@@ -41,7 +41,6 @@ contains
       s%options%target = 0
       s%options%modes = at_first
       do
-         before = s%effort%operator_applications
          if (s%only_rigid()) then
             call take_rigid(s, modes)
             exit
@@ -54,7 +53,7 @@ contains
          if (cancelled) exit
          if (.not. allocated(error)) call find_modes(s, modes, error)
          if (allocated(error)) return
-         call history%append(modes%history, before)
+         call history%append(modes%history, 0)
          if (modes%reason /= reason_converged .or. maxval([0.0_wp, abs(modes%lambda)]) > band(2)) exit
          if (s%options%modes == most_uncounted) then
             call new_error(error, error_usage, "more than "//text(most_uncounted)//" modes lie below the end of the band, "// &

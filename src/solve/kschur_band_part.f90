@@ -115,6 +115,7 @@ contains
       call find_modes(s, found%modes_type, error)
       if (allocated(error)) return
       found%effort%operator_applications = s%effort%operator_applications - before%operator_applications
+      found%history%operator_applications = found%history%operator_applications - before%operator_applications
       found%effort%restarts = s%effort%restarts - before%restarts
       ! Those of a certificate are added to the others when the factors are left.
       found%effort%factorizations_for = s%effort%factorizations_for - before%factorizations_for + &

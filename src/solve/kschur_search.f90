@@ -164,8 +164,8 @@ contains
       complete = statistics%reason == reason_fewer_modes .or. modes%beyond .or. all_asked
       modes%reason = statistics%reason
       modes%locking_error = statistics%locking_error
-      call modes%history%begin()
-      call modes%history%append(statistics%history, applications)
+      modes%history = statistics%history
+      modes%history%operator_applications = applications + modes%history%operator_applications
    end subroutine search_here
 
    ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as

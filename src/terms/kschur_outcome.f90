@@ -37,6 +37,8 @@ module kschur_outcome
       integer, allocatable :: operator_applications(:)
       !> Largest relative residual among the wanted Ritz values.
       real(wp), allocatable :: residual(:)
+      !> Whether it is of several iterations, each of which looked for modes of its own.
+      logical :: of_parts = .false.
    contains
       !> Begins without an entry.
       procedure :: begin
@@ -75,10 +77,11 @@ contains
       self%converged = [self%converged, more%converged]
       self%operator_applications = [self%operator_applications, before + more%operator_applications]
       self%residual = [self%residual, more%residual]
+      self%of_parts = .true.
    end subroutine append
 
    !> The operator applications at the first look that found as many converged as any did; 0 where not all that was wanted
-   !> converged.
+   !> converged, or it was found in parts.
    pure integer function wanted_after(self, tolerance)
       class(history_type), intent(in) :: self
       !> What residuals are to be below.
@@ -86,7 +89,7 @@ contains
       integer :: i
 
       wanted_after = 0
-      if (.not. allocated(self%residual)) return
+      if (.not. allocated(self%residual) .or. self%of_parts) return
       i = findloc(self%converged == maxval(self%converged) .and. self%residual <= tolerance, .true., 1)
       if (i > 0) wanted_after = self%operator_applications(i)
    end function wanted_after
