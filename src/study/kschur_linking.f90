@@ -11,7 +11,7 @@ module kschur_linking
    use kschur_problem_family, only: interpolate, problem_family_type
    use kschur_result, only: reason_cancelled
    use kschur_symmetric_storage, only: symmetric_no
-   use kschur_tolerances, only: twelve_digits
+   use kschur_tolerances, only: onset_width, twelve_digits
    implicit none
    private
    public :: linker_type, is_unstable
@@ -199,7 +199,6 @@ contains
       !> or there is no problem between.
       real(wp), intent(out) :: value, within
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: accuracy = 1.0e-3_wp
       integer, parameter :: most_steps = 40
       type(place_type), allocatable :: near, far, middle
       integer, allocatable :: match(:)
@@ -211,7 +210,7 @@ contains
       mode_near = mode_before
       mode_far = mode_after
       do step = 1, most_steps
-         tolerance = accuracy*max(abs(near%value), abs(far%value))
+         tolerance = onset_width*max(abs(near%value), abs(far%value))
          within = abs(far%value - near%value)
          value = interpolated(near, mode_near, far, mode_far)
          if (within <= tolerance) exit

@@ -148,4 +148,6 @@ module kschur_tolerances
    real(wp), parameter, public :: least_enlarged = 1.0e-2_wp
    !> and what is enlarged more than this is nearer to singular than rounding lets one tell.
    real(wp), parameter, public :: most_enlarged = 30
+   !> An onset of instability is told to this part of the parameter: what a sweep promises, far above what eigenvalues are off by.
+   real(wp), parameter, public :: onset_width = 1.0e-3_wp
 end module kschur_tolerances
