@@ -7,6 +7,7 @@ module kschur_mode_selection
    use kschur_problem, only: modal_problem_type
    use kschur_settling, only: settle_pairs
    use kschur_shapes, only: repeats_zero
+   use kschur_sorting, only: ascending_order
    use kschur_split, only: match_conjugates
    use kschur_threads, only: panel_rows
    use kschur_tolerances, only: equal_value, may_be_anything, nearly_zero, real_tolerance, same_value, spurious
@@ -247,21 +248,7 @@ contains
    function nearest_first(lambda, target) result(order)
       complex(wp), intent(in) :: lambda(:), target
       integer :: order(size(lambda))
-      real(wp) :: distance(size(lambda))
-      integer :: i, j
 
-      do i = 1, size(lambda)
-         associate (d => distances(lambda(i), target))
-            j = i - 1
-            do while (j > 0)
-               if (distance(j) <= d) exit
-               distance(j + 1) = distance(j)
-               order(j + 1) = order(j)
-               j = j - 1
-            end do
-            distance(j + 1) = d
-            order(j + 1) = i
-         end associate
-      end do
+      order = ascending_order(distances(lambda, target))
    end function nearest_first
 end module kschur_mode_selection
