@@ -35,30 +35,22 @@ def summary_tables(campaign):
 
 
 def accuracy_table(campaign):
-    """A row a problem and method."""
-    rows = [
-        [
-            problem,
-            METHODS[run.method].label,
-            run.formulation,
-            seconds(run.median_seconds),
-            str(len(run.seconds)),
-            megabytes(run.median_memory),
-            error(run.worst_backward_error),
-            error(run.worst_damping_error),
-            found(run),
-        ]
-        for problem, runs in runs_by_problem(campaign).items()
-        for run in best_of_each(runs)
-    ]
-    return Table(
+    """A row a method, a column a problem."""
+    best = [run for runs in runs_by_problem(campaign).values() for run in best_of_each(runs)]
+    table = side_by_side(
+        sorted(best, key=lambda run: list(METHODS).index(run.method)),
+        "method",
+        by_method,
+        by_problem,
         "Speed against accuracy",
-        f"Of each method the fastest run with all modes to a backward error of {ACCURATE:.0e}, else the most accurate one. Times are "
-        "medians, of one thread, from the matrices in memory to the modes in memory. Eigenvalues are counted, both of a pair. Errors are "
-        "the worst of all modes; that of damping is relative, of the modes that have a reference.",
-        ["problem", "method", "formulation", "time (s)", "runs", "memory (MB)", "backward error", "damping", "eigenvalues"],
-        rows,
+        f"Of each method the fastest run with all modes to a backward error of {ACCURATE:.0e}, else the most accurate one: seconds (median, "
+        "one thread, from the matrices in memory to the modes in memory), MB, worst backward error of all modes; in brackets the eigenvalues "
+        "found, both of a pair, where some are missing.",
+        lambda run: f"{cost_of(run)}, {error(run.worst_backward_error)}",
     )
+    order = [table.header[0], *runs_by_problem(campaign)]
+    places = [table.header.index(name) for name in order]
+    return Table(table.title, table.note, order, [[row[place] for place in places] for row in table.rows])
 
 
 def seconds(value):
