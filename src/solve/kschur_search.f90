@@ -11,7 +11,8 @@ module kschur_search
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_finishing, only: are_good, finish_modes
-   use kschur_mode_selection, only: accept_pairs, distances, drop_spurious, highest, judge_pairs, nearest_first, wanted_type
+   use kschur_mode_selection, only: accept_pairs, distances, drop_spurious, highest, judge_pairs, &
+      keep_nearer_unlisted, nearest_first, wanted_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
@@ -64,9 +65,9 @@ contains
       call modes%take(order(:min(size(order), s%options%modes)))
       call drop_spurious(modes)
       if (s%is_stopped()) modes%reason = reason_cancelled
-      if (allocated(aside%lambda) .and. .not. all_known(s, modes)) modes%inaccurate = modes%inaccurate + &
-         count(distances(aside%lambda, s%options%target) < maxval([0.0_wp, distances(modes%lambda, s%options%target)]))
-      if (all_known(s, modes)) modes%inaccurate = 0
+      if (allocated(aside%lambda)) modes%unlisted = [modes%unlisted, aside%lambda]
+      if (all_known(s, modes)) modes%unlisted = [complex(wp) ::]
+      call keep_nearer_unlisted(wanted_type(s%options%modes, s%options%target), modes)
       call give_reason(s, complete, modes)
       call certify_by_count(s, modes)
       call s%end_step(phase_judge)
@@ -335,14 +336,14 @@ contains
       logical :: all_found
 
       associate (total => s%known%total)
-         all_found = complete .and. modes%inaccurate == 0
+         all_found = complete .and. size(modes%unlisted) == 0
          if (total%exact) all_found = modes%found == total%number .and. .not. modes%unsure
          if (any(modes%reason == [reason_max_restarts, reason_cancelled]) .and. .not. (total%exact .and. all_found)) then
             ! Those that converged need not be the nearest.
             return
          else if (.not. fewer(s, modes)) then
             modes%reason = merge(reason_inaccurate, reason_converged, &
-               modes%inaccurate > 0 .or. modes%unsure .or. any(modes%backward_error > inaccurate_above))
+               size(modes%unlisted) > 0 .or. modes%unsure .or. any(modes%backward_error > inaccurate_above))
          else
             modes%reason = merge(reason_fewer_modes, reason_inaccurate, all_found)
             if (total%exact .and. modes%found /= total%number) call s%add_note(text(total%number)//" eigenvalues exist and "// &
