@@ -32,8 +32,6 @@ module kschur_modes
       complex(wp), allocatable :: unlisted(:)
       !> Whether some pair lies where infinite eigenvalues are, so that no finite one is left.
       logical :: beyond = .false.
-      !> Whether some modes are listed that may be anything by their error bounds, because the count says that they are.
-      logical :: unsure = .false.
       !> As in the result.
       integer :: reason = reason_converged, certified = certified_unknown, missing = -1
       real(wp) :: locking_error = 0

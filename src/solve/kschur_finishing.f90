@@ -40,12 +40,10 @@ contains
    !> Polishes each cluster in which a mode is inaccurate, in doubt, or no other than its neighbours: once
    !> factored beside and iterated, what lies where it is takes its place, whatever that is. A mode in doubt that is not
    !> found there is no eigenvalue, unless all were computed at once: these are as many after as before.
-   subroutine finish_modes(s, modes, aside, error)
+   subroutine finish_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       !> Of what is iterated, in the units that balance has found: in those as given, errors may hide behind a few large entries.
       type(modes_type), intent(inout) :: modes
-      !> Grows by those in doubt that were not found again although they have small backward errors.
-      type(eigenpairs_type), intent(inout) :: aside
       type(error_type), allocatable, intent(out) :: error
       type(judgement_type) :: judgement
       type(polisher_type) :: polisher
@@ -76,9 +74,8 @@ contains
          call keep_number(s, gone, nowhere, found, modes, done)
          if (done) return
       end if
-      call put_aside(modes, nowhere .and. modes%backward_error <= inaccurate_above, aside)
       ! Infinite eigenvalues that rounding blurred, or modes.
-      modes%unlisted = [modes%unlisted, lost, pack(modes%lambda, nowhere .and. judgement%errors > inaccurate_above)]
+      modes%unlisted = [modes%unlisted, lost, pack(modes%lambda, nowhere)]
       call replace(s, gone .or. nowhere, found, modes)
    end subroutine finish_modes
 
@@ -135,22 +132,6 @@ contains
 
       call keep_pairs(pairs, [(rest_beside(known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
    end subroutine leave_out_known
-
-   ! Those among some modes that are not there yet, from another shift.
-   subroutine put_aside(modes, chosen, aside)
-      type(modes_type), intent(in) :: modes
-      logical, intent(in) :: chosen(:)
-      type(eigenpairs_type), intent(inout) :: aside
-      integer :: i, j
-
-      if (.not. any(chosen)) return
-      if (.not. allocated(aside%lambda)) aside = chosen_pairs(modes, spread(.false., 1, size(chosen)))
-      do j = 1, size(chosen)
-         if (.not. chosen(j)) cycle
-         if (rest_beside(aside, modes, j, half) <= same_shape) cycle
-         call append_pairs(aside, chosen_pairs(modes, [(i == j, i=1, size(chosen))]))
-      end do
-   end subroutine put_aside
 
    subroutine judge(s, modes, judgement, error)
       type(solve_context_type), intent(inout) :: s
