@@ -1,7 +1,8 @@
 !> What `kschur help` says.
 module cli_help
    use cli_system, only: print_line
-   use kschur, only: built_with, error_type, error_usage, kschur_version, new_error
+   use kschur, only: built_with
+   use kschur, only: error_type, error_usage, kschur_version, new_error
    use kschur_scenes, only: scene_help, scene_names, unknown_scene
    implicit none
    private
