@@ -1,9 +1,9 @@
 !> What `kschur help` says.
 module cli_help
    use cli_system, only: print_line
-   use kschur, only: built_with
    use kschur, only: error_type, error_usage, kschur_version, new_error
    use kschur_scenes, only: scene_help, scene_names, unknown_scene
+   use kschur, only: built_with
    implicit none
    private
    public :: print_help, print_version
