@@ -250,7 +250,7 @@ contains
       first = process%columns - process%wanted + 1
       residuals = relative(bounds(first:), run%magnitudes(first:))
       converged = count(residuals <= process%tolerance)
-      call statistics%history%add_look(converged, statistics%operator_applications, maxval(residuals))
+      call statistics%history%add_check(converged, statistics%operator_applications, maxval(residuals))
       if (present(monitor)) call monitor%report(statistics%restarts, converged, process%wanted, maxval(residuals), &
          run%proceed)
    end subroutine look
@@ -274,7 +274,7 @@ contains
       converged = min(process%converged(), process%columns)
       first = max(converged, process%wanted)
       call process%ritz(run%magnitudes, run%bounds)
-      call statistics%history%add_look(min(converged, process%wanted), statistics%operator_applications, &
+      call statistics%history%add_check(min(converged, process%wanted), statistics%operator_applications, &
          maxval([0.0_wp, relative(run%bounds(:first), run%magnitudes(:first))]))
       if (run%info == 0) then
          run%complete = process%wanted == process%order()

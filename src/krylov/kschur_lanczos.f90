@@ -74,7 +74,7 @@ contains
                if (.not. allocated(error)) call project(d, selection, options, ritz, error)
                if (allocated(error)) return
                residual = maxval([0.0_wp, ritz%residuals(:ritz%wanted)])
-               call statistics%history%add_look(ritz%converged, statistics%operator_applications, residual)
+               call statistics%history%add_check(ritz%converged, statistics%operator_applications, residual)
                if (present(monitor)) call monitor%report(statistics%restarts, ritz%converged, ritz%needed, residual, proceed)
                if (is_stopped(monitor)) proceed = .false.
                if (ritz%settled .and. confirmed == 0) then

@@ -17,7 +17,7 @@ module kschur_direct_solver
    use kschur_refinement, only: solve_and_refine
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: text
-   use kschur_tolerances, only: above_all_rounding, good_enough
+   use kschur_tolerances, only: above_all_rounding, accepted_backward_error
    use kschur_trial_solution, only: try_solver
    implicit none
    private
@@ -156,7 +156,7 @@ contains
       if (.not. allocated(error)) &
          call try_solver(ldl, matrix, structure%multipliers, backward_error, error, self%refinements)
       if (allocated(error)) return
-      if (backward_error > good_enough) then
+      if (backward_error > accepted_backward_error) then
          call new_error(error, error_library, "a trial solution has a large residual")
       else
          call move_alloc(ldl, self%solver)

@@ -21,8 +21,8 @@ module kschur_solution_rows
       !> Fails where one of them did.
       procedure :: agree
       !> From where pivots are to where the rows are.
-      generic :: bring_home => bring_home_real, bring_home_complex
-      procedure, private :: bring_home_real, bring_home_complex
+      generic :: redistribute => redistribute_real, redistribute_complex
+      procedure, private :: redistribute_real, redistribute_complex
       !> From the whole vectors of the first process, and to them.
       generic :: scatter => scatter_real, scatter_complex
       procedure, private :: scatter_real, scatter_complex
@@ -67,7 +67,7 @@ contains
       end associate
    end subroutine agree
 
-   subroutine bring_home_real(self, row, solutions, x)
+   subroutine redistribute_real(self, row, solutions, x)
       class(solution_rows_type), intent(in) :: self
       !> Which rows of solutions are here.
       integer, intent(in) :: row(:)
@@ -77,9 +77,9 @@ contains
 
       associate (unused => self, also => row, too => solutions, unchanged => x)
       end associate
-   end subroutine bring_home_real
+   end subroutine redistribute_real
 
-   subroutine bring_home_complex(self, row, solutions, x)
+   subroutine redistribute_complex(self, row, solutions, x)
       class(solution_rows_type), intent(in) :: self
       integer, intent(in) :: row(:)
       complex(wp), intent(in) :: solutions(:, :)
@@ -87,7 +87,7 @@ contains
 
       associate (unused => self, also => row, too => solutions, unchanged => x)
       end associate
-   end subroutine bring_home_complex
+   end subroutine redistribute_complex
 
    subroutine scatter_real(self, x, part)
       class(solution_rows_type), intent(in) :: self

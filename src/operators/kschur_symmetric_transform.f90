@@ -26,7 +26,7 @@ module kschur_symmetric_transform
    use kschur_sparse, only: csr_matrix_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_symmetric_rows, only: end_sharing, share_operator
-   use kschur_tolerances, only: drowning, known_well, nearly_zero, root_epsilon, rounding_of_sums, singular_shift
+   use kschur_tolerances, only: deflated_growth, known_well, nearly_zero, root_epsilon, rounding_of_sums, singular_shift
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
    use kschur_threads, only: panel_rows
@@ -148,7 +148,7 @@ contains
          x = rhs(:n, :)
          call self%operator%deflation%project(x)
          ! Rounding makes deflated motions of nothing.
-         singular = .not. (singular_shift*abs(self%shift)*norm2(x) <= 1 .and. norm2(rhs(:n, :) - x) <= drowning*norm2(x))
+         singular = .not. (singular_shift*abs(self%shift)*norm2(x) <= 1 .and. norm2(rhs(:n, :) - x) <= deflated_growth*norm2(x))
       end if
       if (singular) call new_error(error, error_singular, &
          "the shifted problem is singular: the shift is an eigenvalue; move it a little")

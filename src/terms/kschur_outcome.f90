@@ -43,7 +43,7 @@ module kschur_outcome
       !> Begins without an entry.
       procedure :: begin
       !> Adds an entry.
-      procedure :: add_look
+      procedure :: add_check
       !> Adds what came after it.
       procedure :: append
       !> How many applications it took until all that was wanted had converged.
@@ -58,7 +58,7 @@ contains
       allocate (self%converged(0), self%operator_applications(0), self%residual(0))
    end subroutine begin
 
-   subroutine add_look(self, converged, operator_applications, residual)
+   subroutine add_check(self, converged, operator_applications, residual)
       class(history_type), intent(inout) :: self
       integer, intent(in) :: converged, operator_applications
       real(wp), intent(in) :: residual
@@ -66,7 +66,7 @@ contains
       self%converged = [self%converged, converged]
       self%operator_applications = [self%operator_applications, operator_applications]
       self%residual = [self%residual, residual]
-   end subroutine add_look
+   end subroutine add_check
 
    subroutine append(self, more, before)
       class(history_type), intent(inout) :: self

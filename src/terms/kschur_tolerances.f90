@@ -98,7 +98,7 @@ module kschur_tolerances
    !> A mode above this backward error does not count as converged: half of the digits. Chosen.
    real(wp), parameter, public :: inaccurate_above = 1.0e-8_wp
    !> A solution with a backward error below this is accepted: the default tolerance of the iteration.
-   real(wp), parameter, public :: good_enough = 1.0e-12_wp
+   real(wp), parameter, public :: accepted_backward_error = 1.0e-12_wp
    !> A symmetric Ritz pair with this residual, relative to it, has its value to the square (Parlett, The Symmetric Eigenvalue
    !> Problem, 1998, section 11.7); refinement that changes less has settled; and a singular system that leaves a larger
    !> residual has no solution.
@@ -133,7 +133,7 @@ module kschur_tolerances
    !> six digits.
    real(wp), parameter, public :: singular_shift = 1.0e-10_wp
    !> So is one where rounding makes this many times as much of deflated motions as is left of all others. Chosen.
-   real(wp), parameter, public :: drowning = 10
+   real(wp), parameter, public :: deflated_growth = 10
    !> M scaled to a unit diagonal is definite where its least eigenvalue is above this: those of finite elements are
    !> above a hundredth (Wathen, IMA J. Numer. Anal. 7 (1987)).
    real(wp), parameter, public :: least_of_mass = 1.0e-4_wp

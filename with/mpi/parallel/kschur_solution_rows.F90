@@ -29,8 +29,8 @@ module kschur_solution_rows
       !> Fails where one of them did.
       procedure :: agree
       !> From where pivots are to where the rows are.
-      generic :: bring_home => bring_home_real, bring_home_complex
-      procedure, private :: bring_home_real, bring_home_complex
+      generic :: redistribute => redistribute_real, redistribute_complex
+      procedure, private :: redistribute_real, redistribute_complex
       !> From the whole vectors of the first process, and to them.
       generic :: scatter => scatter_real, scatter_complex
       procedure, private :: scatter_real, scatter_complex
@@ -115,14 +115,14 @@ contains
 
 #define SCALAR real(wp)
 #define MPI_SCALAR MPI_DOUBLE_PRECISION
-#define BRING_HOME bring_home_real
+#define REDISTRIBUTE redistribute_real
 #define SCATTER scatter_real
 #define GATHER gather_real
 #include "kschur_solution_rows.inc"
 
 #define SCALAR complex(wp)
 #define MPI_SCALAR MPI_DOUBLE_COMPLEX
-#define BRING_HOME bring_home_complex
+#define REDISTRIBUTE redistribute_complex
 #define SCATTER scatter_complex
 #define GATHER gather_complex
 #include "kschur_solution_rows.inc"
