@@ -27,7 +27,7 @@ module kschur_pencil
    type :: pencil_type
       !> One of `formulation_*`.
       integer :: formulation
-      !> How theta and lambda belong together.
+      !> Map between theta and lambda.
       type(spectral_map_type) :: map
       type(csr_matrix_type) :: a, b
       !> Numbers of unknowns n and multipliers m of the problem.
@@ -36,7 +36,7 @@ module kschur_pencil
       real(wp), allocatable :: factors(:)
       !> Unit of lambda in the second and third part of x (1/s).
       real(wp) :: unit
-      !> What a linear solver may use of A - sigma B.
+      !> Structure of A - sigma B for linear solvers.
       type(matrix_structure_type) :: structure
    contains
       !> Whether the pencil is in lambda; otherwise it is in its square.
@@ -54,7 +54,7 @@ module kschur_pencil
       procedure :: split
    end type pencil_type
 
-   ! Block rows and columns while a pencil is put together.
+   ! Triplets of a block matrix during assembly.
    type :: blocks_type
       integer, allocatable :: row(:), column(:)
       real(wp), allocatable :: value(:)
@@ -160,7 +160,7 @@ contains
       end subroutine refuse
    end subroutine check_fit
 
-   ! Puts coefficient * block, or its transpose, behind `rows` rows and `columns` columns.
+   ! Adds coefficient * block, or its transpose, at an offset of `rows` rows and `columns` columns.
    subroutine add(self, rows, columns, coefficient, block, transposed)
       class(blocks_type), intent(inout) :: self
       integer, intent(in) :: rows, columns
@@ -216,16 +216,14 @@ contains
       lambda = merge(roots(2), roots(1), aimag(roots(1)) < 0 .and. self%map%oscillator)
    end function lambda
 
-   !> phi (n x k) and xi (m x k) of eigenvectors x; xi belongs to the
-   !> constraints as given. Of the two copies of phi in a damped form it takes
-   !> the larger one: the other is a small difference.
+   !> Extracts phi (n x k) and xi (m x k), xi in terms of the constraints as given, from eigenvectors x. A damped form has two
+   !> copies of phi; the larger one is taken, as the other suffers cancellation.
    subroutine split(self, x, lambda, theta, phi, xi)
       class(pencil_type), intent(in) :: self
       complex(wp), intent(in) :: x(:, :)
       !> The eigenvalue of each column.
       complex(wp), intent(in) :: lambda(:)
-      !> theta of each column, to take zeta to xi; the shift where shift-invert
-      !> made zeta.
+      !> theta of each column, to convert zeta to xi; the shift if zeta comes from shift-invert.
       complex(wp), intent(in) :: theta(:)
       complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
       integer :: n, j
