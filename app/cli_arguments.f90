@@ -13,7 +13,7 @@ module cli_arguments
       character(len=:), allocatable :: words(:)
       logical, allocatable :: taken(:)
    contains
-      !> Takes the option `--name` that stands without a value.
+      !> Takes the option `--name`, which has no value.
       procedure :: take_flag
       !> Takes option `--name` that has no value, or the value off.
       procedure :: take_switch
@@ -148,7 +148,7 @@ contains
       integer, intent(in) :: smallest
       integer, intent(inout) :: value
       type(error_type), allocatable, intent(inout) :: error
-      !> A word that stands for 0.
+      !> A word that means 0.
       character(len=*), optional, intent(in) :: zero
       character(len=:), allocatable :: word, wanted
       logical :: ok

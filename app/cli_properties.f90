@@ -1,4 +1,4 @@
-!> Modal properties: directions from a file, and what is printed.
+!> Modal properties: reads directions from a file, and prints tables.
 module cli_properties
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns

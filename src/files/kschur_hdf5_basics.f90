@@ -162,8 +162,8 @@ contains
 
       if (output%file >= 0) then
          if (allocated(error)) then
-            ! On a full disk, lets HDF5 flush its buffers elsewhere: a failed close corrupts the library, which then crashes at
-            ! program end.
+            ! Truncates the file, so that HDF5 can flush its buffers to a full disk: a failed close corrupts the library, which
+            ! then crashes at program end.
             open (newunit=unit, file=output%staging%path, status="replace", iostat=status)
             if (status == 0) close (unit, iostat=status)
          end if

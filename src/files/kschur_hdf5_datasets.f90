@@ -115,7 +115,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       !> How many there must be.
       integer, intent(in), optional :: expected
-      !> Only so many are read, behind so many others: no more than are expected.
+      !> Reads `number` values after the first `before`, at most as many as expected.
       integer, intent(in), optional :: before, number
       integer(hid_t) :: dataset
       integer :: extents(1), first, length, status

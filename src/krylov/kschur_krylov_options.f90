@@ -15,7 +15,7 @@ module kschur_krylov_options
       integer :: subspace = 20
       !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.
       real(wp) :: tolerance = 1.0e-12_wp
-      !> Maximal number of restarts minus one: with 1 the Krylov space is filled once.
+      !> The iteration ends instead of making this restart: with 1 the Krylov space is filled once.
       integer :: max_restarts = 200
       !> Number of applications of the operator to a random start vector, which filter out components of infinite eigenvalues.
       integer :: filter = 3
@@ -96,8 +96,7 @@ contains
    !> converges.
    pure logical function stalls(self)
       class(krylov_statistics_type), intent(in) :: self
-      ! Least number of convergence tests in the second half of the history, and the factor by which the residual must fall in
-      ! it.
+      ! Least number of restarts, and the factor by which the residual must fall in the second half of the history.
       integer, parameter :: least_restarts = 40
       real(wp), parameter :: progress = 0.1_wp
       integer :: checks, middle

@@ -85,7 +85,7 @@ contains
       total = sum(entries)
       allocate (members(nodes), source=1)
       allocate (begin, source=[(s, s=1, nodes)])
-      ! Parent part of a supernode.
+      ! Sums over subtrees: children precede parents.
       do s = 1, nodes
          if (parent(s) == 0) cycle
          entries(parent(s)) = entries(parent(s)) + entries(s)

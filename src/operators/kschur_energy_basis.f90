@@ -52,7 +52,7 @@ contains
       x = product_of(x, m)
       y = product_of(y, m)
       do j = 1, p
-         ! LAPACK sorts in ascending order.
+         ! Descending order: LAPACK sorts in ascending order.
          associate (k => p + 1 - j)
             speed = unit*sqrt(inertia(j))
             basis(:n, 2*k - 1) = x(:, j)

@@ -65,7 +65,7 @@ contains
          space%most = motions - size(operator%deflation%decay)
          if (size(operator%deflation%decay) > 0) allocate (space%excluded, source=operator%deflation%shapes)
       end if
-      ! A block of responses is solved for together.
+      ! Each block of responses, which are solved for together, adds r vectors.
       space%limit = z + options%subspace + merge(0, levels*r, options%observes)
       room = 2*(r + z) + space%limit + 2
       call make_room(space, n, room, options%processes, error)

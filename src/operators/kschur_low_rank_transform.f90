@@ -215,7 +215,7 @@ contains
       check%residual = maxval(check%undamped%residuals(order(:min(needed, k))))
       if (options%observes .or. &
          (check%converged < needed .and. .not. (self%space%closed() .or. self%space%at_end()))) then
-         ! The damped problem is not solved yet.
+         ! The damped problem is not solved yet, or not needed.
          check%converged = 0
          allocate (check%chosen(0))
          return

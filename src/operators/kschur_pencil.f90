@@ -16,14 +16,11 @@ module kschur_pencil
    private
    public :: check_fit, pencil_type, new_pencil
 
-   !> A x = theta B x. The damped forms have x = (phi, lambda/unit phi, zeta)
-   !> and theta = lambda, the undamped ones x = (phi, zeta) and theta = -+
-   !> lambda^2. Where constraints stand in A zeta is xi, and the spurious
-   !> eigenvalues are infinite. Where they stand in B zeta is xi integrated
-   !> once or twice, theta zeta = unit xi or unit^2 xi, and the spurious ones
-   !> are zeros: 2m in (22); 3m in (34), whose third block row of B is
-   !> [0 Cq 0] here, because the paper's [Cq 0 0] makes B singular. B has an
-   !> inverse where M has one on the motions that satisfy the constraints.
+   !> A x = theta B x. The damped forms have x = (phi, lambda/unit phi, zeta) and theta = lambda, the undamped ones x = (phi,
+   !> zeta) and theta = -+ lambda^2. With constraints in A, zeta is xi and the spurious eigenvalues are infinite. With
+   !> constraints in B, zeta is xi integrated once or twice, theta zeta = unit xi or unit^2 xi, and the spurious ones are zeros:
+   !> 2m in (22); 3m in (34), whose third block row of B is [0 Cq 0] here, because the paper's [Cq 0 0] makes B singular. B is
+   !> nonsingular if M is on the null space of the constraints.
    type :: pencil_type
       !> One of `formulation_*`.
       integer :: formulation
@@ -41,7 +38,7 @@ module kschur_pencil
    contains
       !> Whether the pencil is in lambda; otherwise it is in its square.
       procedure :: is_damped
-      !> Whether constraints stand in B.
+      !> Whether the constraints are in B.
       procedure :: has_spurious_zeros
       !> theta of a lambda.
       procedure :: theta
@@ -64,10 +61,9 @@ module kschur_pencil
 
 contains
 
-   !> The pencil of a formulation. Fails where the formulation does not fit
-   !> the problem. The equations of the damped forms stand in the order
-   !> (second, first, third) of eqs. (30) and (33): that puts the stiffness on
-   !> the diagonal of A - sigma B and changes no eigenvalue.
+   !> Builds the pencil of a formulation. Fails if the formulation does not fit the problem. The equations of the damped forms
+   !> are in the order (second, first, third) of eqs. (30) and (33): this puts the stiffness on the diagonal of A - sigma B and
+   !> changes no eigenvalue.
    subroutine new_pencil(pencil, problem, formulation, factors, unit, error)
       type(pencil_type), intent(out) :: pencil
       type(modal_problem_type), intent(in) :: problem

@@ -43,7 +43,7 @@ contains
    subroutine counting_matrix(problem, theta, least, matrix, structure, error)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: theta
-      !> So many are known to be below.
+      !> A lower bound of the count.
       integer, intent(in) :: least
       type(csr_matrix_type), intent(out) :: matrix
       type(matrix_structure_type), intent(out) :: structure

@@ -149,7 +149,7 @@ contains
       if (abs(group%lambda) > 0) then
          call divide_by_modal_a(a, factor)
          factor = group%lambda*factor
-         ! Adds the conjugate mode.
+         ! The conjugate mode contributes as much.
          if (abs(aimag(group%lambda)) > 0) factor = 2*factor
       else
          call divide_for_rigid(problem, group, a, factor)

@@ -109,7 +109,7 @@ module kschur_options
       integer :: block = 0
       !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.
       real(wp) :: tolerance = 1.0e-12_wp
-      !> Restart limit.
+      !> The iteration ends instead of making this restart.
       integer :: max_restarts = 200
       !> Whether structured formulations eliminate clamped and tied unknowns before the iteration.
       logical :: presolve = .true.
