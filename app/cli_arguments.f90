@@ -1,5 +1,5 @@
-!> The words of a command line, taken by name until none is left. A taker does
-!> nothing once `error` is raised, so that one check after many is enough.
+!> Command-line arguments, taken by name until none is left. Takers do nothing if `error` is already raised, so that one check
+!> after many is enough.
 module cli_arguments
    use cli_numbers, only: read_integer, read_real
    use kschur, only: error_type, error_usage, index_of_name, long, new_error, text, wp
@@ -7,13 +7,13 @@ module cli_arguments
    private
    public :: arguments_type, command_arguments
 
-   !> Some words of a command line.
+   !> Remaining words of a command line.
    type :: arguments_type
       private
       character(len=:), allocatable :: words(:)
       logical, allocatable :: taken(:)
    contains
-      !> Takes the option `--name` that stands without a value.
+      !> Takes the option `--name`, which has no value.
       procedure :: take_flag
       !> Takes option `--name` that has no value, or the value off.
       procedure :: take_switch
@@ -31,11 +31,11 @@ module cli_arguments
       procedure :: take_pair
       !> Takes a name out of a list, as its position from 0; unchanged where it was not given.
       procedure :: take_choice
-      !> Takes the first word that is no option; not allocated where there is none.
+      !> Takes the first word that is not an option; not allocated if there is none.
       procedure :: take_word
-      !> All the words that are left.
+      !> The remaining words.
       procedure :: rest
-      !> Fails where a word is left.
+      !> Fails if a word remains.
       procedure :: check_all_taken
    end type arguments_type
 
@@ -58,7 +58,7 @@ contains
       end do
    end function command_arguments
 
-   ! The place of option `name`, 0 where it was not given; marks it as taken.
+   ! Position of option `name`, 0 if it was not given; marks it as taken.
    subroutine find(self, name, place, error)
       class(arguments_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -148,7 +148,7 @@ contains
       integer, intent(in) :: smallest
       integer, intent(inout) :: value
       type(error_type), allocatable, intent(inout) :: error
-      !> A word that stands for 0.
+      !> A word that means 0.
       character(len=*), optional, intent(in) :: zero
       character(len=:), allocatable :: word, wanted
       logical :: ok

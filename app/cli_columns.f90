@@ -10,15 +10,15 @@ module cli_columns
 
 contains
 
-   !> Prints them on standard output; each row has its number first.
+   !> Prints columns on standard output; each row starts with its number.
    subroutine print_columns(what, names, units, values, format)
-      !> What a row is, as "mode".
+      !> Name of a row, as "mode".
       character(len=*), intent(in) :: what
-      !> As they are in JSON and CSV; the table has blanks in the place of underscores.
+      !> Names as in JSON and CSV; the table replaces underscores by blanks.
       character(len=*), intent(in) :: names(:)
       !> For the table.
       character(len=*), intent(in) :: units(:)
-      !> Rows x columns; what is not finite is not known.
+      !> Rows x columns; nonfinite values are unknown.
       real(wp), intent(in) :: values(:, :)
       !> One of `format_*`.
       integer, intent(in) :: format

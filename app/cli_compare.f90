@@ -1,4 +1,4 @@
-!> kschur compare: a problem by each method, side by side.
+!> kschur compare: solves a problem by each method and compares them.
 module cli_compare
    use cli_arguments, only: arguments_type
    use cli_comparison, only: comparison_type, compare_methods, entry_type, labels, method_count
@@ -21,8 +21,8 @@ module cli_compare
 
 contains
 
-   !> Does the command; `complete` is false where not even `auto` finds the modes that were asked for. Fails where `auto`
-   !> does, after the table of the others.
+   !> Runs the command; `complete` is false if even `auto` does not find the requested modes. Fails if `auto` does, after
+   !> printing the table of the others.
    subroutine compare_command(arguments, complete, error)
       type(arguments_type), intent(inout) :: arguments
       logical, intent(out) :: complete
@@ -103,7 +103,7 @@ contains
       end do
    end subroutine print_table
 
-   ! Why a method's modes are the reference.
+   ! Reason for the choice of the reference method.
    pure function grounds(certified)
       logical, intent(in) :: certified
       character(len=:), allocatable :: grounds

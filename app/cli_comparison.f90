@@ -1,4 +1,4 @@
-!> One problem by several methods, and how their modes agree.
+!> Solves one problem by several methods, and compares their modes.
 module cli_comparison
    use cli_interrupt, only: is_interrupted
    use cli_processes, only: gather_processes
@@ -11,32 +11,32 @@ module cli_comparison
    public :: comparison_type, compare_methods, entry_type, method_count
 
    integer, parameter :: method_count = 5
-   !> What the methods are called.
+   !> Names of the methods.
    character(len=*), parameter, public :: labels(method_count) = [character(len=12) :: &
       "auto", "quadratic", "pencil", "arpack-plain", "arpack-fair"]
 
-   !> What one method made of the problem.
+   !> Result of one method.
    type :: entry_type
       type(modal_result_type) :: result
-      !> Why there is no result; not allocated where there is one.
+      !> Error, if there is no result; else not allocated.
       type(error_type), allocatable :: error
-      !> Modes of the reference that are not among its modes; its modes, no further from the target than
-      !> those of the reference, that are not among these.
+      !> Number of modes of the reference that it lacks; number of its modes, not further from the target than those of the
+      !> reference, that the reference lacks.
       integer :: missed = 0, spurious = 0
       real(wp) :: worst = 0, median = 0
    end type entry_type
 
    type :: comparison_type
       type(entry_type) :: entries(method_count)
-      !> The method whose modes the others are compared with; 0 where all failed.
+      !> Reference method; 0 if all failed.
       integer :: reference = 0
-      !> Whether it is proved that these are the wanted ones.
+      !> Whether its modes are proved to be the wanted ones.
       logical :: certified = .false.
    end type comparison_type
 
 contains
 
-   !> Solves by each method, at the same target and shift, as far as these are given.
+   !> Solves by each method, at the same target and shift if these are given.
    subroutine compare_methods(problem, options, comparison, progress)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
@@ -72,7 +72,7 @@ contains
       end do
    end subroutine compare_methods
 
-   ! The first that is certified, or, of those with most modes, the one with the smallest backward error.
+   ! The first certified method, else, of those with most modes, the one with the smallest backward error.
    subroutine choose_reference(comparison)
       type(comparison_type), intent(inout) :: comparison
       integer :: i
@@ -99,18 +99,17 @@ contains
 
       associate (found => size(entry%result%eigenvalues), before => size(other%result%eigenvalues))
          is_better = found > before .or. (found == before .and. entry%worst < other%worst)
-         ! Plain ARPACK's ghosts are no modes.
+         ! Spurious values of plain ARPACK are not modes.
          if (entry%result%options%is_plain() .neqv. other%result%options%is_plain()) &
             is_better = other%result%options%is_plain()
       end associate
    end function is_better
 
-   ! Each mode of one stands for one mode of the other: multiplicities count.
+   ! Matches modes one to one, with multiplicities.
    subroutine judge(reference, entry)
       type(modal_result_type), intent(in) :: reference
       type(entry_type), intent(inout) :: entry
-      ! Two eigenvalues are the same if they differ by less, relative to the larger one; one of
-      ! them being zero, relative to the largest of all.
+      ! Tolerance of equal eigenvalues, relative to the larger one; for a zero, relative to the largest of all.
       real(wp), parameter :: same = 1.0e-6_wp
       logical :: free(size(entry%result%eigenvalues))
       real(wp) :: largest, reach
@@ -136,7 +135,7 @@ contains
       end associate
    end subroutine judge
 
-   ! Of the nearer one of a pair.
+   ! Distance of the nearer member of a conjugate pair.
    elemental real(wp) function distance(lambda, target)
       complex(wp), intent(in) :: lambda, target
 

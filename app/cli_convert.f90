@@ -10,7 +10,7 @@ module cli_convert
 
 contains
 
-   !> Does the command; where the script fails it has said why, and the program ends with its status.
+   !> Runs the command. If the script fails, it has printed the reason, and the program exits with its status.
    subroutine convert_command(arguments, error)
       type(arguments_type), intent(inout) :: arguments
       type(error_type), allocatable, intent(out) :: error
@@ -20,7 +20,7 @@ contains
       if (.not. allocated(error) .and. status /= 0) call end_program(status)
    end subroutine convert_command
 
-   ! Words in one line for the shell.
+   ! Joins words to a shell command.
    pure function joined(words) result(line)
       character(len=*), intent(in) :: words(:)
       character(len=:), allocatable :: line

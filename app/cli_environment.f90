@@ -1,4 +1,4 @@
-!> What libraries read from the environment when they are loaded, so that the program has to start again to say it.
+!> Environment variables that libraries read when they are loaded: to set them, the program executes itself again.
 module cli_environment
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_long, c_null_char, c_null_ptr, c_ptr
    implicit none
@@ -32,8 +32,8 @@ module cli_environment
 
 contains
 
-   !> The run-time library of OpenMP lets threads spin while they wait for each other, which costs a busy machine many times
-   !> what they bring. Starts again, unless the user has said how threads wait, or how many there are.
+   !> Restarts the program so that idle OpenMP threads sleep instead of spinning, which is very slow on a busy machine, unless
+   !> the user has set the wait policy or the number of threads.
    subroutine start_again_to_wait_asleep()
       character(len=15), parameter :: said(3) = [character(len=15) :: "OMP_WAIT_POLICY", "GOMP_SPINCOUNT", "OMP_NUM_THREADS"]
       integer :: i
@@ -42,11 +42,12 @@ contains
       call start_again_with("OMP_WAIT_POLICY", "PASSIVE")
    end subroutine start_again_to_wait_asleep
 
-   !> Each thread of OpenBLAS maps a buffer when it is loaded, waits for ever where it gets none, and keeps the program from
-   !> ending. Starts again with one thread where addresses are limited (`ulimit -v`), unless the user has said how many.
+   !> Restarts the program with one thread of OpenBLAS if the address space is limited (`ulimit -v`), unless the user has set
+   !> their number: each thread maps a buffer when it is loaded, waits forever if it gets none, and blocks the exit of the
+   !> program.
    subroutine keep_one_blas_thread()
       character(len=*), parameter :: variable = "OPENBLAS_NUM_THREADS"
-      ! On Linux, where no limit is -1.
+      ! On Linux; -1: unlimited.
       integer(c_int), parameter :: rlimit_as = 9
       type(limit_type) :: limit
 
@@ -63,7 +64,7 @@ contains
       is_set = status /= is_missing
    end function is_set
 
-   ! The same program with the same words. Returns where that cannot be done.
+   ! Executes the program again with the same arguments. Returns if that fails.
    subroutine start_again_with(variable, value)
       character(len=*), intent(in) :: variable, value
       character(len=*), parameter :: this_program = "/proc/self/exe"

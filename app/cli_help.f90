@@ -1,4 +1,4 @@
-!> What `kschur help` says.
+!> Help texts.
 module cli_help
    use cli_system, only: print_line
    use kschur, only: error_type, error_usage, kschur_version, new_error
@@ -19,7 +19,7 @@ contains
    !> Prints the help on a command, or on the program where `topic` is empty.
    subroutine print_help(topic, scene, error)
       character(len=*), intent(in) :: topic
-      !> Of the topic scene: the one that is asked about; empty: all.
+      !> For the topic scene: name of a scene; empty: all.
       character(len=*), intent(in) :: scene
       type(error_type), allocatable, intent(out) :: error
 

@@ -1,4 +1,4 @@
-!> kschur info: what a problem is, or the table of a result that was written.
+!> kschur info: describes a problem, or prints the table of a stored result.
 module cli_info
    use cli_arguments, only: arguments_type
    use cli_input, only: input_type, read_problem, take_input
@@ -15,7 +15,7 @@ module cli_info
    private
    public :: info_command
 
-   !> What is told of a problem.
+   !> Facts about a problem.
    type :: facts_type
       integer :: formulation = formulation_auto
       character(len=:), allocatable :: decision

@@ -1,5 +1,4 @@
-!> Where a problem is read from: a folder of Matrix Market files, an HDF5
-!> file, or Matrix Market files named one by one.
+!> Input of a problem: a folder of Matrix Market files, an HDF5 file, or individual files.
 module cli_input
    use cli_arguments, only: arguments_type
    use cli_processes, only: read_together
@@ -11,7 +10,7 @@ module cli_input
    private
    public :: input_type, is_large, is_part_of, read_problem, read_shared_problem, take_input, take_symmetric
 
-   !> Names of files; what was not given is not allocated.
+   !> Names of files; not allocated: not given.
    type :: input_type
       !> A folder or an HDF5 file.
       character(len=:), allocatable :: path
@@ -21,7 +20,7 @@ module cli_input
       logical :: triplets = .false.
       !> How symmetric matrices are stored: `symmetric_check` and its like.
       integer :: symmetric = symmetric_check
-      !> g of H = g K, of any of these.
+      !> Loss factor g of H = g K.
       real(wp), allocatable :: loss_factor
    end type input_type
 
@@ -73,7 +72,7 @@ contains
       call arguments%take_choice("--symmetric", symmetric_names, input%symmetric, error)
    end subroutine take_symmetric
 
-   !> Whether a problem is large enough for more than one thread, by the size of its files.
+   !> Whether a problem is large enough for several threads, by file sizes.
    logical function is_large(input)
       type(input_type), intent(in) :: input
       integer(long), parameter :: large = 2_long**20
@@ -85,7 +84,7 @@ contains
       end if
    end function is_large
 
-   ! Of a file that is there.
+   ! Size of an existing file.
    integer(long) function bytes(path)
       character(len=*), intent(in) :: path
 
@@ -120,7 +119,7 @@ contains
       end if
    end function is_part_of
 
-   !> Reads the problem; whatever is wrong with it is `error_input` and names a file.
+   !> Reads the problem; all errors are `error_input` and name a file.
    subroutine read_problem(input, problem, error)
       type(input_type), intent(in) :: input
       type(modal_problem_type), intent(out) :: problem
@@ -158,7 +157,7 @@ contains
       call name_file(input, error)
    end subroutine read_problem
 
-   ! By endings that kschur convert knows, but for .mtx, which Matrix Market has too.
+   ! Whether the file name ending belongs to kschur convert; .mtx is Matrix Market.
    logical function is_of_another_code(path)
       character(len=*), intent(in) :: path
       character(len=*), parameter :: endings(8) = [character(len=6) :: ".sti", ".mas", ".mat", ".npz", ".hb", ".rua", ".rsa", &
@@ -174,13 +173,13 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       type(error_type), allocatable :: failure
 
-      ! Of several processes the first has the problem.
+      ! The problem is in the first process.
       if (allocated(error) .or. .not. (allocated(input%loss_factor) .and. allocated(problem%stiffness%value))) return
       call problem%set_loss_factor(input%loss_factor, failure)
       if (allocated(failure)) call move_alloc(failure, error)
    end subroutine take_loss_factor
 
-   !> The same, of an HDF5 file by all processes together.
+   !> Reads an HDF5 file collectively.
    subroutine read_shared_problem(input, shared, error)
       type(input_type), intent(in) :: input
       type(shared_problem_type), intent(out) :: shared

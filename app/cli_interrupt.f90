@@ -1,5 +1,5 @@
-!> SIGINT and SIGTERM while modes are computed: the first one ends the computation with what has converged, a second one,
-!> the same or the other, the program.
+!> Handles SIGINT and SIGTERM: the first one ends the computation with the modes that have converged, a second one (either) ends
+!> the program.
 module cli_interrupt
    use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int, c_intptr_t, c_long, c_null_ptr, c_ptr
    implicit none
@@ -7,7 +7,7 @@ module cli_interrupt
    public :: catch_interrupts, is_interrupted, let_signals
 
    integer(c_int), parameter :: signals(2) = [2_c_int, 15_c_int]
-   ! The one thing a handler may do is to set a variable.
+   ! A signal handler may only set a variable.
    logical, volatile :: caught = .false.
    ! Which of the signals were not ignored before.
    logical, volatile :: heard(2) = .false.
@@ -34,7 +34,7 @@ module cli_interrupt
 
 contains
 
-   !> This thread hears signals, which are held in all others (hold_signals.c).
+   !> Unblocks signals in this thread; they are blocked in all others (hold_signals.c).
    subroutine let_signals()
       ! On Linux: SIG_UNBLOCK, and a set of signals, whose bits count from the first.
       integer(c_int), parameter :: unblock = 1
@@ -49,7 +49,7 @@ contains
       failed = c_sigmask(unblock, both, c_null_ptr)
    end subroutine let_signals
 
-   !> From now on signals wait for `is_interrupted` to be asked. One that was ignored before stays so.
+   !> Installs the handlers; `is_interrupted` polls for signals. Ignored signals stay ignored.
    subroutine catch_interrupts()
       ! SIG_IGN.
       integer(c_intptr_t), parameter :: ignore = 1
@@ -63,7 +63,7 @@ contains
       end do
    end subroutine catch_interrupts
 
-   !> Whether one came.
+   !> Whether a signal was received.
    logical function is_interrupted()
       is_interrupted = caught
    end function is_interrupted
@@ -82,7 +82,7 @@ contains
       do i = 1, size(signals)
          if (heard(i)) before = c_signal(signals(i), transfer(default, before))
       end do
-      ! It had come before the first was noted.
+      ! It arrived before the first one was recorded.
       if (second) failed = c_raise(number)
    end subroutine note
 end module cli_interrupt

@@ -70,7 +70,7 @@ contains
          condition(result, i, ', "condition_number": ', "null")//properties(result, i)//'}'
    end function mode
 
-   ! Nothing where modal properties were not asked for.
+   ! Empty if modal properties were not requested.
    pure function properties(result, i)
       type(modal_result_type), intent(in) :: result
       integer, intent(in) :: i
@@ -117,7 +117,7 @@ contains
       list = list//"]"
    end function list
 
-   ! Nothing where condition numbers were not asked for.
+   ! Empty if condition numbers were not requested.
    pure function condition(result, i, label, undefined)
       type(modal_result_type), intent(in) :: result
       integer, intent(in) :: i
@@ -153,7 +153,7 @@ contains
       object = object//'}}'
    end function counts
 
-   ! Null where not all that was wanted converged.
+   ! Null if not all wanted modes converged.
    pure function wanted_after(result)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: wanted_after
@@ -203,7 +203,7 @@ contains
       if (bytes < 0) memory = "null"
    end function memory
 
-   !> true, false, or null where nothing is known.
+   !> true, false, or null if unknown.
    pure function certified(verdict)
       integer, intent(in) :: verdict
       character(len=:), allocatable :: certified

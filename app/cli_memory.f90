@@ -1,4 +1,4 @@
-!> What is said where memory is short that nobody asked for.
+!> Message when an implicit allocation of the compiler fails.
 module cli_memory
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
    implicit none
@@ -20,8 +20,8 @@ module cli_memory
 
 contains
 
-   ! gfortran calls it where what a program does not allocate itself, as copies of expressions, gets no memory: that of its
-   ! run-time library prints where that was, and ends with exit status 1.
+   ! Replaces the function that gfortran calls if an implicit allocation, as of an array temporary, fails: that of its run-time
+   ! library prints a backtrace and exits with status 1.
    subroutine end_without_memory() bind(c, name="_gfortran_os_error_at")
       integer(c_int), parameter :: standard_error = 2, status_failure = 4
       character(len=*), parameter :: line = "kschur: no memory"//new_line("a")

@@ -1,4 +1,4 @@
-!> Numbers read from words without leniency, and written for people and programs.
+!> Strict conversion of words to numbers, and formatting of numbers.
 module cli_numbers
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur, only: text, wp
@@ -6,14 +6,14 @@ module cli_numbers
    private
    public :: aligned, exponential, plain, read_integer, read_list, read_range, read_real, rounded
 
-   !> A real, or a complex as `re+imi`, with some six digits.
+   !> Formats a real, or a complex as `re+imi`, with about six digits.
    interface rounded
       module procedure rounded_real, rounded_complex
    end interface rounded
 
 contains
 
-   !> Reads a whole number; where the word is anything else, `ok` is false.
+   !> Reads an integer; `ok` is false if the word is anything else.
    subroutine read_integer(word, value, ok)
       character(len=*), intent(in) :: word
       integer, intent(inout) :: value
@@ -27,7 +27,7 @@ contains
       if (ok) value = number
    end subroutine read_integer
 
-   !> Reads a finite decimal number; where the word is anything else, `ok` is false.
+   !> Reads a finite decimal number; `ok` is false if the word is anything else.
    subroutine read_real(word, value, ok)
       character(len=*), intent(in) :: word
       real(wp), intent(inout) :: value
@@ -48,7 +48,7 @@ contains
       if (ok) value = number
    end subroutine read_real
 
-   !> Reads numbers A,B,...; where the word is anything else, `ok` is false.
+   !> Reads numbers A,B,...; `ok` is false if the word is anything else.
    subroutine read_list(word, values, ok)
       character(len=*), intent(in) :: word
       real(wp), allocatable, intent(out) :: values(:)
@@ -68,11 +68,10 @@ contains
       end do
    end subroutine read_list
 
-   !> Reads FIRST:LAST:POINTS, so many numbers evenly from the first to the last, two or more; where the word is anything
-   !> else, `ok` is false.
+   !> Reads FIRST:LAST:POINTS as equally spaced numbers, two or more; `ok` is false if the word is anything else.
    subroutine read_range(word, most, values, ok)
       character(len=*), intent(in) :: word
-      !> There may be so many points.
+      !> Largest number of points.
       integer, intent(in) :: most
       real(wp), allocatable, intent(out) :: values(:)
       logical, intent(out) :: ok
@@ -156,7 +155,7 @@ contains
       rounded = rounded//rounded_real(aimag(z))//"i"
    end function rounded_complex
 
-   !> A number with an exponent in a cell of so many characters: one of three digits wants a letter before it as well.
+   !> Formats a number with an exponent in a cell of given width; three-digit exponents need a letter.
    pure function exponential(x, width, decimals) result(cell)
       real(wp), intent(in) :: x
       integer, intent(in) :: width, decimals
@@ -170,9 +169,8 @@ contains
       write (cell, notation) x
    end function exponential
 
-   !> A column of numbers in cells of 15, all in one notation: with six
-   !> decimals where that shows four digits of each, else with an exponent.
-   !> Zero is `0`, what is not finite is `-`.
+   !> Formats a column of numbers in cells of 15 characters in one notation: six decimals if these show four digits of each,
+   !> else with exponents. Zero is `0`, nonfinite `-`.
    pure function aligned(values) result(cells)
       real(wp), intent(in) :: values(:)
       character(len=15) :: cells(size(values))

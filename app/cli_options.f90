@@ -8,12 +8,12 @@ module cli_options
 
 contains
 
-   !> Which modes: so many nearest to a target, or, where a command has `band`, all of one.
+   !> Takes the wanted modes: a number nearest to a target, or, for commands with `band`, all in a band.
    subroutine take_wanted(arguments, options, error, band)
       type(arguments_type), intent(inout) :: arguments
       type(modal_options_type), intent(inout) :: options
       type(error_type), allocatable, intent(inout) :: error
-      !> Two frequencies (Hz); not allocated where none were given.
+      !> Two frequencies (Hz); not allocated: none.
       real(wp), allocatable, optional, intent(out) :: band(:)
       real(wp), parameter :: two_pi = 8*atan(1.0_wp)
       complex(wp), allocatable :: target
@@ -38,7 +38,7 @@ contains
       if (allocated(frequency)) options%target = cmplx(0.0_wp, two_pi*frequency, wp)
    end subroutine take_wanted
 
-   !> How to iterate, and with what.
+   !> Takes options of the iteration and solvers.
    subroutine take_iteration(arguments, options, error)
       type(arguments_type), intent(inout) :: arguments
       type(modal_options_type), intent(inout) :: options

@@ -1,4 +1,4 @@
-!> A result on standard output, in the notation that was asked for.
+!> Prints a result in the requested format.
 module cli_output
    use cli_arguments, only: arguments_type
    use cli_json, only: print_csv, print_json
@@ -8,9 +8,9 @@ module cli_output
    private
    public :: print_result, take_format
 
-   !> The format for people, and the default.
+   !> Human-readable format, the default.
    integer, parameter, public :: format_table = 0
-   !> The formats for programs.
+   !> Machine-readable formats.
    integer, parameter, public :: format_json = 1, format_csv = 2
    character(len=*), parameter :: formats(0:2) = [character(len=5) :: "table", "json", "csv"]
 

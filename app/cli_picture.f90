@@ -8,7 +8,7 @@ module cli_picture
 
 contains
 
-   !> Draws some modes of a result file into a file of a format that Matplotlib knows, by its ending: .png, .pdf, .svg.
+   !> Draws modes of a result to a file; Matplotlib chooses the format by its ending: .png, .pdf, .svg.
    subroutine draw_picture(result, modes, picture, error)
       character(len=*), intent(in) :: result
       !> Numbers of modes, counted from 1.

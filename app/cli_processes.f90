@@ -1,4 +1,4 @@
-!> The processes that the program runs in. In this build there is one; `with/mpi` has the module for several.
+!> The processes of the program. This build has one; `with/mpi` has the module for several.
 module cli_processes
    use kschur, only: error_type, modal_options_type, read_hdf5_shared_problem, shared_problem_type
    implicit none
@@ -7,7 +7,7 @@ module cli_processes
 
 contains
 
-   !> Returns in the first process only, and where there is no memory to begin.
+   !> Returns in the first process only, or if memory is short.
    subroutine start_processes(error)
       type(error_type), allocatable, intent(out) :: error
 
@@ -15,7 +15,7 @@ contains
       end associate
    end subroutine start_processes
 
-   !> All processes read a problem in an HDF5 file, each its rows.
+   !> Reads a problem in an HDF5 file collectively, each process its rows.
    subroutine read_together(path, shared, error, symmetric)
       character(len=*), intent(in) :: path
       type(shared_problem_type), intent(out) :: shared
@@ -26,14 +26,14 @@ contains
       call read_hdf5_shared_problem(shared, path, error, trial=.true., symmetric=symmetric)
    end subroutine read_together
 
-   !> To be called before each solve: all processes take part in it.
+   !> Call before each solve: lets all processes take part in it.
    subroutine gather_processes(options)
       type(modal_options_type), intent(inout) :: options
 
       if (allocated(options%communicator)) deallocate (options%communicator)
    end subroutine gather_processes
 
-   !> All processes end with this exit status, this one when it likes.
+   !> Ends the other processes with this exit status.
    subroutine end_processes(status)
       integer, intent(in) :: status
 

@@ -1,4 +1,4 @@
-!> Progress of a long run: one line on standard error, written over and over.
+!> Progress of a long run: one line on standard error, overwritten repeatedly.
 module cli_progress
    use, intrinsic :: iso_fortran_env, only: error_unit
    use cli_interrupt, only: is_interrupted
@@ -8,23 +8,23 @@ module cli_progress
    private
    public :: new_progress, progress_type
 
-   !> Shows what is going on to whoever watches the terminal: "12 s, point 3 of 9, iteration, 7 of 20 modes". A signal ends
-   !> what it watches.
+   !> Monitor that shows the current step on a terminal: "12 s, point 3 of 9, iteration, 7 of 20 modes". A signal cancels the
+   !> computation.
    type, extends(monitor_type) :: progress_type
       private
       logical :: shown = .false.
-      ! What stands on the terminal, and how long that is.
+      ! Line on the terminal, and its length.
       character(len=:), allocatable :: line
       integer :: width = 0
-      ! Which of several solves it is, and what that is doing.
+      ! Title of the current solve, and its step.
       character(len=:), allocatable :: title, step
-      ! Modes of parts before, of this part, of all (0: nobody knows), and how many there were at most.
+      ! Modes of earlier parts, of this part, of all (0: unknown), and largest number so far.
       integer :: found = 0, part = 0, asked = 0, seen = 0
       integer(long) :: started = 0
    contains
-      !> A step of the program.
+      !> Shows a step.
       procedure :: show
-      !> Which of several solves comes now: a few words.
+      !> Sets the title of the next solve.
       procedure :: name_solve
       !> Wipes the line.
       procedure :: finish
@@ -37,7 +37,7 @@ module cli_progress
 
 contains
 
-   !> Progress that is shown on a terminal only, and not if `quiet`.
+   !> Creates a monitor that prints to a terminal only, and not if `quiet`.
    function new_progress(quiet) result(progress)
       logical, intent(in) :: quiet
       type(progress_type) :: progress
@@ -76,7 +76,7 @@ contains
       class(progress_type), intent(inout) :: self
       integer, intent(in) :: found, part, asked
 
-      ! Another solve; an iteration that begins again has no less than before.
+      ! New solve: within one, restarted iterations never show fewer modes than before.
       if (found == 0 .and. asked /= self%asked) self%seen = 0
       self%found = found
       self%part = part
@@ -91,7 +91,7 @@ contains
       real(wp), intent(in) :: residual
       logical, intent(inout) :: proceed
 
-      ! An iteration may want others than the modes of its part.
+      ! An iteration may seek modes of other parts.
       self%seen = max(self%seen, self%found + int(real(self%part, wp)*min(converged, wanted)/max(wanted, 1)))
       if (proceed) call refresh(self)
       associate (unused => residual, neither => restart)
@@ -106,7 +106,7 @@ contains
       call refresh(self)
    end function stops
 
-   ! A line that stays.
+   ! Prints a permanent line.
    subroutine announce(self, sentence)
       class(progress_type), intent(inout) :: self
       character(len=*), intent(in) :: sentence
@@ -130,7 +130,7 @@ contains
       call put(self, text((now - self%started)/rate)//" s, "//self%title//self%step//modes)
    end subroutine refresh
 
-   ! Puts a line in the place of the one before; an empty one wipes that.
+   ! Replaces the current line; an empty one clears it.
    subroutine put(self, line)
       class(progress_type), intent(inout) :: self
       character(len=*), intent(in) :: line

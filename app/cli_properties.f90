@@ -1,4 +1,4 @@
-!> Modal properties: directions from a file, and what is printed.
+!> Modal properties: reads directions from a file, and prints tables.
 module cli_properties
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns
@@ -54,7 +54,7 @@ contains
       end do
    end subroutine read_directions
 
-   !> Prints tables of the properties, with what the modes weigh in all.
+   !> Prints tables of the properties, with total effective masses.
    subroutine print_properties(properties)
       type(modal_properties_type), intent(in) :: properties
       character(len=15), parameter :: names(5) = [character(len=15) :: "mass", "damping", "stiffness", "Re a", "Im a"]
@@ -81,7 +81,7 @@ contains
       end do
    end subroutine print_properties
 
-   ! Whether a mode has nothing of a direction but for rounding, which stands in the mass squared.
+   ! Whether the effective mass of a mode along a direction is a rounding error, which is squared in it.
    pure function is_rounding(properties)
       type(modal_properties_type), intent(in) :: properties
       logical :: is_rounding(size(properties%mass), size(properties%total_mass))

@@ -1,4 +1,4 @@
-!> The Python scripts beside this program, which do some of its commands.
+!> Runs the Python scripts installed beside this program.
 module cli_python
    use cli_system, only: real_path
    use kschur, only: error_library, error_type, new_error
@@ -8,7 +8,7 @@ module cli_python
 
 contains
 
-   !> Runs a script with words, which are `quoted`; `status` is its exit status. Fails where it is not there or cannot be run.
+   !> Runs a script with `quoted` words; `status` is its exit status. Fails if it is missing or cannot be run.
    subroutine run_script(name, words, status, error)
       character(len=*), intent(in) :: name, words
       integer, intent(out) :: status
@@ -29,7 +29,7 @@ contains
       if (failed /= 0) call new_error(error, error_library, script//" cannot be run; it takes Python with NumPy, SciPy and h5py")
    end subroutine run_script
 
-   !> One word for the shell.
+   !> Quotes a word for the shell.
    pure function quoted(word)
       character(len=*), intent(in) :: word
       character(len=:), allocatable :: quoted

@@ -1,4 +1,4 @@
-!> kschur response: what a harmonic force does at given frequencies.
+!> kschur response: response to a harmonic force at given frequencies.
 module cli_response
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns
@@ -15,10 +15,10 @@ module cli_response
    private
    public :: response_command
 
-   ! Of frequencies.
+   ! Largest number of frequencies.
    integer, parameter :: most_points = 1000000
 
-   !> What `kschur response` was asked to do.
+   !> Request of `kschur response`.
    type :: request_type
       type(input_type) :: input
       real(wp), allocatable :: frequencies(:)
@@ -33,7 +33,7 @@ module cli_response
 
 contains
 
-   !> Does the command; `complete` is false where an interrupt left frequencies out.
+   !> Runs the command; `complete` is false if an interrupt left frequencies out.
    subroutine response_command(arguments, complete, error)
       type(arguments_type), intent(inout) :: arguments
       logical, intent(out) :: complete
@@ -123,7 +123,8 @@ contains
       end do
    end subroutine check_unknowns
 
-   ! 1 at an unknown; what the inertia does where the ground shakes along a direction of the mesh; a column of a file.
+   ! Creates the force: 1 at an unknown; the inertia force of a ground motion along a direction of the mesh; or a column of a
+   ! file.
    subroutine make_force(word, problem, force, error)
       character(len=*), intent(in) :: word
       type(modal_problem_type), intent(in) :: problem

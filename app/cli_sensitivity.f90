@@ -1,4 +1,4 @@
-!> kschur sensitivity: how the modes of a problem change with a parameter.
+!> kschur sensitivity: derivatives of modes with respect to a parameter.
 module cli_sensitivity
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns

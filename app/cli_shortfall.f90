@@ -1,4 +1,4 @@
-!> Why modes are not all that was asked for.
+!> Explains why a result has fewer modes than requested.
 module cli_shortfall
    use cli_interrupt, only: is_interrupted
    use kschur, only: inaccurate_above, modal_result_type, reason_cancelled, reason_fewer_modes, reason_inaccurate, &
@@ -9,14 +9,14 @@ module cli_shortfall
 
 contains
 
-   !> Calls a solve interrupted that a signal has ended.
+   !> Changes the reason of a solve that a signal ended to interrupted.
    subroutine take_interrupt(result)
       type(modal_result_type), intent(inout) :: result
 
       if (result%reason == reason_cancelled .and. is_interrupted()) result%reason = reason_interrupted
    end subroutine take_interrupt
 
-   !> Why a result has not what was asked for: a sentence.
+   !> Sentence that explains why a result is incomplete.
    function shortfall(result) result(sentence)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: sentence
@@ -49,7 +49,7 @@ contains
       end select
    end function shortfall
 
-   ! The words that a name is made of.
+   ! Replaces underscores of a name by blanks.
    pure function spaced(name)
       character(len=*), intent(in) :: name
       character(len=len_trim(name)) :: spaced

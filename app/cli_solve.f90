@@ -19,7 +19,7 @@ module cli_solve
    private
    public :: solve_command
 
-   !> What `kschur solve` was asked to do.
+   !> Request of `kschur solve`.
    type :: request_type
       type(input_type) :: input
       type(modal_options_type) :: options

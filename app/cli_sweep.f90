@@ -1,4 +1,4 @@
-!> kschur sweep: modes over a parameter, of a scene or of problem files, followed from point to point.
+!> kschur sweep: modes as functions of a parameter, of a scene or of problem files.
 module cli_sweep
    use cli_arguments, only: arguments_type
    use cli_columns, only: print_columns
@@ -16,10 +16,10 @@ module cli_sweep
    private
    public :: sweep_command
 
-   !> What is swept over: an option of a scene, or problems one after the other.
+   !> Source of the problems: an option of a scene, or a sequence of problems.
    type :: source_type
       character(len=:), allocatable :: scene, parameter
-      !> Of the parameter; empty where nobody said.
+      !> Unit of the parameter; empty if unknown.
       character(len=:), allocatable :: unit
       !> The other options of the scene, with room for two more words.
       character(len=:), allocatable :: words(:)
@@ -169,7 +169,7 @@ contains
       values = given
    end subroutine take_values
 
-   ! The same words, and two blank ones behind them, each at least so long.
+   ! The words, padded to a length, and two blank ones.
    function with_room(words, length) result(more)
       character(len=*), intent(in) :: words(:)
       integer, intent(in) :: length
@@ -180,7 +180,7 @@ contains
       more(:size(words)) = words
    end function with_room
 
-   ! An interrupt ends it with the points before.
+   ! An interrupt ends the sweep after the last complete point.
    subroutine solve_points(source, sweep, progress, complete, error)
       type(source_type), target, intent(inout) :: source
       type(sweep_type), intent(inout) :: sweep
@@ -257,7 +257,7 @@ contains
       if (format /= format_csv) call print_events(sweep, source%parameter, unit_after(source), format)
    end subroutine print_sweep
 
-   ! With a blank before it, where there is one.
+   ! Unit with a leading blank, if there is one.
    pure function unit_after(source) result(unit)
       type(source_type), intent(in) :: source
       character(len=merge(0, 1 + len(source%unit), source%unit == "")) :: unit
@@ -307,12 +307,12 @@ contains
       end do
    end subroutine print_events
 
-   ! Where a branch is unstable from its first point on, and where that changes.
+   ! Prints whether a branch is unstable at its first point, and where that changes.
    subroutine print_stability(sweep, branch, parameter, unit)
       type(sweep_type), intent(in) :: sweep
       integer, intent(in) :: branch
       character(len=*), intent(in) :: parameter, unit
-      ! An onset is known to this, unless the mode was lost between the points.
+      ! Resolution of an onset, unless the mode was lost between points.
       real(wp), parameter :: accuracy = 1.0e-3_wp
       character(len=:), allocatable :: line
       integer :: first, i
@@ -331,7 +331,7 @@ contains
       end do
    end subroutine print_stability
 
-   ! Rounded to so many digits as are worth to be read.
+   ! Rounds to significant digits.
    pure real(wp) function significant(x)
       real(wp), intent(in) :: x
       integer, parameter :: digits = 5

@@ -1,4 +1,4 @@
-!> What the program asks of the operating system.
+!> Operating-system services.
 module cli_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_intptr_t, c_null_char, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: error_unit
@@ -55,7 +55,7 @@ module cli_system
 
 contains
 
-   !> Seconds of wall-clock time since some moment.
+   !> Wall-clock time in seconds since an arbitrary moment.
    real(wp) function wall_seconds()
       integer(long) :: now, rate
 
@@ -72,8 +72,7 @@ contains
       call c_exit(int(status, c_int))
    end subroutine end_program
 
-   !> Makes a file that would grow beyond the limit of the shell an error of writing, as on a full disk, instead of the
-   !> end of the program.
+   !> Turns exceeding the file size limit into a write error, as on a full disk, instead of a signal that ends the program.
    subroutine ignore_size_signal()
       integer(c_int), parameter :: sigxfsz = 25
       ! SIG_IGN.
@@ -83,15 +82,14 @@ contains
       before = c_signal(sigxfsz, transfer(ignore, before))
    end subroutine ignore_size_signal
 
-   !> One line on standard output. C writes it, as gfortran does not report a
-   !> disk that is full or an output that is closed; `check_output` does.
+   !> Prints a line on standard output, by C: gfortran does not report a full disk or closed output; `check_output` does.
    subroutine print_line(line)
       character(len=*), intent(in) :: line
 
       if (c_puts(line//c_null_char) < 0) output_lost = .true.
    end subroutine print_line
 
-   !> Fails where a line of `print_line` did not arrive, unless `error` is already raised.
+   !> Fails if output of `print_line` was lost, unless `error` is already raised.
    subroutine check_output(error)
       type(error_type), allocatable, intent(inout) :: error
 
@@ -100,8 +98,8 @@ contains
          call new_error(error, error_library, "standard output cannot be written to")
    end subroutine check_output
 
-   !> One line on standard error, with the name of the program before it. What would move the cursor of a terminal, in
-   !> names and words that came from outside, is shown as \xHH; the middle of a long message is left out.
+   !> Prints a line on standard error, after the name of the program. Shows control characters in outside text as \xHH; omits
+   !> the middle of a long message.
    subroutine complain(message)
       character(len=*), intent(in) :: message
       character(len=*), parameter :: name = "kschur: ", gap = " ... "
@@ -174,7 +172,7 @@ contains
       is_continuation = iachar(byte) >= 128 .and. iachar(byte) < 192
    end function is_continuation
 
-   !> Whether someone may be watching standard error.
+   !> Whether standard error is a terminal.
    logical function standard_error_is_terminal()
       standard_error_is_terminal = c_isatty(2_c_int) == 1
    end function standard_error_is_terminal
@@ -204,7 +202,7 @@ contains
       same_file = resolved /= "" .and. resolved == other
    end function same_file
 
-   ! Without links and dots; empty where there is no such file.
+   ! Canonical path; empty if the file does not exist.
    function real_path(path) result(resolved)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: resolved
@@ -216,7 +214,7 @@ contains
       resolved = buffer(:index(buffer, c_null_char) - 1)
    end function real_path
 
-   !> Fails where no file `path` could be made, or replaced by one, as far as can be told without touching anything.
+   !> Fails if a file `path` evidently cannot be created or replaced; changes nothing.
    subroutine check_new_file(path, error)
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
@@ -230,7 +228,7 @@ contains
       end if
    end subroutine check_new_file
 
-   !> Fails where `path` is no folder that files can be made in, and none could be made.
+   !> Fails if `path` is not a writable folder, and cannot become one.
    subroutine check_new_folder(path, error)
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
@@ -246,10 +244,10 @@ contains
       end if
    end subroutine check_new_folder
 
-   ! Fails where nothing can be made in a folder; the one we are in has an empty name.
+   ! Fails if a folder is not writable; the current one has an empty name.
    subroutine check_writable(folder, path, error)
       character(len=*), intent(in) :: folder
-      !> What is to be made.
+      !> Path to be created, for messages.
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
       integer(c_int), parameter :: write_and_search = 3
@@ -264,8 +262,7 @@ contains
       end if
    end subroutine check_writable
 
-   !> Most memory the program has held so far; -1 where the system does not
-   !> tell. (The figure of getrusage counts what ran before `exec`.)
+   !> Peak memory of the program; -1 if unknown. (getrusage includes what ran before `exec`.)
    integer(long) function peak_memory_bytes()
       character(len=128) :: line
       integer :: unit, status

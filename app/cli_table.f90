@@ -10,7 +10,7 @@ module cli_table
 
 contains
 
-   !> Prints what was solved, the modes, and what it took on standard output.
+   !> Prints a summary of the problem, the modes, and the effort.
    subroutine print_table(result, verbose)
       type(modal_result_type), intent(in) :: result
       !> Whether to print the inner solver, the seconds of each phase and the restarts as well.
@@ -144,7 +144,7 @@ contains
       end do
    end subroutine print_details
 
-   ! What matrices were factored for.
+   ! Purposes of the factorisations.
    function purposes(result)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: purposes

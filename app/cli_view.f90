@@ -10,7 +10,7 @@ module cli_view
    private
    public :: view_command
 
-   !> What `kschur view` was asked to do.
+   !> Request of `kschur view`.
    type :: request_type
       character(len=:), allocatable :: result, output, picture, html, modes
       integer :: frames = 12
@@ -78,7 +78,7 @@ contains
       end if
    end subroutine take_request
 
-   ! Those that were asked for, all where none were.
+   ! Requested modes; by default all.
    subroutine choose_modes(request, found, modes, error)
       type(request_type), intent(in) :: request
       integer, intent(in) :: found

@@ -1,4 +1,4 @@
-!> Numbers and arrays into memory of the caller.
+!> Copies numbers and arrays to memory of the caller.
 module kschur_capi_arrays
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_double_complex, c_f_pointer, c_int, c_int64_t, c_ptr
    use kschur, only: error_type, text, wp
@@ -7,22 +7,22 @@ module kschur_capi_arrays
    private
    public :: give_array, put
 
-   !> Hands an array to the caller. What is not allocated is not in the result, or not yet.
+   !> Copies an array to the caller; fails if it is not allocated: not in the result, or not yet.
    interface give_array
       module procedure give_reals, give_real_columns, give_integers, give_complex, give_complex_columns
    end interface give_array
 
-   !> Writes a number to an optional place.
+   !> Writes a number to an optional address.
    interface put
       module procedure put_int, put_int64, put_double
    end interface put
 
 contains
 
-   ! Whether there is a place, and it has room; else the status of the failure.
+   ! Whether data exist and fit in the caller's array; else sets the status.
    logical function has_room(handle, is_there, needed, address, length, status)
       class(handle_type), intent(inout) :: handle
-      ! Whether there is something to hand over.
+      ! Whether the data exist.
       logical, intent(in) :: is_there
       integer(c_int64_t), intent(in) :: needed
       type(c_ptr), intent(in) :: address

@@ -1,4 +1,4 @@
-!> Functions of a C program as a monitor and as operators.
+!> Adapters of C callbacks to monitors and operators.
 module kschur_capi_callbacks
    use, intrinsic :: iso_c_binding, only: c_double, c_double_complex, c_funptr, c_int, c_int64_t, c_null_funptr, &
       c_null_ptr, c_associated, c_f_procpointer, c_ptr
@@ -8,7 +8,7 @@ module kschur_capi_callbacks
    private
    public :: progress_type, called_real_operator_type, called_complex_operator_type
 
-   !> Calls a kschur_progress_callback and a kschur_stop_callback, where there are such. What one of them ended stays so.
+   !> Monitor that calls a kschur_progress_callback and a kschur_stop_callback, if given; once cancelled it stays so.
    type, extends(monitor_type) :: progress_type
       type(c_funptr) :: callback = c_null_funptr, stop_callback = c_null_funptr
       type(c_ptr) :: context = c_null_ptr, stop_context = c_null_ptr

@@ -1,4 +1,4 @@
-!> Functions of a C program as linear solvers.
+!> Adapters of C callbacks to linear solvers.
 module kschur_capi_linear_solver
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_double_complex, c_f_procpointer, c_funptr, c_int, &
       c_int32_t, c_int64_t, c_null_funptr, c_null_ptr, c_ptr
@@ -9,13 +9,13 @@ module kschur_capi_linear_solver
    private
    public :: solver_callbacks_type, called_real_solver_type, called_complex_solver_type
 
-   !> kschur_factorize_callback, kschur_solve_callback, kschur_release_callback and what they get as context.
+   !> kschur_factorize_callback, kschur_solve_callback, kschur_release_callback and their context.
    type :: solver_callbacks_type
       type(c_funptr) :: factorize = c_null_funptr, solve = c_null_funptr, release = c_null_funptr
       type(c_ptr) :: context = c_null_ptr
    end type solver_callbacks_type
 
-   ! The factors of one matrix, which end with it. They are not copied: solvers are copied before they factor.
+   ! Factors of one matrix, released with it. Never copied: solvers are copied before they factor.
    type :: factors_type
       type(solver_callbacks_type) :: callbacks
       type(c_ptr) :: address = c_null_ptr
@@ -130,7 +130,7 @@ contains
       call conclude(self%factors, returned, error)
    end subroutine factorize_complex
 
-   ! What a factorisation returned.
+   ! Evaluates the return value of a factorisation.
    subroutine conclude(factors, returned, error)
       type(factors_type), intent(inout) :: factors
       integer(c_int), intent(in) :: returned

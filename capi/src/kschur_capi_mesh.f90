@@ -1,4 +1,4 @@
-!> Where a problem stands in space, for C.
+!> Meshes, for C.
 module kschur_capi_mesh
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
    use kschur, only: error_type, mesh_type, new_error, text
@@ -29,7 +29,7 @@ contains
          error, status_input, "there cannot be "//text(nodes)//" nodes and "//text(unknowns)//" unknowns")
       if (.not. allocated(error)) call require(coordinates, "coordinates", error)
       if (.not. allocated(error) .and. (c_associated(node) .or. c_associated(component))) then
-         ! None is the one before the first.
+         ! base - 1 means no node.
          call take_indices(node, "node", .false., unknowns, int(base) - 1, nodes, mesh%unknown_node, error)
          call take_indices(component, "component", .false., unknowns, -1, 6_c_int64_t, mesh%unknown_component, error)
       end if

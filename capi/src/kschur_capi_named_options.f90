@@ -1,4 +1,4 @@
-!> Options by name, for C: texts as on the command line, handed to the setter of each.
+!> Options by name, for C: texts as on the command line, passed to the setters.
 module kschur_capi_named_options
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr
    use kschur, only: error_type, new_error
@@ -137,7 +137,7 @@ contains
       type(c_ptr), intent(in) :: address
       character(len=*), intent(in) :: name, given
       procedure(flag_setter) :: setter
-      !> What off is; absent: zero.
+      !> Value of off; absent: zero.
       integer(c_int), intent(in), optional :: off
       integer(c_int) :: no
 

@@ -140,7 +140,7 @@ contains
       end if
    end function kschur_result_is_real
 
-   ! Some rows of some modes. Nothing is read through a pointer before all counts are known to fit.
+   ! Copies some rows of some modes. Pointers are read only after all counts are checked.
    integer(c_int) function give_part(handle, columns, part, values, length) result(status)
       type(result_handle_type), intent(inout) :: handle
       complex(wp), intent(in) :: columns(:, :)
@@ -190,7 +190,7 @@ contains
       end do
    end function give_part
 
-   ! Counted from 1; 0 for one that is not there.
+   ! Rows, from 1; 0 for missing ones.
    subroutine take_rows(part, n, row)
       type(part_type), intent(in) :: part
       integer(c_int64_t), intent(in) :: n
@@ -207,7 +207,7 @@ contains
       end if
    end subroutine take_rows
 
-   ! As real numbers, or as pairs, as there is room.
+   ! Copies as real numbers or as (re, im) pairs, depending on the room.
    pure subroutine copy(column, row, place)
       complex(wp), intent(in) :: column(:)
       integer(c_int64_t), intent(in) :: row(:)
@@ -221,7 +221,7 @@ contains
       end if
    end subroutine copy
 
-   ! Whether a result holds numbers of this name, as columns or gathered; else the status of the failure.
+   ! Whether a result has numbers of this name, as columns or gathered; else sets the status.
    logical function found(handle, name, columns, numbers, status)
       type(result_handle_type), pointer, intent(in) :: handle
       type(c_ptr), intent(in) :: name

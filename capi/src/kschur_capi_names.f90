@@ -1,4 +1,4 @@
-!> What a result holds, by name: those of result files, and of what is made of modes.
+!> Contents of a result by name: names of result files, and of modal properties.
 module kschur_capi_names
    use kschur, only: modal_result_type, phase_names, purpose_names, wp
    implicit none
@@ -7,7 +7,7 @@ module kschur_capi_names
 
 contains
 
-   !> The numbers of a name; not allocated where the result does not hold them.
+   !> Returns the numbers of a name; not allocated if the result lacks them.
    subroutine gather_numbers(result, name, numbers, known)
       type(modal_result_type), intent(in) :: result
       character(len=*), intent(in) :: name
@@ -21,7 +21,7 @@ contains
       if (.not. known) call gather_mesh(result, name, numbers, known)
    end subroutine gather_numbers
 
-   !> The vectors of a name, a column a mode; null where the result does not hold them.
+   !> Returns the vectors of a name, one column for each mode; null if the result lacks them.
    subroutine find_columns(result, name, columns, known)
       type(modal_result_type), target, intent(in) :: result
       character(len=*), intent(in) :: name
@@ -158,7 +158,7 @@ contains
       end associate
    end subroutine gather_properties
 
-   ! Nodes count from 0 here.
+   ! Nodes are numbered from 0 here.
    subroutine gather_mesh(result, name, numbers, known)
       type(modal_result_type), intent(in) :: result
       character(len=*), intent(in) :: name
@@ -187,7 +187,7 @@ contains
       end associate
    end subroutine gather_mesh
 
-   ! Real and imaginary parts in turns.
+   ! Interleaved real and imaginary parts.
    pure function pairs(values)
       complex(wp), intent(in) :: values(:)
       real(wp) :: pairs(2*size(values))

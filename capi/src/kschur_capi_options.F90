@@ -14,7 +14,7 @@ module kschur_capi_options
    implicit none
    private
    public :: options_handle_type, options_of, take_name
-   ! What options are set with by name.
+   ! Options that are set by name.
    public :: kschur_options_set_arpack, kschur_options_set_block, kschur_options_set_certify, &
       kschur_options_set_checkpoint, kschur_options_set_resume, &
       kschur_options_set_constraint_scaling, kschur_options_set_distribute, kschur_options_set_formulation, &
@@ -25,15 +25,15 @@ module kschur_capi_options
       kschur_options_set_subspace, kschur_options_set_target, kschur_options_set_target_hz, kschur_options_set_threads, &
       kschur_options_set_tolerance
 
-   !> What a `kschur_options` is.
+   !> Target of a `kschur_options` handle.
    type, extends(handle_type) :: options_handle_type
       type(modal_options_type) :: options
       type(progress_type) :: progress
-      !> Linear solvers of the caller; what is not allocated is not given.
+      !> Linear solvers of the caller; not allocated: not given.
       type(inner_solvers_type) :: solvers
    end type options_handle_type
 
-   ! What a setter changes: a copy of the options, until it is accepted.
+   ! Copy of the options that a setter changes, until it is accepted.
    type :: change_type
       type(options_handle_type), pointer :: handle => null()
       type(modal_options_type) :: options
@@ -274,7 +274,7 @@ contains
       allocate (handle%solvers%complex, source=solver)
    end function kschur_options_set_complex_solver
 
-   ! Starts from the options as they are; there may be none.
+   ! Starts from a copy of the present options, if any.
    subroutine begin(change, address)
       type(change_type), intent(out) :: change
       type(c_ptr), intent(in) :: address
@@ -283,7 +283,7 @@ contains
       if (associated(change%handle)) change%options = change%handle%options
    end subroutine begin
 
-   ! Takes the changed options over where no error is raised and the solver would not raise one.
+   ! Accepts the changed options, if no error is raised and the solver would raise none.
    integer(c_int) function accept(change) result(status)
       type(change_type), intent(inout) :: change
 
@@ -307,7 +307,7 @@ contains
       end if
    end subroutine take_integer
 
-   ! The name of a file; an empty one is none.
+   ! File name; empty: none.
    subroutine take_file(address, path, error)
       type(c_ptr), intent(in) :: address
       character(len=:), allocatable, intent(inout) :: path
@@ -319,7 +319,7 @@ contains
       if (path == "") deallocate (path)
    end subroutine take_file
 
-   ! The position of a name in a list counted from 0.
+   ! Position of a name in a list, from 0.
    subroutine take_name(address, what, names, number, error)
       type(c_ptr), intent(in) :: address
       character(len=*), intent(in) :: what, names(0:)

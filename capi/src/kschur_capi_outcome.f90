@@ -1,4 +1,4 @@
-!> How a result came about, for C: why the iteration ended, what a user must know, what it took.
+!> Outcome of a solve, for C: reason, notes, effort.
 module kschur_capi_outcome
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
    use kschur, only: error_type, formulation_names, reason_names, text, wp

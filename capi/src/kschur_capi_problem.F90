@@ -15,14 +15,14 @@ module kschur_capi_problem
    private
    public :: problem_handle_type, check_problem, problem_of, take_indices
 
-   !> What a `kschur_problem` is.
+   !> Target of a `kschur_problem` handle.
    type, extends(handle_type) :: problem_handle_type
-      !> Its matrices are in place as they are set; the rest of it where `checked`.
+      !> Matrices are stored as they are set; the rest is valid if `checked`.
       type(modal_problem_type) :: problem
-      !> Which matrices were set.
+      !> Matrices that were set.
       logical :: given(0:4) = .false.
       logical :: checked = .false.
-      !> How symmetric ones are stored: `symmetric_check` and its like.
+      !> Storage of symmetric ones: `symmetric_check` and its like.
       integer :: symmetric = symmetric_check
    end type problem_handle_type
 
@@ -40,7 +40,7 @@ contains
 #define MESSAGE kschur_problem_get_message
 #include "kschur_capi_handle.inc"
 
-   !> Makes `handle%problem` whole. Threads that share a problem come here at the same time.
+   !> Completes and checks `handle%problem`; thread-safe.
    subroutine check_problem(handle, error)
       type(problem_handle_type), intent(inout) :: handle
       type(error_type), allocatable, intent(out) :: error
@@ -116,7 +116,7 @@ contains
       !> Row indices, or row starts.
       type(c_ptr), intent(in) :: row
       type(c_ptr), intent(in) :: column, value
-      !> Whether the rows are compressed; whether indices have 64 bits.
+      !> Whether the format is CSR; whether indices have 64 bits.
       logical, intent(in) :: compressed, wide
       type(problem_handle_type), pointer :: handle
       type(csr_matrix_type) :: made
@@ -188,14 +188,14 @@ contains
       end if
    end subroutine make_matrix
 
-   ! Indices of a caller, counted from 1.
+   ! Converts indices of a caller to indices from 1.
    subroutine take_indices(address, name, wide, count, base, last, indices, error)
       type(c_ptr), intent(in) :: address
       character(len=*), intent(in) :: name
       logical, intent(in) :: wide
       integer(c_int64_t), intent(in) :: count
       integer, intent(in) :: base
-      !> The largest index that there may be, counted from 0.
+      !> Largest valid index, from 0.
       integer(c_int64_t), intent(in) :: last
       integer, allocatable, intent(out) :: indices(:)
       type(error_type), allocatable, intent(inout) :: error

@@ -1,4 +1,4 @@
-!> Results, for C: made, ended, read from files and written.
+!> Results, for C: created, destroyed, read and written.
 module kschur_capi_result
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
    use kschur, only: error_type, modal_result_type, new_error, read_hdf5_result, write_hdf5_result
@@ -9,13 +9,13 @@ module kschur_capi_result
    private
    public :: result_handle_type, clear, has_modes, has_solution, keep, result_of
 
-   !> What a result can hold.
+   !> Kinds of contents.
    integer, parameter, public :: nothing = 0, modes_of_problem = 1, eigenvalues_of_operator = 2
 
-   !> What a `kschur_result` is.
+   !> Target of a `kschur_result` handle.
    type, extends(handle_type) :: result_handle_type
       type(modal_result_type) :: result
-      !> Nothing, the modes of a problem, or eigenvalues of an operator.
+      !> Empty, modes of a problem, or eigenvalues of an operator.
       integer :: holds = nothing
    end type result_handle_type
 
@@ -28,7 +28,7 @@ contains
 #define MESSAGE kschur_result_get_message
 #include "kschur_capi_handle.inc"
 
-   !> Empties a result.
+   !> Clears a result.
    subroutine clear(handle)
       type(result_handle_type), intent(inout) :: handle
       type(modal_result_type) :: empty
@@ -37,7 +37,7 @@ contains
       handle%holds = nothing
    end subroutine clear
 
-   !> Says what a result holds now. What older files do not have, and what does not belong to an operator, is empty.
+   !> Sets the contents of a result; data missing in older files, or not defined for an operator, are empty.
    subroutine keep(handle, holds)
       type(result_handle_type), intent(inout) :: handle
       integer, intent(in) :: holds
@@ -52,7 +52,7 @@ contains
       end associate
    end subroutine keep
 
-   !> Whether there is a handle, and anything in it; else the status of the failure.
+   !> Whether the handle is valid and not empty; else sets the status.
    logical function has_solution(handle, status)
       type(result_handle_type), pointer, intent(in) :: handle
       integer(c_int), intent(out) :: status
@@ -66,7 +66,7 @@ contains
       has_solution = status == status_ok
    end function has_solution
 
-   !> Whether there is a handle, and the modes of a problem in it; else the status of the failure.
+   !> Whether the handle is valid and has modes of a problem; else sets the status.
    logical function has_modes(handle, status)
       type(result_handle_type), pointer, intent(in) :: handle
       integer(c_int), intent(out) :: status

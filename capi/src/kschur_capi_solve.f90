@@ -33,7 +33,7 @@ contains
       status = solve(problem, options, result, [first, last])
    end function kschur_solve_band
 
-   ! The modes nearest to the target, or all of a band.
+   ! Computes the modes nearest to the target, or all in a band.
    integer(c_int) function solve(problem, options, result, band) result(status)
       type(c_ptr), intent(in) :: problem, options, result
       real(wp), intent(in), optional :: band(2)
@@ -41,7 +41,7 @@ contains
       type(options_handle_type), pointer :: options_handle
       type(result_handle_type), pointer :: handle
       type(progress_type) :: progress
-      ! Null where they are those of the library: an absent argument then.
+      ! Null for solvers of the library: then an absent argument.
       type(inner_solvers_type), pointer :: solvers
       type(problem_handle_type), target :: nothing
       type(error_type), allocatable :: error
@@ -57,7 +57,7 @@ contains
       if (.not. allocated(error)) call check_problem(problem_handle, error)
       if (associated(options_handle) .and. allocated(error)) then
          if (allocated(options_handle%options%communicator)) then
-            ! The other processes need no problem; the first one fails with them, as they wait for it.
+            ! Other processes need no problem; if the first one fails, so do they, as they wait for it.
             deallocate (error)
             problem_handle => nothing
          end if

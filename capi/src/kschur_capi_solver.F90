@@ -1,4 +1,4 @@
-!> Solvers that remember, for C.
+!> Solvers that reuse factors and analyses between solves, for C.
 module kschur_capi_solver
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_double_complex, c_f_pointer, c_int, c_int64_t, c_loc, &
       c_null_ptr, c_ptr
@@ -14,7 +14,7 @@ module kschur_capi_solver
    implicit none
    private
 
-   !> What a `kschur_solver` is.
+   !> Target of a `kschur_solver` handle.
    type, extends(handle_type) :: solver_handle_type
       !> Not allocated before a problem is set.
       type(modal_solver_type), allocatable :: solver
@@ -69,7 +69,7 @@ contains
       status = solve(address, options, result, [first, last])
    end function kschur_solver_solve_band
 
-   ! The modes nearest to the target, or all of a band. Messages are with the result, as those of kschur_solve.
+   ! Computes the modes nearest to the target, or all in a band. Messages are stored with the result, as in kschur_solve.
    integer(c_int) function solve(address, options, result, band) result(status)
       type(c_ptr), intent(in) :: address, options, result
       real(wp), intent(in), optional :: band(2)
@@ -140,7 +140,7 @@ contains
       status = outcome(handle, error)
    end function solve_several
 
-   ! The results of the caller are those for the targets or bands, or all empty.
+   ! The caller's results are all filled, one for each target or band, or all empty.
    subroutine solve_each(handle, count, pairs, what, wanted, results, error)
       type(solver_handle_type), intent(inout) :: handle
       integer, intent(in) :: count

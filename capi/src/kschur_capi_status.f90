@@ -1,4 +1,4 @@
-!> What every function of the C interface returns, and the message that goes with it.
+!> Status codes of the C interface, and their messages.
 module kschur_capi_status
    use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_ptr
    use kschur, only: error_type, new_error, text
@@ -11,9 +11,9 @@ module kschur_capi_status
    integer, parameter, public :: status_ok = 0, status_usage = 1, status_input = 2, status_memory = 4, status_null = 21, &
       status_order = 22, status_length = 23, status_callback = 24
 
-   !> What all handles have.
+   !> Common part of all handles.
    type :: handle_type
-      !> The last failure, in a sentence.
+      !> Message of the last failure.
       character(len=:), allocatable :: message
    end type handle_type
 
@@ -34,7 +34,7 @@ module kschur_capi_status
 
 contains
 
-   !> The status of an error, whose message goes to the handle.
+   !> Returns the status of an error, and stores its message in the handle.
    integer(c_int) function outcome(handle, error)
       class(handle_type), intent(inout) :: handle
       type(error_type), allocatable, intent(in) :: error
@@ -45,7 +45,7 @@ contains
       outcome = int(error%code, c_int)
    end function outcome
 
-   !> Leaves a message on the handle and returns the status.
+   !> Stores a message in the handle, and returns the status.
    integer(c_int) function fail(handle, status, message)
       class(handle_type), intent(inout) :: handle
       integer, intent(in) :: status
@@ -55,7 +55,7 @@ contains
       fail = int(status, c_int)
    end function fail
 
-   !> Raises an error where a pointer is null, unless one is raised already.
+   !> Raises an error if a pointer is null, unless one is already raised.
    subroutine require(address, name, error)
       type(c_ptr), intent(in) :: address
       character(len=*), intent(in) :: name
@@ -65,7 +65,7 @@ contains
       call new_error(error, status_null, "the argument '"//name//"' is null")
    end subroutine require
 
-   !> Raises an error where a callback returned one.
+   !> Raises an error if a callback returned a failure.
    subroutine check_returned(returned, name, error)
       integer(c_int), intent(in) :: returned
       character(len=*), intent(in) :: name
@@ -74,7 +74,7 @@ contains
       if (returned /= 0) call new_error(error, status_callback, "the callback '"//name//"' returned "//text(int(returned)))
    end subroutine check_returned
 
-   !> Hands a text to the caller; the handle tells of a null place and of a cut text.
+   !> Copies a text to the caller; fails if the buffer is null or too short.
    integer(c_int) function give_text(handle, given, buffer, length) result(status)
       class(handle_type), intent(inout) :: handle
       character(len=*), intent(in) :: given
@@ -86,7 +86,7 @@ contains
       if (status == status_length) handle%message = "the text needs a length of "//text(len(given) + 1)
    end function give_text
 
-   !> Hands the message of a handle to the caller, and leaves it as it is.
+   !> Copies the message of a handle to the caller; keeps it.
    integer(c_int) function get_message(handle, buffer, length) result(status)
       class(handle_type), intent(in) :: handle
       type(c_ptr), intent(in) :: buffer
@@ -99,7 +99,7 @@ contains
       end if
    end function get_message
 
-   !> Hands a name from a list counted from 0 to the caller.
+   !> Copies a name from a list, numbered from 0, to the caller.
    integer(c_int) function give_name(names, number, buffer, length) result(status)
       character(len=*), intent(in) :: names(0:)
       integer(c_int), intent(in) :: number

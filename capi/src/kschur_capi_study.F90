@@ -1,4 +1,4 @@
-!> What is made of modes, for C: modal properties, MAC, sensitivities.
+!> Quantities derived from modes, for C: modal properties, MAC, sensitivities.
 module kschur_capi_study
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_double_complex, c_f_pointer, c_int, c_int64_t, c_ptr
    use kschur, only: eigenvalue_rates, error_type, find_modal_properties, frequency_response, modal_assurance, new_error, &
@@ -154,7 +154,7 @@ contains
       place = xi
    end function kschur_problem_get_response
 
-   ! What is behind the handle of a problem, whole.
+   ! Problem of a handle, complete.
    subroutine require_problem(address, handle, error)
       type(c_ptr), intent(in) :: address
       type(problem_handle_type), pointer, intent(out) :: handle

@@ -1,4 +1,4 @@
-!> Modes over a parameter, for C.
+!> Sweeps over a parameter, for C.
 module kschur_capi_sweep
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_null_funptr, c_null_ptr, c_ptr
@@ -30,12 +30,12 @@ module kschur_capi_sweep
       end function problem_interface
    end interface
 
-   !> What a `kschur_sweep` is.
+   !> Target of a `kschur_sweep` handle.
    type, extends(handle_type) :: sweep_handle_type
       !> Not allocated before the first point.
       type(sweep_type), allocatable :: sweep
       type(called_family_type) :: family
-      !> As they were read; then no points can be added.
+      !> Name and unit of the parameter, if the sweep was read from a file: then no points can be added.
       character(len=:), allocatable :: parameter, unit
    end type sweep_handle_type
 
@@ -264,7 +264,7 @@ contains
       end associate
    end function kschur_sweep_get_numbers
 
-   ! Whether there is a point; else the status of the failure.
+   ! Whether a point exists; else sets the status.
    logical function has_points(address, handle, status)
       type(c_ptr), intent(in) :: address
       type(sweep_handle_type), pointer, intent(out) :: handle

@@ -1,4 +1,4 @@
-!> Texts of C and of Fortran.
+!> Conversion between C strings and Fortran texts.
 module kschur_capi_text
    use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int64_t, c_null_char, c_ptr, c_size_t
    implicit none
@@ -14,7 +14,7 @@ module kschur_capi_text
 
 contains
 
-   !> Writes a text and a final null; what does not fit is cut.
+   !> Copies a text with a terminating null; truncates it if necessary.
    subroutine put_text(given, buffer, length, fits)
       character(len=*), intent(in) :: given
       !> Room for `length` characters; not null.
@@ -34,7 +34,7 @@ contains
       place(last + 1) = c_null_char
    end subroutine put_text
 
-   !> The text up to its final null.
+   !> Returns the text up to its terminating null.
    subroutine take_text(address, taken)
       !> Not null.
       type(c_ptr), intent(in) :: address

@@ -1,10 +1,8 @@
-!> ARPACK on the operators that Krylov-Schur iterates, with the same arguments: implicitly
-!> restarted Arnoldi and Lanczos (Lehoucq, Sorensen, Yang 1998), as its drivers dndrv4, zndrv4
-!> and dsdrv4 use them.
+!> ARPACK as an alternative to Krylov-Schur, with the same operators and arguments: implicitly restarted Arnoldi and Lanczos
+!> (Lehoucq, Sorensen, Yang 1998), used as in its drivers dndrv4, zndrv4 and dsdrv4.
 !>
-!> ARPACK keeps the state of an iteration in variables of its own. A lock (kschur_lock)
-!> lets one thread of the process iterate at a time; others wait. An operator or monitor that
-!> calls ARPACK itself gets an error.
+!> ARPACK keeps its state in saved variables and is not thread-safe. A lock (kschur_lock) admits one iteration of the process at
+!> a time; others wait. An operator or monitor that calls ARPACK itself gets an error.
 module kschur_arpack
    use kschur_arpack_complex, only: complex_process_type
    use kschur_arpack_messages, only: arpack_error, info_exhausted, info_no_shifts, info_restarts, info_zero_start
@@ -25,34 +23,33 @@ module kschur_arpack
    private
    public :: arpack, arpack_symmetric
 
-   !> Wanted eigenvalues and unit eigenvectors of a real or complex operator, most wanted first;
-   !> the arguments are those of `krylov_schur`. ARPACK finds eigenvalues of largest
-   !> magnitude; where the wanted ones may not be among them it is run again for more, unless
-   !> `options%raw`.
+   !> Computes wanted eigenvalues and unit eigenvectors of a real or complex operator, most wanted first; arguments as in
+   !> `krylov_schur`. ARPACK finds eigenvalues of largest magnitude; if wanted ones may not be among them it is run again for
+   !> more, unless `options%raw`.
    interface arpack
       module procedure arpack_of_real, arpack_of_complex
    end interface arpack
 
-   ! ARPACK is run so often at most.
-   integer, parameter :: runs = 6
+   ! Maximal number of runs.
+   integer, parameter :: most_runs = 6
 
-   ! One run of ARPACK.
+   ! Results of one run.
    type :: run_type
       complex(wp), allocatable :: mu(:), vectors(:, :)
-      ! The info of the iteration.
+      ! INFO of the iteration.
       integer :: info = 0
-      ! No eigenvalue that is missing is larger than this.
+      ! Upper bound of the magnitudes of eigenvalues not found.
       real(wp) :: edge = 0
-      ! Whether the operator has no more eigenvalues but zeros.
+      ! Whether all nonzero eigenvalues were found.
       logical :: complete = .false.
       logical :: proceed = .true.
-      ! The Ritz values at the last look.
+      ! Ritz values and error bounds at the last restart.
       real(wp), allocatable :: magnitudes(:), bounds(:)
    end type run_type
 
 contains
 
-   ! Recursive as far as the lock, which ends a recursion with an error.
+   ! Recursive, as an operator may call it: the lock then returns an error.
    recursive subroutine arpack_of_real(operator, selection, options, values, vectors, statistics, error, monitor)
       class(real_operator_type), target, intent(inout) :: operator
       class(selection_type), intent(in) :: selection
@@ -97,8 +94,8 @@ contains
       vectors = vectors(:, :wanted)
    end subroutine trim_to_wanted
 
-   !> The same for a self-adjoint operator; all that was found, which may be more than is wanted. dsaupd
-   !> finds fewer eigenvalues than the rank of the operator: where that is not enough, dnaupd takes its place.
+   !> As `arpack` for a self-adjoint operator; returns all that converged, possibly more than is wanted. dsaupd finds fewer
+   !> eigenvalues than the rank of the operator: if that is not enough, dnaupd is used.
    recursive subroutine arpack_symmetric(operator, selection, options, values, vectors, statistics, error, monitor)
       class(symmetric_operator_type), target, intent(inout) :: operator
       class(selection_type), intent(in) :: selection
@@ -124,13 +121,13 @@ contains
       if (allocated(error)) return
       allocate (values, source=real(complex_values, wp))
       allocate (vectors, source=real(complex_vectors, wp))
-      ! Rounding may make a pair of two equal values: real and imaginary part are its two vectors.
+      ! Rounding may turn two equal values into a conjugate pair: real and imaginary part are its two vectors.
       do j = 1, size(values)
          if (aimag(complex_values(j)) < 0) vectors(:, j) = aimag(complex_vectors(:, j))
       end do
    end subroutine arpack_symmetric
 
-   ! Runs ARPACK until the wanted eigenvalues are among those it finds.
+   ! Runs ARPACK until the wanted eigenvalues are among those found.
    recursive subroutine iterate(process, selection, options, values, vectors, statistics, error, monitor)
       class(arpack_process_type), intent(inout) :: process
       class(selection_type), intent(in) :: selection
@@ -150,11 +147,11 @@ contains
       most_columns = n + 2
       needed = 0
       covered = 0
-      do i = 1, runs
+      do i = 1, most_runs
          call set_limits(process, wanted, most_columns, options)
          call run_once(process, options, run, statistics, error, monitor)
-         if (process%info == info_exhausted .and. process%converged() > wanted + 1 .and. most_columns > n .and. i < runs) then
-            ! The Krylov space ends here, with all eigenvalues in it.
+         if (process%info == info_exhausted .and. process%converged() > wanted + 1 .and. most_columns > n .and. i < most_runs) then
+            ! The Krylov space is invariant and holds all eigenvalues.
             most_columns = process%converged()
             deallocate (error)
             cycle
@@ -165,7 +162,7 @@ contains
          if (options%raw) covered = size(order)
          needed = selection%needed(run%mu(order(:covered)))
          if (needed <= covered .or. options%raw .or. .not. run%proceed .or. run%info /= 0 .or. &
-            run%complete .or. i == runs) exit
+            run%complete .or. i == most_runs) exit
          wanted = min(wanted + max(needed - covered, 2), n)
          deallocate (order)
       end do
@@ -182,8 +179,8 @@ contains
       allocate (vectors(n, covered), source=run%vectors(:, order(:covered)))
    end subroutine iterate
 
-   ! ARPACK demands NEV + 2 <= NCV <= N. Where nearly all eigenvalues are wanted, rows of zeros make
-   ! the operator longer.
+   ! Sets NEV and NCV. ARPACK requires NEV + 2 <= NCV <= N: if nearly all eigenvalues are wanted, the operator is padded with
+   ! zero rows.
    subroutine set_limits(process, wanted, most_columns, options)
       class(arpack_process_type), intent(inout) :: process
       integer, intent(in) :: wanted, most_columns
@@ -196,8 +193,7 @@ contains
       process%tolerance = options%tolerance
    end subroutine set_limits
 
-   ! From the start vector to eigenvectors. Fails where ARPACK does; that restarts ran out is
-   ! process%info only.
+   ! One run, from start vector to eigenvectors. Fails if ARPACK does; reaching the restart limit only sets process%info.
    recursive subroutine run_once(process, options, run, statistics, error, monitor)
       class(arpack_process_type), intent(inout) :: process
       type(arpack_options_type), intent(in) :: options
@@ -227,15 +223,15 @@ contains
          if (.not. run%proceed) exit
          call process%step(error)
          statistics%operator_applications = before + process%applications
-         if (.not. allocated(error) .and. process%ido /= ido_done) call look(process, run, statistics, monitor)
+         if (.not. allocated(error) .and. process%ido /= ido_done) call record_step(process, run, statistics, monitor)
       end do
       if (.not. allocated(error) .and. run%proceed) call finish(process, run, statistics, error)
       call release_lock(lock_arpack)
       if (.not. allocated(run%mu)) allocate (run%mu(0), run%vectors(process%order(), 0))
    end subroutine run_once
 
-   ! Once a restart has changed the Ritz values: the wanted ones stand at the end.
-   subroutine look(process, run, statistics, monitor)
+   ! Records history after each restart and polls the monitor: the wanted Ritz values are last.
+   subroutine record_step(process, run, statistics, monitor)
       class(arpack_process_type), intent(in) :: process
       type(run_type), intent(inout) :: run
       type(krylov_statistics_type), intent(inout) :: statistics
@@ -250,12 +246,12 @@ contains
       first = process%columns - process%wanted + 1
       residuals = relative(bounds(first:), run%magnitudes(first:))
       converged = count(residuals <= process%tolerance)
-      call statistics%history%add_look(converged, statistics%operator_applications, maxval(residuals))
+      call statistics%history%add_check(converged, statistics%operator_applications, maxval(residuals))
       if (present(monitor)) call monitor%report(statistics%restarts, converged, process%wanted, maxval(residuals), &
          run%proceed)
-   end subroutine look
+   end subroutine record_step
 
-   ! ARPACK has sorted those that converged to the front.
+   ! Extracts the pairs; ARPACK has sorted converged ones to the front.
    subroutine finish(process, run, statistics, error)
       class(arpack_process_type), intent(inout) :: process
       type(run_type), intent(inout) :: run
@@ -263,7 +259,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: converged, first
 
-      ! Where all motions are deflated there is nothing to start with.
+      ! If all motions are deflated, the start vector is zero.
       run%complete = process%info == info_zero_start
       if (run%complete) return
       run%info = process%info
@@ -274,7 +270,7 @@ contains
       converged = min(process%converged(), process%columns)
       first = max(converged, process%wanted)
       call process%ritz(run%magnitudes, run%bounds)
-      call statistics%history%add_look(min(converged, process%wanted), statistics%operator_applications, &
+      call statistics%history%add_check(min(converged, process%wanted), statistics%operator_applications, &
          maxval([0.0_wp, relative(run%bounds(:first), run%magnitudes(:first))]))
       if (run%info == 0) then
          run%complete = process%wanted == process%order()
@@ -285,20 +281,19 @@ contains
       if (converged > 0) call process%extract(run%mu, run%vectors, error)
    end subroutine finish
 
-   ! ARPACK's own criterion.
+   ! Relative error bound, as in ARPACK's convergence test.
    elemental real(wp) function relative(bound, magnitude)
       real(wp), intent(in) :: bound, magnitude
 
       relative = bound/max(epsilon(1.0_wp)**(2.0_wp/3), magnitude)
    end function relative
 
-   ! How many values, most wanted first, are certainly more wanted than any that was not found: these are
-   ! no larger than `edge`.
+   ! Number of leading values that are certainly more wanted than any not found, whose magnitudes are at most `edge`.
    integer function count_covered(selection, values, edge) result(covered)
       class(selection_type), intent(in) :: selection
       complex(wp), intent(in) :: values(:)
       real(wp), intent(in) :: edge
-      ! Directions in which a missing value may lie, and what that leaves unknown.
+      ! Directions sampled for a missing value, and the error of that sampling.
       integer, parameter :: directions = 360
       real(wp), parameter :: slack = 1.0e-4_wp, turn = 8*atan(1.0_wp)
       real(wp) :: nearest

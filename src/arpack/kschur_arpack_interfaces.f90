@@ -16,7 +16,7 @@ module kschur_arpack_interfaces
          real(wp), intent(inout) :: tol, resid(*), v(ldv, *), workd(*), workl(*)
       end subroutine dnaupd
 
-      !> Eigenvalues and eigenvectors of what dnaupd left; `z` may be `v`.
+      !> Eigenvalues and eigenvectors after dnaupd; `z` may be `v`.
       subroutine dneupd(rvec, howmny, select, dr, di, z, ldz, sigmar, sigmai, workev, bmat, n, which, nev, tol, resid, &
          ncv, v, ldv, iparam, ipntr, workd, workl, lworkl, info)
          import :: wp
@@ -40,7 +40,7 @@ module kschur_arpack_interfaces
          real(wp), intent(inout) :: tol, resid(*), v(ldv, *), workd(*), workl(*)
       end subroutine dsaupd
 
-      !> Eigenvalues and eigenvectors of what dsaupd left; `z` may be `v`.
+      !> Eigenvalues and eigenvectors after dsaupd; `z` may be `v`.
       subroutine dseupd(rvec, howmny, select, d, z, ldz, sigma, bmat, n, which, nev, tol, resid, ncv, v, ldv, iparam, &
          ipntr, workd, workl, lworkl, info)
          import :: wp
@@ -65,7 +65,7 @@ module kschur_arpack_interfaces
          complex(wp), intent(inout) :: resid(*), v(ldv, *), workd(*), workl(*)
       end subroutine znaupd
 
-      !> Eigenvalues and eigenvectors of what znaupd left; `z` may be `v`.
+      !> Eigenvalues and eigenvectors after znaupd; `z` may be `v`.
       subroutine zneupd(rvec, howmny, select, d, z, ldz, sigma, workev, bmat, n, which, nev, tol, resid, ncv, v, ldv, &
          iparam, ipntr, workd, workl, lworkl, rwork, info)
          import :: wp

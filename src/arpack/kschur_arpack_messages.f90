@@ -1,4 +1,4 @@
-!> What the info codes of ARPACK mean.
+!> Messages for the INFO codes of ARPACK.
 module kschur_arpack_messages
    use kschur_error, only: error_type, new_error, error_library
    use kschur_text, only: text
@@ -6,20 +6,20 @@ module kschur_arpack_messages
    private
    public :: arpack_error
 
-   !> The restarts ran out; no shift could be applied in one of them; the operator makes nothing of the
-   !> start vector; no basis of the size that was asked for exists.
+   !> INFO codes: restart limit reached; no shifts could be applied; zero start vector; no Krylov space of the requested
+   !> dimension.
    integer, parameter, public :: info_restarts = 1, info_no_shifts = 3, info_zero_start = -9, info_exhausted = -9999
-   !> The info of dneupd, dseupd and zneupd where nothing converged.
+   !> INFO of dneupd, dseupd and zneupd if nothing converged.
    integer, parameter, public :: info_nothing = -14
 
-   ! No reason is longer.
+   ! Largest length of a message.
    integer, parameter :: longest = 120
 
 contains
 
-   !> The error that belongs to the info of a routine.
+   !> Sets the error that belongs to INFO of a routine.
    pure subroutine arpack_error(routine, info, error)
-      !> As "dnaupd"; those that extract eigenvectors have codes of their own.
+      !> Name, as "dnaupd"; routines that extract eigenvectors have other codes.
       character(len=*), intent(in) :: routine
       integer, intent(in) :: info
       type(error_type), allocatable, intent(out) :: error

@@ -1,15 +1,16 @@
-!> What ARPACK is told beside what every Krylov iteration is.
+!> Options of ARPACK besides those of every Krylov iteration.
 module kschur_arpack_options
    use kschur_krylov_options, only: krylov_options_type
    implicit none
    private
    public :: arpack_options_type
 
-   !> Options of this type ask for ARPACK in place of Krylov-Schur.
+   !> Options of this type select ARPACK instead of Krylov-Schur.
    type, extends(krylov_options_type) :: arpack_options_type
-      !> How many eigenvalues are asked for at first, those nearest to the shift.
+      !> Number of eigenvalues nearest to the shift in the first run.
       integer :: values = 6
-      !> No filtered start vector, and no second run where the nearest to the shift are not the wanted ones.
+      !> Whether to run ARPACK once, without filtered start vector, even if eigenvalues nearest to the shift are not the wanted
+      !> ones.
       logical :: raw = .false.
    end type arpack_options_type
 end module kschur_arpack_options

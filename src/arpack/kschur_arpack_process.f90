@@ -1,9 +1,8 @@
-!> ARPACK's reverse communication as steps of one object: dnaupd for real operators, znaupd for
-!> complex ones, dsaupd for those that are self-adjoint in the inner product of their metric.
+!> ARPACK's reverse communication as steps of an object: dnaupd for real operators, znaupd for complex ones, dsaupd for those
+!> self-adjoint in the inner product of their metric.
 !>
-!> All are run in shift-invert mode with sigma = 0, where ARPACK takes the operator C for the
-!> inverse and so gives 1/mu of each eigenvalue mu of C, with vectors that it has purified of
-!> what belongs to mu = 0.
+!> All use shift-invert mode with sigma = 0: ARPACK takes the operator C as the inverse and returns 1/mu for each eigenvalue mu
+!> of C, with vectors purified of the null space of C.
 module kschur_arpack_process
    use kschur_arpack_messages, only: arpack_error, info_nothing
    use kschur_error, only: error_type, new_error, error_memory
@@ -13,24 +12,24 @@ module kschur_arpack_process
    private
    public :: arpack_process_type, check_extraction, keep_vectors
 
-   !> What is wanted, in ARPACK's words: the eigenvalues of largest magnitude.
+   !> WHICH: eigenvalues of largest magnitude.
    character(len=*), parameter, public :: largest_magnitude = "LM"
-   !> The value of `ido` when the iteration has ended.
+   !> IDO at the end of the iteration.
    integer, parameter, public :: ido_done = 99
-   !> Apply C to bring the start vector into its range; apply C; apply the metric.
+   !> IDO: apply C to the start vector; apply C; apply the metric.
    integer, parameter, public :: ido_start = -1, ido_apply = 1, ido_metric = 2
    integer, parameter :: mode_shift_invert = 3
 
    !> One iteration.
    type, abstract :: arpack_process_type
-      !> The routine that iterates, for messages.
+      !> Name of the iterating routine, for messages.
       character(len=6) :: routine = ""
-      !> NEV, how many eigenvalues of largest magnitude are wanted; NCV, the dimension of the Krylov space.
+      !> NEV, the number of wanted eigenvalues; NCV, the dimension of the Krylov space.
       integer :: wanted = 0, columns = 0
-      !> Length of ARPACK's vectors: the operator's, and more where it must be: C is zero there.
+      !> N of ARPACK: order of the operator, padded with zero rows if needed.
       integer :: length = 0
       real(wp) :: tolerance = 0
-      !> What ARPACK wants next; `ido_done` at the end.
+      !> Next request of ARPACK; `ido_done` at the end.
       integer :: ido = 0
       integer :: info = 0
       integer :: applications = 0
@@ -39,21 +38,21 @@ module kschur_arpack_process
    contains
       !> Order of the operator.
       procedure(order_interface), deferred :: order
-      !> Allocates what an iteration needs, with a start vector, real random numbers.
+      !> Allocates work arrays and sets a real random start vector.
       procedure(reserve_interface), deferred :: reserve
       !> Replaces the start vector by its image, of unit norm.
       procedure(filter_interface), deferred :: filter
-      !> Calls ARPACK, and does what it wants.
+      !> Calls ARPACK once and serves its request.
       procedure(filter_interface), deferred :: step
-      !> The magnitudes of the current Ritz values and their error bounds, as ARPACK has sorted them.
+      !> Magnitudes and error bounds of the current Ritz values, in ARPACK's order.
       procedure(ritz_interface), deferred :: ritz
       !> The eigenvalues mu that converged, and unit eigenvectors.
       procedure(extract_interface), deferred :: extract
       !> Prepares the iteration.
       procedure :: begin
-      !> How many eigenvalues have converged.
+      !> Number of converged eigenvalues.
       procedure :: converged
-      !> The columns of the workspace that ARPACK wants to have read and written.
+      !> Columns of WORKD that the request reads and writes.
       procedure :: from
       procedure :: to
    end type arpack_process_type
@@ -67,9 +66,9 @@ module kschur_arpack_process
       subroutine reserve_interface(self, start, status)
          import :: arpack_process_type, wp
          class(arpack_process_type), intent(inout) :: self
-         !> As long as the operator's vectors.
+         !> Length: order of the operator.
          real(wp), intent(in) :: start(:)
-         !> Not 0 where there is no memory.
+         !> Not 0 if memory is short.
          integer, intent(out) :: status
       end subroutine reserve_interface
 
@@ -95,12 +94,12 @@ module kschur_arpack_process
 
 contains
 
-   !> `wanted`, `columns`, `length` and `tolerance` are set.
+   !> Starts the iteration; `wanted`, `columns`, `length` and `tolerance` are set before.
    subroutine begin(self, start, filter, restarts, error)
       class(arpack_process_type), intent(inout) :: self
       !> As long as the operator's vectors.
       real(wp), intent(in) :: start(:)
-      !> How often the operator is applied to it first.
+      !> Number of filter applications to it.
       integer, intent(in) :: filter
       !> The largest number of restarts.
       integer, intent(in) :: restarts
@@ -148,7 +147,7 @@ contains
       to = 1 + (self%ipntr(2) - 1)/self%length
    end function to
 
-   !> Fails where a routine did; nothing converged is no failure.
+   !> Fails if extraction failed, unless nothing had converged.
    subroutine check_extraction(routine, info, converged, error)
       character(len=*), intent(in) :: routine
       integer, intent(in) :: info
@@ -162,7 +161,7 @@ contains
       end if
    end subroutine check_extraction
 
-   !> Keeps the first ones, with unit vectors; what lies in the added rows alone is no vector.
+   !> Keeps the first `found` pairs and normalises them; drops vectors in the padded rows only.
    subroutine keep_vectors(mu, vectors, found)
       complex(wp), allocatable, intent(inout) :: mu(:), vectors(:, :)
       integer, intent(in) :: found

@@ -35,8 +35,7 @@ module kschur_arpack_real
       bounds = self%values_at(8)
    end subroutine ritz
 
-   ! A pair stands in two columns, real and imaginary part, and may be split at the end: half a
-   ! pair has no vector.
+   ! A conjugate pair occupies two columns, real and imaginary part; half a pair at the end is dropped.
    subroutine extract(self, mu, vectors, error)
       class(real_process_type), intent(inout) :: self
       complex(wp), allocatable, intent(out) :: mu(:), vectors(:, :)

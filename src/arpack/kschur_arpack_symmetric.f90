@@ -1,4 +1,4 @@
-!> dsaupd and dseupd: operators that are self-adjoint in the inner product of their metric.
+!> dsaupd and dseupd, for operators self-adjoint in the inner product of their metric.
 module kschur_arpack_symmetric
    use kschur_arpack_interfaces, only: dsaupd, dseupd
    use kschur_arpack_process, only: check_extraction, keep_vectors, largest_magnitude, ido_apply, &
@@ -11,7 +11,7 @@ module kschur_arpack_symmetric
    private
    public :: symmetric_process_type
 
-   !> dsaupd and dseupd on an operator that is self-adjoint in its metric.
+   !> The process for such an operator.
    type, extends(real_process_type) :: symmetric_process_type
       class(symmetric_operator_type), pointer :: self_adjoint => null()
    contains

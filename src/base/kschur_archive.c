@@ -1,5 +1,4 @@
-/* A file of 8-byte words, the last one the checksum of all others and of how many bytes these take: written and read front
- * to back. */
+/* A file of 8-byte words, written and read sequentially; the last word is a checksum of all others and of their size. */
 #define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <stdint.h>
@@ -9,7 +8,7 @@
 
 enum { damaged = -1 };
 
-/* What a checksum begins with: words that are 0 count as well. */
+/* Initial value of a checksum, nonzero so that zero words count. */
 static const uint64_t beginning = UINT64_C(14695981039346656037);
 
 struct archive {
@@ -18,7 +17,7 @@ struct archive {
    int saving;
 };
 
-/* Changes with every word: both steps can be undone. */
+/* Updates a checksum by words; both steps are invertible, so that every word changes it. */
 uint64_t kschur_checksum(uint64_t sum, const void *words, size_t bytes)
 {
    const unsigned char *next = words;
@@ -36,13 +35,13 @@ uint64_t kschur_checksum(uint64_t sum, const void *words, size_t bytes)
    return kschur_checksum(sum, &word, sizeof word);
 }
 
-/* What stands at the end. Without the number of bytes the sum would be zero behind itself, and stay so behind zeros. */
+/* The last word of a file. It includes the number of bytes: otherwise zeros after the end would not be detected. */
 static uint64_t closing_sum(uint64_t sum, uint64_t bytes)
 {
    return kschur_checksum(sum, &bytes, sizeof bytes);
 }
 
-/* Whether the last word is that of all before it: 0, or `damaged`. */
+/* Verifies the checksum of a file: 0, `damaged`, or errno. */
 static int verify(FILE *file)
 {
    uint64_t buffer[8192], sum = beginning, last = 0, bytes = 0;
@@ -61,7 +60,7 @@ static int verify(FILE *file)
    return words && closing_sum(sum, bytes - sizeof last) == last ? 0 : damaged;
 }
 
-/* NULL: `failure` says why, by a number of errno or as `damaged`. */
+/* Opens an archive; NULL on failure, with errno or `damaged` in `failure`. */
 void *kschur_archive_open(const char *path, int saving, int *failure)
 {
    struct archive *a = malloc(sizeof *a);
@@ -83,7 +82,7 @@ void *kschur_archive_open(const char *path, int saving, int *failure)
    return NULL;
 }
 
-/* Writes words, or reads them: a number of errno, `damaged` or 0. */
+/* Writes or reads words; returns 0, errno or `damaged`. */
 int kschur_archive_carry(void *address, void *words, size_t bytes)
 {
    struct archive *a = address;

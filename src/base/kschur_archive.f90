@@ -1,5 +1,5 @@
-!> A file that keeps the state of a computation: the same calls in the same order write it, and read it again. It is checked as a
-!> whole before anything of it is used.
+!> Binary file of the state of a computation (checkpoint). The same calls in the same order write it and read it. A checksum
+!> over the whole file is verified before any value is read.
 module kschur_archive
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
    use kschur_error, only: error_type, new_error, error_file, error_input, error_memory
@@ -9,7 +9,7 @@ module kschur_archive
    private
    public :: archive_type, checksum
 
-   !> Opened by `open`. A failure is kept, and raised by `close`.
+   !> An open file. The first failure is recorded, and `close` reports it.
    type :: archive_type
       private
       type(c_ptr) :: handle = c_null_ptr
@@ -18,12 +18,12 @@ module kschur_archive
       logical :: saving = .false.
    contains
       procedure :: open => open_archive
-      !> Writes a variable, or reads what was written of it. Arrays get the shape that they had; of a matrix with `used` only
-      !> its first columns are kept.
+      !> Writes a variable, or reads it back. Arrays are allocated with the shape that was written; of a matrix with `used` only
+      !> the first `used` columns are stored.
       generic :: carry => carry_integer, carry_long, carry_logical, carry_real, carry_text, carry_integers, carry_reals, &
          carry_complexes, carry_real_columns, carry_complex_columns
       procedure :: close => close_archive
-      !> Whether anything failed; that there is no memory for what is read.
+      !> Returns whether a call failed; records that memory for the data read could not be allocated.
       procedure :: has_failed
       procedure :: fail_of_memory
       procedure, private :: carry_integer
@@ -43,7 +43,7 @@ module kschur_archive
    integer(c_int), parameter :: damaged = -1, no_memory = -2
    integer(c_size_t), parameter :: word = storage_size(1_long)/8
 
-   !> The checksum of what it is the checksum of already, and of more.
+   !> Extends the checksum `before` by the data x.
    interface checksum
       module procedure checksum_of_longs, checksum_of_integers, checksum_of_reals
    end interface checksum
@@ -77,7 +77,7 @@ module kschur_archive
 
 contains
 
-   !> Fails where the file cannot be written, or is none that an archive wrote.
+   !> Fails if the file cannot be opened, or was not written by an archive.
    subroutine open_archive(self, path, saving, error)
       class(archive_type), intent(out) :: self
       character(len=*), intent(in) :: path
@@ -91,7 +91,7 @@ contains
       if (.not. c_associated(self%handle)) call self%close(error)
    end subroutine open_archive
 
-   !> Fails where anything failed since it was opened.
+   !> Closes the file, and reports the first failure since it was opened.
    subroutine close_archive(self, error)
       class(archive_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
@@ -167,7 +167,7 @@ contains
       call self%carry_words(c_loc(x), 1_c_size_t)
    end subroutine carry_real
 
-   ! A character a word.
+   ! Stores one character in each 8-byte word.
    subroutine carry_text(self, x)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(inout) :: x

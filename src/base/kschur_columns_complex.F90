@@ -1,4 +1,4 @@
-!> Columns of tall complex arrays: rotated, moved, combined.
+!> Moves, rotates and combines columns of tall complex arrays.
 module kschur_columns_complex
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgemm
@@ -11,7 +11,7 @@ module kschur_columns_complex
 #define GEMM zgemm
 #include "kschur_columns.inc"
 
-   !> The combinations q y of the first columns, as many as y has rows.
+   !> vectors := q y, with as many of the first columns of q as y has rows.
    subroutine combine_columns(q, y, vectors)
       complex(wp), contiguous, intent(in) :: q(:, :)
       complex(wp), intent(in) :: y(:, :)

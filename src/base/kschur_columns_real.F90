@@ -1,4 +1,4 @@
-!> Columns of tall real arrays: rotated, moved, combined.
+!> Moves, rotates and combines columns of tall real arrays.
 module kschur_columns_real
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgemm
@@ -11,7 +11,7 @@ module kschur_columns_real
 #define GEMM dgemm
 #include "kschur_columns.inc"
 
-   !> The combinations q y of the first columns, as many as y has rows.
+   !> vectors := q y, with as many of the first columns of q as y has rows.
    subroutine combine_columns(q, y, vectors)
       real(wp), contiguous, intent(in) :: q(:, :)
       complex(wp), intent(in) :: y(:, :)
@@ -20,13 +20,13 @@ module kschur_columns_real
       call combine_panels(size(q, 1), size(y, 1), size(y, 2), q, y, vectors)
    end subroutine combine_columns
 
-   ! Panels, as products of whole columns would take as much memory again.
+   ! By panels of rows: whole columns would need a work array of the size of the result.
    subroutine combine_panels(n, k, b, q, y, vectors)
       integer, intent(in) :: n, k, b
       real(wp), intent(in) :: q(n, *)
       complex(wp), intent(in) :: y(k, b)
       complex(wp), intent(inout) :: vectors(:, :)
-      ! Real and imaginary parts side by side, for one reading.
+      ! Real and imaginary parts side by side, so that q is read once.
       real(wp) :: parts_of_y(k, 2*b)
       real(wp), allocatable :: parts(:, :)
       integer :: i, rows

@@ -17,9 +17,9 @@ module kschur_error
    integer, parameter, public :: error_singular = 5
    !> A library below us (MUMPS, METIS, AMD, LAPACK, ARPACK, HDF5) failed.
    integer, parameter, public :: error_library = 6
-   !> A linear solver that iterates came to no solution.
+   !> An iterative linear solver did not converge.
    integer, parameter, public :: error_convergence = 7
-   !> Who watches the computation has ended it. A solve makes a reason of it.
+   !> The monitor cancelled the computation. A solve reports it as a reason, not as an error.
    integer, parameter, public :: error_cancelled = 8
 
    !> What went wrong and what to do about it.
@@ -55,7 +55,7 @@ contains
       if (allocated(error)) error%message = context//": "//error%message
    end subroutine add_context
 
-   !> Takes away an error that only says that the computation was ended.
+   !> Deallocates an error that only reports a cancelled computation.
    pure subroutine take_cancelled(error, cancelled)
       type(error_type), allocatable, intent(inout) :: error
       logical, intent(out) :: cancelled

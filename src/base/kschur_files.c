@@ -1,4 +1,4 @@
-/* What kschur_files.f90 asks of the operating system. */
+/* File-system services of kschur_files.f90. */
 #define _DEFAULT_SOURCE
 #define _XOPEN_SOURCE 700
 #include <dirent.h>
@@ -12,13 +12,13 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
-/* Of a path with what is put behind it; of what stays of a name when that is done. */
+/* Largest length of a path with its suffix; of a truncated name before the suffix. */
 enum { longest_path = 4096, longest_name = 200 };
 
 static const char mark[] = ".partial-XXXXXX";
 static const int folder_flags = O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC;
 
-/* 0: there is nothing, 1: a file, 2: a folder, 3: a pipe, a device, a socket. Links are followed. */
+/* 0: missing, 1: file, 2: folder, 3: pipe, device or socket. Follows links. */
 int kschur_kind_of_file(const char *path)
 {
    struct stat status;
@@ -27,7 +27,7 @@ int kschur_kind_of_file(const char *path)
    return S_ISREG(status.st_mode) ? 1 : S_ISDIR(status.st_mode) ? 2 : 3;
 }
 
-/* Removes all that is in an open folder; follows no link. */
+/* Removes the contents of an open folder; does not follow links. */
 static void empty_folder(int folder)
 {
    DIR *entries = fdopendir(dup(folder));
@@ -48,7 +48,7 @@ static void empty_folder(int folder)
    closedir(entries);
 }
 
-/* The folder that a path lies in, and where the name begins in it. */
+/* Splits a path into folder and name. */
 static const char *split(const char *path, char *parent)
 {
    const char *slash = strrchr(path, '/');
@@ -59,7 +59,7 @@ static const char *split(const char *path, char *parent)
    return path + length;
 }
 
-/* Removes the staging folders of runs that were killed: those that nobody locks. */
+/* Removes staging folders of killed runs: those without a lock. */
 static void remove_strays(const char *parent, const char *stem)
 {
    DIR *entries = opendir(parent);
@@ -121,7 +121,7 @@ int kschur_stage(const char *path, char *staging)
    return -1;
 }
 
-/* Makes a new file and sees that it may have so many bytes. 0, or what errno says. */
+/* Creates a file and checks that it can have this size. Returns 0 or errno. */
 int kschur_reserve(const char *path, long long bytes)
 {
    int file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666), failure;
@@ -132,7 +132,7 @@ int kschur_reserve(const char *path, long long bytes)
    return failure == EOPNOTSUPP || failure == EINVAL ? 0 : failure;
 }
 
-/* 0: the file system of a folder has no room for so many bytes more. */
+/* Returns 0 if the file system of a folder has less free space. */
 int kschur_has_room(const char *path, long long bytes)
 {
    struct statvfs status;
@@ -141,7 +141,7 @@ int kschur_has_room(const char *path, long long bytes)
    return (double)bytes <= (double)status.f_bavail*(double)status.f_frsize;
 }
 
-/* Removes what kschur_stage made, with all that is in it. */
+/* Removes a folder of kschur_stage with its contents. */
 void kschur_unstage(int folder, const char *staging)
 {
    if (folder < 0) return;
@@ -150,7 +150,7 @@ void kschur_unstage(int folder, const char *staging)
    close(folder);
 }
 
-/* Brings a file, or a folder with the files in it, to the disk. 0, or what errno says. */
+/* Flushes a file, or a folder with its files, to disk. Returns 0 or errno. */
 static int bring_to_disk(int parent, const char *name)
 {
    int file = openat(parent, name, O_RDONLY | O_CLOEXEC), copy, failure = 0;
@@ -169,7 +169,7 @@ static int bring_to_disk(int parent, const char *name)
    return failure;
 }
 
-/* Moves the files of one folder into another. 0, or what errno says. */
+/* Moves the files of one folder into another. Returns 0 or errno. */
 static int move_files(const char *from, const char *to)
 {
    DIR *entries = opendir(from);
@@ -206,7 +206,7 @@ int kschur_publish(const char *finished, const char *path)
    return 0;
 }
 
-/* The system's words for a number of errno, ended by a null, in at most `size` characters. */
+/* The system's message for errno, null-terminated, in at most `size` characters. */
 void kschur_system_reason(int failure, char *words, size_t size)
 {
    snprintf(words, size, "%s", strerror(failure));

@@ -1,5 +1,5 @@
-!> Files and folders, as far as Fortran has no word for them. What is written is written into a staging folder beside its
-!> place, and gets its name when it is whole and on the disk.
+!> File-system operations that Fortran does not provide. Output is written into a staging folder beside its final place, and is
+!> renamed after it is complete and flushed to disk, so that no incomplete output appears.
 module kschur_files
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_null_char, c_size_t
    use kschur_error, only: error_type, new_error, error_file
@@ -10,26 +10,26 @@ module kschur_files
    public :: staging_type, check_length, is_link, kind_of_file, last_reason, make_folder, remove_file, require_space, &
       system_reason
 
-   !> What `kind_of_file` answers.
+   !> Results of `kind_of_file`.
    integer(c_int), parameter, public :: no_file = 0, regular_file = 1, folder = 2, pipe_or_device = 3
 
    integer, parameter :: longest_path = 4096
    integer(c_int), parameter :: everyone = int(o'777', c_int)
 
-   !> A folder beside the place of what is written. No other process has its name; what a killed run left is removed
-   !> when the same output is staged again.
+   !> A staging folder beside the final place of an output, with a name unique to the process. Folders that killed runs left are
+   !> removed when the same output is staged again.
    type :: staging_type
       private
-      !> The file or folder to write; empty where there is no place.
+      !> The file or folder to write; empty if the output has no final place.
       character(len=:), allocatable, public :: path
       character(len=:), allocatable :: target, name
       integer(c_int) :: descriptor = -1
    contains
       !> Makes the folder; fails with the place and the system's reason.
       procedure :: open => open_staging
-      !> Makes the file at `path` and fails where it may not have so many bytes.
+      !> Creates the file at `path`; fails if that many bytes cannot be allocated for it.
       procedure :: reserve
-      !> Moves what was written to its place, unless an error is raised; removes the folder.
+      !> Moves the output to its final place, unless an error is raised; removes the staging folder.
       procedure :: finish => finish_staging
    end type staging_type
 
@@ -90,7 +90,7 @@ module kschur_files
          integer(c_int), value :: mode
       end function c_mkdir
 
-      ! ssize_t is as long as size_t, but signed: as Fortran's integers are.
+      ! ssize_t has the size of size_t, but is signed, as integers of Fortran are.
       integer(c_size_t) function c_readlink(path, target, size) bind(c, name="readlink")
          import :: c_char, c_size_t
          character(kind=c_char), intent(in) :: path(*)
@@ -130,8 +130,8 @@ contains
       self%path = self%name//"/whole"
    end subroutine open_staging
 
-   ! Whether it is in the folder of devices, of which a link to a regular file must not be replaced. Shared memory is mounted
-   ! there, and a place like any other.
+   ! Whether a path is in /dev, where a link to a regular file must not be replaced. Shared memory, which is mounted there, is
+   ! treated as any other folder.
    pure logical function is_among_devices(path)
       character(len=*), intent(in) :: path
 
@@ -164,14 +164,14 @@ contains
       self%descriptor = -1
    end subroutine finish_staging
 
-   !> The system's words for what failed last.
+   !> The system's message for the last error.
    function last_reason() result(reason)
       character(len=128) :: reason
 
       reason = system_reason(c_errno())
    end function last_reason
 
-   !> The system's words for a number of errno.
+   !> The system's message for a value of errno.
    function system_reason(failure) result(reason)
       integer(c_int), intent(in) :: failure
       character(len=128) :: reason
@@ -193,8 +193,8 @@ contains
       kind_of_file = c_kind_of_file(path//c_null_char)
    end function kind_of_file
 
-   !> Where `status` is 0, sets it and the reason if a closed file is not as long
-   !> as what was written into it: gfortran does not report a disk that fills up.
+   !> Compares the length of a closed file with the number of bytes written; if they differ and `status` is 0, sets status and
+   !> reason. gfortran does not report a full disk.
    subroutine check_length(path, bytes, status, reason)
       character(len=*), intent(in) :: path
       integer(long), intent(in) :: bytes
@@ -225,7 +225,7 @@ contains
       is_link = c_readlink(path//c_null_char, target, 1_c_size_t) >= 0
    end function is_link
 
-   !> Fails where a folder has no room for so many bytes more; where nobody knows, nothing happens.
+   !> Fails if the file system of a folder has less free space than `bytes`; does nothing if that is unknown.
    subroutine require_space(path, bytes, error)
       character(len=*), intent(in) :: path
       integer(long), intent(in) :: bytes
@@ -236,8 +236,7 @@ contains
          "the disk has no room for "//text(bytes)//" bytes")
    end subroutine require_space
 
-   !> Creates a folder; nothing happens where it exists, or where its parent
-   !> does not: writing into it will fail then.
+   !> Creates a folder, if it does not exist. A missing parent is not reported here: writing into the folder will fail.
    subroutine make_folder(path)
       character(len=*), intent(in) :: path
       integer(c_int) :: status

@@ -225,14 +225,14 @@ module kschur_lapack
          real(wp), intent(inout) :: b(ldb, *)
       end subroutine dtrsm
 
-      !> Euclidean norm of a complex vector.
+      !> Euclidean norm of a real vector.
       real(wp) function dnrm2(n, x, incx)
          import :: wp
          integer, intent(in) :: n, incx
          real(wp), intent(in) :: x(*)
       end function dnrm2
 
-      !> The Euclidean norm of a complex vector.
+      !> Euclidean norm of a complex vector.
       real(wp) function dznrm2(n, x, incx)
          import :: wp
          integer, intent(in) :: n, incx

@@ -9,7 +9,7 @@ static pthread_once_t once = PTHREAD_ONCE_INIT;
 static pthread_mutex_t mutexes[locks];
 static sigset_t signals_before;
 
-/* A thread that takes a lock twice is told so instead of waiting for itself. */
+/* Error-checking mutexes: a thread that takes a lock twice gets an error instead of a deadlock. */
 static void prepare(void)
 {
    pthread_mutexattr_t attributes;
@@ -20,7 +20,7 @@ static void prepare(void)
    pthread_mutexattr_destroy(&attributes);
 }
 
-/* 0, or another number where the thread holds the lock already. */
+/* Returns nonzero if the thread holds the lock already. */
 int kschur_acquire_lock(int lock)
 {
    pthread_once(&once, prepare);
@@ -32,7 +32,7 @@ void kschur_release_lock(int lock)
    pthread_mutex_unlock(&mutexes[lock]);
 }
 
-/* SIGTERM waits, in the thread that calls. */
+/* Blocks SIGTERM in the calling thread. */
 void kschur_hold_sigterm(void)
 {
    sigset_t term;
@@ -42,7 +42,7 @@ void kschur_hold_sigterm(void)
    pthread_sigmask(SIG_BLOCK, &term, &signals_before);
 }
 
-/* It comes now. For who holds the lock of METIS, as what was before is kept once. */
+/* Restores the signal mask. Call under the lock of METIS, as one mask is stored. */
 void kschur_let_sigterm(void)
 {
    pthread_sigmask(SIG_SETMASK, &signals_before, NULL);

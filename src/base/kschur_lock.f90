@@ -1,14 +1,13 @@
-!> Keeps threads apart in the libraries below us that keep state: sequential MUMPS has module variables, METIS draws from
-!> C's random numbers, serial HDF5 has tables of open objects. A lock is held during one call of a library, that of ARPACK during a whole
-!> iteration, with the operator in it: only there is something called that a user wrote.
+!> Serialises calls of libraries that are not thread-safe: sequential MUMPS has module variables, METIS uses C's random number
+!> generator, serial HDF5 has tables of open objects. A lock is held for one call of a library; that of ARPACK for a whole
+!> iteration including the operator, the only one under which code of the user is called.
 module kschur_lock
    use, intrinsic :: iso_c_binding, only: c_int
    implicit none
    private
    public :: acquire_lock, release_lock
 
-   !> What is locked: four libraries, and the check of a problem that threads share. The number of mutexes stands in
-   !> kschur_lock.c.
+   !> The locks: four libraries, and the check of a problem that threads share. kschur_lock.c has the number of mutexes.
    integer(c_int), parameter, public :: lock_mumps = 0, lock_metis = 1, lock_hdf5 = 2, lock_problem = 3, lock_arpack = 4
 
    interface
@@ -29,7 +28,7 @@ contains
    subroutine acquire_lock(lock, held)
       !> One of `lock_*`.
       integer(c_int), intent(in) :: lock
-      !> Whether this thread holds it already; nothing happens then.
+      !> Whether this thread holds the lock already; then nothing is done.
       logical, intent(out), optional :: held
       integer(c_int) :: status
 
@@ -37,7 +36,7 @@ contains
       if (present(held)) held = status /= 0
    end subroutine acquire_lock
 
-   !> Gives the lock back.
+   !> Releases the lock.
    subroutine release_lock(lock)
       !> One of `lock_*`.
       integer(c_int), intent(in) :: lock

@@ -1,5 +1,5 @@
-!> Memory is asked for before it is used. What a step of a computation takes is required before the step, with a margin:
-!> the compiler allocates results of functions and copies of expressions on its own, and ends the program where it gets none.
+!> Checks that memory is available before a step allocates it, with a margin: the compiler allocates function results and array
+!> temporaries itself, and ends the program if that fails.
 module kschur_memory
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    use kschur_error, only: error_type, new_error, error_memory
@@ -9,10 +9,10 @@ module kschur_memory
    private
    public :: require_memory
 
-   !> Bytes of an integer, of a real and of a complex number, and of what messages count in.
+   !> Bytes of an integer, a real and a complex number; the unit of messages.
    real(wp), parameter, public :: integer_bytes = storage_size(1)/8, real_bytes = storage_size(1.0_wp)/8, &
       complex_bytes = 2*real_bytes, megabyte = 1.0e6_wp
-   ! So much is left for what is small.
+   ! Bytes left for small arrays.
    real(wp), parameter :: margin = 1.6e7_wp
 
    interface
@@ -24,10 +24,10 @@ module kschur_memory
 
 contains
 
-   !> Fails where so many bytes cannot be had.
+   !> Fails if `bytes` bytes are not available.
    subroutine require_memory(bytes, what, error)
       real(wp), intent(in) :: bytes
-      !> What they are for, as in "no memory for ...".
+      !> Purpose, as in "no memory for ...".
       character(len=*), intent(in) :: what
       type(error_type), allocatable, intent(inout) :: error
 

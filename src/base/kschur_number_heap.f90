@@ -1,17 +1,17 @@
-!> Integers of which the least is taken first: a binary heap (Williams, Comm. ACM 7 (1964), algorithm 232).
+!> Priority queue of integers, smallest first: a binary heap (Williams, Comm. ACM 7 (1964), algorithm 232).
 module kschur_number_heap
    implicit none
    private
    public :: number_heap_type
 
-   !> The heap: `put` as many as there are, take the `least` as long as `length` is not zero.
+   !> The heap: `put` inserts a number, `least` removes the smallest while `length` is not zero.
    type :: number_heap_type
       integer :: length = 0
-      ! number(i) is not above number(2 i) and number(2 i + 1).
+      ! Heap order: number(i) <= number(2 i), number(2 i + 1).
       integer, allocatable, private :: number(:)
    contains
       procedure :: put
-      !> Takes out the least; there is one.
+      !> Removes and returns the smallest number; the heap must not be empty.
       procedure :: least
    end type number_heap_type
 

@@ -1,4 +1,4 @@
-!> Pages of memory that is read over and over: bases.
+!> Large pages of virtual memory for arrays that are read many times, as Krylov bases.
 module kschur_pages
    use, intrinsic :: iso_c_binding, only: c_double, c_loc, c_ptr
    use kschur_kinds, only: wp
@@ -6,11 +6,11 @@ module kschur_pages
    private
    public :: prefer_large_pages
 
-   ! Bytes. Of less the processor's table of pages holds enough, and a large page that is used in part costs what it saves.
-   real(wp), parameter :: worth_it = 1.6e7_wp
+   ! Bytes. Smaller arrays fit in the translation lookaside buffer, and a partly used large page costs what it saves.
+   real(wp), parameter :: least_bytes = 1.6e7_wp
    integer, parameter :: bits_of_a_byte = 8
 
-   !> Asks the system to map an array in large pages, before it is filled. Where there are none, nothing happens.
+   !> Asks the operating system to map an array in large pages, before it is filled. Does nothing if it has none.
    interface prefer_large_pages
       module procedure prefer_for_real, prefer_for_complex
    end interface prefer_large_pages
@@ -30,7 +30,7 @@ contains
       real(wp) :: bytes
 
       bytes = real(size(array, 1), wp)*size(array, 2)*(storage_size(array)/bits_of_a_byte)
-      if (bytes >= worth_it) call c_prefer_large_pages(c_loc(array), real(bytes, c_double))
+      if (bytes >= least_bytes) call c_prefer_large_pages(c_loc(array), real(bytes, c_double))
    end subroutine prefer_for_real
 
    subroutine prefer_for_complex(array)
@@ -38,6 +38,6 @@ contains
       real(wp) :: bytes
 
       bytes = real(size(array, 1), wp)*size(array, 2)*(storage_size(array)/bits_of_a_byte)
-      if (bytes >= worth_it) call c_prefer_large_pages(c_loc(array), real(bytes, c_double))
+      if (bytes >= least_bytes) call c_prefer_large_pages(c_loc(array), real(bytes, c_double))
    end subroutine prefer_for_complex
 end module kschur_pages

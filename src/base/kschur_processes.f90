@@ -1,30 +1,30 @@
-!> The processes that work on one solve. In this build there is one; `with/mpi` has the module for several.
+!> The processes that share one solve. This build has one; `with/mpi` has the module for several.
 module kschur_processes
    use kschur_error, only: error_type, new_error, error_usage
    implicit none
    private
    public :: are_several, join_processes, may_be_several, processes_type
 
-   !> Who works together.
+   !> A group of processes.
    type :: processes_type
-      !> How many they are, and which of them this is, from 0: the first one leads, the others help.
+      !> Number of processes, and the rank of this one, from 0: rank 0 leads, the others serve its requests.
       integer :: number = 1, rank = 0
    contains
-      !> The threads of each where so many were asked for (0: its share of the cores).
+      !> Threads of each process if `asked` threads were asked for (0: its share of the cores).
       procedure :: threads
-      !> Each gets the error of the first one that has one, before they begin.
+      !> Before joint work: every process gets the error of the first one that has an error.
       procedure :: agree
-      !> Ends what they do together: each gets the error of the first one.
+      !> Ends the joint work: every process gets the error of the first one.
       procedure :: leave
    end type processes_type
 
 contains
 
-   !> Brings together the processes of a communicator, each of which calls this.
+   !> Collective: forms the group of the processes of a communicator.
    subroutine join_processes(communicator, rows, processes, error)
-      !> A handle of MPI; not allocated: this process works alone.
+      !> MPI handle; not allocated: this process works alone.
       integer, allocatable, intent(in) :: communicator
-      !> Matrices of so many rows and more are factored by all together.
+      !> Matrices of at least this many rows are factored by all processes jointly.
       integer, intent(in) :: rows
       type(processes_type), intent(out) :: processes
       type(error_type), allocatable, intent(out) :: error
@@ -34,19 +34,19 @@ contains
          "this kschur was built without MPI and takes no communicator: the one with it is called kschur_mpi")
    end subroutine join_processes
 
-   !> Whether a matrix of so many rows is factored by several processes together.
+   !> Whether a matrix with `rows` rows is factored by several processes jointly.
    pure logical function are_several(processes, rows)
-      !> Not associated: one.
+      !> Not associated: one process.
       type(processes_type), pointer, intent(in) :: processes
       integer, intent(in) :: rows
 
       are_several = associated(processes) .and. rows < 0
    end function are_several
 
-   !> Whether a matrix might be factored by several processes together: then one process alone takes the same way, so that
-   !> counts and results are those of any number.
+   !> Whether matrices may be factored by several processes jointly. One process then takes the same algorithmic path, so that
+   !> counts and results do not depend on the number of processes.
    pure logical function may_be_several(processes)
-      !> Not associated: it is factored by this process.
+      !> Not associated: this process factors alone.
       type(processes_type), pointer, intent(in) :: processes
 
       may_be_several = .false.

@@ -10,7 +10,7 @@ module kschur_random
 
 contains
 
-   !> n numbers uniform in (-1, 1); `state`, 1 ... 2147483646, moves on.
+   !> Draws n numbers uniform in (-1, 1) and advances `state`, 1 ... 2147483646.
    subroutine random_vector(state, x)
       integer(long), intent(inout) :: state
       real(wp), intent(out) :: x(:)
@@ -22,7 +22,7 @@ contains
       end do
    end subroutine random_vector
 
-   !> As if so many had been drawn.
+   !> Advances the state past `numbers` numbers without drawing them.
    subroutine skip_numbers(state, numbers)
       integer(long), intent(inout) :: state
       integer, intent(in) :: numbers
@@ -33,7 +33,7 @@ contains
       end do
    end subroutine skip_numbers
 
-   !> The state that a seed stands for.
+   !> Returns the generator state of a seed.
    pure integer(long) function state_of_seed(seed) result(state)
       integer, intent(in) :: seed
 

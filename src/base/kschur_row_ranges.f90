@@ -1,4 +1,4 @@
-!> Which rows of a vector or a matrix each process has, where they are shared: one range each, as long as the others.
+!> Distribution of the rows of a vector or matrix over processes: one contiguous range each, of nearly equal lengths.
 module kschur_row_ranges
    use kschur_kinds, only: long
    implicit none
@@ -7,21 +7,21 @@ module kschur_row_ranges
 
    !> Processes are counted from 0, rows from 1.
    type :: row_ranges_type
-      !> Rows before the first one of each process, (0:processes): those of process p are before(p) + 1 .. before(p + 1).
+      !> Number of rows before those of each process, (0:processes): process p has rows before(p) + 1 .. before(p + 1).
       integer, allocatable :: before(:)
    contains
-      !> The first row of a process, and its last one: one less where it has none.
+      !> First and last row of a process; last = first - 1 if it has none.
       procedure :: first
       procedure :: last
-      !> How many rows a process has.
+      !> Number of rows of a process.
       procedure :: rows
-      !> Which process has a row.
+      !> The process that has a row.
       procedure :: owner
    end type row_ranges_type
 
 contains
 
-   !> So many rows over so many processes.
+   !> Distributes `rows` rows over `processes` processes.
    pure function row_ranges(rows, processes) result(ranges)
       integer, intent(in) :: rows, processes
       type(row_ranges_type) :: ranges

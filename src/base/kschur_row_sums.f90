@@ -1,19 +1,18 @@
-!> Sums over the rows of vectors, which several processes may share. In this build one has them all; `with/mpi` has the
-!> module for several.
+!> Sums over the rows of distributed vectors. This build has one process with all rows; `with/mpi` has the module for several.
 module kschur_row_sums
    use kschur_kinds, only: wp
    implicit none
    private
    public :: row_sums_type
 
-   !> Who shares the rows.
+   !> The processes that share the rows.
    type :: row_sums_type
    contains
-      !> The sums of all become theirs together, the same in each.
+      !> Replaces the partial sums of each process by the total, identical in all (all-reduce).
       generic :: add_up => add_up_real, add_up_complex
       procedure, private :: add_up_real
       procedure, private :: add_up_complex
-      !> The 2-norm of a vector whose rows here have one.
+      !> The 2-norm of a distributed vector from the 2-norm of its rows in this process.
       procedure :: length
    end type row_sums_type
 

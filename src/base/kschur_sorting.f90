@@ -1,4 +1,4 @@
-!> Orders of short lists, and positions in them.
+!> Sorting of short lists, and positions in them.
 module kschur_sorting
    use kschur_kinds, only: wp
    implicit none
@@ -7,8 +7,8 @@ module kschur_sorting
 
 contains
 
-   !> The positions of `numbers` (n), the smallest first; equal ones keep their order. By insertion, for lists that are short or
-   !> nearly in order.
+   !> Returns the permutation that sorts `numbers` (n) in ascending order; stable. Insertion sort, for lists that are short or
+   !> nearly sorted.
    pure function ascending_order(numbers) result(order)
       real(wp), intent(in) :: numbers(:)
       integer :: order(size(numbers))

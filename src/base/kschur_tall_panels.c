@@ -48,7 +48,7 @@ INLINE void add_group(int sums, int columns, int rows, ptrdiff_t lead, const dou
          for (int j = 0; j < columns; j++) sum[s][i] += v[j*lead + i]*factor[s][j];
 }
 
-/* The same for all columns, from zero. */
+/* As above for all columns, starting from zero. */
 INLINE void add_columns(int sums, int rows, int columns, ptrdiff_t lead, const double *v, const double *const *c,
                         double (*sum)[read_once])
 {
@@ -85,7 +85,7 @@ INLINE void dot_group(int columns, int rows, ptrdiff_t lead, const double *v, co
    }
 }
 
-/* The same for all columns; so many rows behind these are fetched meanwhile. */
+/* As above for all columns; prefetches the next rows. */
 INLINE void dot_columns(int rows, int columns, ptrdiff_t lead, const double *v, const double *y, double *d, int ahead)
 {
    int j = 0;
@@ -168,7 +168,7 @@ void kschur_panel_inner(int rows, int columns, int lead, const double *v, const 
    }
 }
 
-/* y := y - V c, d := V^T y of what is left. */
+/* y := y - V c, then d := V^T y with the new y. */
 void kschur_panel_project(int rows, int columns, int lead, const double *v, const double *c, double *y, double *d)
 {
    if (HAS_WIDE) {

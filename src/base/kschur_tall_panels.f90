@@ -1,4 +1,4 @@
-!> Products of some rows of a long real basis with single vectors, one reading of the rows for all of them.
+!> Products of a panel of rows of a tall real basis with single vectors; each product reads the panel once.
 module kschur_tall_panels
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    implicit none
@@ -9,13 +9,13 @@ module kschur_tall_panels
       !> d := V^T y.
       subroutine panel_inner(rows, columns, lead, v, y, d) bind(c, name="kschur_panel_inner")
          import :: c_double, c_int
-         !> Columns are `lead` entries apart.
+         !> Leading dimension of v: `lead`.
          integer(c_int), value :: rows, columns, lead
          real(c_double), intent(in) :: v(lead, *), y(*)
          real(c_double), intent(out) :: d(*)
       end subroutine panel_inner
 
-      !> y := y - V c, and d := V^T y of what is left.
+      !> y := y - V c, then d := V^T y with the new y.
       subroutine panel_project(rows, columns, lead, v, c, y, d) bind(c, name="kschur_panel_project")
          import :: c_double, c_int
          integer(c_int), value :: rows, columns, lead
@@ -24,7 +24,7 @@ module kschur_tall_panels
          real(c_double), intent(out) :: d(*)
       end subroutine panel_project
 
-      !> The column y behind these becomes (y - V c)/length, and X := [V y] A, two columns.
+      !> y, the column after those of V, becomes (y - V c)/length; then X := [V y] A, two columns.
       subroutine panel_complete(rows, columns, lead, v, c, length, a, lead_a, x, lead_x) bind(c, name="kschur_panel_complete")
          import :: c_double, c_int
          integer(c_int), value :: rows, columns, lead, lead_a, lead_x

@@ -1,15 +1,15 @@
 !> Numbers as text, for messages and file formats.
 !>
-!> The lengths of the results are specified, not deferred: gfortran keeps a deferred length of a function in
-!> static memory, where two threads would meet.
+!> The lengths of the results are specified, not deferred: gfortran keeps a deferred length of a function result in static
+!> memory, which is not thread-safe.
 module kschur_text
    use kschur_kinds, only: wp, long
    implicit none
    private
    public :: magnitude, text
 
-   !> The shortest plain text of an integer, or a real with 17 significant digits'
-   !> worth of accuracy where they are needed.
+   !> Returns an integer or a real as text; of a real the shortest decimal that reads back as the same number, at most 17
+   !> significant digits.
    interface text
       module procedure text_of_integer, text_of_long, text_of_real
    end interface text
@@ -25,8 +25,8 @@ contains
       write (buffer, "(i0)") number
    end function shown
 
-   ! The first precision that reads back as the same number: of one that fewer digits tell, so many tell it too, with zeros
-   ! at their end.
+   ! The lowest precision that reads back as the same number. Starting at the precision of the kind is enough: a number that
+   ! needs fewer digits is printed with trailing zeros, which are removed.
    pure function shortest(number) result(buffer)
       real(wp), intent(in) :: number
       character(len=longest) :: buffer
@@ -76,7 +76,7 @@ contains
       text = shortest(number)
    end function text_of_real
 
-   !> A real with two digits.
+   !> Returns a real rounded to two digits.
    pure function magnitude(number) result(digits)
       real(wp), intent(in) :: number
       character(len=len_trim(rounded(number))) :: digits

@@ -1,6 +1,5 @@
-!> The threads of one solve. OpenMP keeps their number for each thread that solves, so that those of a caller do not
-!> disturb each other; what is summed is summed in panels whose size does not depend on it, so that it does not change
-!> a digit.
+!> Threads of one solve. OpenMP keeps the number of threads for each calling thread, so that concurrent solves are independent.
+!> Sums are formed in panels of fixed size, in order, so that results do not depend on the number of threads.
 module kschur_threads
    use, intrinsic :: iso_c_binding, only: c_int
    use kschur_error, only: error_type, new_error, error_memory
@@ -12,16 +11,16 @@ module kschur_threads
    private
    public :: enter_solve, leave_solve, set_blas_threads, team_size, thread_number
 
-   !> Rows of a panel: with fewer rows than two of them nothing is worth a thread.
+   !> Rows of a panel of work; below two panels a loop runs on one thread.
    integer, parameter, public :: panel_rows = 2048
-   !> A solve has no more, whatever is asked for.
+   !> Upper bound of the threads of a solve, whatever is asked for.
    integer, parameter, public :: most_threads = 4096
-   !> For `enter_solve`, where there is little to do.
+   !> Argument of `enter_solve` for small work.
    integer, parameter, public :: one_thread = 1
 
-   ! Unknowns of a problem. Threads wait for each other some thousand times in a solve; where others use the cores as well,
-   ! that takes longer than all that there is to do in a smaller one.
-   integer, parameter :: worth_threads = 10000
+   ! Smallest number of unknowns for which a solve uses several threads. A solve has thousands of synchronisations, which on
+   ! busy cores take longer than all work of a smaller problem.
+   integer, parameter :: least_threaded_unknowns = 10000
 
    interface
       integer(c_int) function c_enter_solve() bind(c, name="kschur_enter_solve")
@@ -42,7 +41,7 @@ module kschur_threads
       subroutine c_make_heap() bind(c, name="kschur_make_heap")
       end subroutine c_make_heap
 
-      !> Threads of the BLAS, for a factorisation that is made of large products; one before and after it.
+      !> Sets the number of threads of the BLAS: several during a factorisation made of large products, else one.
       subroutine set_blas_threads(threads) bind(c, name="kschur_set_blas_threads")
          import :: c_int
          integer(c_int), value :: threads
@@ -51,11 +50,11 @@ module kschur_threads
 
 contains
 
-   !> Gives this thread its share of the cores: as many threads as were asked for, or as the process may use divided by
-   !> the solves that run at the same time; of a small problem one, as where there is no memory for more. The BLAS has one
-   !> thread from now on. Within another solve nothing changes. Fails where there is no memory for one; to be left in any case.
+   !> Sets the number of threads of this solve: `asked`, or the available cores divided by the number of concurrent solves; one
+   !> for a small problem or if memory is short. Sets the BLAS to one thread. A nested solve changes nothing. Fails if there is
+   !> no memory for one thread. Call `leave_solve` in any case.
    subroutine enter_solve(asked, unknowns, before, error)
-      !> 0: as many as there are.
+      !> 0: share of the available cores.
       integer, intent(in) :: asked
       integer, intent(in) :: unknowns
       !> For `leave_solve`.
@@ -71,7 +70,7 @@ contains
       if (omp_in_parallel()) return
       if (asked > 0) then
          threads = min(asked, most_threads)
-      else if (unknowns >= worth_threads) then
+      else if (unknowns >= least_threaded_unknowns) then
          threads = max(min(before, omp_get_num_procs())/solves, 1)
       end if
 #else
@@ -86,8 +85,8 @@ contains
       end if
    end subroutine enter_solve
 
-   ! OpenMP starts its threads when they are first used, and each makes its heap when it first needs one. Signals are for
-   ! the thread of the caller.
+   ! Starts the threads of OpenMP and their heaps now, while memory is known to suffice, and blocks signals in all but the
+   ! thread of the caller.
    subroutine start_team(threads)
       integer, intent(in) :: threads
 
@@ -103,7 +102,7 @@ contains
       !$omp end parallel
    end subroutine start_team
 
-   !> Gives back what it took.
+   !> Restores the number of threads before the solve.
    subroutine leave_solve(before)
       integer, intent(in) :: before
 
@@ -116,7 +115,7 @@ contains
       call c_leave_solve()
    end subroutine leave_solve
 
-   !> So many threads work on what is parallel now.
+   !> Number of threads of the current parallel region, or of the next one.
    integer function team_size()
       team_size = 1
 #ifdef _OPENMP
@@ -124,7 +123,7 @@ contains
 #endif
    end function team_size
 
-   !> Which of them is working, from 1.
+   !> Number of this thread, from 1.
    integer function thread_number()
       thread_number = 1
 #ifdef _OPENMP

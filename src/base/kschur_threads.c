@@ -1,5 +1,5 @@
-/* How many solves of a process share its cores, and how many threads its BLAS has meanwhile: Fortran 2008 has no
- * atomic counter, and only OpenBLAS, where it is there, says how to set that. */
+/* Number of concurrent solves of a process, and threads of its BLAS meanwhile: Fortran 2008 has no atomic counter, and only
+ * OpenBLAS lets that number be set. */
 #define _XOPEN_SOURCE 700
 #include <pthread.h>
 #include <signal.h>
@@ -33,11 +33,11 @@ static int blas_threads_before = 1;
 static const double buffer_bytes = 135e6, thread_bytes = 80e6, left_bytes = 32e6, plenty_bytes = 512e6;
 enum { most_prepared = 64 };
 static int prepared = 0;
-/* A solve within a solve of the same thread shares what that has. */
+/* Nesting depth: a nested solve uses the threads of the outer one. */
 static __thread int depth = 0;
 
-/* Counts one solve more, and says how many there are; 0 within another one of this thread. The BLAS has one thread as
- * long as there are any. */
+/* Increments the number of concurrent solves and returns it; 0 for a solve nested in one of the same thread. The BLAS is
+ * limited to one thread while there are any. */
 int kschur_enter_solve(void)
 {
    int now;
@@ -87,7 +87,7 @@ int kschur_prepare_threads(int threads)
    return ready == all ? threads : ready > 0;
 }
 
-/* SIGINT and SIGTERM go to other threads than this. */
+/* Blocks SIGINT and SIGTERM in this thread. */
 void kschur_leave_signals(void)
 {
    sigset_t both;
@@ -98,7 +98,7 @@ void kschur_leave_signals(void)
    pthread_sigmask(SIG_BLOCK, &both, NULL);
 }
 
-/* Makes the heap of this thread, so that it is there. */
+/* Creates the heap of this thread. */
 void kschur_make_heap(void)
 {
    void *volatile some = malloc(1);

@@ -1,6 +1,5 @@
-!> Numbers and strings in and out of the attributes of an HDF5 file, each named
-!> by its object's path in the file and its own name. Nothing is done where
-!> `error` is already raised; a message names the attribute, the caller adds the file.
+!> Reads and writes numbers and strings in attributes of an HDF5 file, each identified by the path of its object and its name.
+!> Does nothing if `error` is already raised; messages name the attribute, callers add the file.
 module kschur_hdf5_attributes
    use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_null_char, c_ptr
    use hdf5, only: hid_t, hsize_t, h5acreate_by_name_f, h5aopen_by_name_f, h5aexists_by_name_f, h5aget_space_f, &
@@ -15,7 +14,7 @@ module kschur_hdf5_attributes
    private
    public :: has_attribute, read_attribute, write_attribute
 
-   !> Reads one number, a list of as many integers as `value` has room for, or one string.
+   !> Reads one number, a list of size(value) integers, or one string.
    interface read_attribute
       module procedure read_integer, read_integer_list, read_long, read_real, read_complex, read_string
    end interface read_attribute
@@ -27,7 +26,7 @@ module kschur_hdf5_attributes
 
 contains
 
-   !> Whether the object has an attribute of this name. Fails where it cannot be told.
+   !> Whether the object has an attribute of this name. Fails if HDF5 fails.
    logical function has_attribute(file, object, name, error)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: object, name
@@ -42,7 +41,7 @@ contains
       call new_error(error, error_input, label(object, name)//" cannot be looked up: the file is damaged")
    end function has_attribute
 
-   ! How messages call an attribute.
+   ! Description of an attribute in messages.
    pure function label(object, name)
       character(len=*), intent(in) :: object, name
       character(len=len("attribute ") + len(name) + len(" of ") + len(object)) :: label
@@ -77,14 +76,14 @@ contains
       call new_error(error, error_input, label(object, name)//" does not have "//text(int(count))//" values")
    end subroutine open_attribute
 
-   ! Reads `count` values to `address`, which must have room for them.
+   ! Reads `count` values to `address`.
    subroutine read_raw(file, object, name, type, count, address, error)
       integer(hid_t), intent(in) :: file, type
       character(len=*), intent(in) :: object, name
       integer(hsize_t), intent(in) :: count
       type(c_ptr), intent(in) :: address
       type(error_type), allocatable, intent(inout) :: error
-      ! HDF5 wants a variable for the address.
+      ! The HDF5 interface requires a variable for the address.
       type(c_ptr) :: buffer
       integer(hid_t) :: attribute, stored
       integer :: status, ignored
@@ -102,7 +101,7 @@ contains
       if (status < 0) call new_error(error, error_file, label(object, name)//" cannot be read")
    end subroutine read_raw
 
-   ! Writes `count` values from `address`; a scalar where `count` is 0.
+   ! Writes `count` values from `address`; a scalar if `count` is 0.
    subroutine write_raw(file, object, name, type, count, address, error)
       integer(hid_t), intent(in) :: file, type
       character(len=*), intent(in) :: object, name
@@ -272,7 +271,7 @@ contains
       if (type >= 0) call h5tclose_f(type, ignored)
    end subroutine write_complex
 
-   ! Of variable length in UTF-8, which h5py takes for a string.
+   ! As a variable-length UTF-8 string, as h5py does.
    subroutine write_string(file, object, name, value, error)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: object, name, value

@@ -1,6 +1,5 @@
-!> HDF5 files: opening and creating them, and what the other `kschur_hdf5_*`
-!> modules share. HDF5 is initialised where it is not, and never closed, as the
-!> caller may use it too.
+!> Opens, creates and closes HDF5 files; common procedures of the `kschur_hdf5_*` modules. HDF5 is initialised if necessary, and
+!> never closed, as the caller may use it too.
 module kschur_hdf5_basics
    use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_int64_t, c_null_funptr, c_null_ptr, c_ptr, c_size_t
    use hdf5, only: hid_t, hsize_t, h5open_f, h5iis_valid_f, h5kind_to_type, H5_INTEGER_KIND, H5_REAL_KIND, &
@@ -18,15 +17,15 @@ module kschur_hdf5_basics
    public :: forbid_external_links, open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
    public :: integer_type, real_type, new_complex_type, check_class
 
-   !> How HDF5 printed its errors before it was silenced.
+   !> HDF5's error printing before it was silenced.
    type :: printing_type
       private
-      logical :: known = .false.
+      logical :: saved = .false.
       type(c_funptr) :: printer
       type(c_ptr) :: data = c_null_ptr
    end type printing_type
 
-   !> A file that is being written.
+   !> A file being written.
    type :: output_type
       integer(hid_t) :: file = -1
       character(len=:), allocatable, private :: path
@@ -61,7 +60,7 @@ module kschur_hdf5_basics
 
 contains
 
-   !> Makes HDF5 ready and keeps it from printing errors, and other threads out of it, until `restore_printing`.
+   !> Initialises HDF5, turns its error printing off, and locks it for this thread, until `restore_printing`.
    subroutine silence_hdf5(printing, error)
       type(printing_type), intent(out) :: printing
       type(error_type), allocatable, intent(out) :: error
@@ -69,31 +68,30 @@ contains
       integer :: status
 
       call acquire_lock(lock_hdf5)
-      printing%known = c_get_printing(default_stack, printing%printer, printing%data) >= 0
-      if (printing%known) printing%known = c_set_printing(default_stack, c_null_funptr, c_null_ptr) >= 0
+      printing%saved = c_get_printing(default_stack, printing%printer, printing%data) >= 0
+      if (printing%saved) printing%saved = c_set_printing(default_stack, c_null_funptr, c_null_ptr) >= 0
       call h5iis_valid_f(H5T_NATIVE_INTEGER, ready, status)
       if (status == 0 .and. .not. ready) call h5open_f(status)
       if (status < 0) call new_error(error, error_library, "the HDF5 library cannot be initialised")
    end subroutine silence_hdf5
 
-   !> Lets HDF5 print again as before, and other threads into it.
+   !> Restores error printing, and releases the lock.
    subroutine restore_printing(printing)
       type(printing_type), intent(in) :: printing
       integer(c_int) :: status
 
-      if (printing%known) status = c_set_printing(default_stack, printing%printer, printing%data)
+      if (printing%saved) status = c_set_printing(default_stack, printing%printer, printing%data)
       call release_lock(lock_hdf5)
    end subroutine restore_printing
 
-   !> Keeps HDF5 from following links into other files, for good: for a process that reads one file.
+   !> Permanently forbids HDF5 to follow links into other files: for a process that reads one file.
    subroutine forbid_external_links()
       integer(c_int) :: status
 
       status = c_unregister_links(external_links)
    end subroutine forbid_external_links
 
-   !> Opens a file for reading. Fails, without naming the file, where it does not
-   !> exist, is not HDF5, or is damaged.
+   !> Opens a file for reading. Fails, without naming the file, if it does not exist, is not HDF5, or is damaged.
    subroutine open_hdf5_file(file, path, error)
       integer(hid_t), intent(out) :: file
       character(len=*), intent(in) :: path
@@ -125,12 +123,12 @@ contains
       end if
    end subroutine open_hdf5_file
 
-   !> Silences HDF5 and creates the file that will become `path`; `finish_hdf5_file` belongs to it. Fails with the system's
-   !> reason, also where there is no room for `bytes`: HDF5 cannot bear a disk that fills up.
+   !> Silences HDF5 and creates a staged file, to be completed by `finish_hdf5_file`. Fails with the system's reason, also if
+   !> disk space is less than `bytes`: HDF5 does not survive a full disk.
    subroutine create_hdf5_file(output, path, bytes, error)
       type(output_type), intent(out) :: output
       character(len=*), intent(in) :: path
-      !> Of all that will be written.
+      !> Total size of the data to be written.
       integer(long), intent(in) :: bytes
       type(error_type), allocatable, intent(out) :: error
       integer(long), parameter :: of_hdf5_itself = 2**16
@@ -148,7 +146,7 @@ contains
       call new_error(error, error_file, path//": the file cannot be created")
    end subroutine create_hdf5_file
 
-   !> Closes a file that was opened.
+   !> Closes a file opened for reading.
    subroutine close_hdf5_file(file)
       integer(hid_t), intent(in) :: file
       integer :: status
@@ -156,8 +154,7 @@ contains
       if (file >= 0) call h5fclose_f(file, status)
    end subroutine close_hdf5_file
 
-   !> Completes and closes the file, which is at its place then, or, where an error is raised, now or before, nowhere. HDF5
-   !> may print again.
+   !> Closes the file and moves it to its final place, or deletes it if an error is raised. Restores error printing.
    subroutine finish_hdf5_file(output, error)
       type(output_type), intent(inout) :: output
       type(error_type), allocatable, intent(inout) :: error
@@ -165,8 +162,8 @@ contains
 
       if (output%file >= 0) then
          if (allocated(error)) then
-            ! A full disk must not keep HDF5 from writing what it holds back: a
-            ! close that fails breaks the library, to a crash at the end of the program.
+            ! Truncates the file, so that HDF5 can flush its buffers to a full disk: a failed close corrupts the library, which
+            ! then crashes at program end.
             open (newunit=unit, file=output%staging%path, status="replace", iostat=status)
             if (status == 0) close (unit, iostat=status)
          end if
@@ -193,8 +190,8 @@ contains
       if (status < 0) call new_error(error, error_file, "group "//name//" cannot be written")
    end subroutine create_group
 
-   !> Whether the file holds an object of this name; its group is there. Fails where it cannot be told, and where the
-   !> name is a link that leads out of the file, or nowhere.
+   !> Whether the file has an object of this name; its group must exist. Fails if HDF5 fails, or the name is an external or
+   !> dangling link.
    logical function exists(file, name, error)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: name
@@ -213,17 +210,17 @@ contains
          name//" cannot be opened: it is damaged, or a link into another file, which is not followed")
    end function exists
 
-   !> HDF5's name for the integers read and written; not to be closed.
+   !> HDF5 type of integers in memory; not to be closed.
    integer(hid_t) function integer_type()
       integer_type = h5kind_to_type(long, H5_INTEGER_KIND)
    end function integer_type
 
-   !> The same for reals.
+   !> HDF5 type of reals in memory; not to be closed.
    integer(hid_t) function real_type()
       real_type = h5kind_to_type(wp, H5_REAL_KIND)
    end function real_type
 
-   !> The compound {r, i} that h5py takes for a complex number; to be closed.
+   !> Compound type {r, i} of h5py for complex numbers; to be closed.
    subroutine new_complex_type(type, error)
       integer(hid_t), intent(out) :: type
       type(error_type), allocatable, intent(inout) :: error
@@ -242,7 +239,7 @@ contains
       call new_error(error, error_library, "HDF5 cannot make a complex type")
    end subroutine new_complex_type
 
-   !> Fails where values of type `stored` cannot become values of type `wanted`.
+   !> Fails if values of type `stored` cannot be converted to type `wanted`.
    subroutine check_class(stored, wanted, name, error)
       integer(hid_t), intent(in) :: stored, wanted
       character(len=*), intent(in) :: name
@@ -272,7 +269,7 @@ contains
       end if
    end subroutine check_class
 
-   ! Whether a compound has the members r and i, which are numbers of one type, within it and beside each other.
+   ! Whether a compound type has members r and i of one numeric type, adjacent and inside it.
    logical function is_complex(type)
       integer(hid_t), intent(in) :: type
       integer(c_size_t) :: whole, first(2), bytes(2)
@@ -284,7 +281,7 @@ contains
       member = -1
       whole = 0
       do i = 1, 2
-         ! HDF5 leaves it as it is where there is no such member.
+         ! HDF5 does not set it if there is no such member.
          place = -1
          call h5tget_member_index_f(type, "ri"(i:i), place, status)
          if (place < 0 .or. status < 0) exit
@@ -305,7 +302,7 @@ contains
       end do
    end function is_complex
 
-   ! Whether an integer has a size that there is, and its bits lie in its bytes.
+   ! Whether an integer type has a valid size and bit range.
    logical function is_within(type)
       integer(hid_t), intent(in) :: type
       integer(c_size_t) :: first, bits, bytes
@@ -318,16 +315,16 @@ contains
       if (is_within) is_within = any(bytes == [1, 2, 4, 8]) .and. first >= 0 .and. bits >= 0 .and. first <= 8*bytes - bits
    end function is_within
 
-   ! Whether real numbers have single or double precision. Where a bit of their description is wrong, all are.
+   ! Whether a real type is IEEE single or double: a damaged type description would corrupt all values.
    logical function is_ieee(type)
       integer(hid_t), intent(in) :: type
-      integer(hid_t) :: known(4)
+      integer(hid_t) :: ieee_types(4)
       integer :: i, status
 
-      known = [H5T_IEEE_F64LE, H5T_IEEE_F32LE, H5T_IEEE_F64BE, H5T_IEEE_F32BE]
+      ieee_types = [H5T_IEEE_F64LE, H5T_IEEE_F32LE, H5T_IEEE_F64BE, H5T_IEEE_F32BE]
       is_ieee = .false.
-      do i = 1, size(known)
-         if (.not. is_ieee) call h5tequal_f(type, known(i), is_ieee, status)
+      do i = 1, size(ieee_types)
+         if (.not. is_ieee) call h5tequal_f(type, ieee_types(i), is_ieee, status)
       end do
    end function is_ieee
 end module kschur_hdf5_basics

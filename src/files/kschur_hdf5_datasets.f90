@@ -1,6 +1,5 @@
-!> Arrays in and out of the datasets of an HDF5 file, each named by its path in
-!> the file. Nothing is done where `error` is already raised; a message names
-!> the dataset, the caller adds the file.
+!> Reads and writes arrays in datasets of an HDF5 file, each identified by its path. Does nothing if `error` is already raised;
+!> messages name the dataset, callers add the file.
 module kschur_hdf5_datasets
    use, intrinsic :: iso_c_binding, only: c_loc, c_ptr, c_size_t
    use hdf5, only: hid_t, hsize_t, h5dget_space_f, h5dread_f, h5dwrite_f, h5screate_simple_f, h5sclose_f, &
@@ -15,11 +14,10 @@ module kschur_hdf5_datasets
    private
    public :: read_dataset, write_dataset, word_length
 
-   !> Length of the strings in a dataset, blanks at the end included.
+   !> Length of strings in a dataset, blank-padded.
    integer, parameter :: word_length = 16
 
-   !> Reads a whole dataset of the rank of `values`; the extents are in Fortran's
-   !> order, that is, the reverse of what h5py shows.
+   !> Reads a whole dataset of the rank of `values`; extents are in Fortran order, the reverse of h5py's.
    interface read_dataset
       module procedure read_integers, read_reals, read_real_block, read_complexes, read_complex_block, read_words
    end interface read_dataset
@@ -31,7 +29,7 @@ module kschur_hdf5_datasets
 
 contains
 
-   ! HDF5 wants a variable for the address.
+   ! The HDF5 interface requires a variable for the address.
    subroutine read_values(dataset, type, address, status)
       integer(hid_t), intent(in) :: dataset, type
       type(c_ptr), intent(in) :: address
@@ -42,10 +40,10 @@ contains
       call h5dread_f(dataset, type, buffer, status)
    end subroutine read_values
 
-   ! Some values of a dataset of one dimension.
+   ! Reads a contiguous part of a one-dimensional dataset.
    subroutine read_part(dataset, type, before, address, number, status)
       integer(hid_t), intent(in) :: dataset, type
-      !> Values that stand before them, and how many they are.
+      !> Number of values before the part, and in it.
       integer, intent(in) :: before, number
       type(c_ptr), intent(in) :: address
       integer, intent(out) :: status
@@ -65,7 +63,7 @@ contains
       call h5sclose_f(chosen, ignored)
    end subroutine read_part
 
-   ! All of so many values, or those that are asked for.
+   ! Range of values to be read: all by default.
    pure subroutine choose(all, first, length, before, number)
       integer, intent(in) :: all
       integer, intent(out) :: first, length
@@ -77,16 +75,16 @@ contains
       if (present(number)) length = number
    end subroutine choose
 
-   !> Integers of any length in the file; fails where one is below `lowest` or above `highest`.
+   !> Reads integers of any size in the file; fails if one is below `lowest` or above `highest`.
    subroutine read_integers(values, file, name, lowest, highest, error, expected, before, number)
       integer, allocatable, intent(out) :: values(:)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: name
       integer, intent(in) :: lowest, highest
       type(error_type), allocatable, intent(inout) :: error
-      !> How many there must be.
+      !> Required number of values.
       integer, intent(in), optional :: expected
-      !> Only so many are read, behind so many others: no more than are expected.
+      !> Reads `number` values after the first `before`, at most as many as expected.
       integer, intent(in), optional :: before, number
       integer(long), allocatable, target :: stored(:)
       integer(hid_t) :: dataset
@@ -117,7 +115,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       !> How many there must be.
       integer, intent(in), optional :: expected
-      !> Only so many are read, behind so many others: no more than are expected.
+      !> Reads `number` values after the first `before`, at most as many as expected.
       integer, intent(in), optional :: before, number
       integer(hid_t) :: dataset
       integer :: extents(1), first, length, status

@@ -1,4 +1,4 @@
-!> What the attributes of an HDF5 file's root say of a result: all but its arrays.
+!> Root attributes of an HDF5 result: everything except arrays.
 module kschur_hdf5_facts
    use hdf5, only: hid_t
    use kschur_effort, only: phase_names, purpose_names
@@ -18,7 +18,7 @@ module kschur_hdf5_facts
 
 contains
 
-   !> What was solved and how, and what it cost.
+   !> Writes problem data, method and effort.
    subroutine write_facts(file, result, error)
       integer(hid_t), intent(in) :: file
       type(modal_result_type), intent(in) :: result
@@ -60,7 +60,7 @@ contains
       end do
    end subroutine write_facts
 
-   !> Options, notes and memory.
+   !> Writes options, notes and memory.
    subroutine write_options(file, result, error)
       integer(hid_t), intent(in) :: file
       type(modal_result_type), intent(in) :: result
@@ -88,7 +88,7 @@ contains
       call write_attribute(file, root, "peak_memory_bytes", result%peak_memory_bytes, error)
    end subroutine write_options
 
-   ! One text, a note a line.
+   ! Joins notes to one text, one line each.
    pure function lines_of(notes) result(lines)
       character(len=*), intent(in) :: notes(:)
       character(len=sum(len_trim(notes)) + size(notes) - 1) :: lines
@@ -101,7 +101,7 @@ contains
       end do
    end function lines_of
 
-   ! Adds the lines of a text to the notes.
+   ! Appends the lines of a text to the notes.
    pure subroutine add_lines(lines, result)
       character(len=*), intent(in) :: lines
       type(modal_result_type), intent(inout) :: result
@@ -115,7 +115,7 @@ contains
       end do
    end subroutine add_lines
 
-   !> As `write_facts` wrote them.
+   !> Reads what `write_facts` wrote.
    subroutine read_facts(result, file, error)
       type(modal_result_type), intent(inout) :: result
       integer(hid_t), intent(in) :: file
@@ -140,7 +140,7 @@ contains
       call read_attribute(result%restarts, file, root, "restarts", error)
       call read_attribute(result%factorizations, file, root, "factorizations", error)
       do i = 1, size(purpose_names)
-         ! Earlier files have none.
+         ! Not in older files.
          if (has_attribute(file, root, "factorizations_for_"//trim(purpose_names(i)), error)) &
             call read_attribute(result%factorizations_for(i), file, root, "factorizations_for_"//trim(purpose_names(i)), error)
       end do
@@ -150,7 +150,7 @@ contains
       call read_attribute(result%seconds%total, file, root, "seconds_total", error)
       seconds = 0
       do i = 1, size(seconds)
-         ! Earlier files have fewer.
+         ! Fewer in older files.
          if (has_attribute(file, root, "seconds_"//trim(phase_names(i)), error)) &
             call read_attribute(seconds(i), file, root, "seconds_"//trim(phase_names(i)), error)
       end do
@@ -158,7 +158,7 @@ contains
       call result%set_total(result%seconds%total)
    end subroutine read_facts
 
-   !> As `write_options` wrote them. Files of the first days do not have these: what is not there keeps its default.
+   !> Reads what `write_options` wrote. Attributes missing in the oldest files keep defaults.
    subroutine read_options(result, file, error)
       type(modal_result_type), intent(inout) :: result
       integer(hid_t), intent(in) :: file

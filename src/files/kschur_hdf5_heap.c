@@ -1,4 +1,4 @@
-/* The heaps where an HDF5 file keeps its strings of variable length, read with care: see kschur_hdf5_strings.f90. */
+/* Reads and validates the global heaps of an HDF5 file, which hold variable-length strings: see kschur_hdf5_strings.f90. */
 #define _XOPEN_SOURCE 700
 #include <stddef.h>
 #include <stdint.h>
@@ -6,7 +6,7 @@
 #include <sys/types.h>
 #include <unistd.h>
 
-/* Bytes before the objects of a heap, and before each object. */
+/* Header sizes of a heap and of an object. */
 enum { header = 16 };
 
 static uint64_t number(const unsigned char *bytes, int count)
@@ -41,7 +41,7 @@ int kschur_heap_object(int file, uint64_t base, const unsigned char *reference, 
    for (at = header; size >= header && at <= size - header; at += header + (found + 7)/8*8) {
       if (!read_at(file, heap + at, head, header)) return -1;
       found = number(head + 8, 8);
-      /* Object 0 is what is free, up to the end, with its head. */
+      /* Object 0 is the free space at the end, with its header. */
       if (number(head, 2) == 0) return found == size - at ? outcome : -1;
       if (found > size - header - at) return -1;
       if (number(head, 2) != wanted) continue;
@@ -51,7 +51,7 @@ int kschur_heap_object(int file, uint64_t base, const unsigned char *reference, 
    return outcome;
 }
 
-/* A conversion of HDF5 that leaves the bytes as they are. */
+/* An HDF5 conversion that copies the bytes. */
 int kschur_as_they_are(int64_t source, int64_t target, void *data, size_t count, size_t stride, size_t background_stride,
                        void *values, void *background, int64_t transfer)
 {

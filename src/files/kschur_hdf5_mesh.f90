@@ -1,5 +1,5 @@
 !> Meshes in HDF5 files of problems and results: /coordinates, nodes x 3; /unknown_node and /unknown_component; /cells with
-!> offsets, connectivity and types. Nodes count from 0 there, and -1 is none.
+!> offsets, connectivity and types. Nodes are numbered from 0 there; -1: none.
 module kschur_hdf5_mesh
    use hdf5, only: hid_t
    use kschur_error, only: error_type, add_context, error_input, new_error
@@ -14,7 +14,7 @@ module kschur_hdf5_mesh
 
 contains
 
-   !> Reads the mesh of n unknowns; where there is none, it is left unallocated. Fails with what is wrong.
+   !> Reads the mesh of n unknowns; leaves it unallocated if there is none.
    subroutine read_mesh(mesh, file, n, error)
       type(mesh_type), allocatable, intent(out) :: mesh
       integer(hid_t), intent(in) :: file
@@ -53,7 +53,7 @@ contains
       if (.not. allocated(error)) mesh%connectivity = mesh%connectivity + 1
    end subroutine read_cells
 
-   !> Writes a mesh, where there is one.
+   !> Writes the mesh, if allocated.
    subroutine write_mesh(file, mesh, error)
       integer(hid_t), intent(in) :: file
       type(mesh_type), allocatable, intent(in) :: mesh
@@ -70,7 +70,7 @@ contains
       call write_dataset(file, "/cells/types", mesh%types, error)
    end subroutine write_mesh
 
-   !> Of its arrays.
+   !> Size of its arrays in bytes.
    pure integer(long) function bytes_of_mesh(mesh)
       type(mesh_type), allocatable, intent(in) :: mesh
       integer(long), parameter :: bytes_of_an_integer = storage_size(1)/8

@@ -1,5 +1,5 @@
-!> Problems in HDF5 files: a group for each matrix in the CSR layout of SciPy
-!> and AnnData, /mass, /stiffness and, where given, /damping, /constraints and /loss; and where given a mesh.
+!> Problems in HDF5 files: a group for each matrix in the CSR layout of SciPy and AnnData: /mass, /stiffness, optionally
+!> /damping, /constraints and /loss; optionally a mesh.
 module kschur_hdf5_problem
    use hdf5, only: hid_t
    use kschur_error, only: error_type, new_error, add_context, error_input
@@ -23,14 +23,14 @@ module kschur_hdf5_problem
 
 contains
 
-   !> Reads a problem. Integers may have any length in the file; values are reals of
-   !> single or double precision, or integers. Fails with the file, the matrix and what is wrong.
+   !> Reads a problem. Integers may have any size; values are single or double reals, or integers. Fails with the file, the
+   !> matrix and the reason.
    subroutine read_hdf5_problem(problem, path, error, trial, symmetric)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      !> Whether to read the file first in a child process, which a damaged file may make crash or hang (no). Not where
-      !> other threads are at work.
+      !> Whether to read the file first in a child process, as a damaged file may crash or hang HDF5 (no). Not while other
+      !> threads run.
       logical, intent(in), optional :: trial
       !> As that of `new_modal_problem`.
       integer, intent(in), optional :: symmetric
@@ -42,15 +42,15 @@ contains
       call add_context(error, path)
    end subroutine read_hdf5_problem
 
-   !> Reads a part of the rows of M, R and K, as many as of each other part, with all columns; of the first part Cq and the
-   !> mesh as well. Fails as `read_hdf5_problem`, where rows of the part are wrong.
+   !> Reads one of several equal ranges of rows of M, R and K; the first range also Cq and the mesh. Fails as
+   !> `read_hdf5_problem`, for errors in its rows.
    subroutine read_hdf5_rows(rows, all_rows, path, part, error, trial)
-      !> Not settled: they are no problem by themselves.
+      !> Unchecked matrices of these rows.
       type(modal_problem_type), intent(out) :: rows
-      !> How many rows M, R and K have.
+      !> Total numbers of rows of M, R and K.
       integer, intent(out) :: all_rows(3)
       character(len=*), intent(in) :: path
-      !> Its number, from 0, and how many there are.
+      !> Number of the range, from 0, and number of ranges.
       integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(out) :: error
       !> As that of `read_hdf5_problem`.
@@ -59,14 +59,14 @@ contains
 
       call silence_hdf5(printing, error)
       if (present(trial)) then
-         if (trial) call try_in_child(forget_matrices, path, "problem", error, part)
+         if (trial) call try_in_child(read_and_discard, path, "problem", error, part)
       end if
       call read_matrices(rows, all_rows, path, part, error)
       call restore_printing(printing)
       call add_context(error, path)
    end subroutine read_hdf5_rows
 
-   subroutine forget_matrices(path, part, error)
+   subroutine read_and_discard(path, part, error)
       character(len=*), intent(in) :: path
       integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(inout) :: error
@@ -75,7 +75,7 @@ contains
 
       call forbid_external_links()
       call read_matrices(problem, all_rows, path, part, error)
-   end subroutine forget_matrices
+   end subroutine read_and_discard
 
    subroutine read_matrices(problem, all_rows, path, part, error)
       type(modal_problem_type), intent(inout) :: problem
@@ -156,7 +156,7 @@ contains
    end subroutine read_matrix
 
    subroutine read_part_of_matrix(matrix, file, group, all_rows, part, error)
-      !> Its columns are known.
+      !> Its number of columns is set.
       type(csr_matrix_type), intent(inout) :: matrix
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: group
@@ -175,7 +175,7 @@ contains
       if (allocated(error)) return
       before = 0
       if (part(1) > 0) before = matrix%row_start(1)
-      ! What is wrong with them is said below.
+      ! Errors in row starts are reported later.
       entries = max(0, min(matrix%row_start(matrix%rows + 1), all(1)) - before)
       call read_dataset(matrix%column, file, group//"/indices", 0, matrix%columns - 1, error, all(1), before, entries)
       call read_dataset(matrix%value, file, group//"/data", error, all(1), before, entries)
@@ -186,8 +186,8 @@ contains
       if (part(2) > 1) call add_context(error, "rows "//text(ranges%first(part(1)))//" to "//text(ranges%last(part(1))))
    end subroutine read_part_of_matrix
 
-   !> Writes a problem; /damping, /constraints and /loss only where there are entries.
-   !> The file appears under its name when it is whole.
+   !> Writes a problem; /damping, /constraints and /loss only if they have entries. The file appears under its name when it is
+   !> complete.
    subroutine write_hdf5_problem(problem, path, error)
       type(modal_problem_type), intent(in) :: problem
       character(len=*), intent(in) :: path

@@ -13,7 +13,7 @@ module kschur_hdf5_properties
 
 contains
 
-   !> Writes what is there.
+   !> Writes the properties, if allocated.
    subroutine write_properties(file, properties, error)
       integer(hid_t), intent(in) :: file
       type(modal_properties_type), allocatable, intent(in) :: properties
@@ -32,7 +32,7 @@ contains
       call write_dataset(file, group//"/direction", properties%direction, error)
    end subroutine write_properties
 
-   !> Reads what is there; fails where it is not one of so many modes.
+   !> Reads the properties, if present; fails if they do not belong to `modes` modes.
    subroutine read_properties(properties, file, modes, error)
       type(modal_properties_type), allocatable, intent(out) :: properties
       integer(hid_t), intent(in) :: file

@@ -1,4 +1,4 @@
-!> A response to a harmonic force in an HDF5 file. What h5py shows is points x unknowns.
+!> Frequency response in an HDF5 file. Datasets in h5py: points x unknowns.
 module kschur_hdf5_response
    use kschur_error, only: error_type
    use kschur_hdf5_attributes, only: write_attribute
@@ -12,7 +12,7 @@ module kschur_hdf5_response
 
 contains
 
-   !> Writes what `frequency_response` found of one force. The file appears under its name when it is whole.
+   !> Writes the result of `frequency_response` for one force. The file appears under its name when it is complete.
    subroutine write_hdf5_response(frequencies, force, response, multipliers, path, error)
       !> Hz.
       real(wp), intent(in) :: frequencies(:)

@@ -1,6 +1,5 @@
-!> Results in HDF5 files: a dataset for each array, /history for the looks at convergence,
-!> and the rest as attributes of the root. Complex numbers are the compound
-!> {r, i} of h5py.
+!> Results in HDF5 files: a dataset for each array, /history for convergence tests, everything else as root attributes. Complex
+!> numbers are the compound {r, i} of h5py.
 module kschur_hdf5_result
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use hdf5, only: hid_t
@@ -21,8 +20,7 @@ module kschur_hdf5_result
 
 contains
 
-   !> Writes a result, which must hold all its arrays but the history. The file
-   !> appears under its name when it is whole.
+   !> Writes a result, which must have all arrays except the history. The file appears under its name when it is complete.
    subroutine write_hdf5_result(result, path, error)
       type(modal_result_type), intent(in) :: result
       character(len=*), intent(in) :: path
@@ -55,7 +53,7 @@ contains
          is_whole = is_whole .and. allocated(result%left_multipliers) .and. allocated(result%condition)
    end function is_whole
 
-   ! Of the arrays that may be large.
+   ! Size of the arrays that may be large.
    pure integer(long) function bytes_of(result)
       type(modal_result_type), intent(in) :: result
       integer(long), parameter :: bytes_of_a_complex = 2*storage_size(1.0_wp)/8
@@ -99,7 +97,7 @@ contains
       call write_dataset(file, "/history/residual", history%residual, error)
    end subroutine write_history
 
-   !> Reads a result that `write_hdf5_result` wrote. Fails with the file and what is wrong.
+   !> Reads a result that `write_hdf5_result` wrote. Fails with the file and the reason.
    subroutine read_hdf5_result(result, path, error, trial)
       type(modal_result_type), intent(out) :: result
       character(len=*), intent(in) :: path
@@ -110,14 +108,14 @@ contains
 
       call silence_hdf5(printing, error)
       if (present(trial)) then
-         if (trial) call try_in_child(forget_result, path, "result", error)
+         if (trial) call try_in_child(read_and_discard, path, "result", error)
       end if
       call read_all(result, path, error)
       call restore_printing(printing)
       call add_context(error, path)
    end subroutine read_hdf5_result
 
-   !> Whether a file holds a result, be it a damaged one; false also where the file cannot be read.
+   !> Whether a file is a result, even a damaged one; false if it cannot be read.
    logical function is_hdf5_result(path, trial)
       character(len=*), intent(in) :: path
       !> As that of `read_hdf5_problem`.
@@ -127,14 +125,14 @@ contains
 
       call silence_hdf5(printing, error)
       if (present(trial)) then
-         if (trial) call try_in_child(look_for_result, path, "result", error)
+         if (trial) call try_in_child(check_for_result, path, "result", error)
       end if
-      call look_for_result(path, [0, 1], error)
+      call check_for_result(path, [0, 1], error)
       call restore_printing(printing)
       is_hdf5_result = .not. allocated(error)
    end function is_hdf5_result
 
-   subroutine look_for_result(path, part, error)
+   subroutine check_for_result(path, part, error)
       character(len=*), intent(in) :: path
       integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(inout) :: error
@@ -145,7 +143,7 @@ contains
       call open_hdf5_file(file, path, error)
       call check_is_result(file, error)
       call close_hdf5_file(file)
-   end subroutine look_for_result
+   end subroutine check_for_result
 
    subroutine check_is_result(file, error)
       integer(hid_t), intent(in) :: file
@@ -157,7 +155,7 @@ contains
       if (.not. marked .and. .not. allocated(error)) call new_error(error, error_input, "not a result of kschur")
    end subroutine check_is_result
 
-   subroutine forget_result(path, part, error)
+   subroutine read_and_discard(path, part, error)
       character(len=*), intent(in) :: path
       integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(inout) :: error
@@ -167,7 +165,7 @@ contains
       end associate
       call forbid_external_links()
       call read_all(result, path, error)
-   end subroutine forget_result
+   end subroutine read_and_discard
 
    subroutine read_all(result, path, error)
       type(modal_result_type), intent(inout) :: result
@@ -209,7 +207,7 @@ contains
       if (exists(file, "/error", error)) then
          call read_dataset(result%error_bound, file, "/error", error)
       else if (allocated(result%backward_error)) then
-         ! Files of 0.1.0 do not tell.
+         ! Not in files of 0.1.0.
          allocate (result%error_bound, source=0*result%backward_error + ieee_value(1.0_wp, ieee_quiet_nan))
       end if
       call read_dataset(words, file, "/kind", error)

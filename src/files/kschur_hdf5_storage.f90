@@ -1,5 +1,5 @@
-!> Datasets of an HDF5 file: opened once what could be wrong with them was looked at, created, and closed. Nothing is done where
-!> `error` is already raised; a message names the dataset, the caller adds the file.
+!> Opens datasets of an HDF5 file after checking them, creates and closes them. Does nothing if `error` is already raised;
+!> messages name the dataset, callers add the file.
 module kschur_hdf5_storage
    use hdf5, only: hid_t, hsize_t, size_t, h5dcreate_f, h5dopen_f, h5dclose_f, h5dget_space_f, &
       h5dget_type_f, h5dget_create_plist_f, H5D_COMPACT_F, H5D_CONTIGUOUS_F, H5D_CHUNKED_F, h5fget_filesize_f, &
@@ -16,7 +16,7 @@ module kschur_hdf5_storage
 
 contains
 
-   !> Opens a dataset and finds its extents. What could be wrong with it is looked at before anything is read.
+   !> Opens a dataset and returns its extents, after checks of storage, type and size.
    subroutine open_dataset(dataset, extents, file, name, type, error)
       integer(hid_t), intent(out) :: dataset
       integer, intent(out) :: extents(:)
@@ -43,7 +43,7 @@ contains
       if (allocated(error)) call h5dclose_f(dataset, status)
    end subroutine open_dataset
 
-   ! Fails where values are not stored in the file itself, or filtered in a way that is not known here.
+   ! Fails if values are stored outside the file, or filtered in an unknown way.
    subroutine check_storage(dataset, name, error)
       integer(hid_t), intent(in) :: dataset
       character(len=*), intent(in) :: name
@@ -144,13 +144,13 @@ contains
       end if
    end subroutine find_extents
 
-   ! Fails where more is declared than the file can hold, also if it were compressed as well as can be.
+   ! Fails if the declared size exceeds what the file can contain with best compression.
    subroutine check_size(extents, file, type, name, error)
       integer, intent(in) :: extents(:)
       integer(hid_t), intent(in) :: file, type
       character(len=*), intent(in) :: name
       type(error_type), allocatable, intent(inout) :: error
-      ! That of zlib is 1032.
+      ! zlib reaches 1032.
       real(wp), parameter :: best_compression = 1100
       integer(hsize_t) :: bytes
       integer(size_t) :: bytes_each
@@ -166,7 +166,7 @@ contains
       end if
    end subroutine check_size
 
-   !> Closes the dataset where it has not so many values as `expected`.
+   !> Closes the dataset and fails if it does not have `expected` values.
    subroutine check_length(dataset, extents, name, error, expected)
       integer(hid_t), intent(in) :: dataset
       integer, intent(in) :: extents(1)
@@ -181,7 +181,7 @@ contains
       call new_error(error, error_input, name//" has "//text(extents(1))//" values instead of "//text(expected))
    end subroutine check_length
 
-   !> Creates one of given extents.
+   !> Creates a dataset of given extents.
    subroutine create_dataset(dataset, file, name, type, extents, error)
       integer(hid_t), intent(out) :: dataset
       integer(hid_t), intent(in) :: file, type
@@ -201,8 +201,7 @@ contains
       if (status < 0) call new_error(error, error_file, name//" cannot be created")
    end subroutine create_dataset
 
-   !> `status` is that of the transfer before: of HDF5 if negative, of an
-   !> allocation if positive.
+   !> Closes the dataset. `status` is that of the transfer before: of HDF5 if negative, of an allocation if positive.
    subroutine close_dataset(dataset, status, complaint, error)
       integer(hid_t), intent(in) :: dataset
       integer, intent(in) :: status

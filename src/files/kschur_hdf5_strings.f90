@@ -1,6 +1,5 @@
-!> Strings out of the attributes of an HDF5 file, of fixed or variable length, ASCII or UTF-8. HDF5 1.10 does not doubt what
-!> a file says of strings of variable length, and crashes over a damaged one, so that only the reference is read by HDF5,
-!> and its heap by kschur_hdf5_heap.c.
+!> Reads string attributes of an HDF5 file, of fixed or variable length, ASCII or UTF-8. HDF5 1.10 does not validate
+!> variable-length strings and crashes on damaged ones: HDF5 reads only the reference, kschur_hdf5_heap.c the heap.
 module kschur_hdf5_strings
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_funloc, c_funptr, c_int, c_int64_t, c_int8_t, &
       c_loc, c_null_char, c_ptr
@@ -11,9 +10,9 @@ module kschur_hdf5_strings
    private
    public :: read_string_value
 
-   ! Beyond any sense.
+   ! Largest accepted length.
    integer(size_t), parameter :: longest = 2**20
-   ! Length, address and number in the heap.
+   ! Length, address and index in the heap.
    integer(size_t), parameter :: reference_bytes = 16
    integer(c_int), parameter :: soft_conversion = 1
    character(kind=c_char, len=*), parameter :: conversion_name = "kschur"//c_null_char
@@ -55,7 +54,7 @@ module kschur_hdf5_strings
 
 contains
 
-   !> The value of an attribute that is one string; `status` is negative where it is none, or damaged.
+   !> Reads a string attribute; `status` is negative if it is none, or damaged.
    subroutine read_string_value(value, attribute, type, status)
       character(len=:), allocatable, intent(out) :: value
       integer(hid_t), intent(in) :: attribute, type
@@ -108,7 +107,7 @@ contains
       call h5fclose_f(file, ignored)
    end subroutine read_variable_string
 
-   ! What stands in the attribute itself.
+   ! Reads the raw bytes of the attribute.
    subroutine read_reference(reference, attribute, type, status)
       integer(c_int8_t), target, intent(out) :: reference(reference_bytes)
       integer(hid_t), intent(in) :: attribute, type
@@ -135,7 +134,7 @@ contains
       call h5tclose_f(opaque, ignored)
    end subroutine read_reference
 
-   ! The first four bytes, from the lowest.
+   ! The first four bytes, little-endian.
    pure integer(size_t) function length_in(reference) result(length)
       integer(c_int8_t), intent(in) :: reference(:)
       integer :: i
@@ -166,7 +165,7 @@ contains
       value = trim(value)
    end subroutine read_fixed_string
 
-   ! The bytes before the first null as one string.
+   ! Joins the bytes before the first null.
    pure subroutine join(bytes, string)
       character(kind=c_char), intent(in) :: bytes(:)
       character(len=:), allocatable, intent(out) :: string

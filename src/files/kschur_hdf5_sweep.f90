@@ -1,4 +1,4 @@
-!> A sweep in an HDF5 file: values of the parameter, branches, events. What h5py shows is points x branches.
+!> A sweep in an HDF5 file: parameter values, branches, events. Datasets in h5py: points x branches.
 module kschur_hdf5_sweep
    use hdf5, only: hid_t
    use kschur_error, only: add_context, error_input, error_type, new_error, error_usage
@@ -18,14 +18,14 @@ module kschur_hdf5_sweep
 
 contains
 
-   !> Writes a sweep that is finished. The file appears under its name when it is whole.
+   !> Writes a finished sweep. The file appears under its name when it is complete.
    subroutine write_hdf5_sweep(sweep, parameter, path, error, unit)
       type(sweep_type), intent(in) :: sweep
       !> The name of the parameter.
       character(len=*), intent(in) :: parameter
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      !> That of the parameter. Absent or empty: not known.
+      !> Unit of the parameter. Absent or empty: unknown.
       character(len=*), intent(in), optional :: unit
       integer(long), parameter :: bytes_of_a_mode = 40
       character(len=word_length), allocatable :: kinds(:)
@@ -61,7 +61,7 @@ contains
       call finish_hdf5_file(output, error)
    end subroutine write_hdf5_sweep
 
-   !> Whether a file holds a sweep; false also where it cannot be read.
+   !> Whether a file is a sweep; false if it cannot be read.
    logical function is_hdf5_sweep(path)
       character(len=*), intent(in) :: path
       type(error_type), allocatable :: error
@@ -76,11 +76,11 @@ contains
       is_hdf5_sweep = is_hdf5_sweep .and. .not. allocated(error)
    end function is_hdf5_sweep
 
-   !> Reads a sweep that `write_hdf5_sweep` wrote: what is known when it is finished, without the numbers of modes. No point can be
-   !> added. Fails with the file and what is wrong.
+   !> Reads a sweep that `write_hdf5_sweep` wrote: results of a finished sweep, without positions of modes. No point can be
+   !> added. Fails with the file and the reason.
    subroutine read_hdf5_sweep(sweep, parameter, unit, path, error)
       type(sweep_type), intent(out) :: sweep
-      !> The name of the parameter, and its unit, empty where not known.
+      !> Name and unit of the parameter; the unit is empty if unknown.
       character(len=:), allocatable, intent(out) :: parameter, unit
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error

@@ -1,6 +1,5 @@
-!> Reads a text file line by line and word by word, through a fixed
-!> buffer; of a line longer than the buffer each piece is read as a line of its
-!> own, unless it is a comment.
+!> Reads a text file line by line and word by word, through a fixed buffer. A line longer than the buffer is read in pieces,
+!> each as a line of its own, unless it is a comment.
 module kschur_line_reader
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf, ieee_negative_inf
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_intptr_t, c_loc, c_null_char, c_null_ptr, &
@@ -15,32 +14,32 @@ module kschur_line_reader
    integer, parameter :: buffer_size = 2**17
    character(len=*), parameter :: newline = achar(10)
 
-   !> A file or pipe that is open for reading, and the line it has come to.
+   !> An open file or pipe, and its current line.
    type :: line_reader_type
       private
       !> Number of the line, from 1.
       integer, public :: line = 0
-      !> Whether the system refused to read on before the end of the file.
+      !> Whether a read error occurred.
       logical, public :: failed = .false.
-      !> Size of the file in bytes; that of a pipe is not known.
+      !> Size of the file in bytes; of a pipe huge.
       integer(long), public :: bytes = huge(1_long)
       character(len=:), allocatable :: buffer
       type(c_ptr) :: stream = c_null_ptr
       integer :: filled = 0
-      ! Whether nothing is left to be read into the buffer.
+      ! Whether the end of the file is in the buffer.
       logical :: ended = .false.
-      ! The words of the line that are still to come, and the start of the next line.
+      ! Remaining part of the line, and start of the next one.
       integer :: cursor = 1, line_end = 0, next = 1
-      ! Whether the line goes on in the next piece.
+      ! Whether the line continues in the next piece.
       logical :: unfinished = .false.
    contains
-      !> Opens a file; fails where it cannot be read.
+      !> Opens a file; fails if it cannot be read.
       procedure :: open => open_file
       !> Closes it.
       procedure :: close => close_file
-      !> Goes to the next line that is neither blank nor begins with `comment`.
+      !> Advances to the next line that is not blank and does not begin with `comment`.
       procedure :: next_line
-      !> The next word of the line, empty at its end.
+      !> Returns the next word of the line, empty at its end.
       procedure :: next_word
       !> Whether the line has no more words.
       procedure :: at_end
@@ -82,7 +81,7 @@ module kschur_line_reader
 
 contains
 
-   ! The name - is standard input.
+   ! The name - means standard input.
    subroutine open_file(self, path, error)
       class(line_reader_type), intent(out) :: self
       character(len=*), intent(in) :: path
@@ -114,7 +113,7 @@ contains
       self%stream = c_null_ptr
    end subroutine close_file
 
-   !> `found` is false at the end of the file, and where it cannot be read on.
+   !> `found` is false at the end of the file, or after a read error.
    subroutine next_line(self, comment, found)
       class(line_reader_type), intent(inout) :: self
       character(len=1), intent(in) :: comment
@@ -157,7 +156,7 @@ contains
       if (found .and. .not. continues) self%line = self%line + 1
    end subroutine next_raw_line
 
-   ! Moves the unfinished line to the front, and reads as much as fits behind it.
+   ! Moves the unfinished line to the front of the buffer, and fills the rest.
    subroutine refill(self)
       class(line_reader_type), intent(inout) :: self
       integer :: kept, asked, fresh
@@ -172,7 +171,7 @@ contains
       if (self%ended) self%failed = c_ferror(self%stream) /= 0
    end subroutine refill
 
-   ! What may stand between words: space, and tab to carriage return. Other control characters belong to no text.
+   ! Separators of words: space, and tab to carriage return. Other control characters are not text.
    elemental logical function is_blank(byte)
       character(len=1), intent(in) :: byte
 
@@ -188,7 +187,7 @@ contains
       end do
    end subroutine skip_blanks
 
-   ! Where the next word begins and ends; goes past it.
+   ! Finds the next word and advances past it.
    subroutine find_word(self, first, last)
       class(line_reader_type), intent(inout) :: self
       integer, intent(out) :: first, last
@@ -221,8 +220,7 @@ contains
       end do
    end function at_end
 
-   !> `valid` becomes false where the word is not an integer, or none is left; it
-   !> stays as it is otherwise.
+   !> Sets `valid` to false if the word is not an integer, or none is left; else leaves it unchanged.
    subroutine next_integer(self, number, valid)
       class(line_reader_type), intent(inout) :: self
       integer(long), intent(out) :: number
@@ -257,8 +255,7 @@ contains
       if (negative .or. word(1:1) == "+") first = first + 1
    end subroutine take_sign
 
-   !> As `next_integer`; takes what Fortran and C write: 1, 1.5e3, .5D-2,
-   !> 1.5-300, nan, -inf.
+   !> As `next_integer`; accepts numbers as Fortran and C write them: 1, 1.5e3, .5D-2, 1.5-300, nan, -inf.
    subroutine next_real(self, number, valid)
       class(line_reader_type), intent(inout) :: self
       real(wp), intent(out) :: number
@@ -269,8 +266,7 @@ contains
       call read_real(self%buffer(first:last), number, valid)
    end subroutine next_real
 
-   ! The C library is by far the faster; it leaves part of the word where the
-   ! exponent is written in Fortran's ways, or where the locale has no decimal point.
+   ! strtod is much faster; it stops early at exponents in Fortran notation, or if the locale has another decimal point.
    subroutine read_real(word, number, valid)
       character(len=*), intent(in) :: word
       real(wp), intent(out) :: number
@@ -294,7 +290,7 @@ contains
       if (status /= 0) valid = .false.
    end subroutine read_real
 
-   ! Digits with a point or without, then, maybe, an exponent.
+   ! Digits with or without a point, and an optional exponent.
    pure logical function is_decimal(word)
       character(len=*), intent(in) :: word
       integer :: first, last, point

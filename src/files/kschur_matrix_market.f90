@@ -16,7 +16,7 @@ module kschur_matrix_market
    character(len=*), parameter :: banner = "%%MatrixMarket"
    integer, parameter :: general = 0, symmetric = 1, skew_symmetric = 2
 
-   ! What the banner and the size line say.
+   ! Contents of the banner and the size line.
    type :: header_type
       logical :: is_array = .false.
       integer :: symmetry = general
@@ -26,15 +26,14 @@ module kschur_matrix_market
 
 contains
 
-   !> Reads a matrix: coordinate or array; real or integer; general, symmetric,
-   !> hermitian or skew-symmetric. Repeated entries are summed. Where the banner
-   !> says symmetric or skew-symmetric every entry is mirrored, also one above
-   !> the diagonal. Fails with the file, the line and what is wrong with it.
+   !> Reads a matrix: coordinate or array; real or integer; general, symmetric, hermitian or skew-symmetric. Sums duplicate
+   !> entries. If the banner says symmetric or skew-symmetric, mirrors every entry, also above the diagonal. Fails with the
+   !> file, the line and the reason.
    subroutine read_matrix_market(matrix, path, error, most)
       type(csr_matrix_type), intent(out) :: matrix
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      !> Bytes of all files of the problem: it has no more rows or columns than that.
+      !> Size of all files of the problem: an upper bound of rows and columns.
       integer(long), intent(in), optional :: most
       integer(long) :: limit
       type(line_reader_type) :: reader
@@ -56,7 +55,7 @@ contains
       call add_context(error, path)
    end subroutine read_matrix_market
 
-   ! An error about the line that the reader has come to.
+   ! Error in the current line of the reader.
    subroutine line_error(error, reader, what)
       type(error_type), allocatable, intent(inout) :: error
       type(line_reader_type), intent(in) :: reader
@@ -99,7 +98,7 @@ contains
       header%rows = int(rows)
       header%columns = int(columns)
       if (header%is_array) header%entries = entries_of_array(header%symmetry, rows, columns)
-      ! Each takes a byte or more.
+      ! Each entry takes at least one byte.
       if (header%entries > reader%bytes) call line_error(error, reader, text(header%entries)// &
          " entries are announced, more than a file of "//text(reader%bytes)//" bytes can hold")
    end subroutine read_header
@@ -120,7 +119,7 @@ contains
       character(len=:), allocatable :: word
       logical :: found
 
-      ! No line begins with a blank: this takes the banner, which looks like a comment.
+      ! Reads the banner, which looks like a comment: no line begins with a blank.
       call reader%next_line(" ", found)
       if (.not. found) then
          call new_error(error, error_input, "the file is empty")
@@ -245,7 +244,7 @@ contains
       end if
    end subroutine read_coordinate_entry
 
-   ! The array format goes down the columns; from the diagonal, or below it.
+   ! Position of the next entry of the array format: by columns, from the diagonal or below it if symmetric or skew.
    pure subroutine next_place(header, row, column)
       type(header_type), intent(in) :: header
       integer, intent(inout) :: row, column
@@ -258,8 +257,8 @@ contains
       if (header%symmetry == skew_symmetric) row = column + 1
    end subroutine next_place
 
-   !> Writes a matrix as coordinate, real, general, with the 17 digits that
-   !> bring every value back. The file appears under its name when it is whole.
+   !> Writes a matrix as coordinate, real, general, with 17 digits, which reproduce every value. The file appears under its name
+   !> when it is complete.
    subroutine write_matrix_market(matrix, path, error)
       type(csr_matrix_type), intent(in) :: matrix
       character(len=*), intent(in) :: path
@@ -271,7 +270,7 @@ contains
       call staging%finish(error)
    end subroutine write_matrix_market
 
-   !> Writes a matrix where it is staged; a message names where it will be.
+   !> Writes a matrix to a staged file; messages name its final place.
    subroutine write_staged_matrix_market(matrix, path, place, error)
       type(csr_matrix_type), intent(in) :: matrix
       character(len=*), intent(in) :: path, place

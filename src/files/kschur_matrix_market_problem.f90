@@ -1,4 +1,4 @@
-!> Problems in Matrix Market files, a file for each matrix.
+!> Problems in Matrix Market files, one for each matrix.
 module kschur_matrix_market_problem
    use kschur_error, only: error_type, add_context
    use kschur_files, only: staging_type, remove_file, make_folder, is_link, kind_of_file, regular_file
@@ -12,13 +12,13 @@ module kschur_matrix_market_problem
 
 contains
 
-   !> Reads M.mtx, K.mtx and, where they exist, R.mtx, Cq.mtx and L.mtx (H) of a folder; a
-   !> link that leads nowhere exists. Fails with the file, the matrix and what is wrong.
+   !> Reads M.mtx, K.mtx and, if they exist, R.mtx, Cq.mtx and L.mtx (H) of a folder; a dangling link counts as existing. Fails
+   !> with the file, the matrix and the reason.
    subroutine read_matrix_market_problem(problem, folder, error, symmetric)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: folder
       type(error_type), allocatable, intent(out) :: error
-      !> As that of `new_modal_problem`; a file that says symmetric is mirrored anyway.
+      !> As in `new_modal_problem`; a file declared symmetric is completed anyway.
       integer, intent(in), optional :: symmetric
 
       call read_matrix_market_files(problem, folder//"/M.mtx", folder//"/K.mtx", &
@@ -36,16 +36,15 @@ contains
       if (exists) given = path
    end function if_exists
 
-   !> Reads a problem from a file for each matrix; an empty path stands for a
-   !> matrix that is not given. Fails as `read_matrix_market_problem`.
+   !> Reads a problem from one file for each matrix; an empty path means no matrix. Fails as `read_matrix_market_problem`.
    subroutine read_matrix_market_files(problem, mass_path, stiffness_path, damping_path, constraints_path, error, symmetric, &
       loss_path)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: mass_path, stiffness_path, damping_path, constraints_path
       type(error_type), allocatable, intent(out) :: error
-      !> As that of `read_matrix_market_problem`.
+      !> As in `read_matrix_market_problem`.
       integer, intent(in), optional :: symmetric
-      !> That of H; absent: it is not given.
+      !> File of H; absent: none.
       character(len=*), intent(in), optional :: loss_path
       character(len=:), allocatable :: paths, loss
       integer(long) :: most
@@ -53,7 +52,7 @@ contains
       loss = ""
       if (present(loss_path)) loss = trim(loss_path)
 
-      ! Each unknown has an entry in some matrix.
+      ! Upper bound: each unknown has an entry in some matrix.
       most = sum([bytes_of(mass_path), bytes_of(stiffness_path), bytes_of(damping_path), bytes_of(constraints_path), &
          bytes_of(loss)])
       call read_named(problem%mass, mass_path, "mass matrix M", most, error)
@@ -80,7 +79,7 @@ contains
       call add_context(error, paths)
    end subroutine read_matrix_market_files
 
-   ! Of a pipe, a number beyond all others.
+   ! Size in bytes; huge for a pipe.
    integer(long) function bytes_of(path) result(bytes)
       character(len=*), intent(in) :: path
 
@@ -100,8 +99,8 @@ contains
       call add_context(error, "the "//name)
    end subroutine read_named
 
-   !> Writes M.mtx, K.mtx and, where they have entries, R.mtx, Cq.mtx and L.mtx into a
-   !> folder, which is made where it does not exist. All are there when each is whole.
+   !> Writes M.mtx, K.mtx and, if they have entries, R.mtx, Cq.mtx and L.mtx into a folder, created if necessary. All appear
+   !> when all are complete.
    subroutine write_matrix_market_problem(problem, folder, error)
       type(modal_problem_type), intent(in) :: problem
       character(len=*), intent(in) :: folder

@@ -1,4 +1,4 @@
-!> A problem in an HDF5 file that several processes read together, each its rows.
+!> Collective reading of a problem in an HDF5 file, each process its rows.
 module kschur_shared_reading
    use kschur_error, only: add_context, error_type
    use kschur_hdf5_problem, only: read_hdf5_rows
@@ -14,13 +14,13 @@ module kschur_shared_reading
 
 contains
 
-   !> Reads a problem as `read_hdf5_problem`, by all processes of a communicator: each opens the file. The error is the same in
-   !> all. Halves of symmetric matrices the first process reads alone.
+   !> Reads a problem as `read_hdf5_problem`, collectively over a communicator: each process opens the file. All get the same
+   !> error. Halves of symmetric matrices are read by the first process alone.
    subroutine read_hdf5_shared_problem(shared, path, error, communicator, trial, symmetric)
       type(shared_problem_type), intent(out) :: shared
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
-      !> A handle of MPI; absent: this process alone.
+      !> MPI handle; absent: this process alone.
       integer, intent(in), optional :: communicator
       !> As that of `read_hdf5_problem`: each process reads its rows in a child first.
       logical, intent(in), optional :: trial
@@ -34,7 +34,7 @@ contains
       call join_processes(handle, 1, processes, error)
       if (allocated(error)) return
       together = processes%number > 1
-      ! The other half of a process's rows is with others.
+      ! The missing half of local rows belongs to other processes.
       if (present(symmetric)) together = together .and. all(symmetric /= [symmetric_lower, symmetric_upper])
       if (.not. together) then
          if (processes%rank == 0) call read_hdf5_rows(shared%problem, shared%all_rows, path, [0, 1], error, trial)

@@ -1,4 +1,4 @@
-/* A process of its own for what a damaged file may do to the library that reads it: see kschur_trial.f90. */
+/* Runs a reader in a child process, which a damaged file may crash: see kschur_trial.f90. */
 #define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <fcntl.h>
@@ -13,13 +13,13 @@
 
 enum { length = 8192 };
 
-/* What the child found: the code of an error, 0 for none, and its message. */
+/* Result of the child: error code, 0 for none, and message. */
 struct verdict {
    int code;
    char message[length];
 };
 
-/* Lets the child have so many bytes more than it has, where the system tells how many these are. */
+/* Limits the memory of the child to its present size plus `bytes`, if the system reports its size. */
 static void limit_memory(double bytes)
 {
    struct rlimit limit;
@@ -35,7 +35,7 @@ static void limit_memory(double bytes)
    fclose(status);
 }
 
-/* The child says nothing, leaves no core, and ends by a signal at a crash, or when its processor time is over. */
+/* The child prints nothing, dumps no core, and dies by a signal on a crash or at its limit of processor time. */
 static void prepare_child(double seconds, double bytes)
 {
    const int signals[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGPROF};
@@ -71,7 +71,7 @@ static int open_pipe(int ends[2])
    return ready;
 }
 
-/* Whether `size` bytes came before the end. */
+/* Reads `size` bytes; false at an earlier end. */
 static int receive(int from, void *where, size_t size)
 {
    size_t got = 0;

@@ -1,6 +1,6 @@
-!> Reads a file first in a process of its own. A library that reads binary files trusts what stands in them: one damaged
-!> byte can make HDF5 crash, or go round in a circle. That ends the child then, and is an error here. Only for a process
-!> without other threads at work: OpenBLAS does not bear a fork while it computes.
+!> Reads a file first in a child process: a library that trusts binary files may crash or loop on one damaged byte. The child
+!> then dies, which is an error here. Only for processes without other running threads: OpenBLAS does not survive a fork while
+!> it computes.
 module kschur_trial
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_null_char, &
       c_ptr
@@ -11,17 +11,17 @@ module kschur_trial
    public :: try_in_child
 
    abstract interface
-      !> Reads a file and forgets it; fails as the reader does.
+      !> Reads a file and discards it; fails as the reader does.
       subroutine attempt_type(path, part, error)
          import :: error_type
          character(len=*), intent(in) :: path
-         !> Which part of it, counted from 0, of how many.
+         !> Number of the part, from 0, and number of parts.
          integer, intent(in) :: part(2)
          type(error_type), allocatable, intent(inout) :: error
       end subroutine attempt_type
    end interface
 
-   ! What the child needs to know.
+   ! Arguments of the child.
    type :: context_type
       procedure(attempt_type), pointer, nopass :: attempt => null()
       character(len=:), allocatable :: path
@@ -45,15 +45,15 @@ module kschur_trial
 
 contains
 
-   !> Fails where `attempt` on the file fails, and where it comes to no end. The processor time and memory it may take
-   !> grow with the file, compressed as well as it may be. Where the system gives no process, nothing is tried.
+   !> Fails if `attempt` on the file fails, crashes or exceeds limits of processor time and memory, which grow with the file
+   !> size at best compression. Does nothing if no process can be created.
    subroutine try_in_child(attempt, path, what, error, part)
       procedure(attempt_type) :: attempt
       character(len=*), intent(in) :: path
-      !> What the file should hold, in messages.
+      !> Expected content, for messages.
       character(len=*), intent(in) :: what
       type(error_type), allocatable, intent(inout) :: error
-      !> Which part of the file `attempt` reads (all).
+      !> Part of the file that `attempt` reads (all).
       integer, intent(in), optional :: part(2)
       real(c_double), parameter :: least_seconds = 0.6_c_double, seconds_per_byte = 1e-6_c_double
       real(c_double), parameter :: least_memory = 1e8_c_double, memory_per_byte = 3000
@@ -76,7 +76,7 @@ contains
       end select
    end subroutine try_in_child
 
-   ! In the child.
+   ! Runs in the child.
    subroutine run_attempt(context, code, message) bind(c, name="kschur_run_attempt")
       type(c_ptr), value :: context
       integer(c_int), intent(out) :: code

@@ -1,5 +1,5 @@
-!> Matrices in text files without a header, as Abaqus and Chrono write them: a line is row, column and value, counted
-!> from 1. How large a matrix is, only the entries of all of them tell.
+!> Matrices in text files without header, as Abaqus and Chrono write them: lines of row, column and value, numbered from 1.
+!> Dimensions follow from the entries of all matrices.
 module kschur_triplet_files
    use kschur_error, only: error_type, new_error, add_context, error_file, error_input
    use kschur_kinds, only: wp, long
@@ -16,17 +16,16 @@ module kschur_triplet_files
 
 contains
 
-   !> Reads a problem from a file for each matrix; an empty path stands for a matrix that is not given, - for standard
-   !> input. Entries of the same place are summed. There are as many
-   !> unknowns as the largest row or column of M, K, R and H and the largest column of Cq say, as many constraints as the
-   !> largest row of Cq. Fails with the file, the matrix and what is wrong.
+   !> Reads a problem from one file for each matrix; an empty path means no matrix, - standard input. Sums duplicate entries.
+   !> The number of unknowns is the largest row or column of M, K, R and H and the largest column of Cq, that of constraints the
+   !> largest row of Cq. Fails with the file, the matrix and the reason.
    subroutine read_triplet_files(problem, mass_path, stiffness_path, damping_path, constraints_path, error, symmetric, loss_path)
       type(modal_problem_type), intent(out) :: problem
       character(len=*), intent(in) :: mass_path, stiffness_path, damping_path, constraints_path
       type(error_type), allocatable, intent(out) :: error
       !> As that of `new_modal_problem`.
       integer, intent(in), optional :: symmetric
-      !> That of H; absent: it is not given.
+      !> File of H; absent: none.
       character(len=*), intent(in), optional :: loss_path
       type(triplets_type) :: mass, stiffness, damping, constraints, loss
       integer(long) :: entries

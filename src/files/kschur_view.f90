@@ -1,4 +1,4 @@
-!> The modes of a result as a folder of files for ParaView.
+!> Writes modes of a result as files for ParaView.
 module kschur_view
    use kschur_error, only: error_type, add_context, new_error, error_usage
    use kschur_files, only: make_folder, require_space, staging_type
@@ -11,20 +11,20 @@ module kschur_view
    private
    public :: write_view
 
-   !> A period has no more frames.
+   !> Largest number of frames of a period.
    integer, parameter, public :: most_frames = 10000
    integer, parameter :: name_length = 40
 
 contains
 
-   !> Writes for each of some modes its shape at rest, mode_3.vtu say, one period of its motion, mode_3.pvd with its
-   !> frames, and all of them one after the other, modes.pvd. Fails where the problem did not say where it stands, and
-   !> where the folder cannot be written; all files are there when each is whole.
+   !> Writes for selected modes the mode shape (as mode_3.vtu), one period of its motion (mode_3.pvd with frames), and all
+   !> motions in sequence (modes.pvd). Fails if the problem has no mesh, or the folder cannot be written; all files appear when
+   !> all are complete.
    subroutine write_view(result, modes, frames, amplitude, folder, error)
       type(modal_result_type), intent(in) :: result
-      !> Numbers of modes, counted from 1.
+      !> Positions of modes, from 1.
       integer, intent(in) :: modes(:)
-      !> In a period; 0: no motion.
+      !> Frames of a period; 0: no motion.
       integer, intent(in) :: frames
       !> Largest displacement in the frames, relative to the size of the structure.
       real(wp), intent(in) :: amplitude
@@ -63,7 +63,7 @@ contains
       integer, intent(in) :: frames
       real(wp), intent(in) :: amplitude
       character(len=*), intent(in) :: folder, name
-      !> How many like it are to be written, with this one.
+      !> Number of such motions, for the estimate of disk space.
       integer, intent(in) :: motions
       type(error_type), allocatable, intent(inout) :: error
       complex(wp), parameter :: i = (0.0_wp, 1.0_wp)
@@ -83,7 +83,7 @@ contains
          files(k) = name//"_"//text(k)//".vtu"
          call write_vtu_frame(mesh, real(exp(i*two_pi*(k - 1)/frames)*moved, wp), folder//"/"//trim(files(k)), error)
          if (allocated(error)) return
-         ! Frames are of one length, but for a few digits.
+         ! Frames differ in length by a few digits.
          if (k == 1) inquire (file=folder//"/"//trim(files(k)), size=bytes)
          if (k == 1) call require_space(folder, bytes*(int(frames, long)*motions - 1), error)
       end do

@@ -10,12 +10,12 @@ module kschur_vtu
    private
    public :: largest_displacement, write_pvd, write_vtu, write_vtu_frame
 
-   ! A file that is written; after a failure nothing more is.
+   ! An output file; ignored after a failure.
    type :: output_type
       integer :: unit = 0, status = 0
       logical :: opened = .false.
       character(len=128) :: reason = ""
-      !> VTKFile's type.
+      !> Type attribute of VTKFile.
       character(len=16) :: kind = ""
    contains
       procedure :: open => open_output
@@ -28,8 +28,8 @@ module kschur_vtu
 
 contains
 
-   !> Writes a mesh with cells, and on it each shape as two vectors, real and imaginary part, `mode_3_real` say: the
-   !> largest displacement is 1. Fails where the file cannot be written.
+   !> Writes a mesh with cells, and each shape as two vectors, real and imaginary part (as `mode_3_real`), scaled to a largest
+   !> displacement of 1. Fails if the file cannot be written.
    subroutine write_vtu(mesh, shapes, names, path, error)
       type(mesh_type), intent(in) :: mesh
       !> n x shapes.
@@ -55,7 +55,7 @@ contains
       call output%close(path, error)
    end subroutine write_vtu
 
-   !> Writes a mesh as it stands while it moves, with the vector `displacement` from where it is at rest.
+   !> Writes a displaced mesh, with the vector `displacement` from its position at rest.
    subroutine write_vtu_frame(mesh, displacement, path, error)
       type(mesh_type), intent(in) :: mesh
       !> 3 x nodes (m).
@@ -73,9 +73,9 @@ contains
       call output%close(path, error)
    end subroutine write_vtu_frame
 
-   !> Writes a series: which file is shown at which time.
+   !> Writes a time series of files.
    subroutine write_pvd(files, times, path, error)
-      !> Names, as seen from the folder of `path`.
+      !> Names relative to the folder of `path`.
       character(len=*), intent(in) :: files(:)
       real(wp), intent(in) :: times(:)
       character(len=*), intent(in) :: path
@@ -93,7 +93,7 @@ contains
       call output%close(path, error)
    end subroutine write_pvd
 
-   !> The largest length of a displacement.
+   !> Largest norm of a nodal displacement.
    pure real(wp) function largest_displacement(moved)
       !> 3 x nodes.
       complex(wp), intent(in) :: moved(:, :)
@@ -110,7 +110,7 @@ contains
          call new_error(error, error_usage, path//": the mesh has no cells to draw: give it some, lines between nodes for instance")
    end subroutine check_has_cells
 
-   ! Up to where the data of the points begin.
+   ! Writes the file up to the point data.
    subroutine put_grid(output, mesh, points, path)
       type(output_type), intent(inout) :: output
       type(mesh_type), intent(in) :: mesh
@@ -154,7 +154,7 @@ contains
       call self%put('<'//kind//'>')
    end subroutine open_output
 
-   ! A line.
+   ! Writes a line.
    subroutine put(self, line)
       class(output_type), intent(inout) :: self
       character(len=*), intent(in) :: line
@@ -162,7 +162,7 @@ contains
       if (self%status == 0) write (self%unit, "(a)", iostat=self%status, iomsg=self%reason) line
    end subroutine put
 
-   ! A vector a line.
+   ! Writes one vector in each line.
    subroutine put_rows(self, vectors)
       class(output_type), intent(inout) :: self
       real(wp), intent(in) :: vectors(:, :)
@@ -188,7 +188,7 @@ contains
       call self%put('</DataArray>')
    end subroutine put_vectors
 
-   ! Closes what is open, and looks at how long it became.
+   ! Closes the file and checks its length.
    subroutine close_output(self, path, error)
       class(output_type), intent(inout) :: self
       character(len=*), intent(in) :: path

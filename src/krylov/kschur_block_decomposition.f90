@@ -1,9 +1,9 @@
-!> A block Lanczos decomposition, and its basis, which grows by what is left of vectors beside it in the inner product
-!> x^T B y of a metric B, symmetric and positive semidefinite.
+!> A block Lanczos decomposition, and its basis, which is orthonormal in the inner product x^T B y of a metric B, symmetric and
+!> positive semidefinite.
 !>
-!> Sources: Daniel, Gragg, Kaufman, Stewart, Math. Comp. 30 (1976), orthogonalisation twice where needed; Hernandez, Roman,
-!> Tomas, Parallel Computing 33 (2007), lengths from Pythagoras; columns that depend on others are left out, as in
-!> Freund and Malhotra, Linear Algebra Appl. 254 (1997).
+!> Sources: Daniel, Gragg, Kaufman, Stewart, Math. Comp. 30 (1976), reorthogonalisation; Hernandez, Roman, Tomas, Parallel
+!> Computing 33 (2007), norms from Pythagoras; Freund and Malhotra, Linear Algebra Appl. 254 (1997), deflation of dependent
+!> columns.
 module kschur_block_decomposition
    use kschur_archive, only: archive_type
    use kschur_basis_rows_real, only: basis_rows_type
@@ -24,12 +24,12 @@ module kschur_block_decomposition
    private
    public :: block_decomposition_type, dot, drop_last, make_room, orthonormalize
 
-   ! Where so much of each column is left, what is left is orthogonal to rounding.
-   real(wp), parameter :: enough_left = 0.7_wp
+   ! Reorthogonalise unless at least this fraction of each norm is left.
+   real(wp), parameter :: reorthogonalize_below = 0.7_wp
 
-   !> C V = V T + W N, [V, W]^T B [V, W] = 1: V are the columns of the basis that were expanded, W those behind them.
+   !> C V = V T + W N, [V, W]^T B [V, W] = 1: V are the vectors that C was applied to (expanded), W the residual block.
    type :: block_decomposition_type
-      !> Vectors as columns; room for more.
+      !> Vectors as columns; more may be allocated than are used.
       type(basis_rows_type) :: basis
       !> B-products of C V with the basis, T above N, in columns 1..expanded.
       real(wp), allocatable :: couplings(:, :)
@@ -37,29 +37,30 @@ module kschur_block_decomposition
       integer :: vectors = 0, expanded = 0
       !> A lower bound of the norm of C.
       real(wp) :: scale = 0
-      !> B-orthonormal vectors that C takes to nothing: kept out, as rounding would bring them back.
+      !> B-orthonormal null vectors of C, kept out of the basis: rounding would bring them back.
       real(wp), allocatable :: excluded(:, :)
-      !> There are no more independent vectors than this.
+      !> Upper bound of the dimension of the space.
       integer :: most = huge(1)
-      !> Lower bounds of the norm of B, and of the length of the longest vector.
+      !> Lower bounds of the norm of B and of the largest 2-norm of a vector.
       real(wp) :: metric_scale = 0, longest = 0
-      !> Whether what rounding may leave is told by their product: start vectors may be far longer than they seem in B.
+      !> Whether the rounding error of B-products is estimated from these bounds: start vectors may have a 2-norm far larger
+      !> than their B-norm.
       logical :: cautious = .false.
       integer(long) :: random_state = 0
-      !> B W, but for the last orthogonalisation of W.
+      !> B W, without the last orthogonalisation of W.
       real(wp), allocatable :: images(:, :)
-      !> Whether the operator takes rows of vectors, where several processes have some each; who they are, and their sums.
+      !> Whether the operator takes distributed vectors; the processes that share them, and their sums.
       logical :: by_rows = .false.
       type(row_team_type) :: team
       type(row_sums_type) :: sums
    contains
-      !> Whether all that C can reach from what was put in is there.
+      !> Whether the basis spans an invariant subspace: there is no residual block.
       procedure :: closed
-      !> Whether there is no room for what the next expansion makes.
+      !> Whether the next expansion would exceed the allocated columns.
       procedure :: full
-      !> N, as many rows as W has columns.
+      !> The coupling block N, as many rows as W has columns.
       procedure :: outward
-      !> To or from a checkpoint: what changes while it grows.
+      !> Writes the changing parts to a checkpoint, or reads them.
       procedure :: carry
    end type block_decomposition_type
 
@@ -99,22 +100,22 @@ contains
       outward = self%couplings(self%expanded + 1:self%vectors, :self%expanded)
    end function outward
 
-   !> Room for so many vectors of a length.
+   !> Allocates room for `vectors` vectors of a length.
    subroutine make_room(d, length, vectors, processes, error)
       class(block_decomposition_type), intent(inout) :: d
       integer, intent(in) :: length, vectors
-      !> Who may share the rows; not associated: nobody.
+      !> Processes that may share the rows; not associated: one process.
       type(processes_type), pointer, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
-      ! Images, and what the operator takes.
-      integer, parameter :: beside = 16
+      ! Work vectors: images, and those of the operator.
+      integer, parameter :: spare_vectors = 16
       real(wp), allocatable :: couplings(:, :)
 
       if (d%basis%room() >= vectors) return
       call d%basis%reserve(length, vectors, d%vectors, processes, error)
       if (allocated(error)) return
       if (d%by_rows) d%team = d%basis%team()
-      call require_memory(beside*real_bytes*d%team%rows(length), "vectors beside a Lanczos basis", error)
+      call require_memory(spare_vectors*real_bytes*d%team%rows(length), "vectors beside a Lanczos basis", error)
       if (allocated(error)) return
       allocate (couplings(vectors, vectors), source=0.0_wp)
       if (allocated(d%couplings)) couplings(:size(d%couplings, 1), :size(d%couplings, 2)) = d%couplings
@@ -122,7 +123,7 @@ contains
       if (.not. allocated(d%images)) allocate (d%images(d%team%rows(length), 0))
    end subroutine make_room
 
-   !> Takes out all but the first so many vectors.
+   !> Discards all but the first `vectors` vectors.
    subroutine drop_last(d, vectors)
       class(block_decomposition_type), intent(inout) :: d
       integer, intent(in) :: vectors
@@ -131,22 +132,22 @@ contains
       d%images = d%images(:, :vectors - d%expanded)
    end subroutine drop_last
 
-   !> Puts B-orthonormal combinations of columns behind the basis, and their images behind the others: to the coefficients
-   !> is added what columns are of the basis. Passes go on until one of them changes little: then the products of what is
-   !> left follow from Pythagoras. Columns that are much of each other are separated before they meet the basis, which is longer.
+   !> B-orthonormalises columns against the basis and each other, and appends them and their B-images; adds their components in
+   !> the basis to the coefficients. Passes are repeated until one changes little; norms then follow from Pythagoras. Nearly
+   !> parallel columns are orthogonalised among each other first, as passes over the basis cost more.
    subroutine orthonormalize(operator, d, x, scale, noise, coefficients, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
       class(block_decomposition_type), intent(inout) :: d
       real(wp), contiguous, intent(inout) :: x(:, :)
-      !> A length that the columns were made of, if theirs are less.
+      !> Norm of the vectors that the columns were computed from, if larger than their own.
       real(wp), intent(in) :: scale
-      !> Below this part of that it is rounding.
+      !> Relative to that norm, columns below this are rounding errors.
       real(wp), intent(in) :: noise
       real(wp), intent(inout) :: coefficients(:, :)
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      ! The last two only orthogonalise: beside a shift that is next to an eigenvalue what takes out violations of constraints
-      ! adds much of its eigenvectors, and what rounding leaves of these violates constraints again.
+      ! The last two passes do not restrict: with a shift next to an eigenvalue, the projection onto the constraints adds
+      ! components along its eigenvector, and rounding errors of these violate the constraints again.
       integer, parameter :: passes = 6, restricting_passes = passes - 2
       real(wp), allocatable :: images(:, :), c(:, :), gram(:, :), total(:, :), triangle(:, :)
       real(wp) :: negligible, limit, left
@@ -157,7 +158,7 @@ contains
       k = d%vectors
       b = size(x, 2)
       allocate (images(size(x, 1), b))
-      ! X as given is V coefficients + X total.
+      ! Invariant: X as given = V coefficients + X total.
       allocate (total, source=identity(b))
       q = b
       limit = noise
@@ -179,10 +180,10 @@ contains
          call separate(x(:, :q), images(:, :q), negligible, d%sums, gram, triangle)
          total(:q, :) = matmul(triangle, total(:q, :))
          call d%basis%take_out(images(:, :q), c, x(:, :q))
-         ! What was taken out was none of the operator's, nor are the directions of the basis that went with it.
+         ! What the restriction removed is outside the range of the operator, and so are the basis components that went with it.
          if (.not. taken) coefficients(:k, :) = coefficients(:k, :) + matmul(c, total(:q, :))
          call factor_rest(gram, c, negligible, triangle, left)
-         settled = left > enough_left
+         settled = left > reorthogonalize_below
          if (settled) then
             call divide(size(x, 1), q, x, triangle)
             call divide(size(x, 1), q, images, triangle)
@@ -213,7 +214,7 @@ contains
    subroutine append(d, x, images)
       class(block_decomposition_type), target, intent(inout) :: d
       real(wp), contiguous, intent(in) :: x(:, :)
-      !> As many columns at least; used up.
+      !> At least as many columns; overwritten.
       real(wp), allocatable, intent(inout) :: images(:, :)
       real(wp), allocatable :: all(:, :)
       integer :: before, q, j
@@ -248,7 +249,7 @@ contains
       end do
    end subroutine copy_columns
 
-   ! X := X - E E^T B X, E what is excluded.
+   ! X := X - E E^T B X, E the excluded vectors.
    subroutine exclude(d, images, x)
       class(block_decomposition_type), intent(in) :: d
       real(wp), contiguous, intent(in) :: images(:, :)
@@ -261,17 +262,17 @@ contains
       call subtract_combinations(d%excluded, components, x)
    end subroutine exclude
 
-   ! Makes columns orthogonal to each other, of the lengths that are left, where they are not and their products tell: X as
-   ! given is X T, T with ones on its diagonal.
+   ! Orthogonalises columns among each other without normalising them, if their Gram matrix shows that they need it: X as given
+   ! = X T, T unit upper triangular.
    subroutine separate(x, images, negligible, sums, gram, triangle)
       real(wp), contiguous, intent(inout) :: x(:, :), images(:, :)
       real(wp), intent(in) :: negligible
       type(row_sums_type), intent(in) :: sums
-      !> Their products.
+      !> Gram matrix of the columns.
       real(wp), intent(inout) :: gram(:, :)
       !> T
       real(wp), intent(out) :: triangle(:, :)
-      ! Of less of a column its square is no longer known.
+      ! Smallest fraction of a column whose square a Gram matrix still resolves.
       real(wp), parameter :: visible = 1.0e-4_wp
       real(wp) :: none(0, size(x, 2)), left
       integer :: n, b, i
@@ -279,7 +280,7 @@ contains
       n = size(x, 1)
       b = size(x, 2)
       call factor_rest(gram, none, negligible, triangle, left)
-      if (left > visible .and. left <= enough_left) then
+      if (left > visible .and. left <= reorthogonalize_below) then
          do i = 1, b
             triangle(i, :) = triangle(i, :)/triangle(i, i)
          end do
@@ -291,13 +292,13 @@ contains
       end if
    end subroutine separate
 
-   ! The Cholesky factor of the products of what is left of some columns: their products were G before their components c
-   ! were taken from them.
+   ! Cholesky factor of the Gram matrix of columns whose components c were subtracted: their Gram matrix was G before that
+   ! (Pythagoras).
    pure subroutine factor_rest(gram, c, negligible, triangle, left)
       real(wp), intent(in) :: gram(:, :), c(:, :), negligible
       !> Upper.
       real(wp), intent(out) :: triangle(:, :)
-      !> The smallest part of a column that is left; 0 where that is negligible.
+      !> Smallest fraction of a norm that is left; 0 where that is negligible.
       real(wp), intent(out) :: left
       real(wp) :: rest(size(gram, 1), size(gram, 2))
       integer :: i, j
@@ -323,7 +324,7 @@ contains
       integer, intent(in) :: n, b
       real(wp), intent(inout) :: x(n, b)
       real(wp), intent(in) :: triangle(b, b)
-      ! Rows that stay in the cache.
+      ! Rows of a panel that fits in the cache.
       integer, parameter :: panel = 512
       integer :: first, last
 
@@ -332,7 +333,7 @@ contains
       do first = 1, n, panel
          last = min(first + panel - 1, n)
          if (b == 1) then
-            ! With the inverse, rounded, as dtrsm does it, a unit vector would not stay as it is.
+            ! Divide: multiplying by the rounded inverse, as dtrsm does, would change unit vectors.
             x(first:last, 1) = x(first:last, 1)/triangle(1, 1)
          else
             call dtrsm("R", "U", "N", "N", last - first + 1, b, 1.0_wp, triangle, b, x(first, 1), n)
@@ -341,12 +342,12 @@ contains
       !$omp end parallel do
    end subroutine divide
 
-   ! Modified Gram-Schmidt on columns and their images alike; columns shorter than `negligible` are left out.
+   ! Modified Gram-Schmidt on columns and their images; drops columns with norms below `negligible`.
    subroutine orthonormalize_among(x, images, negligible, sums, triangle, kept)
       real(wp), contiguous, intent(inout) :: x(:, :), images(:, :)
       real(wp), intent(in) :: negligible
       type(row_sums_type), intent(in) :: sums
-      !> The columns as given are combinations of those that were kept.
+      !> The columns as given in terms of those that are kept.
       real(wp), intent(out) :: triangle(:, :)
       integer, intent(out) :: kept
       real(wp) :: length

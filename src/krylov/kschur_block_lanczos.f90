@@ -1,5 +1,5 @@
-!> Block Lanczos of a self-adjoint operator C in the inner product x^T B y of its metric B: the decomposition begins with
-!> vectors that are given or random, and grows block by block.
+!> Block Lanczos method for an operator C that is self-adjoint in the inner product x^T B y: starts from given or random vectors
+!> and expands the decomposition block by block.
 !>
 !> Sources: Golub and Underwood (1977); Nour-Omid, Parlett, Ericsson, Jensen, Math. Comp. 48 (1987), semidefinite B.
 module kschur_block_lanczos
@@ -19,13 +19,13 @@ module kschur_block_lanczos
 
 contains
 
-   !> Puts vectors behind the basis, as far as they do not depend on it: X = V coefficients.
+   !> Appends the B-orthonormalised columns of X to the basis, without dependent ones: X = V coefficients.
    subroutine add_directions(operator, d, x, coefficients, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
       class(block_decomposition_type), intent(inout) :: d
-      !> Columns of any length; used up.
+      !> Columns of any norm; overwritten.
       real(wp), contiguous, intent(inout) :: x(:, :)
-      !> As many rows as there is room for vectors.
+      !> As many rows as vectors are allocated.
       real(wp), intent(out) :: coefficients(:, :)
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
@@ -50,11 +50,11 @@ contains
       end do
    end subroutine add_directions
 
-   !> Puts C^f R behind the basis, R random: C filters infinite eigenvalues. Nothing is added where there is no more.
+   !> Appends C^f R to the basis, R random: C filters out infinite eigenvalues. Adds nothing if the basis spans the whole space.
    subroutine add_random_directions(operator, d, directions, filter, seed, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
       class(block_decomposition_type), target, intent(inout) :: d
-      !> How many.
+      !> Number of columns of R.
       integer, intent(in) :: directions
       !> f
       integer, intent(in) :: filter
@@ -68,7 +68,7 @@ contains
       call end_together(d)
    end subroutine add_random_directions
 
-   !> The same, with the rows of this process where several have begun it together.
+   !> As above, collective: each process has its rows.
    subroutine add_random_here(operator, d, directions, filter, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
       class(block_decomposition_type), target, intent(inout) :: d
@@ -95,7 +95,7 @@ contains
          coefficients = 0
          call orthonormalize(operator, d, y, d%scale, rounding_of_sums, coefficients(:, :size(y, 2)), statistics, error)
          deallocate (y)
-         ! What the metric does not see is no direction.
+         ! Vectors in the null space of the metric are dropped.
          do while (d%vectors > before)
             if (rounding_of_sums*d%metric_scale*d%sums%length(norm2(d%basis%columns(d%vectors, 1)))**2 <= 1) exit
             call drop_last(d, d%vectors - 1)
@@ -103,13 +103,13 @@ contains
       end do
    end subroutine add_random_here
 
-   !> Expands vectors that were not, as far as there is room for what comes of them.
+   !> Applies C to the vectors that are not yet expanded, as far as columns are allocated.
    subroutine expand_block(operator, d, statistics, error, noise)
       class(symmetric_operator_type), intent(inout) :: operator
       class(block_decomposition_type), target, intent(inout) :: d
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      !> What C makes of them beside the basis is rounding below this, relative to its norm.
+      !> Relative to the norm of C, components below this are rounding errors.
       real(wp), optional, intent(in) :: noise
       real(wp) :: limit
 
@@ -140,11 +140,11 @@ contains
       if (allocated(error)) return
       statistics%operator_applications = statistics%operator_applications + b
       started = clock()
-      call subtract_known(d, x, coefficients)
+      call subtract_recurrence(d, x, coefficients)
       if (.not. all(abs(coefficients(first:last, :)) <= huge(1.0_wp))) call new_error(error, error_library, &
          "the operator made a vector that is not finite")
       if (allocated(error)) return
-      ! The images of those that stay behind, and of what comes.
+      ! Images of the vectors that remain unexpanded, and of the new ones.
       allocate (rest(size(x, 1), d%vectors - last), source=d%images(:, b + 1:))
       call move_alloc(rest, d%images)
       statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
@@ -156,9 +156,9 @@ contains
       d%scale = max(d%scale, maxval(abs(coefficients)))
    end subroutine expand_here
 
-   ! The three-term recurrence. Without it, what the basis lacks of orthogonality would pass through the Gram-Schmidt
-   ! step times the subtracted coefficients, and grow from step to step; with it, little is left to be subtracted there.
-   subroutine subtract_known(d, x, coefficients)
+   ! Subtracts the terms of the three-term recurrence. Otherwise errors of orthogonality, multiplied by the large coefficients
+   ! subtracted in the Gram-Schmidt step, would grow from step to step.
+   subroutine subtract_recurrence(d, x, coefficients)
       class(block_decomposition_type), intent(in) :: d
       !> C times the first columns of W.
       real(wp), contiguous, intent(inout) :: x(:, :)
@@ -173,7 +173,7 @@ contains
       call inner_products(d%images, x, own, sums=d%sums)
       call d%basis%subtract(k + 1, own, x)
       coefficients(k + 1:k + b, :) = own
-      ! From what earlier vectors have of these.
+      ! Components along earlier vectors, by symmetry.
       do i = 1, k
          if (maxval(abs(d%couplings(k + 1:k + b, i))) > epsilon(1.0_wp)*d%scale) exit
       end do
@@ -182,5 +182,5 @@ contains
          coefficients(i:k, j) = d%couplings(k + j, i:k)
       end do
       call d%basis%subtract(i, coefficients(i:k, :), x)
-   end subroutine subtract_known
+   end subroutine subtract_recurrence
 end module kschur_block_lanczos

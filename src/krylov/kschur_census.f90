@@ -1,4 +1,4 @@
-!> How an iteration learns that it has found all there is.
+!> Interface by which an iteration asks for an independent count of eigenvalues, to prove that no wanted one is missing.
 module kschur_census
    use kschur_archive, only: archive_type
    use kschur_kinds, only: wp
@@ -6,12 +6,12 @@ module kschur_census
    private
    public :: census_type
 
-   !> Extend it with a way to count eigenvalues.
+   !> Abstract type; extend it by a method that counts eigenvalues.
    type, abstract :: census_type
    contains
-      !> Called when all that is wanted seems to be found.
+      !> Called when all wanted eigenvalues seem to have converged.
       procedure(examine_interface), deferred :: examine
-      !> What it knows, to or from a checkpoint.
+      !> Writes its state to a checkpoint, or reads it.
       procedure(carry_interface), deferred :: carry
    end type census_type
 
@@ -23,7 +23,7 @@ module kschur_census
          real(wp), intent(in) :: values(:)
          !> Relative residual of each.
          real(wp), intent(in) :: residuals(:)
-         !> The first so many are wanted, and have converged.
+         !> Number of wanted values, which come first and have converged.
          integer, intent(in) :: wanted
          !> Whether it is certain that no wanted one is missing.
          logical, intent(out) :: complete

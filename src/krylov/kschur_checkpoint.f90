@@ -1,5 +1,5 @@
-!> The file from which a solve goes on that was killed: the state of its iteration, written now and then where convergence is
-!> looked at. All before an iteration is computed again, which gives the same digits, and the iteration goes on from its state.
+!> Checkpoints: the state of an iteration is written from time to time when convergence is tested. A restarted solve repeats all
+!> steps before the iteration, with the same digits, and continues from the saved state.
 module kschur_checkpoint
    use kschur_archive, only: archive_type
    use kschur_clock, only: clock, seconds_since
@@ -12,10 +12,10 @@ module kschur_checkpoint
    public :: checkpoint_type, finished_type
 
    character(len=*), parameter :: format = "kschur checkpoint "//kschur_version
-   ! Writing takes this part of the time at most.
+   ! Largest fraction of the time spent on writing.
    real(wp), parameter :: part = 0.1_wp
 
-   !> What was finished before the iteration that goes on, and is kept with it.
+   !> Results of earlier iterations of the same solve, saved with the current one.
    type, abstract :: finished_type
    contains
       procedure(carry_interface), deferred :: carry
@@ -32,27 +32,27 @@ module kschur_checkpoint
    !> Made by `begin`.
    type :: checkpoint_type
       private
-      ! Where to write; where to go on from, until that is done.
+      ! File to write; file to continue from, until it has been read.
       character(len=:), allocatable :: target, source
       ! Checksums of the problem and of the options.
       integer(long) :: digests(2) = 0
-      ! Iterations that were begun, looks at this one, and the iteration that was kept.
-      integer :: iteration = 0, looks = 0, kept_iteration = 0
-      ! When it was written last, and how long that took.
+      ! Iterations begun, convergence tests in this one, and number of the saved iteration.
+      integer :: iteration = 0, checks = 0, kept_iteration = 0
+      ! Time of the last write, and how long it took.
       integer(long) :: written = 0
       real(wp) :: seconds = 0
       type(staging_type) :: staging
       class(finished_type), pointer :: finished => null()
-      !> Why it could not be written; not allocated: it could.
+      !> Reason of a failed write; not allocated if there was none.
       character(len=:), allocatable, public :: complaint
    contains
       procedure :: begin
       !> To be called before each iteration.
       procedure :: next_iteration
-      !> To be called before parts that have iterations of their own, and when one of them is finished.
+      !> Call before parts that have iterations of their own, and after each of them.
       procedure :: begin_parts
       procedure :: next_part
-      !> Whether the state of the iteration is to be carried to or from the archive now, which is open then.
+      !> Opens the archive and returns true if the state must be written or read now.
       procedure :: opens
       procedure :: close => close_checkpoint
       procedure, private :: carry_head
@@ -60,7 +60,7 @@ module kschur_checkpoint
 
 contains
 
-   !> Fails where the file to go on from is no checkpoint of this problem with these options.
+   !> Fails if the file to continue from is no checkpoint of this problem with these options.
    subroutine begin(self, problem, options, error, target, source)
       class(checkpoint_type), intent(out) :: self
       !> Checksums.
@@ -89,12 +89,12 @@ contains
       class(checkpoint_type), intent(inout) :: self
 
       self%iteration = self%iteration + 1
-      self%looks = 0
+      self%checks = 0
    end subroutine next_iteration
 
    subroutine begin_parts(self, finished, error)
       class(checkpoint_type), intent(inout) :: self
-      !> Kept from now on; of a solve that goes on, what it was. It must live as long as iterations go on.
+      !> Saved from now on; read if the solve continues from a checkpoint. Must outlive the iterations.
       class(finished_type), target, intent(inout) :: finished
       type(error_type), allocatable, intent(out) :: error
       type(archive_type) :: archive
@@ -119,14 +119,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: iteration
 
-      self%looks = self%looks + 1
+      self%checks = self%checks + 1
       iteration = self%iteration
       if (allocated(self%source)) then
          opens = iteration == self%kept_iteration
          if (.not. opens) return
          call archive%open(self%source, .false., error)
       else
-         opens = allocated(self%target) .and. self%looks > 1
+         opens = allocated(self%target) .and. self%checks > 1
          if (opens) opens = part*seconds_since(self%written) >= self%seconds
          if (.not. opens) return
          self%written = clock()
@@ -139,7 +139,7 @@ contains
       call self%close(archive, error)
    end function opens
 
-   !> Ends what `opens` began. What cannot be written is no error, but a complaint: the computation is worth more.
+   !> Closes the archive. A failed write is recorded, not raised: the computation goes on.
    subroutine close_checkpoint(self, archive, error)
       class(checkpoint_type), intent(inout) :: self
       type(archive_type), intent(inout) :: archive

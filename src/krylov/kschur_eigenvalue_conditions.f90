@@ -1,4 +1,4 @@
-!> How far the eigenvalues of a Schur factor move with it.
+!> Condition numbers of the eigenvalues of a Schur factor.
 module kschur_eigenvalue_conditions
    use kschur_error, only: error_type, new_error, error_library
    use kschur_kinds, only: wp
@@ -9,8 +9,8 @@ module kschur_eigenvalue_conditions
    private
    public :: eigenvalue_conditions
 
-   !> The condition numbers of the eigenvalues of a Schur factor, one at least: of left and right eigenvectors of unit norm the
-   !> reciprocal products.
+   !> Computes 1/|y^* x| for each eigenvalue, x and y its right and left eigenvectors of unit norm. There is at least one
+   !> eigenvalue.
    interface eigenvalue_conditions
       module procedure eigenvalue_conditions_complex, eigenvalue_conditions_real
    end interface eigenvalue_conditions

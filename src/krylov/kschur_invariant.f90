@@ -1,11 +1,11 @@
-!> A subspace that an operator is known to leave invariant before it is iterated.
+!> An invariant subspace of an operator, given before the iteration.
 module kschur_invariant
    use kschur_kinds, only: wp
    implicit none
    private
    public :: invariant_type
 
-   !> C Z = Z T. Its eigenvalues are not looked for, and not among those that an iteration returns.
+   !> C Z = Z T. The iteration locks it and does not return its eigenvalues.
    type :: invariant_type
       !> Z, order x s, of full rank.
       real(wp), allocatable :: vectors(:, :)

@@ -1,5 +1,4 @@
-!> What the Krylov-Schur iteration is told and what it tells of itself, for
-!> real and complex operators alike.
+!> Options and statistics of the Krylov-Schur and Lanczos iterations.
 module kschur_krylov_options
    use kschur_archive, only: archive_type
    use kschur_checkpoint, only: checkpoint_type
@@ -10,67 +9,63 @@ module kschur_krylov_options
    private
    public :: krylov_options_type, krylov_statistics_type, real_ritz_pairs_type, ritz_pairs_type, subspace_dimension
 
-   !> What an iteration is told.
+   !> Options of an iteration.
    type :: krylov_options_type
-      !> Largest dimension of the Krylov space. Convergence is looked at before it
-      !> is reached, and memory is touched as far as it is used.
+      !> Largest dimension of the Krylov space. Convergence is tested earlier, and memory is used only as the space grows.
       integer :: subspace = 20
       !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.
       real(wp) :: tolerance = 1.0e-12_wp
-      !> The iteration gives up instead of making this restart: 1 lets it fill
-      !> the Krylov space once.
+      !> The iteration ends instead of making this restart: with 1 the Krylov space is filled once.
       integer :: max_restarts = 200
-      !> Applications of the operator that filter a random vector into a start
-      !> vector: they remove what belongs to infinite eigenvalues.
+      !> Number of applications of the operator to a random start vector, which filter out components of infinite eigenvalues.
       integer :: filter = 3
       integer :: seed = 1
-      !> Vectors that the operator is applied to at a time: the Krylov space grows by so many.
+      !> Block size: vectors that the operator is applied to at a time.
       integer :: block = 1
-      !> Whether to look for copies of multiple eigenvalues with fresh random
-      !> vectors: one vector finds one copy, and others through rounding only.
+      !> Whether to search for further copies of multiple eigenvalues with new random vectors: from one start vector an
+      !> iteration finds one copy, others only through rounding errors.
       logical :: verify = .true.
-      !> Whether it only looks what there is about the shift, for another iteration to go on from.
+      !> Whether this is a short run near the shift, which another iteration will continue.
       logical :: observes = .false.
-      !> Whether eigenvectors are wanted too; Krylov-Schur makes none where they are not.
+      !> Whether Krylov-Schur computes eigenvectors.
       logical :: vectors = .true.
-      !> What the Krylov space begins with, as many columns as a block has; not allocated: random vectors. Lanczos does not
-      !> look at it.
+      !> Start vectors, one column for each of a block; not allocated: random. Ignored by Lanczos.
       real(wp), allocatable :: start(:, :)
-      !> Convergence is not looked at before the space has this dimension: it is expected near it. Lanczos looks when it wants.
+      !> Expected dimension at convergence: Krylov-Schur tests convergence from there on.
       integer :: expected = 0
-      !> Whether a later call with the same operator is to go on from where this one ends: structured
-      !> quadratic forms keep their Krylov space then. Lanczos always does.
+      !> Whether a later call with the same operator will continue: structured quadratic forms then keep their Krylov space.
+      !> Lanczos always does.
       logical :: keep = .false.
-      !> Where its state is kept, and from where it goes on; not associated: nowhere. ARPACK does not look at it.
+      !> Checkpoint to write and to continue from; not associated: none. Ignored by ARPACK.
       type(checkpoint_type), pointer :: checkpoint => null()
-      !> Who may share the rows of the basis; not associated: nobody. ARPACK does not look at it.
+      !> Processes that may share the rows of the basis; not associated: one. Ignored by ARPACK.
       type(processes_type), pointer :: processes => null()
    end type krylov_options_type
 
-   !> What it tells of itself.
+   !> Statistics of an iteration.
    type :: krylov_statistics_type
       !> One of `reason_*`.
       integer :: reason = reason_converged
       integer :: operator_applications = 0
-      !> How often the Krylov space was made smaller, to go on or to verify.
+      !> Number of restarts and verifications.
       integer :: restarts = 0
-      !> Norm of the couplings that locking dropped, relative to the projected operator.
+      !> Norm of the couplings neglected by locking, relative to the projected operator.
       real(wp) :: locking_error = 0
       real(wp) :: orthogonalize_seconds = 0
       type(history_type) :: history
    contains
-      !> To or from a checkpoint.
+      !> Writes to a checkpoint, or reads.
       procedure :: carry
-      !> Whether many restarts have changed nothing.
+      !> Whether convergence stagnates over many restarts.
       procedure :: stalls
    end type krylov_statistics_type
 
-   !> What an iteration gives: Ritz values and unit vectors, most wanted first.
+   !> Result of an iteration: Ritz values and unit vectors, most wanted first.
    type :: ritz_pairs_type
       complex(wp), allocatable :: mu(:), vectors(:, :)
       !> The vectors of a self-adjoint operator; `vectors` is not allocated then.
       real(wp), allocatable :: real_vectors(:, :)
-      !> Which stand for themselves and their conjugates; not allocated where all are there.
+      !> Marks pairs that stand for a conjugate pair; not allocated if all pairs are present.
       logical, allocatable :: paired(:)
       type(krylov_statistics_type) :: statistics
    end type ritz_pairs_type
@@ -97,31 +92,31 @@ contains
       call archive%carry(self%history%residual)
    end subroutine carry
 
-   !> As where more eigenvalues crowd around the last wanted one than the space has dimensions: none of them converges
-   !> before it is purged.
+   !> For example, more eigenvalues lie near the last wanted one than the space has dimensions, and each is purged before it
+   !> converges.
    pure logical function stalls(self)
       class(krylov_statistics_type), intent(in) :: self
-      ! Looks since the middle of the history, at least, and what the least residual is to be less by.
+      ! Least number of restarts, and the factor by which the residual must fall in the second half of the history.
       integer, parameter :: least_restarts = 40
       real(wp), parameter :: progress = 0.1_wp
-      integer :: looks, middle
+      integer :: checks, middle
 
-      looks = size(self%history%converged)
-      middle = looks/2
+      checks = size(self%history%converged)
+      middle = checks/2
       stalls = .false.
       if (self%restarts < least_restarts .or. middle == 0) return
       stalls = maxval(self%history%converged(middle + 1:)) <= maxval(self%history%converged(:middle)) .and. &
          minval(self%history%residual(middle + 1:)) > progress*minval(self%history%residual(:middle))
    end function stalls
 
-   !> Dimension of a Krylov space in which a number of eigenvalues can be found.
+   !> Dimension of a Krylov space for a number of wanted eigenvalues.
    pure integer function subspace_dimension(asked, values, block)
-      !> What was asked for; 0: chosen from `values`.
+      !> Option of the caller; 0: chosen from `values`.
       integer, intent(in) :: asked
       integer, intent(in) :: values
-      !> Vectors that it grows by in a step.
+      !> Block size.
       integer, intent(in) :: block
-      ! A restart filters by a polynomial whose degree is the number of steps, not of vectors.
+      ! The filter polynomial of a restart has a degree equal to the number of steps, not of vectors.
       integer, parameter :: steps = 20, least_steps = 2
 
       subspace_dimension = asked

@@ -22,30 +22,29 @@ module kschur_lanczos
    private
    public :: lanczos, lanczos_state_type
 
-   ! Convergence is tested after so many steps, or after this part of the dimension.
+   ! Convergence is tested after `check_every` steps, or 1/`check_part` of the dimension.
    integer, parameter :: check_every = 8, check_part = 16
-   ! Where blocks are to bring the copies, and there is no verification, so much of the space is added when all has converged.
+   ! With blocks and no verification, the space is extended by this fraction after convergence, so that copies of multiple
+   ! eigenvalues appear.
    integer, parameter :: confirming_part = 8
 
-   !> What one call leaves to the next with the same operator.
+   !> State passed from one call to the next with the same operator.
    type :: lanczos_state_type
       type(decomposition_type) :: decomposition
-      !> Ends the search for copies where it knows that nothing is missing.
+      !> If associated, ends the search for copies when it proves that none is missing.
       class(census_type), pointer :: census => null()
    end type lanczos_state_type
 
 contains
 
-   !> Wanted eigenvalues and eigenvectors of a self-adjoint operator, most wanted
-   !> first: those that converged, with B-orthonormal vectors. The basis has
-   !> `options%subspace` columns, but at least `selection%wanted` + 2. Convergence
-   !> is tested within a restart too, so that no more steps are made than needed.
-   !> Not converging is `statistics%reason`, not an error.
+   !> Computes wanted eigenvalues and eigenvectors of a self-adjoint operator. Returns those that converged, most wanted first,
+   !> with B-orthonormal vectors. The basis has max(`options%subspace`, `selection%wanted` + 2) columns. Convergence is also
+   !> tested between restarts, to save steps. Failure to converge is reported in `statistics%reason`, not as an error.
    subroutine lanczos(operator, selection, options, state, found, error, monitor)
       class(symmetric_operator_type), target, intent(inout) :: operator
       class(selection_type), intent(in) :: selection
       type(krylov_options_type), intent(in) :: options
-      !> Of a first call, or what an earlier one left: then it is gone on with.
+      !> Empty at the first call; the state of an earlier call continues that iteration.
       type(lanczos_state_type), intent(inout) :: state
       type(real_ritz_pairs_type), intent(out) :: found
       type(error_type), allocatable, intent(out) :: error
@@ -54,7 +53,7 @@ contains
       type(ritz_type) :: ritz
       real(wp) :: residual
       logical :: proceed, over
-      ! The dimension where all that is wanted had converged, and copies, which come a little later, are there; 0: not known.
+      ! Dimension at which all wanted values first converged; 0 before. Copies converge a little later.
       integer :: confirmed
 
       associate (d => state%decomposition, statistics => found%statistics)
@@ -74,7 +73,7 @@ contains
                if (.not. allocated(error)) call project(d, selection, options, ritz, error)
                if (allocated(error)) return
                residual = maxval([0.0_wp, ritz%residuals(:ritz%wanted)])
-               call statistics%history%add_look(ritz%converged, statistics%operator_applications, residual)
+               call statistics%history%add_check(ritz%converged, statistics%operator_applications, residual)
                if (present(monitor)) call monitor%report(statistics%restarts, ritz%converged, ritz%needed, residual, proceed)
                if (is_stopped(monitor)) proceed = .false.
                if (ritz%settled .and. confirmed == 0) then
@@ -89,7 +88,7 @@ contains
             if (over) exit
             statistics%restarts = statistics%restarts + 1
             call truncate(d, ritz, options, statistics)
-            if (ritz%settled) call find_fresh(part, options, d, statistics, error)
+            if (ritz%settled) call add_random_vectors(part, options, d, statistics, error)
             if (allocated(error)) return
          end do
          call extract(d, ritz, selection, options, found)
@@ -98,7 +97,7 @@ contains
       end associate
    end subroutine lanczos
 
-   ! Where it is time to, the state goes to the checkpoint, or comes from it.
+   ! Writes the state to the checkpoint, or reads it, when that is due.
    subroutine keep(checkpoint, state, statistics, confirmed, error)
       type(checkpoint_type), intent(inout) :: checkpoint
       type(lanczos_state_type), intent(inout) :: state
@@ -121,7 +120,7 @@ contains
       call checkpoint%close(archive, error)
    end subroutine keep
 
-   ! Makes room, and begins; enlarges what is kept.
+   ! Allocates the basis and sets the start vectors; enlarges a basis that is continued.
    subroutine start(operator, order, wanted, options, d, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
       integer, intent(in) :: order, wanted
@@ -132,7 +131,7 @@ contains
       integer :: m
 
       m = options%subspace
-      ! A restart, and the verification, need two blocks beside the wanted columns.
+      ! A restart and a verification need two blocks besides the wanted columns.
       if (options%max_restarts > 1) m = max(m, wanted + 2*options%block)
       m = max(min(m, order), 1)
       d%dimension = max(d%dimension, m)
@@ -140,16 +139,16 @@ contains
       call make_room(d, order, d%dimension + options%block, options%processes, error)
       if (allocated(error)) return
       if (d%vectors == 0) then
-         call find_fresh(operator, options, d, statistics, error)
+         call add_random_vectors(operator, options, d, statistics, error)
       else if (.not. (d%exhausted .or. d%full())) then
-         ! What is gone on with may be narrower.
+         ! A continued decomposition may have a narrower block.
          call add_random_directions(operator, d, max(options%block - d%vectors + d%expanded, 0), options%filter, options%seed, &
             statistics, error)
       end if
    end subroutine start
 
-   ! Goes on from random vectors in the complement of what is there, if there is one.
-   subroutine find_fresh(operator, options, d, statistics, error)
+   ! Continues with random vectors in the complement of the basis, unless that is empty.
+   subroutine add_random_vectors(operator, options, d, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
       type(krylov_options_type), intent(in) :: options
       type(decomposition_type), intent(inout) :: d
@@ -165,9 +164,9 @@ contains
          if (allocated(error) .or. .not. d%closed()) return
       end do
       d%exhausted = .true.
-   end subroutine find_fresh
+   end subroutine add_random_vectors
 
-   ! Steps up to the next test of convergence, the first when there are as many as are wanted.
+   ! Expands up to the next test of convergence, the first at the number of wanted values.
    subroutine expand(operator, wanted, options, d, statistics, error, monitor)
       class(symmetric_operator_type), intent(inout) :: operator
       integer, intent(in) :: wanted
@@ -181,14 +180,14 @@ contains
       last = min(max(d%expanded + max(check_every, d%expanded/check_part), wanted), d%dimension)
       do while (d%expanded < last .and. .not. d%exhausted)
          call expand_block(operator, d, statistics, error)
-         if (.not. allocated(error) .and. d%closed()) call find_fresh(operator, options, d, statistics, error)
+         if (.not. allocated(error) .and. d%closed()) call add_random_vectors(operator, options, d, statistics, error)
          if (allocated(error)) return
          if (is_stopped(monitor)) return
       end do
    end subroutine expand
 
-   ! Whether the iteration ends, and why. One Krylov space holds one copy only of a multiple eigenvalue: a
-   ! verification searches the complement of what was found, from a fresh random vector, until nothing wanted is there.
+   ! Decides whether the iteration ends, and with which reason. A Krylov space contains only one copy of a multiple eigenvalue:
+   ! a verification searches the complement of what was found, from a new random vector, until it finds no wanted value.
    subroutine conclude(state, ritz, selection, options, proceed, statistics, over)
       type(lanczos_state_type), intent(in) :: state
       type(ritz_type), intent(in) :: ritz
@@ -203,7 +202,7 @@ contains
       if (ritz%settled .and. options%verify .and. associated(state%census)) &
          call state%census%examine(ritz%all_values, ritz%all_residuals, ritz%needed, complete)
       crowded = .false.
-      if (statistics%stalls()) crowded = is_crowd(ritz, selection)
+      if (statistics%stalls()) crowded = is_crowded(ritz, selection)
       over = .true.
       if (ritz%settled .and. (complete .or. state%decomposition%exhausted .or. ritz%wanted == 0)) then
          statistics%reason = reason_converged
@@ -218,19 +217,18 @@ contains
       end if
    end subroutine conclude
 
-   ! Whether many Ritz values lie about the last one that is wanted.
-   logical function is_crowd(ritz, selection)
+   ! Whether a cluster of Ritz values around the last wanted one prevents convergence.
+   logical function is_crowded(ritz, selection)
       type(ritz_type), intent(in) :: ritz
       class(selection_type), intent(in) :: selection
 
       associate (values => cmplx(ritz%all_values, kind=wp))
-         is_crowd = selection%crowds(values, values(max(1, min(ritz%needed, size(values)))))
+         is_crowded = selection%crowds(values, values(max(1, min(ritz%needed, size(values)))))
       end associate
-   end function is_crowd
+   end function is_crowded
 
-   ! C x / theta is x without the component that the metric does not see, where
-   ! rounding accumulates (Nour-Omid et al.). It is worth an application for every
-   ! vector if it changes the one that would have gathered most.
+   ! Purification: C x / theta is x without its component in the null space of B, where rounding errors accumulate (Nour-Omid et
+   ! al.). Done for all vectors if it changes the one with the largest expected component.
    subroutine purify(operator, options, scale, pairs, error)
       class(symmetric_operator_type), intent(inout) :: operator
       type(krylov_options_type), intent(in) :: options

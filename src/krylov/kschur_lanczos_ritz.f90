@@ -1,4 +1,4 @@
-!> Ritz pairs of a Lanczos decomposition: what has converged of what is wanted, and what a restart keeps of the space.
+!> Ritz pairs of a Lanczos decomposition: convergence, locking and thick restart.
 !>
 !> Source: Wu and Simon, SIAM J. Matrix Anal. Appl. 22 (2000).
 module kschur_lanczos_ritz
@@ -17,9 +17,9 @@ module kschur_lanczos_ritz
    !> The first `locked` columns are converged Ritz vectors.
    type, extends(block_decomposition_type) :: decomposition_type
       integer :: locked = 0
-      !> The Krylov space has no more columns.
+      !> Largest dimension of the Krylov space.
       integer :: dimension = 0
-      !> Whether the basis spans all there is.
+      !> Whether the basis spans the whole space.
       logical :: exhausted = .false.
       real(wp) :: dropped = 0
    end type decomposition_type
@@ -27,25 +27,25 @@ module kschur_lanczos_ritz
    !> The Ritz pairs of the active part, most wanted first, and which are wanted.
    type :: ritz_type
       real(wp), allocatable :: values(:), vectors(:, :)
-      ! The norm of N times each vector; the same relative to the value.
+      ! Norm of N times each vector; the same relative to the Ritz value.
       real(wp), allocatable :: couplings(:), residuals(:)
-      ! Of all values, locked ones included, it takes so many.
+      ! Number of values, locked ones included, that contain all wanted ones.
       integer :: needed = 0
       logical, allocatable :: locked_is_wanted(:)
-      ! All values, locked ones included, most wanted first, and their residuals;
-      ! where they stand: the locked first, then the active as LAPACK had them.
+      ! All values, locked ones included, most wanted first, with residuals; and their positions: first the locked, then the
+      ! active in ascending order.
       integer, allocatable :: order(:)
       real(wp), allocatable :: all_values(:), all_residuals(:)
-      ! The first so many are wanted.
+      ! Number of leading wanted values.
       integer :: wanted = 0
       integer :: converged = 0
-      ! Whether all that is wanted has converged.
+      ! Whether all wanted values have converged.
       logical :: settled = .false.
    end type ritz_type
 
 contains
 
-   !> Ritz pairs of the active part, and how far they are from what is wanted.
+   !> Computes the Ritz pairs of the active part, their residuals, and which are wanted.
    subroutine project(d, selection, options, ritz, error)
       type(decomposition_type), intent(in) :: d
       class(selection_type), intent(in) :: selection
@@ -69,7 +69,7 @@ contains
       do i = 1, active
          values(d%locked + i) = ritz%values(i)
          if (d%locked == 0) cycle
-         ! To rounding, a new copy of a locked value is not more wanted than that.
+         ! A new copy of a locked value may differ from it by rounding only: it is not more wanted.
          near = minloc(abs(values(:d%locked) - ritz%values(i)), 1)
          if (abs(values(near) - ritz%values(i)) <= rounding_of_sums*d%scale) values(d%locked + i) = values(near)
       end do
@@ -92,15 +92,14 @@ contains
       allocate (ritz%all_values(m), source=real(values(ritz%order), wp))
       ritz%converged = count(ritz%residuals(:ritz%wanted) <= options%tolerance) + count(ritz%locked_is_wanted)
       ritz%settled = ritz%converged == ritz%needed
-      ! Where nothing new is wanted, the best must be known well enough to say so:
-      ! the error of a value is of second order in the residual.
+      ! If the active part has no wanted value, its best value must be accurate enough to prove that: the error of a Ritz value
+      ! is quadratic in the residual.
       if (ritz%wanted == 0 .and. .not. d%exhausted) ritz%settled = ritz%settled .and. &
          any(ritz%residuals(:min(active, 1)) <= sqrt(options%tolerance))
    end subroutine project
 
-   !> Restart. Locks what is wanted and has converged, and unlocks what is not
-   !> wanted any more. Keeps, if not all that is wanted has converged, also the
-   !> rest of it and half of the others as a buffer.
+   !> Thick restart. Locks converged wanted pairs and unlocks those no longer wanted. Until all have converged, also keeps the
+   !> other wanted ones and half of the rest as a buffer.
    subroutine truncate(d, ritz, options, statistics)
       type(decomposition_type), intent(inout) :: d
       type(ritz_type), intent(in) :: ritz
@@ -111,7 +110,7 @@ contains
 
       active = size(ritz%values)
       keep = ritz%wanted
-      ! Room for a new block at least.
+      ! Leaves room for a new block.
       if (.not. ritz%settled) keep = max(min(keep + max((active - keep)/2, 1), active - max(d%vectors - d%expanded, 1)), 0)
       lockable = [(i <= min(keep, ritz%wanted), i=1, active)] .and. ritz%residuals <= options%tolerance
       remaining = 0
@@ -128,8 +127,8 @@ contains
       d%dropped = hypot(d%dropped, norm2(pack(ritz%couplings, lockable)))
    end subroutine truncate
 
-   ! Replaces the active part by some of its Ritz vectors, behind the first `before` columns; where what is wanted has
-   ! settled, what is behind them is left.
+   ! Replaces the active part, after the first `before` columns, by the chosen Ritz vectors; drops the residual block when all
+   ! wanted values have converged.
    subroutine rotate(d, ritz, before, chosen, statistics)
       type(decomposition_type), intent(inout) :: d
       type(ritz_type), intent(in) :: ritz
@@ -157,7 +156,7 @@ contains
       statistics%orthogonalize_seconds = statistics%orthogonalize_seconds + seconds_since(started)
    end subroutine rotate
 
-   !> The locked pairs and the active ones that converged, as far as they are wanted.
+   !> Extracts the wanted pairs: locked ones, and active ones that converged.
    subroutine extract(d, ritz, selection, options, pairs)
       type(decomposition_type), intent(in) :: d
       type(ritz_type), intent(in) :: ritz

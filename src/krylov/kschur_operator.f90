@@ -1,6 +1,5 @@
-!> A linear operator, known only by what it does to a block of vectors: all
-!> that the eigensolvers see of a problem. Extend one of the types to bring
-!> your own.
+!> Abstract linear operators, defined by their action on a block of vectors: all that the eigensolvers know of a problem. Extend
+!> one of the types to supply your own.
 module kschur_operator
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -23,10 +22,10 @@ module kschur_operator
    contains
       !> y := B x for a block of vectors.
       procedure(apply_metric), deferred :: apply_metric
-      !> Takes out of vectors of unit length what rounding brought in of those that C never gives. What is left is known
-      !> to `noise` then; that is 0 where nothing was taken.
+      !> Projects vectors of unit norm onto the range of C, to remove rounding errors outside it. `noise` is the accuracy of the
+      !> result; 0 if nothing was done.
       procedure :: restrict => leave_as_they_are
-      !> The same on rows of vectors, where all processes call it with theirs; null where this one has them all.
+      !> The operator on distributed vectors, called by all processes with their rows; null if this process has all rows.
       procedure :: by_rows => nowhere
    end type symmetric_operator_type
 

@@ -21,33 +21,32 @@ module kschur_projected
       module procedure schur_values_complex, schur_values_real
    end interface schur_values
 
-   !> Reorders a Schur form so that the selected eigenvalues come first, in the
-   !> order they had; updates T, U and the eigenvalues. `moved` is false where
-   !> two of a real form are too close to change places: then T and U are a
-   !> Schur form in another order.
+   !> Reorders a Schur form so that the selected eigenvalues come first, in the order they had; updates T, U and the
+   !> eigenvalues. `moved` is false if two of a real form are too close to be swapped; T and U are then a Schur form in another
+   !> order.
    interface move_to_head
       module procedure move_to_head_complex, move_to_head_real
    end interface move_to_head
 
-   !> The norms of the products of some rows with the eigenvectors of a Schur factor, of unit norm.
+   !> Norms of the products of given rows with the unit eigenvectors of a Schur factor.
    interface eigenvector_couplings
       module procedure eigenvector_couplings_complex, eigenvector_couplings_real
    end interface eigenvector_couplings
 
-   !> Some eigenvectors of a Schur factor, as complex columns of unit norm, independent for the copies of a multiple
-   !> eigenvalue: couplings below `noise`, relative to the eigenvalue, which cannot tell a multiple one from a defective
-   !> one, are none.
+   !> Computes selected eigenvectors of a Schur factor, as complex columns of unit norm, linearly independent for a multiple
+   !> eigenvalue: couplings below `noise`, relative to the eigenvalue, are set to zero, since they do not distinguish a multiple
+   !> eigenvalue from a defective one.
    interface independent_eigenvectors
       module procedure independent_eigenvectors_complex, independent_eigenvectors_real
    end interface independent_eigenvectors
 
-   !> Marks both of a conjugate pair of a real Schur form where one is marked.
+   !> Marks both members of a conjugate pair of a real Schur form if one is marked.
    interface join_pairs
       module procedure join_pairs_complex, join_pairs_real
    end interface join_pairs
 
-   !> Of the chosen eigenvalues of a real Schur form keeps one of each conjugate pair, that with the negative imaginary
-   !> part, and tells which stand for a pair.
+   !> Keeps one of each conjugate pair of the chosen eigenvalues of a real Schur form, the one with negative imaginary part, and
+   !> marks those that stand for a pair.
    interface keep_one_of_pairs
       module procedure keep_one_of_pairs_complex, keep_one_of_pairs_real
    end interface keep_one_of_pairs
@@ -85,19 +84,19 @@ contains
 
       n = size(t, 1)
       if (n == 0) return
-      call zgees("V", "N", unsorted, n, t, n, ignored, values, u, n, work_size, -1, rwork, bwork, info)
+      call zgees("V", "N", no_sort, n, t, n, ignored, values, u, n, work_size, -1, rwork, bwork, info)
       allocate (work(int(work_size(1))))
-      call zgees("V", "N", unsorted, n, t, n, ignored, values, u, n, work, size(work), rwork, bwork, info)
+      call zgees("V", "N", no_sort, n, t, n, ignored, values, u, n, work, size(work), rwork, bwork, info)
       if (info /= 0) call new_error(error, error_library, &
          "LAPACK could not compute the Schur form of the projected problem: zgees returned "//text(info))
    end subroutine schur_form_complex
 
-   ! zgees wants a criterion even where it does not sort.
-   logical function unsorted(value)
+   ! zgees needs this argument even if it does not sort.
+   logical function no_sort(value)
       complex(wp), intent(in) :: value
 
-      unsorted = abs(value) < 0
-   end function unsorted
+      no_sort = abs(value) < 0
+   end function no_sort
 
    subroutine move_to_head_complex(selected, t, u, values, moved, error)
       logical, intent(in) :: selected(:)
@@ -143,15 +142,15 @@ contains
       end do
    end subroutine eigenvector_couplings_complex
 
-   ! Back substitution, as LAPACK's, but for the copies. What couples a pair to an earlier copy of
-   ! its eigenvalue is known only with all that lies between them: the sum of a row, not an entry.
+   ! Back substitution as in LAPACK, except for copies of an eigenvalue: their coupling is the residual of the whole row, not a
+   ! single entry of T.
    subroutine independent_eigenvectors_complex(t, noise, chosen, vectors)
       complex(wp), intent(in) :: t(:, :)
       real(wp), intent(in) :: noise
       !> The positions of their eigenvalues.
       integer, intent(in) :: chosen(:)
       complex(wp), allocatable, intent(out) :: vectors(:, :)
-      ! Copies whose vectors are further apart than this angle need no help.
+      ! Copies whose vectors have an angle above noise times this are independent as they are.
       real(wp), parameter :: parallel = 100
       complex(wp) :: gap
       real(wp) :: smallest
@@ -192,19 +191,19 @@ contains
 
       n = size(t, 1)
       if (n == 0) return
-      call dgees("V", "N", unsorted_real, n, t, n, ignored, re, im, u, n, work_size, -1, bwork, info)
+      call dgees("V", "N", no_sort_real, n, t, n, ignored, re, im, u, n, work_size, -1, bwork, info)
       allocate (work(int(work_size(1))))
-      call dgees("V", "N", unsorted_real, n, t, n, ignored, re, im, u, n, work, size(work), bwork, info)
+      call dgees("V", "N", no_sort_real, n, t, n, ignored, re, im, u, n, work, size(work), bwork, info)
       values = cmplx(re, im, wp)
       if (info /= 0) call new_error(error, error_library, &
          "LAPACK could not compute the Schur form of the projected problem: dgees returned "//text(info))
    end subroutine schur_form_real
 
-   logical function unsorted_real(re, im)
+   logical function no_sort_real(re, im)
       real(wp), intent(in) :: re, im
 
-      unsorted_real = abs(re) + abs(im) < 0
-   end function unsorted_real
+      no_sort_real = abs(re) + abs(im) < 0
+   end function no_sort_real
 
    function schur_values_complex(t) result(values)
       complex(wp), intent(in) :: t(:, :)
@@ -216,8 +215,7 @@ contains
       end do
    end function schur_values_complex
 
-   ! LAPACK leaves a 2x2 block with equal diagonal entries and off-diagonal
-   ! ones of opposite sign.
+   ! LAPACK standardises 2x2 blocks: equal diagonal entries, off-diagonal ones of opposite sign.
    function schur_values_real(t) result(values)
       real(wp), intent(in) :: t(:, :)
       complex(wp) :: values(size(t, 1))
@@ -275,7 +273,7 @@ contains
             "LAPACK could not compute eigenvectors of the projected problem: dtrevc returned "//text(info))
          return
       end if
-      ! Of a conjugate pair it gives the real and the imaginary part.
+      ! LAPACK returns real and imaginary parts of the vector of a conjugate pair.
       j = 1
       do while (j <= n)
          last = j
@@ -296,7 +294,7 @@ contains
       integer :: first(size(chosen)), i, k
       logical :: conjugate(size(chosen))
 
-      ! The second of a conjugate pair has the conjugate vector of the first.
+      ! The second of a conjugate pair has the conjugate vector.
       first = chosen
       do k = 1, size(chosen)
          if (chosen(k) == 1) cycle
@@ -317,7 +315,7 @@ contains
    subroutine make_triangular(t, s, blocks)
       real(wp), intent(in) :: t(:, :)
       complex(wp), allocatable, intent(out) :: s(:, :)
-      !> Unitary, each of which changed two rows, 2 x 2 x n: those with an entry of T below the diagonal.
+      !> Unitary 2 x 2 rotations, 2 x 2 x n, of the rows with a subdiagonal entry of T.
       complex(wp), allocatable, intent(out) :: blocks(:, :, :)
       complex(wp) :: values(size(t, 1)), v(2)
       integer :: i, n

@@ -10,7 +10,7 @@ module kschur_ritz_real
    use kschur_tolerances, only: may_be_anything
    implicit none
    private
-   public :: choose, decomposition_type, look_for_hidden, project, ritz_type
+   public :: choose, decomposition_type, check_none_missing, project, ritz_type
 
 #define SCALAR real(wp)
 #include "kschur_ritz.inc"

@@ -1,4 +1,4 @@
-!> Schur vectors of the active part of a complex decomposition: those that a restart keeps, and the eigenpairs that they give.
+!> Restart and extraction of eigenpairs for complex Krylov-Schur decompositions, by Schur vectors of the active part.
 module kschur_schur_vectors_complex
    use kschur_basis_complex, only: basis_type
    use kschur_error, only: error_type

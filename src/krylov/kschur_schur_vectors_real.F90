@@ -1,4 +1,4 @@
-!> Schur vectors of the active part of a real decomposition: those that a restart keeps, and the eigenpairs that they give.
+!> Restart and extraction of eigenpairs for real Krylov-Schur decompositions, by Schur vectors of the active part.
 module kschur_schur_vectors_real
    use kschur_basis_real, only: basis_type
    use kschur_error, only: error_type

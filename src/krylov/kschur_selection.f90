@@ -1,4 +1,4 @@
-!> Which Ritz values are wanted.
+!> Criteria that select the wanted Ritz values.
 module kschur_selection
    use kschur_kinds, only: wp
    use kschur_sorting, only: ascending_order
@@ -15,19 +15,19 @@ module kschur_selection
    integer, parameter, public :: largest_imaginary = 6
    integer, parameter, public :: smallest_imaginary = 7
 
-   !> A criterion; extend it for one of your own.
+   !> A selection criterion; extend it for your own.
    type, abstract :: selection_type
-      !> How many values are wanted.
+      !> Number of wanted values.
       integer :: wanted = 1
    contains
-      !> The smaller, the more wanted.
+      !> Sort key of a value: smallest is most wanted.
       procedure(key_interface), deferred :: key
-      !> How many of the values, most wanted first, it takes to have what is wanted;
-      !> more than there are, if they are too few.
+      !> Number of leading values, sorted by preference, that contain all wanted ones; larger than their number if they do not
+      !> suffice.
       procedure :: needed
-      !> Below this modulus no value is more wanted than `last`; zero where that is not known.
+      !> Modulus below which no value is more wanted than `last`; zero if unknown.
       procedure :: edge
-      !> Whether so many values lie about as far as `last` that none of them may ever converge; .false. where nobody tells.
+      !> Whether a cluster of values about `last` is too large for any of them to converge; .false. by default.
       procedure :: crowds
    end type selection_type
 
@@ -101,7 +101,7 @@ contains
       end select
    end function named_key
 
-   !> The positions of `values`, most wanted first; equal ones keep their order.
+   !> Returns the permutation that sorts `values` by preference, most wanted first; stable.
    function order_by_preference(selection, values) result(order)
       class(selection_type), intent(in) :: selection
       complex(wp), intent(in) :: values(:)

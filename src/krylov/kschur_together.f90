@@ -1,5 +1,5 @@
-!> What all processes do together with a block Lanczos decomposition of which each has its rows. The first one has begun it, and
-!> the others learn what has changed since the last time.
+!> Collective steps on a distributed block Lanczos decomposition. The first process starts them, and broadcasts what has changed
+!> since the last one.
 module kschur_together
    use kschur_block_decomposition, only: block_decomposition_type
    use kschur_kinds, only: wp, long
@@ -8,17 +8,17 @@ module kschur_together
    private
    public :: begin_together, end_together, join_together
 
-   !> What it is.
+   !> Codes of the steps.
    integer, parameter, public :: to_expand = 1, to_add_random = 2
 
 contains
 
-   !> Calls the others, which call `join_together`; nothing where there are none.
+   !> Called by the first process: the others then call `join_together`. Does nothing with one process.
    subroutine begin_together(d, what, arguments, limit)
       class(block_decomposition_type), intent(inout) :: d
       !> One of `to_*`.
       integer, intent(in) :: what
-      !> Two of them at most, and one that is real.
+      !> At most two integer arguments, and a real one.
       integer, intent(in) :: arguments(:)
       real(wp), intent(in) :: limit
       real(wp) :: sent
@@ -26,10 +26,10 @@ contains
       if (.not. d%team%is_several()) return
       call d%team%call_all([what, d%vectors, d%expanded, arguments])
       sent = limit
-      call learn(d, sent)
+      call broadcast_state(d, sent)
    end subroutine begin_together
 
-   !> To be called by the others.
+   !> Called by the other processes.
    subroutine join_together(d, vectors, expanded, limit)
       class(block_decomposition_type), intent(inout) :: d
       integer, intent(in) :: vectors, expanded
@@ -44,28 +44,28 @@ contains
       end if
       if (.not. allocated(d%couplings)) allocate (d%couplings(d%basis%room(), d%basis%room()), source=0.0_wp)
       limit = 0
-      call learn(d, limit)
+      call broadcast_state(d, limit)
       allocate (images, source=d%images(:, :vectors - expanded))
       call move_alloc(images, d%images)
    end subroutine join_together
 
-   ! What the first process has, of couplings those of vectors that were not expanded: of the others nothing is asked.
-   subroutine learn(d, limit)
+   ! Broadcasts the scalars of the first process, and the couplings of unexpanded vectors only: no others are needed.
+   subroutine broadcast_state(d, limit)
       class(block_decomposition_type), intent(inout) :: d
       real(wp), intent(inout) :: limit
-      real(wp) :: known(6 + (d%vectors - d%expanded)*d%expanded)
+      real(wp) :: state(6 + (d%vectors - d%expanded)*d%expanded)
 
       associate (outward => d%couplings(d%expanded + 1:d%vectors, :d%expanded))
-         known = [limit, real(d%most, wp), real(d%random_state, wp), d%scale, d%metric_scale, d%longest, &
+         state = [limit, real(d%most, wp), real(d%random_state, wp), d%scale, d%metric_scale, d%longest, &
             reshape(outward, [size(outward)])]
-         call d%team%send(known)
-         limit = known(1)
-         d%most = nint(known(2))
-         d%random_state = nint(known(3), long)
-         d%scale = known(4)
-         d%metric_scale = known(5)
-         d%longest = known(6)
-         outward = reshape(known(7:), shape(outward))
+         call d%team%send(state)
+         limit = state(1)
+         d%most = nint(state(2))
+         d%random_state = nint(state(3), long)
+         d%scale = state(4)
+         d%metric_scale = state(5)
+         d%longest = state(6)
+         outward = reshape(state(7:), shape(outward))
       end associate
       if (allocated(d%images)) then
          if (size(d%images, 2) == 0) deallocate (d%images)
@@ -73,9 +73,9 @@ contains
       if (.not. allocated(d%images)) allocate (d%images(d%team%rows(d%basis%length()), 0))
       d%sums = d%team%sums()
       call d%basis%work_together(.true.)
-   end subroutine learn
+   end subroutine broadcast_state
 
-   !> To be called by all.
+   !> Called by all processes.
    subroutine end_together(d)
       class(block_decomposition_type), intent(inout) :: d
 

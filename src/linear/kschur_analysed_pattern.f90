@@ -1,19 +1,19 @@
-!> A pattern that was analysed, and what was known of the matrix: another matrix with both needs no analysis.
+!> The sparsity pattern and structure of the matrix that was analysed last: a matrix with the same ones needs no new analysis.
 module kschur_analysed_pattern
    use kschur_linear_solver, only: matrix_structure_type
    implicit none
    private
    public :: analysed_pattern_type
 
-   !> CSR, 1-based; nothing is allocated where nothing was analysed.
+   !> CSR, 1-based; not allocated before the first analysis.
    type :: analysed_pattern_type
       private
       integer, allocatable :: row_start(:), column(:)
       type(matrix_structure_type) :: structure
    contains
-      !> Becomes that of a matrix.
+      !> Stores the pattern and structure of a matrix.
       procedure :: keep
-      !> Whether it is that of a matrix.
+      !> Whether a matrix has the stored pattern and structure.
       procedure :: is_that_of
    end type analysed_pattern_type
 
@@ -43,7 +43,7 @@ contains
       end associate
    end function is_that_of
 
-   ! Those that are not there are the same.
+   ! Two absent arrays are equal.
    pure logical function are_same(a, b)
       integer, optional, intent(in) :: a(:), b(:)
 

@@ -1,6 +1,5 @@
-!> Orders of the columns of a sparse matrix for its LU factors with partial pivoting, by COLAMD of SuiteSparse: the factors
-!> have few entries whatever rows are chosen as pivots.
-!> T. A. Davis, J. R. Gilbert, S. I. Larimore, E. G. Ng, ACM Trans. Math. Softw. 30 (2004), doi 10.1145/1024074.1024079.
+!> Fill-reducing column orders for sparse LU with partial pivoting, by COLAMD of SuiteSparse: they bound the fill for any choice
+!> of pivot rows.
 module kschur_column_order
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_null_ptr, c_ptr, c_size_t
    use kschur_error, only: error_type, new_error, error_library, error_memory

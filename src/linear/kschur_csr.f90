@@ -1,5 +1,4 @@
-!> Sparse real and complex matrices in compressed sparse rows (CSR); the real ones
-!> are multiplied with real and complex blocks, and measured.
+!> Sparse real and complex matrices in compressed sparse row (CSR) storage, with products, norms and tests of symmetry.
 module kschur_csr
    use kschur_kinds, only: wp
    use kschur_memory, only: complex_bytes, integer_bytes, real_bytes
@@ -9,7 +8,7 @@ module kschur_csr
    private
    public :: csr_matrix_type, complex_csr_matrix_type, same_pattern
 
-   !> A real sparse matrix. Columns ascend within a row, no entry stands twice.
+   !> A real sparse matrix. Column indices ascend within a row, without duplicates.
    type :: csr_matrix_type
       !> Number of rows.
       integer :: rows = 0
@@ -24,7 +23,7 @@ module kschur_csr
    contains
       !> Number of stored entries.
       procedure :: nonzeros
-      !> Bytes that it takes.
+      !> Memory in bytes.
       procedure :: bytes
       !> y := y + alpha A x, for real or complex blocks of vectors.
       generic :: add_product => add_product_real, add_product_complex
@@ -38,15 +37,15 @@ module kschur_csr
       procedure :: row_maxima
       !> The main diagonal.
       procedure :: diagonal
-      !> Row index of every entry: the other half of a triplet form.
+      !> Row index of each entry, for the triplet form.
       procedure :: row_indices
-      !> Where the entry (i, j) stands; 0: nowhere.
+      !> Position of entry (i, j) in `value`; 0 if it is not stored.
       procedure :: place_of
       !> A := diag(rows) A diag(columns).
       procedure :: scale_entries
       !> Whether the matrix equals its transpose to rounding.
       procedure :: is_symmetric
-      !> Whether each entry of a square matrix has one that mirrors it.
+      !> Whether the pattern of a square matrix is symmetric.
       procedure :: has_symmetric_pattern
       !> Whether every stored value is zero.
       procedure :: is_zero
@@ -54,7 +53,7 @@ module kschur_csr
       procedure, private :: add_transposed_product_real, add_transposed_product_complex
    end type csr_matrix_type
 
-   !> A complex sparse matrix, as the shifted matrices to be factored are.
+   !> A complex sparse matrix, as used for complex shifted matrices.
    type :: complex_csr_matrix_type
       integer :: rows = 0
       integer :: columns = 0
@@ -250,7 +249,7 @@ contains
    pure logical function is_symmetric(self)
       class(csr_matrix_type), intent(in) :: self
       real(wp) :: maxima(self%rows), mirrored
-      ! Of each row, the first entry that was not compared: those before it have met row after row.
+      ! Of each row, the position of its next entry to be compared with its mirror entry.
       integer :: next(self%rows)
       integer :: i, k
 
@@ -290,7 +289,7 @@ contains
       end function negligible
    end function is_symmetric
 
-   ! Row after row, the entries left of the diagonal meet those above it, which wait in the order of their columns.
+   ! Compares the entries left of the diagonal, row by row, with those above it, which are met in the order of their columns.
    pure logical function has_symmetric_pattern(matrix)
       class(csr_matrix_type), intent(in) :: matrix
       integer :: next(matrix%rows), i, k
@@ -315,7 +314,7 @@ contains
       has_symmetric_pattern = all(next == matrix%row_start(2:matrix%rows + 1))
    end function has_symmetric_pattern
 
-   !> Whether two matrices have entries in the same places.
+   !> Whether two matrices have the same pattern.
    pure logical function same_pattern(a, b)
       type(csr_matrix_type), intent(in) :: a, b
 

@@ -1,4 +1,4 @@
-!> Sparse matrices made: of CSR arrays and of triplets, sorted by transposing.
+!> Construction of sparse matrices from CSR arrays and triplets; entries are sorted by transposing twice.
 module kschur_csr_assembly
    use kschur_csr, only: csr_matrix_type
    use kschur_error, only: error_type, new_error, error_input
@@ -12,8 +12,8 @@ module kschur_csr_assembly
 
 contains
 
-   !> A matrix from its CSR arrays (1-based). Rows are sorted and repeated
-   !> entries summed. Fails on indices out of range and row starts that descend.
+   !> Creates a matrix from CSR arrays (1-based). Sorts rows and sums duplicate entries. Fails if indices are out of range or
+   !> row starts descend.
    subroutine new_csr_matrix(matrix, rows, columns, row_start, column, value, error)
       type(csr_matrix_type), intent(out) :: matrix
       integer, intent(in) :: rows, columns
@@ -33,7 +33,7 @@ contains
       call settle_csr_matrix(matrix, error)
    end subroutine new_csr_matrix
 
-   !> The same for arrays that stand in the matrix already, beside the numbers of rows and columns.
+   !> As `new_csr_matrix`, for arrays already stored in the matrix, whose rows and columns are set.
    subroutine settle_csr_matrix(matrix, error)
       type(csr_matrix_type), intent(inout) :: matrix
       type(error_type), allocatable, intent(out) :: error
@@ -57,7 +57,7 @@ contains
       if (ascending) return
       call require_memory(3*matrix%bytes(), "the entries of a matrix, to sort them", error)
       if (allocated(error)) return
-      ! Transposing sorts, and leaves equal places in their order.
+      ! Transposing twice is a stable sort.
       matrix = transpose_csr(matrix)
       matrix = transpose_csr(matrix)
       call sum_repeated(matrix)
@@ -85,7 +85,7 @@ contains
       !> Whether there are as many indices as values.
       logical, intent(in) :: complete
       type(error_type), allocatable, intent(out) :: error
-      ! A wrong size line must not take all the memory there is.
+      ! Guards against an allocation of all memory by a corrupt size line.
       integer, parameter :: very_large = 100000000, very_sparse = 100
 
       if (rows < 0 .or. columns < 0) then
@@ -106,8 +106,8 @@ contains
          text(rows)//" x "//text(columns))
    end subroutine report_outside
 
-   !> A matrix from triplets (row, column, value), 1-based, in any order;
-   !> values of the same place are summed. Fails on indices out of range.
+   !> Creates a matrix from triplets (row, column, value), 1-based, in any order; sums duplicate entries. Fails if indices are
+   !> out of range.
    subroutine new_csr_from_triplets(matrix, rows, columns, row, column, value, error)
       type(csr_matrix_type), intent(out) :: matrix
       integer, intent(in) :: rows, columns
@@ -142,7 +142,7 @@ contains
       call sum_repeated(matrix)
    end subroutine new_csr_from_triplets
 
-   ! Where the entries of each key start, and a copy of that to be moved on.
+   ! Start of the entries of each key, and a copy to be advanced.
    pure subroutine count_places(key, start, next)
       integer, intent(in) :: key(:)
       integer, intent(out) :: start(:)
@@ -160,7 +160,7 @@ contains
       allocate (next(size(start) - 1), source=start(:size(start) - 1))
    end subroutine count_places
 
-   ! Entries of the same place, which stand side by side, become one.
+   ! Sums duplicate entries, which are adjacent.
    subroutine sum_repeated(matrix)
       type(csr_matrix_type), intent(inout) :: matrix
       integer :: i, k, first, entries
@@ -211,7 +211,7 @@ contains
       allocate (matrix%value(n), source=1.0_wp)
    end function identity_csr_matrix
 
-   !> Some rows, in the order that they are named in.
+   !> Extracts rows in the given order.
    pure function rows_of_csr(matrix, chosen) result(part)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: chosen(:)

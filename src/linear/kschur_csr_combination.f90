@@ -1,5 +1,5 @@
-!> Linear combinations of sparse matrices of one shape. An entry stands wherever any of them
-!> has one, zeros included, so that the pattern depends on the matrices only.
+!> Linear combinations of sparse matrices of one shape. The result has the union of their patterns, explicit zeros included, so
+!> that its pattern does not depend on the coefficients.
 module kschur_csr_combination
    use kschur_csr_assembly, only: transpose_csr
    use kschur_csr, only: complex_csr_matrix_type, csr_matrix_type
@@ -8,7 +8,7 @@ module kschur_csr_combination
    private
    public :: complete_pattern, complex_combination, linear_combination
 
-   !> The sum of coefficient(k) matrix(k), or of alpha A and beta B, which need not be copied into an array for it.
+   !> Returns the sum of coefficient(k) matrix(k), or alpha A + beta B without copying them into an array.
    interface linear_combination
       module procedure combination_of_all, combination_of_two
    end interface linear_combination
@@ -45,7 +45,7 @@ contains
       call add_real(combined, beta, b)
    end function combination_of_two
 
-   !> The sum of coefficient(k) matrix(k), complex.
+   !> Returns the sum of coefficient(k) matrix(k), complex.
    pure function complex_combination(coefficients, matrices) result(combined)
       complex(wp), intent(in) :: coefficients(:)
       type(csr_matrix_type), intent(in) :: matrices(:)
@@ -61,8 +61,8 @@ contains
       end do
    end function complex_combination
 
-   !> Mirrors what is symmetric to rounding, where it has entries on one side of the diagonal alone: each factorisation would
-   !> look for their mirrors.
+   !> Completes the pattern of a matrix that is symmetric to rounding but has entries on one side of the diagonal only, so that
+   !> factorisations need not search for their mirror entries.
    subroutine complete_pattern(matrix)
       type(csr_matrix_type), intent(inout) :: matrix
 
@@ -106,7 +106,7 @@ contains
       end do
    end subroutine add_complex
 
-   ! The pattern of all.
+   ! Union of the patterns.
    pure subroutine unite_all(matrices, row_start, column)
       type(csr_matrix_type), intent(in) :: matrices(:)
       integer, allocatable, intent(out) :: row_start(:), column(:)
@@ -119,7 +119,7 @@ contains
       end do
    end subroutine unite_all
 
-   ! Puts the pattern of a matrix into another.
+   ! Adds the pattern of a matrix to another.
    pure subroutine unite(row_start, column, matrix)
       integer, allocatable, intent(inout) :: row_start(:), column(:)
       type(csr_matrix_type), intent(in) :: matrix
@@ -141,7 +141,7 @@ contains
       column = united(:start(size(start)) - 1)
    end subroutine unite
 
-   ! Puts what is new of `more` into the first `length` of a list. All ascend.
+   ! Merges `more` into the first `length` entries of a list, without duplicates. All ascend.
    pure subroutine merge_ascending(list, length, more)
       integer, contiguous, intent(inout) :: list(:)
       integer, intent(inout) :: length
@@ -163,7 +163,7 @@ contains
       end do
       i = length
       length = place
-      ! From the end; where the place is that of i, all before it stand.
+      ! Merges from the end; stops when the rest is in place.
       k = size(more)
       do while (place > i)
          if (i == 0) then

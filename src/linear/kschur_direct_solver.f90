@@ -1,6 +1,5 @@
-!> The direct solver for real matrices: looks at the matrix and takes LDL where
-!> it is symmetric and definite, but for multipliers, else MUMPS, as for
-!> what several processes factor together.
+!> Direct solver for real matrices: uses LDL^T for symmetric definite matrices, also with multipliers, and MUMPS for all others
+!> and for joint factorisations by several processes.
 module kschur_direct_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, add_context, error_cancelled, error_library, error_memory, &
@@ -17,25 +16,25 @@ module kschur_direct_solver
    use kschur_refinement, only: solve_and_refine
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: text
-   use kschur_tolerances, only: above_all_rounding, good_enough
+   use kschur_tolerances, only: above_all_rounding, accepted_backward_error
    use kschur_trial_solution, only: try_solver
    implicit none
    private
    public :: direct_real_type
 
-   !> LDL or MUMPS; `description` says which and why.
+   !> Uses LDL or MUMPS; `description` says which one and why.
    type, extends(real_linear_solver_type) :: direct_real_type
-      !> One of `inner_*`. `inner_ldl` fails, with the reason, on a matrix that LDL is not made for.
+      !> One of `inner_*`. `inner_ldl` fails, with the reason, on a matrix that LDL does not handle.
       integer :: inner = inner_auto
-      !> So many steps of refinement are taken by those who solve with it. Where some are, LDL may be less exact, as with a
-      !> matrix that is nearly singular, and refines nothing itself.
+      !> Number of refinement steps that the caller makes. If positive, LDL need not be accurate by itself, as for a nearly
+      !> singular matrix, and makes no refinement.
       integer :: refinements = 0
-      !> Who may factor a matrix together; not associated: this process alone.
+      !> Processes that may factor jointly; not associated: this one alone.
       type(processes_type), pointer :: processes => null()
-      !> What solvers share that factor one after the other; not associated: this one analyses each matrix.
+      !> Analysis shared by successive solvers; not associated: each matrix is analysed.
       type(last_analysis_type), pointer :: last => null()
       class(real_linear_solver_type), allocatable, private :: solver
-      ! The matrix, where solutions are refined; not allocated: they are not.
+      ! The matrix, if solutions are refined; else not allocated.
       type(csr_matrix_type), allocatable, private :: matrix
    contains
       procedure :: factorize
@@ -55,14 +54,14 @@ contains
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
       type(mumps_real_type) :: mumps
-      class(real_linear_solver_type), allocatable :: before
+      class(real_linear_solver_type), allocatable :: previous
       type(matrix_structure_type) :: ordered
       character(len=len(self%description)) :: reason
       real(wp) :: spent
       integer(long) :: started
       logical :: kept
 
-      call move_alloc(self%solver, before)
+      call move_alloc(self%solver, previous)
       if (allocated(self%matrix)) deallocate (self%matrix)
       started = clock()
       reason = "as asked"
@@ -73,12 +72,12 @@ contains
       else if (self%inner == inner_auto .and. are_several(self%processes, matrix%rows)) then
          reason = text(self%processes%number)//" processes factor it"
       else if (self%inner /= inner_mumps) then
-         ! LDL may need the memory of other factors.
-         if (structure%symmetric .and. allocated(before)) then
-            call before%forget_factors(kept)
-            deallocate (before)
+         ! Frees the memory of earlier factors for LDL.
+         if (structure%symmetric .and. allocated(previous)) then
+            call previous%forget_factors(kept)
+            deallocate (previous)
          end if
-         ! What LDL refuses MUMPS takes in the same order.
+         ! One order for LDL and, if it refuses the matrix, MUMPS.
          if (structure%symmetric .and. structure%multipliers > 0) &
             call elimination_order(matrix%row_start, matrix%column, structure, ordered%position, error)
          if (allocated(error)) return
@@ -98,24 +97,25 @@ contains
       end if
       if (associated(self%last)) call self%last%drop_room()
       spent = seconds_since(started)
-      ! MUMPS may know the pattern.
-      if (allocated(before)) then
-         if (.not. same_type_as(before, mumps)) deallocate (before)
+      ! MUMPS may have analysed this pattern.
+      if (allocated(previous)) then
+         if (.not. same_type_as(previous, mumps)) deallocate (previous)
       end if
-      if (.not. allocated(before)) then
+      if (.not. allocated(previous)) then
          mumps%processes => self%processes
-         allocate (before, source=mumps)
+         allocate (previous, source=mumps)
       end if
-      before%monitor => self%monitor
-      call before%factorize(matrix, ordered, error)
+      previous%monitor => self%monitor
+      call previous%factorize(matrix, ordered, error)
       if (allocated(error)) return
-      call move_alloc(before, self%solver)
-      call weigh_refinement(self, matrix, ordered, error)
+      call move_alloc(previous, self%solver)
+      call choose_refinement(self, matrix, ordered, error)
       call report(self, spent, "mumps: "//reason)
    end subroutine factorize
 
-   ! Constraints that are independent only just, as a choice of redundant ones, lose digits in rows that pivots mix.
-   subroutine weigh_refinement(self, matrix, structure, error)
+   ! Turns refinement on if a trial solution is inaccurate: nearly dependent constraints lose digits in rows that pivots
+   ! combine.
+   subroutine choose_refinement(self, matrix, structure, error)
       class(direct_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
@@ -127,11 +127,11 @@ contains
       if (allocated(error)) return
       if (.not. backward_error > above_all_rounding) return
       allocate (self%matrix, source=matrix)
-      ! Their signs are no better known.
+      ! The inertia is then unreliable too.
       self%solver%negative_pivots = -1
-   end subroutine weigh_refinement
+   end subroutine choose_refinement
 
-   ! Leaves the solver allocated where LDL did it.
+   ! Allocates the solver if LDL succeeds.
    subroutine try_ldl(self, matrix, structure, error)
       class(direct_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
@@ -156,14 +156,14 @@ contains
       if (.not. allocated(error)) &
          call try_solver(ldl, matrix, structure%multipliers, backward_error, error, self%refinements)
       if (allocated(error)) return
-      if (backward_error > good_enough) then
+      if (backward_error > accepted_backward_error) then
          call new_error(error, error_library, "a trial solution has a large residual")
       else
          call move_alloc(ldl, self%solver)
       end if
    end subroutine try_ldl
 
-   ! What LDL knows is elsewhere.
+   ! LDL keeps its analysis in `last`.
    subroutine forget_factors(self, kept)
       class(direct_real_type), intent(inout) :: self
       logical, intent(out) :: kept
@@ -174,7 +174,7 @@ contains
       self%solver%solve_seconds = 0
    end subroutine forget_factors
 
-   ! Of the solver that is tried first, as it does it as a rule.
+   ! Estimate for the solver that is tried first.
    subroutine estimate(self, pattern, structure, bytes, error)
       class(direct_real_type), intent(in) :: self
       type(csr_matrix_type), intent(in) :: pattern
@@ -195,7 +195,7 @@ contains
       end if
    end subroutine estimate
 
-   ! What is known of the factors; `spent` seconds went into the order or an attempt before.
+   ! Copies statistics of the factors; `spent` seconds went into ordering or a failed attempt.
    subroutine report(self, spent, description)
       class(direct_real_type), intent(inout) :: self
       real(wp), intent(in) :: spent
@@ -216,43 +216,43 @@ contains
       class(direct_real_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: before
+      real(wp) :: previous
 
       call check_factored(self, error)
       if (allocated(error)) return
-      before = self%solver%solve_seconds
+      previous = self%solver%solve_seconds
       if (allocated(self%matrix)) then
          call solve_and_refine(self%solver, self%matrix, x, error)
       else
          call self%solver%solve(x, error)
       end if
-      self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - before)
+      self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - previous)
    end subroutine solve
 
    subroutine solve_adjoint(self, x, error)
       class(direct_real_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: before
+      real(wp) :: previous
 
       call check_factored(self, error)
       if (allocated(error)) return
-      before = self%solver%solve_seconds
+      previous = self%solver%solve_seconds
       call self%solver%solve_adjoint(x, error)
-      self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - before)
+      self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - previous)
    end subroutine solve_adjoint
 
    subroutine solve_rows(self, x, error)
       class(direct_real_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: before
+      real(wp) :: previous
 
       call check_factored(self, error)
       if (allocated(error)) return
-      before = self%solver%solve_seconds
+      previous = self%solver%solve_seconds
       call self%solver%solve_rows(x, error)
-      self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - before)
+      self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - previous)
    end subroutine solve_rows
 
    integer function shared_as(self)

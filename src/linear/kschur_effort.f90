@@ -1,4 +1,4 @@
-!> What a computation took.
+!> Counts and times of a computation.
 module kschur_effort
    use kschur_clock, only: clock, seconds_since
    use kschur_kinds, only: wp, long
@@ -6,17 +6,17 @@ module kschur_effort
    implicit none
    private
    public :: effort_type, timings_type
-   !> The phases of `timings_type` but for total and other.
+   !> The phases of `timings_type`, without total and other.
    integer, parameter, public :: phase_analyze = 1, phase_factorize = 2, phase_solve = 3, phase_orthogonalize = 4, &
       phase_examine = 5, phase_place = 6, phase_iterate = 7, phase_recover = 8, phase_judge = 9, phase_left = 10
-   !> What the phases are called where they are printed and written.
+   !> Names of the phases in output.
    character(len=*), parameter, public :: phase_names(10) = [character(len=13) :: "analyze", "factorize", "solve", &
       "orthogonalize", "examine", "place", "iterate", "recover", "judge", "left"]
-   !> What matrices are factored for: to see whether the mass is an inner product; for rigid motions, whose factors may be those
-   !> of the iteration too; for the iteration; for the refinement of single modes; to count eigenvalues; for left vectors.
+   !> Purposes of factorisations: to test whether the mass is definite; for rigid motions, possibly reused by the iteration; for
+   !> the iteration; for refinement of single modes; to count eigenvalues; for left vectors.
    integer, parameter, public :: for_mass = 1, for_rigid_motions = 2, for_iteration = 3, for_refinement = 4, for_count = 5, &
       for_left = 6
-   !> What these are called where they are printed and written.
+   !> Names of the purposes in output.
    character(len=*), parameter, public :: purpose_names(6) = [character(len=13) :: "mass", "rigid_motions", "iteration", &
       "refinement", "count", "left"]
 
@@ -30,9 +30,9 @@ module kschur_effort
       real(wp) :: solve = 0
       !> Orthogonalisation of the Krylov basis and its rotation at a restart.
       real(wp) :: orthogonalize = 0
-      !> What the steps of a solve take beside these four. Before the iteration: presolve, balance, constraints, rigid motions.
+      !> The steps of a solve without these four. Before the iteration: presolve, balance, constraints, rigid motions.
       real(wp) :: examine = 0
-      !> The choice of the shift and the matrix there.
+      !> Choice of the shift, and assembly of the shifted matrix.
       real(wp) :: place = 0
       !> Products with matrices, projected problems.
       real(wp) :: iterate = 0
@@ -42,7 +42,7 @@ module kschur_effort
       real(wp) :: judge = 0
       !> Left vectors.
       real(wp) :: left = 0
-      !> All else: with it the phases sum to the total.
+      !> The rest: the phases sum to the total.
       real(wp) :: other = 0
    contains
       !> The seconds of the phases, in the order of `phase_names`.
@@ -55,24 +55,24 @@ module kschur_effort
       integer :: operator_applications = 0
       integer :: restarts = 0
       integer :: factorizations = 0
-      !> How many of them were for what, in the order of `purpose_names`.
+      !> Factorisations by purpose, in the order of `purpose_names`.
       integer :: factorizations_for(size(purpose_names)) = 0
       type(timings_type) :: seconds = timings_type()
-      ! When the step began that is under way, and what had been accounted for.
+      ! Start of the current step, and time accounted for before it.
       integer(long), private :: began = 0
       real(wp), private :: accounted = 0
    contains
       !> Adds a factorisation and its seconds.
       procedure :: add_factors
-      !> Adds the seconds that a linear solver solved, once it is no longer used.
+      !> Adds the time of all solves of a solver that is no longer used.
       procedure :: add_solves
-      !> Adds what another computation took as a part of this one.
+      !> Adds the effort of a part of this computation.
       procedure :: add_effort
       !> Begins a step.
       procedure :: begin_step
-      !> Ends a step, where one was begun, and begins the next: what it took and is not accounted for belongs to a phase.
+      !> Ends the current step, if any, and begins the next: the time not accounted for elsewhere is added to a phase.
       procedure :: end_step
-      !> Ends the account with the seconds of all.
+      !> Sets the total time, and the rest from it.
       procedure :: set_total
    end type effort_type
 
@@ -134,7 +134,7 @@ contains
 
    subroutine begin_step(self, unadded)
       class(effort_type), intent(inout) :: self
-      !> Seconds that are accounted for elsewhere and will be added later: of solvers in use.
+      !> Time of solvers in use, which `add_solves` will add later.
       real(wp), intent(in) :: unadded
 
       self%began = clock()

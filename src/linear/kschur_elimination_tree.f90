@@ -1,7 +1,5 @@
-!> The elimination tree of a symmetric matrix and what it tells of the columns of L, before L is there. Unknown order(k)
-!> is the k-th to be eliminated, position(i) is the place of unknown i; the tree knows places alone. The matrix is given by
-!> its pattern (CSR, 1-based).
-!> T. A. Davis, Direct Methods for Sparse Linear Systems (2006), chapter 4.
+!> Elimination tree of a symmetric matrix, and column counts of L without forming L. Unknown order(k) is eliminated as k-th,
+!> position is the inverse permutation; the tree is in terms of positions. The matrix is given by its pattern (CSR, 1-based).
 module kschur_elimination_tree
    implicit none
    private
@@ -9,12 +7,11 @@ module kschur_elimination_tree
 
 contains
 
-   !> parent(k) is the first row below the diagonal in which column k of L has an entry, 0 where there is none.
-   !> J. W. H. Liu, SIAM J. Matrix Anal. Appl. 11 (1990), doi 10.1137/0611010.
+   !> parent(k) is the row of the first subdiagonal entry of column k of L, 0 if there is none (a root).
    pure subroutine find_parents(row_start, column, order, position, parent)
       integer, intent(in) :: row_start(:), column(:), order(:), position(:)
       integer, intent(out) :: parent(:)
-      ! The last place that is known to be above this one.
+      ! Highest ancestor found so far (path compression).
       integer, allocatable :: ancestor(:)
       integer :: i, k, next, p
 
@@ -36,7 +33,7 @@ contains
       end do
    end subroutine find_parents
 
-   !> A postorder of a forest: sequence(k) is the k-th, children stand right before their parent.
+   !> Postorder of a forest: sequence(k) is the k-th node, descendants come right before their ancestor.
    pure subroutine find_postorder(parent, sequence)
       !> 0 at a root.
       integer, intent(in) :: parent(:)
@@ -63,12 +60,11 @@ contains
       end do
    end subroutine find_postorder
 
-   !> The number of entries in each column of L, its diagonal included, of an order that is a postorder of its tree.
-   !> J. R. Gilbert, E. G. Ng, B. W. Peyton, SIAM J. Matrix Anal. Appl. 15 (1994), doi 10.1137/S089547989225921X.
+   !> Number of entries of each column of L, with the diagonal; the order must be a postorder of its tree.
    subroutine count_entries(row_start, column, order, position, parent, entries)
       integer, intent(in) :: row_start(:), column(:), order(:), position(:), parent(:)
       integer, intent(out) :: entries(:)
-      ! The first descendant of each place; of each row, that of the last leaf of its subtree, and this leaf.
+      ! First descendant of each node; of each row, first descendant of the last leaf of its subtree, and that leaf.
       integer, allocatable :: first(:), latest(:), leaf(:)
       integer, allocatable :: ancestor(:)
       integer :: i, j, k, p
@@ -103,7 +99,7 @@ contains
 
    contains
 
-      ! Where the ways from two leaves of a row meet, they are one row.
+      ! Subtracts duplicates: paths from two leaves of a row subtree share all from their common ancestor on.
       subroutine discount(from)
          integer, intent(in) :: from
          integer :: meeting, next, s

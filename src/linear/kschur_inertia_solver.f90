@@ -1,4 +1,4 @@
-!> A solver that only counts: the negative eigenvalues of real symmetric matrices.
+!> Solver that computes the inertia of real symmetric matrices only.
 module kschur_inertia_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, error_cancelled, error_memory, new_error, error_usage
@@ -17,13 +17,13 @@ module kschur_inertia_solver
    private
    public :: inertia_real_type
 
-   !> Sets `negative_pivots`, proved by LDL^T without pivoting; where an eigenvalue is so near to zero, or the factor has
-   !> grown so much, that this proves nothing, MUMPS counts, as where several processes factor together: `description` says which; -1 where a
-   !> trial solution says that its pivots are rounding. It keeps no factors to solve with (error_usage).
+   !> Sets `negative_pivots`, proved by LDL^T without pivoting. If an eigenvalue near zero or growth of the factor prevents the
+   !> proof, or several processes factor jointly, MUMPS counts; `description` says which. -1 if a trial solution shows that the
+   !> pivots are rounding errors. Keeps no factors: solving is an error (error_usage).
    type, extends(real_linear_solver_type) :: inertia_real_type
-      !> Who may factor a matrix together; not associated: this process alone.
+      !> Processes that may factor jointly; not associated: this one alone.
       type(processes_type), pointer :: processes => null()
-      !> What solvers share that factor one after the other; not associated: this one analyses each matrix.
+      !> Analysis shared by successive solvers; not associated: each matrix is analysed.
       type(last_analysis_type), pointer :: last => null()
    contains
       procedure :: factorize
@@ -59,12 +59,12 @@ contains
       self%null_pivots = mumps%null_pivots
       self%negative_pivots = mumps%negative_pivots
       if (allocated(error) .or. structure%multipliers == 0 .or. are_several(self%processes, matrix%rows)) return
-      ! Pivots of a factorisation that solves badly may have any signs.
+      ! Pivots of an inaccurate factorisation may have wrong signs.
       call try_solver(mumps, matrix, structure%multipliers, backward_error, error)
       if (.not. backward_error <= above_all_rounding) self%negative_pivots = -1
    end subroutine factorize
 
-   ! Leaves it unproved where the matrix is not one for LDL.
+   ! Leaves `proved` false if LDL does not handle the matrix.
    subroutine prove(self, matrix, structure, proved, error)
       class(inertia_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix

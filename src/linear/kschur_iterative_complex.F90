@@ -1,4 +1,4 @@
-!> Complex sparse systems by iteration, with factors in single precision.
+!> Iterative solver for complex sparse systems, preconditioned by single-precision factors.
 module kschur_iterative_complex
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_convergence, error_memory, error_usage

@@ -1,7 +1,6 @@
-!> The symbolic factorisation of the matrix that was analysed last, which serves the next one of the same pattern, but for the
-!> diagonal: those of a stiffness, at a shift, and at each count of eigenvalues mostly have one. And the room of factors that
-!> were left, where those of the next matrix find their place: to give it back to the system and to ask for as much again costs
-!> a part of a factorisation.
+!> Reuse of the last symbolic factorisation by matrices whose pattern differs at most on the diagonal: stiffness, shifted
+!> matrix, and those of eigenvalue counts mostly share it. Also reuses the memory of earlier factors, since returning it to the
+!> system and allocating it again costs a noticeable part of a factorisation.
 module kschur_last_analysis
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -12,7 +11,7 @@ module kschur_last_analysis
    private
    public :: analyze_once, last_analysis_type
 
-   !> One thread at a time may use it.
+   !> For one thread at a time.
    type :: last_analysis_type
       private
       integer, allocatable :: row_start(:), column(:), position(:)
@@ -20,11 +19,11 @@ module kschur_last_analysis
       type(symbolic_type), allocatable :: symbolic
       real(wp), allocatable :: room(:)
    contains
-      !> Keeps the room of factors that nobody needs any more.
+      !> Takes over the memory of factors that are no longer needed.
       procedure :: keep_room
-      !> Hands it on; nothing is allocated where there is none.
+      !> Hands it to new factors; not allocated if there is none.
       procedure :: take_room
-      !> Gives it back to the system, where what comes next has no factors of this kind.
+      !> Frees it, if no factors of this kind follow.
       procedure :: drop_room
    end type last_analysis_type
 
@@ -50,20 +49,20 @@ contains
       if (allocated(self%room)) deallocate (self%room)
    end subroutine drop_room
 
-   !> As `analyze`; looks first whether the last analysis was of the same pattern, and becomes the last one.
+   !> As `analyze`, but reuses the last analysis if it has the same pattern; stores the new one.
    subroutine analyze_once(last, matrix, structure, most_entries, symbolic, error)
-      !> Disassociated: nothing is remembered.
+      !> Disassociated: nothing is reused.
       type(last_analysis_type), pointer, intent(in) :: last
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       integer, intent(in) :: most_entries
       type(symbolic_type), intent(out) :: symbolic
       type(error_type), allocatable, intent(out) :: error
-      logical :: known
+      logical :: same
 
-      known = associated(last)
-      if (known) known = serves(last, matrix, structure)
-      if (known) then
+      same = associated(last)
+      if (same) same = has_same_pattern(last, matrix, structure)
+      if (same) then
          call check_fill(last%symbolic, most_entries, error)
          if (.not. allocated(error)) symbolic = last%symbolic
          return
@@ -79,26 +78,26 @@ contains
       allocate (last%symbolic, source=symbolic)
    end subroutine analyze_once
 
-   ! Whether the pattern is the same, but for the diagonal, and what is known of the order.
-   pure logical function serves(last, matrix, structure)
+   ! Whether the last analysis had the same pattern, except on the diagonal, and the same given order.
+   pure logical function has_same_pattern(last, matrix, structure)
       type(last_analysis_type), intent(in) :: last
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
 
-      serves = allocated(last%column) .and. (allocated(last%position) .eqv. allocated(structure%position)) .and. &
+      has_same_pattern = allocated(last%column) .and. (allocated(last%position) .eqv. allocated(structure%position)) .and. &
          last%multipliers == structure%multipliers
-      if (serves) serves = size(last%row_start) == size(matrix%row_start)
-      if (serves) serves = are_alike(last%row_start, last%column, matrix%row_start, matrix%column)
-      if (serves .and. allocated(last%position)) serves = all(last%position == structure%position)
-   end function serves
+      if (has_same_pattern) has_same_pattern = size(last%row_start) == size(matrix%row_start)
+      if (has_same_pattern) has_same_pattern = patterns_match(last%row_start, last%column, matrix%row_start, matrix%column)
+      if (has_same_pattern .and. allocated(last%position)) has_same_pattern = all(last%position == structure%position)
+   end function has_same_pattern
 
-   ! Whether two patterns differ on the diagonal at most, which L has anyway: one matrix has regularised constraints,
-   ! another none of their entries.
-   pure logical function are_alike(row_start, column, other_start, other)
+   ! Whether two patterns differ at most on the diagonal, which L has anyway: regularised constraints have diagonal entries,
+   ! others none.
+   pure logical function patterns_match(row_start, column, other_start, other)
       integer, intent(in) :: row_start(:), column(:), other_start(:), other(:)
       integer :: i, k, l
 
-      are_alike = .false.
+      patterns_match = .false.
       do i = 1, size(row_start) - 1
          k = row_start(i)
          do l = other_start(i), other_start(i + 1) - 1
@@ -111,7 +110,7 @@ contains
          call pass_diagonal(k)
          if (k < row_start(i + 1)) return
       end do
-      are_alike = .true.
+      patterns_match = .true.
 
    contains
 
@@ -121,5 +120,5 @@ contains
          if (k == row_start(i + 1)) return
          if (column(k) == i) k = k + 1
       end subroutine pass_diagonal
-   end function are_alike
+   end function patterns_match
 end module kschur_last_analysis

@@ -1,5 +1,5 @@
-!> Direct solutions with real symmetric definite matrices by supernodal LDL^T, in the order of AMD: no pivoting, so that
-!> what is to be computed is known before.
+!> Direct solver for real symmetric definite matrices by supernodal LDL^T in AMD order. Without pivoting the work and memory are
+!> known in advance.
 module kschur_ldl
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
@@ -21,18 +21,16 @@ module kschur_ldl
    private
    public :: ldl_real_type
 
-   !> Sparse LDL^T without pivoting. Refuses, with the reason as the error's
-   !> message, what it is not made for: unsymmetric matrices and multipliers
-   !> (error_usage), pivots of both signs (error_library) or that are zero to
-   !> rounding (error_singular).
+   !> Sparse LDL^T without pivoting. Rejects, with the reason as the error's message, unsymmetric matrices and multipliers
+   !> (error_usage), pivots of both signs (error_library) and pivots that are zero to rounding (error_singular).
    type, extends(real_linear_solver_type) :: ldl_real_type
-      !> A matrix whose factor has more entries a column is refused (error_library).
+      !> Largest mean number of entries in a column of L; rejects matrices with more (error_library).
       integer :: most_entries = huge(1)
-      !> Takes multipliers: their pivots have to come out negative, all others positive.
+      !> Accepts multipliers: their pivots must be negative, all others positive.
       logical :: quasi_definite = .false.
-      !> What solvers share that factor one after the other; not associated: this one analyses each matrix.
+      !> Analysis shared by successive solvers; not associated: each matrix is analysed.
       type(last_analysis_type), pointer :: last => null()
-      ! The matrix has been factored.
+      ! Whether factors are available.
       logical, private :: factored = .false.
       type(symbolic_type), private :: symbolic
       type(subtrees_type), private :: subtrees
@@ -52,7 +50,7 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
-      ! What is computed beside the factors.
+      ! Right-hand sides allowed for in the memory check.
       integer, parameter :: right_hand_sides = 16
       integer(long) :: started
 
@@ -100,14 +98,14 @@ contains
       if (.not. allocated(error)) bytes = symbolic%bytes()
    end subroutine estimate
 
-   ! Their signs and sizes.
+   ! Checks signs and sizes of the pivots.
    subroutine examine_pivots(self, matrix, structure, error)
       class(ldl_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
-      ! Below this part of its diagonal entry a pivot is what rounding left. Quasi-definite factors grow
-      ! with the reciprocal of the smallest.
+      ! A pivot smaller than this fraction of its diagonal entry is a rounding error. Quasi-definite factors grow with the
+      ! reciprocal of the smallest pivot.
       real(wp), allocatable :: diagonal(:)
 
       associate (pivot => self%factors%pivot, order => self%symbolic%order, multipliers => structure%multipliers)
@@ -131,7 +129,7 @@ contains
          text(self%symbolic%entries_a_column())//" entries a column"
    end subroutine examine_pivots
 
-   ! But their room, where others may need it.
+   ! The memory is kept for later factors.
    subroutine forget_factors(self, kept)
       class(ldl_real_type), intent(inout) :: self
       logical, intent(out) :: kept
@@ -155,7 +153,7 @@ contains
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: y(:, :)
-      integer :: first, last, together, status
+      integer :: first, last, joint, status
       integer(long) :: started
 
       if (.not. self%factored) then
@@ -165,14 +163,14 @@ contains
       end if
       if (allocated(error)) return
       started = clock()
-      together = merge(block, 1, size(x, 2) > 1)
-      allocate (y(together, size(x, 1)), stat=status)
+      joint = merge(block, 1, size(x, 2) > 1)
+      allocate (y(joint, size(x, 1)), stat=status)
       if (status /= 0) then
          call new_error(error, error_memory, "no memory for the right-hand sides")
          return
       end if
-      do first = 1, size(x, 2), together
-         last = min(first + together - 1, size(x, 2))
+      do first = 1, size(x, 2), joint
+         last = min(first + joint - 1, size(x, 2))
          call gather(self%symbolic%position, x(:, first:last), y)
          call substitute(self%symbolic, self%subtrees, self%factors, y, error)
          if (allocated(error)) return
@@ -181,7 +179,7 @@ contains
       self%solve_seconds = self%solve_seconds + seconds_since(started)
    end subroutine solve
 
-   ! Right-hand sides that are not there are zero. Writes that are scattered wait for nothing, as reads would.
+   ! Permutes right-hand sides; missing ones of a block are zero. Scattered writes are faster than scattered reads.
    subroutine gather(position, x, y)
       integer, intent(in) :: position(:)
       real(wp), contiguous, intent(in) :: x(:, :)

@@ -1,5 +1,5 @@
-!> The columns of one supernode in LDL^T: spread out as a dense panel, less what its descendants in the elimination tree make
-!> of them, factored, and stored as columns of L; by one thread, or by all in tiles of rows.
+!> Left-looking LDL^T of one supernode: assembles its columns in a dense panel, subtracts the updates of its descendants,
+!> factors the panel and stores L; by one thread, or by all in tiles of rows.
 module kschur_left_looking
    use kschur_kinds, only: wp, long
    use kschur_panel, only: enclosure_type, factor_panel, factor_rows, subtract_rectangle, subtract_trapezoid
@@ -10,55 +10,55 @@ module kschur_left_looking
    implicit none
    private
    public :: supernodal_factors_type, elimination_type, panel_type, workspace_type
-   public :: eliminate_supernode, eliminate_in_tiles, pass_on, take_over
+   public :: eliminate_supernode, eliminate_in_tiles, schedule_updates, adopt_updates
 
    !> L and D, in the order and with the supernodes of a symbolic factorisation.
    type :: supernodal_factors_type
-      !> From offset(s) on, the columns of supernode s: first, one behind the other, what they have below the diagonal in its
-      !> own rows, then a dense block of its other rows.
+      !> The columns of supernode s start at offset(s): first the packed strict lower triangle of the diagonal block, column by
+      !> column, then the dense block of the rows below.
       integer(long), allocatable :: offset(:)
       real(wp), allocatable :: lower(:)
       real(wp), allocatable :: pivot(:)
    end type supernodal_factors_type
 
-   !> What all threads share.
+   !> Data shared by all threads.
    type :: elimination_type
-      !> Symmetric to rounding; one half of it is read.
+      !> Symmetric to rounding; one triangle is read.
       type(csr_matrix_type), pointer :: matrix => null()
       type(subtrees_type), pointer :: subtrees => null()
-      !> Supernodes that are to update supernode s: head(s), next(head(s)) ...; the first of their rows that is in s, and how
-      !> many are. Those of part t, and below it, that are to update one above: waiting(t), next(waiting(t)) ...
+      !> Lists of supernodes that will update supernode s next: head(s), next(head(s)) ...; first row of each inside s, and
+      !> number of such rows. waiting(t): list of supernodes of part t or below that will update a supernode above it.
       integer, allocatable :: head(:), next(:), wide(:), waiting(:)
       integer(long), allocatable :: reached(:)
-      !> Of each part, whether a pivot of it or below it is zero, or not a number.
+      !> Of each part, whether it or a part below has a pivot that is zero or NaN.
       logical, allocatable :: stopped(:)
-      !> The monitor ends the computation.
+      !> The monitor has cancelled the computation.
       logical :: ended = .false.
-      !> Of each column, terms as in `enclosure_type`, and (e + sqrt(e)) |d|, e its entries below the diagonal.
+      !> Of each column, `terms` as in `enclosure_type`, and the weight (e + sqrt(e)) |d|, e its number of subdiagonal entries.
       real(wp), allocatable :: terms(:), weight(:)
    end type elimination_type
 
-   !> The panel that is eliminated.
+   !> The dense panel of the current supernode.
    type :: panel_type
       integer :: supernode = 0, rows = 0, columns = 0
       real(wp), allocatable :: entries(:)
-      !> The row of the panel that each row of the matrix is.
+      !> Map from rows of the matrix to rows of the panel.
       integer, allocatable :: place(:)
       type(enclosure_type) :: enclosure
    end type panel_type
 
-   !> Of each thread, as large as a panel, a square, its rows.
+   !> Work arrays of a thread: a panel, its square, its rows.
    type :: workspace_type
       real(wp), allocatable :: product(:), scaled(:)
       integer, allocatable :: relative(:)
    end type workspace_type
 
-   ! Of a tile; more than a supernode has columns.
+   ! Rows of a tile; larger than the widest supernode.
    integer, parameter :: tile_rows = 384
 
 contains
 
-   !> Eliminates the columns of supernode s, whose descendants are done.
+   !> Computes the columns of supernode s; its descendants must be done.
    subroutine eliminate_supernode(symbolic, s, shared, factors, panel, work, stopped)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s
@@ -66,7 +66,7 @@ contains
       type(supernodal_factors_type), intent(inout) :: factors
       type(panel_type), intent(inout) :: panel
       type(workspace_type), intent(inout) :: work
-      !> A pivot is zero, or not a number.
+      !> Whether a pivot is zero or NaN.
       logical, intent(out) :: stopped
 
       associate (first => symbolic%first(s), last => symbolic%first(s + 1) - 1)
@@ -76,20 +76,20 @@ contains
             panel%enclosure)
          stopped = .not. all(abs(factors%pivot(first:last)) > 0)
          if (stopped) return
-         call weigh(panel, factors%pivot(first:last), first, shared)
+         call add_weights(panel, factors%pivot(first:last), first, shared)
          call store_triangle(panel%rows, panel%columns, panel%entries, factors%lower(factors%offset(s):))
          call store_rows(panel, panel%columns + 1, panel%rows, factors%lower(factors%offset(s):))
       end associate
    end subroutine eliminate_supernode
 
-   !> The same by all threads: with other digits, but the same for any number of them.
+   !> As `eliminate_supernode`, by all threads: digits differ from it, but not between numbers of threads.
    subroutine eliminate_in_tiles(symbolic, s, shared, factors, panel, work, stopped)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s
       type(elimination_type), intent(inout) :: shared
       type(supernodal_factors_type), intent(inout) :: factors
       type(panel_type), intent(inout) :: panel
-      !> One for each.
+      !> One for each thread.
       type(workspace_type), intent(inout) :: work(:)
       logical, intent(out) :: stopped
       integer :: tile, last_row
@@ -106,7 +106,7 @@ contains
             work(thread_number())%scaled, panel%enclosure)
          stopped = .not. all(abs(factors%pivot(first:last)) > 0)
          if (stopped) return
-         call weigh(panel, factors%pivot(first:last), first, shared)
+         call add_weights(panel, factors%pivot(first:last), first, shared)
          call store_triangle(panel%rows, panel%columns, panel%entries, factors%lower(factors%offset(s):))
          !$omp taskloop grainsize(1) default(shared) private(last_row)
          do tile = panel%columns + 1, panel%rows, tile_rows
@@ -119,8 +119,8 @@ contains
       end associate
    end subroutine eliminate_in_tiles
 
-   !> What has rows in supernode s of part t, and itself, will update the one of the next row that is left.
-   subroutine pass_on(symbolic, s, t, shared)
+   !> Moves supernode s, and each that updated it, to the list of the supernode of its next row.
+   subroutine schedule_updates(symbolic, s, t, shared)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s, t
       type(elimination_type), intent(inout) :: shared
@@ -135,10 +135,10 @@ contains
       end do
       shared%reached(s) = symbolic%start(s)
       call link_to_next(symbolic, s, t, shared)
-   end subroutine pass_on
+   end subroutine schedule_updates
 
-   !> What waits in part c, which is done and hangs on part t, will update supernodes of this one or of those above.
-   subroutine take_over(symbolic, c, t, shared)
+   !> Moves the supernodes waiting in the finished child part c to lists of part t, or of parts above it.
+   subroutine adopt_updates(symbolic, c, t, shared)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: c, t
       type(elimination_type), intent(inout) :: shared
@@ -150,9 +150,9 @@ contains
          call link_to_next(symbolic, k, t, shared)
          k = following
       end do
-   end subroutine take_over
+   end subroutine adopt_updates
 
-   ! Supernode s, whose rows before reached(s) are done, will update the one of this row; above part t it waits.
+   ! Adds supernode s to the list of the supernode of row reached(s), or to the waiting list if that is above part t.
    subroutine link_to_next(symbolic, s, t, shared)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s, t
@@ -170,7 +170,7 @@ contains
       end associate
    end subroutine link_to_next
 
-   ! With the columns of A; finds how far each descendant reaches into them.
+   ! Assembles the columns of A, and finds the rows of each descendant in them.
    subroutine fill_panel(symbolic, s, shared, panel)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s
@@ -216,7 +216,7 @@ contains
       end do
    end subroutine fill_panel
 
-   ! From these rows of the panel.
+   ! Subtracts the updates of the descendants from rows first_row..last_row.
    subroutine subtract_descendants(symbolic, factors, shared, first_row, last_row, panel, work)
       type(symbolic_type), intent(in) :: symbolic
       type(supernodal_factors_type), intent(in) :: factors
@@ -242,7 +242,7 @@ contains
 
    contains
 
-      ! Rows of this range of a descendant's block; the first so many that reach the panel are columns of it.
+      ! Subtracts L_rows D L_columns^T of descendant k; the first `wide` rows in the panel are its columns.
       subroutine subtract_one(k, terms, lda, wide, from, to, lower)
          integer, intent(in) :: k, terms, lda, wide
          integer(long), intent(in) :: from, to
@@ -295,7 +295,7 @@ contains
       end subroutine take
    end subroutine subtract_descendants
 
-   ! The first of rows from ... to whose place is not before this one.
+   ! Binary search: first position whose row has a panel row of at least `least`.
    pure integer(long) function first_at(row, place, from, to, least)
       integer, intent(in) :: row(:), place(:), least
       integer(long), intent(in) :: from, to
@@ -313,8 +313,8 @@ contains
       end do
    end function first_at
 
-   ! What rounding in its columns may do to rows below.
-   pure subroutine weigh(panel, pivot, first, shared)
+   ! Adds the rounding-error weights of these columns to the rows below.
+   pure subroutine add_weights(panel, pivot, first, shared)
       type(panel_type), intent(in) :: panel
       real(wp), intent(in) :: pivot(:)
       integer, intent(in) :: first
@@ -325,9 +325,9 @@ contains
       do j = 1, size(pivot)
          shared%weight(first + j - 1) = panel%enclosure%weight(j, pivot(j))
       end do
-   end subroutine weigh
+   end subroutine add_weights
 
-   ! Below the diagonal of the first rows of a panel.
+   ! Stores the strict lower triangle.
    pure subroutine store_triangle(rows, columns, panel, lower)
       integer, intent(in) :: rows, columns
       real(wp), intent(in) :: panel(rows, columns)
@@ -341,7 +341,7 @@ contains
       end do
    end subroutine store_triangle
 
-   ! These rows of a panel, below its first ones.
+   ! Stores rows below the triangle.
    pure subroutine store_rows(panel, first_row, last_row, lower)
       type(panel_type), intent(in) :: panel
       integer, intent(in) :: first_row, last_row

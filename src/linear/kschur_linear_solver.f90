@@ -1,5 +1,4 @@
-!> What the library asks of a linear solver, for real and for complex matrices.
-!> Extend one of the types to bring your own.
+!> Abstract linear solvers for real and complex matrices. Extend one of the types to supply your own.
 module kschur_linear_solver
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
@@ -10,31 +9,31 @@ module kschur_linear_solver
    public :: linear_solver_type, real_linear_solver_type, complex_linear_solver_type
    public :: determinant_type, matrix_structure_type
 
-   !> What is known of a matrix beyond its entries.
+   !> Properties of a matrix beyond its entries.
    type :: matrix_structure_type
       !> Whether the matrix equals its transpose (not its adjoint).
       logical :: symmetric = .false.
       !> Unknown i belongs to node(i), 1-based: unknowns of a node are best
       !> eliminated together. Not allocated: every unknown is its own node.
       integer, allocatable :: node(:)
-      !> The last so many unknowns are Lagrange multipliers: their diagonal
-      !> is zero, so each must follow the unknowns it touches.
+      !> Number of Lagrange multipliers, the last unknowns: their diagonal is zero, so each must be eliminated after the
+      !> unknowns it constrains.
       integer :: multipliers = 0
-      !> Unknown i is best eliminated as number position(i). Not allocated: not known yet.
+      !> Elimination order: unknown i is eliminated as number position(i). Not allocated: not computed yet.
       integer, allocatable :: position(:)
-      !> So many eigenvalues of a symmetric matrix are known to be negative: who counts them need only show that there
-      !> are no more.
+      !> Lower bound, proved before, of the number of negative eigenvalues of a symmetric matrix: a count need only show that
+      !> there are no more.
       integer :: least_negative = 0
-      !> The matrix, with rows of size one, is symmetric and semidefinite but for rounding, and factored though it may be singular: the
-      !> error is tiny springs at some unknowns, which push nothing where no null vector feels the forces. Solvers
-      !> that cannot do so fail.
+      !> The matrix, scaled to unit rows, is symmetric positive semidefinite to rounding and may be singular: zero pivots are
+      !> replaced by small ones (soft springs), which do not change solutions if the forces are orthogonal to the null space.
+      !> Solvers that cannot do so fail.
       logical :: singular = .false.
    contains
-      !> The node of each of n unknowns; those of multipliers mean nothing.
+      !> Node of each of n unknowns; arbitrary for multipliers.
       procedure :: nodes
    end type matrix_structure_type
 
-   !> A determinant, mantissa 2^exponent: it may be larger or smaller than any number of the machine.
+   !> A determinant as mantissa 2^exponent, to avoid over- and underflow.
    type :: determinant_type
       logical :: known = .false.
       complex(wp) :: mantissa = (1.0_wp, 0.0_wp)
@@ -44,34 +43,33 @@ module kschur_linear_solver
       procedure :: logarithm
    end type determinant_type
 
-   !> What real and complex solvers have in common.
+   !> Common part of real and complex solvers.
    type, abstract :: linear_solver_type
-      !> Seconds of the last factorisation's two phases, and of all solves.
+      !> Seconds of analysis and factorisation, and of all solves.
       real(wp) :: analyze_seconds = 0, factorize_seconds = 0, solve_seconds = 0
       !> Number of entries of the factors.
       integer(long) :: factor_entries = 0
-      !> Memory of the factors and of their making in the process that has most of them; -1 where not known.
+      !> Peak memory of the factorisation in the process that needs most; -1 if unknown.
       integer(long) :: factor_bytes = -1
-      !> Number of pivots that were found to be zero; the factorisation goes on without them.
+      !> Number of zero pivots, which the factorisation skipped.
       integer :: null_pivots = 0
-      !> Number of negative eigenvalues of a real symmetric matrix; -1 where not known.
+      !> Number of negative eigenvalues of a real symmetric matrix; -1 if unknown.
       integer :: negative_pivots = -1
-      !> The determinant of the matrix that was factored last. A solver that does not tell it leaves it unknown,
-      !> and nothing is proved by it.
+      !> Determinant of the last factored matrix; if a solver does not set it, nothing is proved by determinants.
       type(determinant_type) :: determinant = determinant_type()
-      !> Normwise backward error of its solutions; that of a direct solver is rounding.
+      !> Normwise backward error of solutions; rounding for a direct solver.
       real(wp) :: accuracy = epsilon(1.0_wp)
-      !> Which solver factored the matrix, and why this one: "ldl: symmetric definite, 19 entries a column".
+      !> Which solver factored the matrix and why: "ldl: symmetric definite, 19 entries a column".
       character(len=80) :: description = ""
-      !> Asked while it factors, which fails with error_cancelled where it ends the computation; not associated: nobody.
+      !> Monitor polled during factorisation, which fails with error_cancelled if it cancels; not associated: none.
       class(monitor_type), pointer :: monitor => null()
    contains
-      !> Bytes that the factors of a matrix of some pattern take, with what their making takes, known by analysis alone. A
-      !> solver that does not tell says 0.
+      !> Memory in bytes of factorisation and factors of a matrix with a given pattern, from its analysis. 0 if a solver does
+      !> not know.
       procedure :: estimate
-      !> Leaves the factors, at the latest with the next matrix, and keeps what it knows of their pattern for one that has it.
+      !> Frees the factors, at the latest at the next factorisation; keeps the analysis.
       procedure :: forget_factors
-      !> The number that several processes know its factors by; 0 where this one has them.
+      !> Number of jointly held factors; 0 if this process has them all.
       procedure :: shared_as
    end type linear_solver_type
 
@@ -84,7 +82,7 @@ module kschur_linear_solver
       procedure(solve_real), deferred :: solve
       !> x := A^{-T} x for a block of right-hand sides.
       procedure(solve_real), deferred :: solve_adjoint
-      !> x := A^{-1} x, of which each process has its rows (`joint_ranges_type`): all that have factors together call it.
+      !> x := A^{-1} x, x distributed by rows (`joint_ranges_type`): collective over all processes that share the factors.
       procedure :: solve_rows => solve_rows_real
    end type real_linear_solver_type
 
@@ -137,7 +135,7 @@ contains
 
    subroutine estimate(self, pattern, structure, bytes, error)
       class(linear_solver_type), intent(in) :: self
-      !> Its values mean nothing.
+      !> Only the pattern is used.
       type(csr_matrix_type), intent(in) :: pattern
       type(matrix_structure_type), intent(in) :: structure
       real(wp), intent(out) :: bytes
@@ -150,7 +148,7 @@ contains
 
    subroutine forget_factors(self, kept)
       class(linear_solver_type), intent(inout) :: self
-      !> False: nothing is kept.
+      !> False: the solver keeps nothing of use.
       logical, intent(out) :: kept
 
       associate (unused => self)

@@ -1,6 +1,5 @@
-!> Elimination orders by approximate minimum degree, of SuiteSparse: quicker found than those of nested dissection,
-!> and as good where factors are sparse.
-!> P. R. Amestoy, T. A. Davis, I. S. Duff, SIAM J. Matrix Anal. Appl. 17 (1996), doi 10.1137/S0895479894278952.
+!> Approximate minimum degree orders, by AMD of SuiteSparse: faster than nested dissection, and as good for factors with little
+!> fill.
 module kschur_minimum_degree
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    use kschur_error, only: error_type, new_error, error_library, error_memory

@@ -1,4 +1,4 @@
-!> Who calls MUMPS. In this build it is one process; `with/mpi` has the module for several.
+!> The processes that call MUMPS. This build has one; `with/mpi` has the module for several.
 module kschur_mumps_caller
    use, intrinsic :: iso_c_binding, only: c_ptr
    use kschur_error, only: error_type
@@ -8,30 +8,30 @@ module kschur_mumps_caller
    private
    public :: mumps_caller_type
 
-   !> Which of the four libraries of MUMPS it is: by the kind of scalar.
+   !> Libraries of MUMPS, by the kind of scalar.
    integer, parameter, public :: mumps_real = 1, mumps_complex = 2, mumps_single_real = 3, mumps_single_complex = 4
-   !> Jobs beside those of MUMPS: the others get rows of the matrix; whole vectors are solved for.
+   !> Requests besides the jobs of MUMPS: receive rows of the matrix; solve for whole vectors.
    integer, parameter, public :: job_take_rows = 0, job_solve_vectors = 4
 
    !> One factorisation.
    type :: mumps_caller_type
-      !> For MUMPS: who works on it.
+      !> MPI communicator passed to MUMPS.
       integer :: communicator = 0
-      !> How many they are.
+      !> Number of processes.
       integer :: processes = 1
-      !> Which of their factorisations it is.
+      !> Number of this factorisation.
       integer :: number = 0
    contains
       procedure :: begin
-      !> To be called before MUMPS does a job.
+      !> Announces a job of MUMPS to the other processes.
       procedure :: announce
-      !> Gives another process its rows of the matrix.
+      !> Sends another process its rows of the matrix.
       procedure :: send_rows
    end type mumps_caller_type
 
 contains
 
-   !> Says who factors a matrix: all of the processes, where there are others and it is worth while.
+   !> Selects the processes that factor a matrix: all of them, if there are several and the matrix is large enough.
    subroutine begin(self, processes, library, symmetry, rows)
       class(mumps_caller_type), intent(inout) :: self
       type(processes_type), pointer, intent(in) :: processes
@@ -45,7 +45,7 @@ contains
 
    subroutine announce(self, job)
       class(mumps_caller_type), intent(inout) :: self
-      !> And what it needs to know.
+      !> The job and its arguments.
       integer, intent(in) :: job(:)
 
       associate (unused => self, also => job)

@@ -1,4 +1,4 @@
-!> What MUMPS takes of a process beside factors.
+!> Memory that MUMPS needs besides factors.
 module kschur_mumps_memory
    use kschur_kinds, only: wp
    use kschur_memory, only: complex_bytes, integer_bytes
@@ -6,13 +6,13 @@ module kschur_mumps_memory
    private
    public :: solution_bytes
 
-   !> Right-hand sides that MUMPS takes at a time.
+   !> Block size of right-hand sides in MUMPS.
    integer, parameter, public :: block_of_right_hand_sides = 32
 
 contains
 
-   !> For solutions on several processes: rows of vectors, given, found and sent; of MUMPS its part of them, some of the largest
-   !> fronts, places, and messages.
+   !> Memory of distributed solves: rows of vectors as given, solved and sent; in MUMPS its part of these, some of the largest
+   !> fronts, indices and messages.
    pure real(wp) function solution_bytes(order, front, rows, vectors)
       !> Of the matrix, and of the largest front.
       integer, intent(in) :: order, front

@@ -1,4 +1,4 @@
-!> What the error codes of MUMPS mean.
+!> Messages for the error codes of MUMPS.
 module kschur_mumps_messages
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular
    use kschur_text, only: text

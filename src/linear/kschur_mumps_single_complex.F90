@@ -1,5 +1,4 @@
-!> Complex sparse direct solutions by MUMPS with factors in single
-!> precision, and so with half of the digits: a preconditioner.
+!> Complex sparse direct solver MUMPS in single precision: a preconditioner.
 module kschur_mumps_single_complex
    use, intrinsic :: iso_c_binding, only: c_loc
    use kschur_analysed_pattern, only: analysed_pattern_type

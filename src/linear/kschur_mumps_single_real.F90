@@ -1,5 +1,4 @@
-!> Real sparse direct solutions by MUMPS with factors in single
-!> precision, and so with half of the digits: a preconditioner.
+!> Real sparse direct solver MUMPS in single precision: a preconditioner.
 module kschur_mumps_single_real
    use, intrinsic :: iso_c_binding, only: c_loc
    use kschur_analysed_pattern, only: analysed_pattern_type

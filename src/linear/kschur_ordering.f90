@@ -1,6 +1,5 @@
-!> Fill-reducing elimination orders by METIS nested dissection, made for
-!> constrained problems: the unknowns of a node stay together and every
-!> multiplier follows the unknowns it touches, unless half the model hangs on them.
+!> Fill-reducing elimination orders by METIS nested dissection, adapted to constraints: unknowns of a node stay together, and
+!> each multiplier follows the unknowns it constrains, unless these are constrained very often.
 module kschur_ordering
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_int
    use kschur_error, only: error_type, new_error, error_library
@@ -17,8 +16,8 @@ module kschur_ordering
    ! Position of METIS_OPTION_NUMBERING, counted from 1.
    integer, parameter :: metis_numbering = 18
 
-   ! An unknown that constraints touch more often than this, in their rows and columns
-   ! together, is a hub: eliminated before them it would join them all.
+   ! Number of constraint entries (rows and columns) from which on an unknown is a hub: eliminated before its multipliers, it
+   ! would couple them all (dense fill).
    integer, parameter :: most_touches = 256
 
    interface
@@ -43,9 +42,8 @@ module kschur_ordering
 
 contains
 
-   !> position(i) is the place of unknown i in the elimination order of a
-   !> square matrix of the given pattern (CSR, 1-based, not necessarily
-   !> symmetric): that of `structure` where it is known.
+   !> position(i) is the position of unknown i in the elimination order of a square matrix of the given pattern (CSR, 1-based,
+   !> not necessarily symmetric); taken from `structure` if given there.
    subroutine elimination_order(row_start, column, structure, position, error)
       integer, intent(in) :: row_start(:), column(:)
       type(matrix_structure_type), intent(in) :: structure
@@ -75,9 +73,8 @@ contains
       call nested_dissection(graph, weight, rank, error)
       if (allocated(error)) return
 
-      ! A multiplier takes the rank of the last unknown it touches, and
-      ! comes after the unknowns of equal rank because its index is higher.
-      ! It waits for a hub only where it touches nothing else.
+      ! A multiplier gets the rank of the last unknown it constrains, hubs excepted unless it constrains hubs only; among equal
+      ! ranks it comes last since its index is higher.
       allocate (hub(unknowns), source=touches(row_start, column, unknowns) > most_touches)
       allocate (last(n), source=0)
       do i = 1, n
@@ -104,7 +101,7 @@ contains
       end do
    end subroutine elimination_order
 
-   ! How often constraints touch each unknown.
+   ! Number of constraint entries of each unknown.
    pure function touches(row_start, column, unknowns)
       integer, intent(in) :: row_start(:), column(:), unknowns
       integer :: touches(unknowns), i, k
@@ -135,7 +132,7 @@ contains
       status = metis_setdefaultoptions(options)
       options(metis_numbering) = 1
       call acquire_lock(lock_metis)
-      ! METIS takes SIGTERM for itself and jumps out of where it is then, be it the middle of malloc.
+      ! METIS installs its own SIGTERM handler, which would jump out of any code, even malloc: the signal is blocked meanwhile.
       call c_hold_sigterm()
       status = metis_nodend(vertices, graph%start, graph%neighbour, weight, options, old_of_new, rank)
       call c_let_sigterm()

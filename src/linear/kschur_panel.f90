@@ -1,4 +1,4 @@
-!> Dense kernels of LDL^T on column-major blocks: loops of our own where a block is small, BLAS where it is not.
+!> Dense kernels of LDL^T on column-major blocks: own loops for small blocks, BLAS for others.
 module kschur_panel
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgemm
@@ -6,18 +6,18 @@ module kschur_panel
    private
    public :: subtract_trapezoid, subtract_rectangle, factor_panel, factor_rows, enclosure_type
 
-   !> By what pivots are moved: so that rounding cannot turn their signs (kschur_proved_inertia has the theory), or that none is
-   !> null.
+   !> Perturbation of pivots: downwards or upwards by a bound of the rounding errors (theory in kschur_proved_inertia), or to a
+   !> least size.
    type :: enclosure_type
       !> -1 downwards, 1 upwards, 0 not at all.
       integer :: side = 0
-      !> Of the panel.
+      !> Dimensions of the panel.
       integer :: rows = 0, columns = 0
-      !> Of each row of its diagonal block, (e_p + sqrt(e_p)) |d_p| l_kp^2 of the columns that are known, and how many these are.
+      !> Of each row of the diagonal block, the sum of (e_p + sqrt(e_p)) |d_p| l_kp^2 over the columns done, and their number.
       real(wp), allocatable :: sum(:), terms(:)
-      !> What may be lost below the smallest number.
+      !> Bound of errors by underflow.
       real(wp) :: underflow = 0
-      !> The least size of a pivot: a smaller one becomes as large.
+      !> Least size of a pivot; smaller ones are replaced by it.
       real(wp) :: least = 0
    contains
       !> (e + sqrt(e)) |d| of column k, its pivot d, e entries below it.
@@ -26,22 +26,22 @@ module kschur_panel
       procedure, private :: add_column
    end type enclosure_type
 
-   ! A call of BLAS costs as much as so many multiplications.
+   ! Multiplications that cost as much as a call of BLAS.
    integer, parameter :: call_cost = 4000
-   ! Columns that BLAS multiplies at once: above the diagonal it does so in vain.
+   ! Columns multiplied by one BLAS call; entries above the diagonal are wasted work.
    integer, parameter :: strip = 48
-   ! Columns of a panel that are eliminated one by one.
+   ! Columns of a panel that are eliminated one by one (unblocked).
    integer, parameter :: narrow = 12
 
 contains
 
-   !> Takes A B^T, which is symmetric in its first rows, from the lower trapezoid of C.
+   !> C := C - A B^T in the lower trapezoid of C; A B^T is symmetric in its first rows.
    subroutine subtract_trapezoid(rows, columns, terms, a, lda, b, c, ldc)
       !> columns <= rows.
       integer, intent(in) :: rows, columns, terms, lda, ldc
       !> rows x terms, and columns x terms.
       real(wp), intent(in) :: a(lda, *), b(columns, *)
-      !> rows x columns; what is above the diagonal means nothing.
+      !> rows x columns; the part above the diagonal is undefined.
       real(wp), intent(inout) :: c(ldc, *)
       integer :: j, width
 
@@ -55,7 +55,7 @@ contains
       end do
    end subroutine subtract_trapezoid
 
-   !> Takes all of A B^T, likewise.
+   !> C := C - A B^T, the whole rectangle.
    subroutine subtract_rectangle(rows, columns, terms, a, lda, b, c, ldc)
       integer, intent(in) :: rows, columns, terms, lda, ldc
       real(wp), intent(in) :: a(lda, *), b(columns, *)
@@ -64,7 +64,7 @@ contains
       call dgemm("N", "T", rows, columns, terms, -1.0_wp, a, lda, b, columns, 1.0_wp, c, ldc)
    end subroutine subtract_rectangle
 
-   ! Tiles of four rows and two columns stay in registers.
+   ! 4 x 2 tiles are kept in registers.
    pure subroutine subtract_small(rows, columns, terms, a, lda, b, c, ldc)
       integer, intent(in) :: rows, columns, terms, lda, ldc
       real(wp), intent(in) :: a(lda, *), b(columns, *)
@@ -110,14 +110,14 @@ contains
       end do
    end subroutine subtract_small
 
-   !> L and D of a panel whose first rows are symmetric: L takes its place, but for the unit diagonal.
+   !> Computes L and D of a panel whose first rows are the symmetric diagonal block; L without its unit diagonal overwrites it.
    subroutine factor_panel(rows, columns, panel, lda, pivot, scaled, enclosure)
       !> columns <= rows.
       integer, intent(in) :: rows, columns, lda
       real(wp), intent(inout) :: panel(lda, columns)
-      !> D; what is zero or not a number is the last that is set.
+      !> D; stops after a pivot that is zero or NaN.
       real(wp), intent(inout) :: pivot(columns)
-      !> Workspace, as large as its square.
+      !> Workspace, columns x columns.
       real(wp), intent(inout) :: scaled(*)
       type(enclosure_type), intent(inout) :: enclosure
       integer :: first, last
@@ -129,7 +129,7 @@ contains
       end do
    end subroutine factor_panel
 
-   !> L in rows first_row ... last_row of a panel, where it is known in the diagonal block.
+   !> Computes L in rows first_row ... last_row of a panel, after its diagonal block.
    subroutine factor_rows(first_row, last_row, columns, panel, lda, pivot, scaled)
       integer, intent(in) :: first_row, last_row, columns, lda
       real(wp), intent(inout) :: panel(lda, columns)
@@ -156,18 +156,18 @@ contains
       end do
    end subroutine factor_rows
 
-   ! Takes what the first `known` columns make of the next ones.
-   subroutine subtract_columns(rows, known, last, panel, lda, pivot, scaled)
-      integer, intent(in) :: rows, known, last, lda
-      real(wp), intent(inout) :: panel(lda, *), scaled(last - known, *)
+   ! Subtracts the update of the first `eliminated` columns from the next ones.
+   subroutine subtract_columns(rows, eliminated, last, panel, lda, pivot, scaled)
+      integer, intent(in) :: rows, eliminated, last, lda
+      real(wp), intent(inout) :: panel(lda, *), scaled(last - eliminated, *)
       real(wp), intent(in) :: pivot(*)
       integer :: p
 
-      do p = 1, known
-         scaled(:, p) = pivot(p)*panel(known + 1:last, p)
+      do p = 1, eliminated
+         scaled(:, p) = pivot(p)*panel(eliminated + 1:last, p)
       end do
-      call subtract_trapezoid(rows - known, last - known, known, panel(known + 1, 1), lda, scaled, &
-         panel(known + 1, known + 1), lda)
+      call subtract_trapezoid(rows - eliminated, last - eliminated, eliminated, panel(eliminated + 1, 1), lda, scaled, &
+         panel(eliminated + 1, eliminated + 1), lda)
    end subroutine subtract_columns
 
    pure subroutine eliminate_columns(rows, first, last, panel, lda, pivot, enclosure)
@@ -206,13 +206,13 @@ contains
       weight = (self%rows - k + sqrt(real(self%rows - k, wp)))*abs(pivot)
    end function weight
 
-   ! By S_k.
+   ! Moves a pivot by S_k.
    pure subroutine move(self, k, pivot)
       class(enclosure_type), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(inout) :: pivot
       real(wp), parameter :: unit = epsilon(1.0_wp)/2
-      ! Terms of second order, and the rounding of the bound itself.
+      ! Allows for second-order terms and for rounding of the bound.
       real(wp), parameter :: caution = 1.01_wp
       real(wp) :: rounding
 
@@ -220,7 +220,7 @@ contains
       pivot = pivot + self%side*(caution*unit*(self%terms(k) + 4)*rounding + self%underflow)
    end subroutine move
 
-   ! What the entries of column k of L may round in the rows of the diagonal block below pivot k.
+   ! Adds the rounding-error terms of column k of L to the rows below pivot k.
    pure subroutine add_column(self, k, pivot, column)
       class(enclosure_type), intent(inout) :: self
       integer, intent(in) :: k

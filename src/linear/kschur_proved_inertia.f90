@@ -31,12 +31,12 @@ module kschur_proved_inertia
 
 contains
 
-   !> The number of negative eigenvalues of a symmetric matrix is `least` or more, and `most` or less.
-   subroutine bound_negative_eigenvalues(matrix, symbolic, known, least, most, error, monitor)
+   !> Bounds the number of negative eigenvalues of a symmetric matrix by `least` and `most`.
+   subroutine bound_negative_eigenvalues(matrix, symbolic, proved_negative, least, most, error, monitor)
       type(csr_matrix_type), intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
-      !> So many are known to be negative.
-      integer, intent(in) :: known
+      !> A lower bound of it that was proved before.
+      integer, intent(in) :: proved_negative
       integer, intent(out) :: least, most
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), optional, intent(inout) :: monitor
@@ -48,10 +48,10 @@ contains
       subtrees = cut_subtrees(symbolic)
       call eliminate(matrix, symbolic, subtrees, -1, factors, error, monitor)
       if (allocated(error)) return
-      ! What has overflowed proves nothing.
+      ! Overflow proves nothing.
       if (all(abs(factors%pivot) <= huge(1.0_wp))) most = count(.not. factors%pivot > 0)
-      if (most == known) least = known
-      if (most == known) return
+      if (most == proved_negative) least = proved_negative
+      if (most == proved_negative) return
       call eliminate(matrix, symbolic, subtrees, 1, factors, error, monitor)
       if (allocated(error)) return
       if (all(abs(factors%pivot) <= huge(1.0_wp))) least = count(factors%pivot < 0)

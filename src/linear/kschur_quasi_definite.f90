@@ -1,10 +1,8 @@
-!> Direct solutions with saddle matrices A = [P, C^T; C, 0], P symmetric and positive definite, by LDL^T without pivoting:
-!> A has such factors where each multiplier follows unknowns that tell its constraint from those before. Elsewhere, or where a
-!> trial says that rounding has grown, A is factored with a little compliance of the constraints, -delta in its second
-!> diagonal block: that is quasi-definite, and has such factors in any order. Iterative refinement with A itself, residuals
-!> in extended precision, takes out what delta changes, and rounding too, where solves are cheap.
-!> Vanderbei, SIAM J. Optim. 5 (1995), doi 10.1137/0805005; Gill, Saunders, Shinnerl, SIAM J. Matrix Anal. Appl.
-!> 17 (1996), doi 10.1137/S0895479893256952.
+!> Direct solver for saddle-point matrices A = [P, C^T; C, 0], P symmetric positive definite, by LDL^T without pivoting. It
+!> exists if each multiplier follows unknowns that make its constraint independent of earlier ones. Otherwise, or if a trial
+!> solution shows growth, factors A regularised by -delta in its second diagonal block: that is quasi-definite and has LDL^T
+!> factors in any order. Iterative refinement with A, residuals in extended precision, removes the effect of delta, and rounding
+!> errors too if solves are cheap.
 module kschur_quasi_definite
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_singular, error_usage
@@ -20,17 +18,18 @@ module kschur_quasi_definite
    private
    public :: low_fill, quasi_definite_type
 
-   !> At more entries a column of the factor, solves are refined only where they need it: two are one of MUMPS.
+   !> Mean entries in a column of L above which solutions are refined only if needed: two solves then cost as much as one of
+   !> MUMPS.
    integer, parameter :: low_fill = 80
 
-   !> Refuses what LDL refuses, and a P that is not positive definite (error_library).
+   !> Rejects what LDL rejects, and a P that is not positive definite (error_library).
    type, extends(real_linear_solver_type) :: quasi_definite_type
-      !> A matrix that needs compliance is refused where its factor has more entries a column (error_library).
+      !> Largest mean number of entries in a column of L for a regularised matrix; others are rejected (error_library).
       integer :: most_entries = huge(1)
-      !> As that of LDL.
+      !> As in LDL.
       type(last_analysis_type), pointer :: last => null()
       type(ldl_real_type), private :: ldl
-      ! A.
+      ! The matrix A.
       type(csr_matrix_type), private :: matrix
       logical, private :: refined = .true.
    contains
@@ -85,7 +84,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call self%ldl%estimate(pattern, structure, bytes, error)
-      ! A is kept.
+      ! Includes a copy of A.
       bytes = bytes + pattern%bytes()
    end subroutine estimate
 
@@ -111,8 +110,8 @@ contains
       self%factorize_seconds = self%factorize_seconds + self%ldl%factorize_seconds
    end subroutine factorize_compliant
 
-   ! [0 0; 0 delta], small beside C P^{-1} C^T: of each constraint, beside its largest coefficient
-   ! squared over its largest stiffness.
+   ! Regularisation [0 0; 0 delta], small relative to C P^{-1} C^T: of each constraint, relative to its largest coefficient
+   ! squared over the largest stiffness.
    subroutine new_compliance(matrix, multipliers, compliance, error)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: multipliers

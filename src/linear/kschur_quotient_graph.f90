@@ -1,5 +1,5 @@
-!> The graph that is ordered instead of a constrained matrix: nodes in place of unknowns, and edges or vertices
-!> of their own in place of constraints.
+!> Quotient graph for ordering a constrained matrix: vertices are nodes instead of unknowns; short constraints become cliques of
+!> edges, long ones become vertices.
 module kschur_quotient_graph
    use, intrinsic :: iso_c_binding, only: c_int32_t
    use kschur_error, only: error_type, new_error, error_library
@@ -14,35 +14,34 @@ module kschur_quotient_graph
       integer, allocatable :: start(:), neighbour(:)
    end type graph_type
 
-   ! A constraint of more entries than this, in its row and its column together,
-   ! becomes a vertex of the graph; a shorter one joins the nodes it touches, as
-   ! eliminating it would.
+   ! Number of entries (row and column) above which a constraint becomes a vertex; a shorter one connects the nodes it
+   ! constrains, as its elimination would.
    integer, parameter :: longest_clique = 48
 
 contains
 
-   !> Gives nodes with the same neighbours one number: what they are best eliminated after is the same too, and
-   !> the graph of a solid has a third of the vertices (C. Ashcraft, SIAM J. Sci. Comput. 16 (1995)).
+   !> Merges nodes with the same neighbours (indistinguishable nodes) into one vertex; the graph of a solid shrinks to a third
+   !> (C. Ashcraft, SIAM J. Sci. Comput. 16 (1995)).
    subroutine merge_nodes(row_start, column, unknowns, nodes, node)
       integer, intent(in) :: row_start(:), column(:), unknowns
-      !> How many there are, and the one of each unknown.
+      !> Number of nodes, and node of each unknown.
       integer, intent(inout) :: nodes, node(:)
       integer(long), parameter :: prime = 2147483647_long
-      ! The unknowns by node, first(v) ... first(v+1)-1 those of v.
+      ! Unknowns sorted by node: those of v are first(v) ... first(v+1)-1.
       integer, allocatable :: order(:), first(:)
-      ! Of each set of neighbours, the node itself included: how many they are, and two sums that tell sets apart.
+      ! Hash of each neighbour set, the node included: its size and two sums.
       integer(long), allocatable :: marks(:, :)
-      ! Node v is next in the chain of those whose sums fall on one head.
-      integer, allocatable :: head(:), next(:), seen(:), number(:)
+      ! Chains of nodes with equal hash.
+      integer, allocatable :: head(:), next(:), marked_by(:), number(:)
       integer :: merged, v, r
 
       call stable_order(node(:unknowns), nodes, order, first)
       allocate (head(nodes), next(nodes), number(nodes), source=0)
-      allocate (seen(nodes + size(row_start) - 1 - unknowns), source=0)
+      allocate (marked_by(nodes + size(row_start) - 1 - unknowns), source=0)
       allocate (marks(3, nodes))
       merged = 0
       do v = 1, nodes
-         call look()
+         call mark_neighbours()
          associate (place => head(1 + modulo(sum(marks(:, v)), int(nodes, long))))
             r = place
             do while (r > 0)
@@ -66,7 +65,7 @@ contains
 
    contains
 
-      ! A node, or a multiplier, by number.
+      ! Number of a node or multiplier.
       integer function neighbour(k)
          integer, intent(in) :: k
 
@@ -77,43 +76,42 @@ contains
          end if
       end function neighbour
 
-      ! Marks the neighbours of node v as seen from there.
-      subroutine look()
+      ! Marks the neighbours of v, and computes their hash.
+      subroutine mark_neighbours()
          integer :: i, k
 
          marks(:, v) = 0
-         call see(v)
+         call mark(v)
          do i = first(v), first(v + 1) - 1
             do k = row_start(order(i)), row_start(order(i) + 1) - 1
-               call see(neighbour(k))
+               call mark(neighbour(k))
             end do
          end do
-      end subroutine look
+      end subroutine mark_neighbours
 
-      subroutine see(w)
+      subroutine mark(w)
          integer, intent(in) :: w
 
-         if (seen(w) == v) return
-         seen(w) = v
+         if (marked_by(w) == v) return
+         marked_by(w) = v
          marks(:, v) = marks(:, v) + [1_long, int(w, long), modulo(int(w, long)**2, prime)]
-      end subroutine see
+      end subroutine mark
 
-      ! As many are seen from v.
+      ! Whether r has the neighbours of v, given equal numbers.
       logical function neighbours_are_those_of(r) result(same)
          integer, intent(in) :: r
          integer :: i, k
 
-         same = seen(r) == v
+         same = marked_by(r) == v
          do i = first(r), first(r + 1) - 1
             do k = row_start(order(i)), row_start(order(i) + 1) - 1
-               same = same .and. seen(neighbour(k)) == v
+               same = same .and. marked_by(neighbour(k)) == v
             end do
          end do
       end function neighbours_are_those_of
    end subroutine merge_nodes
 
-   !> The symmetric graph of nodes and long constraints, without loops and
-   !> repetitions. Gives long constraints vertices of their own.
+   !> Builds the symmetric graph of nodes and long constraints, without loops and duplicates; long constraints get new vertices.
    subroutine quotient_graph(row_start, column, unknowns, vertices, vertex, graph, error)
       integer, intent(in) :: row_start(:), column(:), unknowns
       integer, intent(inout) :: vertices, vertex(:)
@@ -151,7 +149,7 @@ contains
             end do
          end do
          if (pass == 2) exit
-         ! METIS counts in 32 bits.
+         ! METIS has 32-bit indices.
          if (2*edges > huge(1_c_int32_t)) then
             call new_error(error, error_library, "METIS could not order the matrix: its graph has more than "// &
                text(huge(1_c_int32_t))//" entries")
@@ -177,7 +175,7 @@ contains
       end subroutine add_edge
    end subroutine quotient_graph
 
-   ! A graph from its edges, each of which may be there several times.
+   ! Builds a graph from its edges, with duplicates removed.
    subroutine new_graph(graph, vertices, from, to)
       type(graph_type), intent(out) :: graph
       integer, intent(in) :: vertices
@@ -208,7 +206,7 @@ contains
       end do
    end subroutine new_graph
 
-   ! The unknowns each multiplier touches, by its row or by its column.
+   ! The unknowns of each constraint, from its row and column.
    subroutine constraint_members(row_start, column, unknowns, start, member)
       integer, intent(in) :: row_start(:), column(:), unknowns
       integer, allocatable, intent(out) :: start(:), member(:)
@@ -252,11 +250,11 @@ contains
       end subroutine place
    end subroutine constraint_members
 
-   !> Positions 1..size(key) by ascending key (1..keys), equal keys in their order.
+   !> Stable counting sort of positions 1..size(key) by key (1..keys).
    subroutine stable_order(key, keys, order, first)
       integer, intent(in) :: key(:), keys
       integer, allocatable, intent(out) :: order(:)
-      !> Those of key k are order(first(k):first(k + 1) - 1); keys + 1.
+      !> Positions of key k are order(first(k):first(k + 1) - 1); size keys + 1.
       integer, allocatable, intent(out), optional :: first(:)
       integer, allocatable :: next(:)
       integer :: i

@@ -1,4 +1,4 @@
-!> Iterative refinement of solutions, with residuals in extended precision (Higham 2002, section 12.1).
+!> Iterative refinement with residuals in extended precision (Higham 2002, section 12.1).
 module kschur_refinement
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, xp
@@ -12,19 +12,19 @@ module kschur_refinement
 
 contains
 
-   !> Puts A^{-1} b in the place of each column b.
+   !> Overwrites each column b by A^{-1} b.
    subroutine solve_and_refine(solver, matrix, x, error)
-      !> Has factored A, or what is near to it.
+      !> Has factored A or an approximation of it.
       class(real_linear_solver_type), intent(inout) :: solver
       !> A
       type(csr_matrix_type), intent(in) :: matrix
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: steps = 10
-      ! Well below rounding, as a correction may say little of the next one.
+      ! Stops at a relative correction well below rounding, since a small correction does not imply a small next one.
       real(wp), parameter :: negligible = 0.001_wp*epsilon(1.0_wp)
       real(wp), allocatable :: rhs(:, :), correction(:, :)
-      ! The largest correction of a column, relative to it, and the one before.
+      ! Largest relative correction of a column, and the one before.
       real(wp) :: change, previous
       integer :: step
 
@@ -45,7 +45,7 @@ contains
       end do
    end subroutine solve_and_refine
 
-   ! b - A x, summed in more than the working precision.
+   ! residual := b - A x, in extended precision.
    subroutine find_residual(matrix, rhs, x, residual)
       type(csr_matrix_type), intent(in) :: matrix
       real(wp), contiguous, intent(in) :: rhs(:, :), x(:, :)

@@ -1,4 +1,4 @@
-!> Sums over the rows of a sparse matrix, in its bare arrays.
+!> Sparse matrix-vector products on bare CSR arrays.
 module kschur_row_products
    use kschur_kinds, only: wp
    use kschur_threads, only: panel_rows
@@ -6,7 +6,7 @@ module kschur_row_products
    private
    public :: add_rows, add_four_rows
 
-   !> y := y + alpha A x for one vector: each sum runs in the order of the row.
+   !> y := y + alpha A x for one vector, summed in the order of the row.
    interface add_rows
       module procedure add_rows_real, add_rows_complex
    end interface add_rows
@@ -34,7 +34,7 @@ contains
       !$omp end parallel do
    end subroutine add_rows_real
 
-   ! A complex product with a real number would multiply with its zero imaginary part too.
+   ! Real and imaginary sums: complex multiplication would also multiply by the zero imaginary part.
    subroutine add_rows_complex(row_start, column, value, alpha, x, y)
       integer, contiguous, intent(in) :: row_start(:), column(:)
       real(wp), contiguous, intent(in) :: value(:)
@@ -57,7 +57,7 @@ contains
       !$omp end parallel do
    end subroutine add_rows_complex
 
-   !> The same for four vectors at once, digit by digit what each gives alone: the matrix is read once.
+   !> As `add_rows` for four vectors with the same digits; reads the matrix once.
    subroutine add_four_rows(row_start, column, value, alpha, x, y)
       integer, contiguous, intent(in) :: row_start(:), column(:)
       real(wp), contiguous, intent(in) :: value(:)

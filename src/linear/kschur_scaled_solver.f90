@@ -1,4 +1,4 @@
-!> The factors of a scaled matrix, used as those of the matrix.
+!> Solver that uses the factors of a scaled matrix for the matrix itself.
 module kschur_scaled_solver
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -8,8 +8,8 @@ module kschur_scaled_solver
    private
    public :: scaled_real_type
 
-   !> A^{-1} f = D (D A D)^{-1} D f, D a diagonal of powers of two, so that nothing is rounded. What is factored is taken for the
-   !> matrix that `factors` have factored already.
+   !> A^{-1} f = D (D A D)^{-1} D f, D a diagonal of powers of two, so that scaling is exact. `factorize` does nothing:
+   !> `factors` must already be those of D A D.
    type, extends(real_linear_solver_type) :: scaled_real_type
       !> Of D A D.
       class(real_linear_solver_type), allocatable :: factors
@@ -73,7 +73,7 @@ contains
       end do
    end subroutine scale_rows
 
-   ! There is no next matrix.
+   ! Serves one matrix only.
    subroutine forget_factors(self, kept)
       class(scaled_real_type), intent(inout) :: self
       logical, intent(out) :: kept

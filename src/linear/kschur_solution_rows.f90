@@ -1,5 +1,5 @@
-!> Right-hand sides and solutions by rows with the processes that solve together. In this build there is one, which has all of
-!> them; `with/mpi` has the module for several.
+!> Distribution of right-hand sides and solutions by rows over the processes. This build has one process with all rows;
+!> `with/mpi` has the module for several.
 module kschur_solution_rows
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -8,22 +8,22 @@ module kschur_solution_rows
    private
    public :: solution_rows_type
 
-   !> Who has which.
+   !> The distribution.
    type :: solution_rows_type
       private
       ! Without a component with a value gfortran makes no structure constructor of the types that this one is in.
       integer :: processes = 1
    contains
       procedure :: begin
-      !> How many are here, and which.
+      !> Number of local rows, and their indices.
       procedure :: rows
       procedure :: list
-      !> Fails where one of them did.
+      !> Fails in all processes if one failed.
       procedure :: agree
-      !> From where pivots are to where the rows are.
-      generic :: bring_home => bring_home_real, bring_home_complex
-      procedure, private :: bring_home_real, bring_home_complex
-      !> From the whole vectors of the first process, and to them.
+      !> Moves solutions from the processes of their pivots to those of their rows.
+      generic :: redistribute => redistribute_real, redistribute_complex
+      procedure, private :: redistribute_real, redistribute_complex
+      !> Scatters whole vectors of the first process, and gathers them.
       generic :: scatter => scatter_real, scatter_complex
       procedure, private :: scatter_real, scatter_complex
       generic :: gather => gather_real, gather_complex
@@ -34,7 +34,7 @@ contains
 
    subroutine begin(self, unknowns, multipliers, processes)
       class(solution_rows_type), intent(in) :: self
-      !> Rows of a vector, the unknowns first.
+      !> Rows of a vector: unknowns first, then multipliers.
       integer, intent(in) :: unknowns, multipliers
       type(processes_type), pointer, intent(in) :: processes
 
@@ -67,19 +67,19 @@ contains
       end associate
    end subroutine agree
 
-   subroutine bring_home_real(self, row, solutions, x)
+   subroutine redistribute_real(self, row, solutions, x)
       class(solution_rows_type), intent(in) :: self
-      !> Which rows of solutions are here.
+      !> Indices of the rows of `solutions`.
       integer, intent(in) :: row(:)
       real(wp), intent(in) :: solutions(:, :)
-      !> As many columns, of the rows that belong here.
+      !> As many columns; the local rows.
       real(wp), intent(inout) :: x(:, :)
 
       associate (unused => self, also => row, too => solutions, unchanged => x)
       end associate
-   end subroutine bring_home_real
+   end subroutine redistribute_real
 
-   subroutine bring_home_complex(self, row, solutions, x)
+   subroutine redistribute_complex(self, row, solutions, x)
       class(solution_rows_type), intent(in) :: self
       integer, intent(in) :: row(:)
       complex(wp), intent(in) :: solutions(:, :)
@@ -87,7 +87,7 @@ contains
 
       associate (unused => self, also => row, too => solutions, unchanged => x)
       end associate
-   end subroutine bring_home_complex
+   end subroutine redistribute_complex
 
    subroutine scatter_real(self, x, part)
       class(solution_rows_type), intent(in) :: self

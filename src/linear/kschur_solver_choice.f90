@@ -18,9 +18,8 @@ module kschur_solver_choice
    private
    public :: inner_solvers_type, choose_inner_solvers
 
-   !> Prototypes, which are never factored: each matrix is factored by a copy of its own
-   !> (`allocate (copy, source=prototype)`), and several copies may live at once. What a
-   !> pointer component points to is shared by all copies.
+   !> Prototypes, never factored themselves: each matrix is factored by a copy (`allocate (copy, source=prototype)`), and
+   !> several copies may exist at once. All copies share the targets of pointer components.
    !>
    !> Where a user gives only one of `real` and `complex`, matrices of the other kind are
    !> factored by the library's own.
@@ -29,16 +28,16 @@ module kschur_solver_choice
       class(real_linear_solver_type), allocatable :: real
       !> For complex matrices: pencils, complex shifts, refined modes and left vectors.
       class(complex_linear_solver_type), allocatable :: complex
-      !> For real matrices without a shift: the mass, and the stiffness where rigid motions
-      !> are looked for, which is nearly singular there. Not allocated: as `real`.
+      !> For real matrices without a shift: the mass, and the nearly singular stiffness when rigid motions are sought. Not
+      !> allocated: as `real`.
       class(real_linear_solver_type), allocatable :: unshifted
       !> Sets `negative_pivots` of every real symmetric matrix, indefinite ones too. Not
       !> allocated: eigenvalues are not counted, and nothing is certified.
       class(real_linear_solver_type), allocatable :: counting
    contains
-      !> Sets who is asked while they factor.
+      !> Sets the monitor polled during factorisations.
       procedure :: set_monitor
-      !> Sets what those of the library share.
+      !> Sets the analysis shared by solvers of the library.
       procedure :: set_last_analysis
    end type inner_solvers_type
 
@@ -46,7 +45,7 @@ contains
 
    subroutine set_monitor(self, monitor)
       class(inner_solvers_type), intent(inout) :: self
-      !> Disassociated: nobody.
+      !> Disassociated: none.
       class(monitor_type), pointer, intent(in) :: monitor
 
       if (allocated(self%real)) self%real%monitor => monitor
@@ -59,13 +58,13 @@ contains
       class(inner_solvers_type), intent(inout) :: self
       type(last_analysis_type), pointer, intent(in) :: last
 
-      call tell(self%real)
-      call tell(self%unshifted)
-      call tell(self%counting)
+      call set_in(self%real)
+      call set_in(self%unshifted)
+      call set_in(self%counting)
 
    contains
 
-      subroutine tell(solver)
+      subroutine set_in(solver)
          class(real_linear_solver_type), allocatable, intent(inout) :: solver
 
          if (.not. allocated(solver)) return
@@ -75,18 +74,18 @@ contains
          type is (inertia_real_type)
             solver%last => last
          end select
-      end subroutine tell
+      end subroutine set_in
    end subroutine set_last_analysis
 
-   !> The solvers that options ask for, a user's own in their places. Fails where there
-   !> are both an own solver and an `inner` option.
+   !> Creates the solvers that options ask for, with the user's own in their places. Fails if both an own solver and an `inner`
+   !> option are given.
    subroutine choose_inner_solvers(options, inner, error, own, processes)
       type(modal_options_type), intent(in) :: options
       !> All but `counting` are allocated.
       type(inner_solvers_type), intent(out) :: inner
       type(error_type), allocatable, intent(out) :: error
       type(inner_solvers_type), intent(in), optional :: own
-      !> Who may factor matrices together; absent or not associated: this process alone.
+      !> Processes that may factor jointly; absent or not associated: this one alone.
       type(processes_type), pointer, intent(in), optional :: processes
       type(processes_type), pointer :: together
       type(mumps_complex_type) :: mumps
@@ -117,8 +116,8 @@ contains
       allocate (inner%complex, source=mumps)
    end subroutine choose_inner_solvers
 
-   ! The residuals of the systems end up in those of Ritz pairs, many of which are combined. What
-   ! factors in single precision tell of an inertia proves nothing.
+   ! The tolerance is tighter than that of Ritz pairs, as the errors of many solves enter their residuals. Single-precision
+   ! factors prove no inertia, so counting stays direct.
    subroutine choose_iterative(tolerance, processes, inner)
       real(wp), intent(in) :: tolerance
       type(processes_type), pointer, intent(in) :: processes

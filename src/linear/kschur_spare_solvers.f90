@@ -1,4 +1,4 @@
-!> Solvers whose factors nobody needs any more, but which know the pattern that they factored.
+!> Solvers kept for reuse of their analysis after their factors are no longer needed.
 module kschur_spare_solvers
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
    implicit none
@@ -10,11 +10,11 @@ module kschur_spare_solvers
       class(real_linear_solver_type), allocatable :: real
       class(complex_linear_solver_type), allocatable :: complex
    contains
-      !> Leaves the factors, and the solvers that know nothing without them.
+      !> Frees factors, and solvers that keep nothing without them.
       procedure :: forget_factors
-      !> What is here goes there.
+      !> Moves the solvers to `other`.
       procedure :: move_to
-      !> Nothing is here any more.
+      !> Deallocates the solvers.
       procedure :: clear
    end type spare_solvers_type
 

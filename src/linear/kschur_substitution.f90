@@ -1,4 +1,5 @@
-!> Solves with supernodal factors L D L^T: reads L once forward and once backward, for one right-hand side or for four.
+!> Forward and backward substitution with supernodal factors L D L^T, for one right-hand side or a block of four; reads L once
+!> for each.
 module kschur_substitution
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    use kschur_error, only: error_type, new_error, error_memory
@@ -15,15 +16,15 @@ module kschur_substitution
    !> Right-hand sides that share one pass over L.
    integer, parameter :: block = 4
 
-   ! Entries that are read before a call of BLAS returns.
+   ! Entries of a block below which a loop is faster than a call of BLAS.
    integer, parameter :: small = 600
 
-   ! What a part subtracts from the rows above it.
-   type :: passed_type
+   ! Update that a part of the tree subtracts from the rows above it.
+   type :: update_type
       real(wp), allocatable :: values(:, :)
-   end type passed_type
+   end type update_type
 
-   ! Of a thread: the rows of a supernode; what its part subtracts from those above, zero between parts.
+   ! Work arrays of a thread: rows of a supernode; update of the rows above the current part, zero between parts.
    type :: workspace_type
       real(wp), allocatable :: rows(:, :), above(:, :)
    end type workspace_type
@@ -49,22 +50,21 @@ module kschur_substitution
 
 contains
 
-   !> y := L^{-T} D^{-1} L^{-1} y, in the order of elimination: y holds the right-hand sides of an unknown side by side,
-   !> one or a block. Parts of the tree that do not hang on each other share the threads; what they pass on is added up in
-   !> their order.
+   !> y := L^{-T} D^{-1} L^{-1} y, in elimination order; y has the right-hand sides of an unknown side by side, one or a block.
+   !> Independent parts of the tree run in parallel; their updates are added in fixed order.
    subroutine substitute(symbolic, subtrees, factors, y, error)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
       type(supernodal_factors_type), intent(in) :: factors
       real(wp), contiguous, intent(inout) :: y(:, :)
       type(error_type), allocatable, intent(out) :: error
-      type(passed_type), allocatable :: passed(:)
+      type(update_type), allocatable :: updates(:)
       type(workspace_type), allocatable :: work(:)
-      ! A part waits upwards for those that hang on it, downwards for the one that it hangs on.
+      ! Dependencies: forward, a part follows its children; backward, its parent.
       logical :: turn(size(subtrees%root) + 1)
       integer :: t, i, status
 
-      allocate (passed(size(subtrees%root)), work(team_size()), stat=status)
+      allocate (updates(size(subtrees%root)), work(team_size()), stat=status)
       do i = 1, team_size()
          if (status == 0) allocate (work(i)%rows(size(y, 1), symbolic%most_rows()), stat=status)
          if (status == 0) allocate (work(i)%above(size(y, 1), subtrees%columns), source=0.0_wp, stat=status)
@@ -73,46 +73,46 @@ contains
          call new_error(error, error_memory, "no memory for the right-hand sides")
          return
       end if
-      !$omp parallel num_threads(size(work)) if (size(passed) > 1)
+      !$omp parallel num_threads(size(work)) if (size(updates) > 1)
       !$omp master
-      do t = 1, size(passed)
+      do t = 1, size(updates)
          !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
-         call climb(symbolic, subtrees, factors, t, y, work(thread_number()), passed)
+         call forward_part(symbolic, subtrees, factors, t, y, work(thread_number()), updates)
          !$omp end task
       end do
-      do t = size(passed), 1, -1
+      do t = size(updates), 1, -1
          !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
-         call descend(symbolic, subtrees, factors, t, y, work(thread_number())%rows)
+         call backward_part(symbolic, subtrees, factors, t, y, work(thread_number())%rows)
          !$omp end task
       end do
       !$omp end master
       !$omp end parallel
    end subroutine substitute
 
-   ! L^{-1} of a part.
-   subroutine climb(symbolic, subtrees, factors, t, y, work, passed)
+   ! Forward substitution in a part.
+   subroutine forward_part(symbolic, subtrees, factors, t, y, work, updates)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
       type(supernodal_factors_type), intent(in) :: factors
       integer, intent(in) :: t
       real(wp), contiguous, intent(inout) :: y(:, :)
       type(workspace_type), intent(inout) :: work
-      type(passed_type), intent(inout) :: passed(:)
+      type(update_type), intent(inout) :: updates(:)
       integer :: last, c, s
 
       last = symbolic%first(subtrees%root(t) + 1) - 1
       do c = 1, t - 1
-         if (subtrees%above(c) == t) call take_over(symbolic, subtrees, c, last, passed(c)%values, y, work%above)
+         if (subtrees%above(c) == t) call add_update(symbolic, subtrees, c, last, updates(c)%values, y, work%above)
       end do
       do s = subtrees%first(t), subtrees%root(t)
          call forward(symbolic, factors, s, y, work%rows)
          call subtract(symbolic, subtrees, s, last, work%rows, y, work%above)
       end do
-      call pass_on(symbolic, subtrees, t, work%above, passed(t)%values)
-   end subroutine climb
+      call store_update(symbolic, subtrees, t, work%above, updates(t)%values)
+   end subroutine forward_part
 
-   ! What a part subtracts above it, in the rows of its roots: they are all that it reaches. Two roots may have a row in common.
-   subroutine pass_on(symbolic, subtrees, t, above, values)
+   ! Stores the update of a part, in the rows of its roots, which contain all rows it reaches; two roots may share a row.
+   subroutine store_update(symbolic, subtrees, t, above, values)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
       integer, intent(in) :: t
@@ -135,10 +135,10 @@ contains
          end associate
          k = k + rows
       end do
-   end subroutine pass_on
+   end subroutine store_update
 
-   ! What part c passed on.
-   subroutine take_over(symbolic, subtrees, c, last, values, y, above)
+   ! Adds the update of child part c.
+   subroutine add_update(symbolic, subtrees, c, last, values, y, above)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
       integer, intent(in) :: c, last
@@ -153,9 +153,9 @@ contains
          k = k + rows_below(symbolic, s)
       end do
       deallocate (values)
-   end subroutine take_over
+   end subroutine add_update
 
-   ! What supernode s of part t hangs on is not in this part.
+   ! Whether the parent of supernode s is outside part t.
    pure logical function is_root(symbolic, subtrees, s, t)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
@@ -172,7 +172,7 @@ contains
       rows_below = int(symbolic%start(s + 1) - symbolic%start(s))
    end function rows_below
 
-   ! Values in the rows of supernode s: from y up to row `last`, from what is above behind it.
+   ! Subtracts values in the rows of supernode s: from y up to row `last`, from `above` beyond.
    pure subroutine subtract(symbolic, subtrees, s, last, values, y, above)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
@@ -203,8 +203,8 @@ contains
       end associate
    end subroutine subtract
 
-   ! L^{-T} D^{-1} of a part.
-   subroutine descend(symbolic, subtrees, factors, t, y, rows)
+   ! Division by D and backward substitution in a part.
+   subroutine backward_part(symbolic, subtrees, factors, t, y, rows)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
       type(supernodal_factors_type), intent(in) :: factors
@@ -218,7 +218,7 @@ contains
       do s = subtrees%root(t), subtrees%first(t), -1
          call backward(symbolic, factors, s, y, rows)
       end do
-   end subroutine descend
+   end subroutine backward_part
 
    pure subroutine divide(pivot, y)
       real(wp), intent(in) :: pivot(:)
@@ -234,7 +234,7 @@ contains
       end if
    end subroutine divide
 
-   ! L^{-1} of one supernode; the rows are what is to be subtracted below it.
+   ! Forward substitution in one supernode; `rows` is to be subtracted below it.
    subroutine forward(symbolic, factors, s, y, rows)
       type(symbolic_type), intent(in) :: symbolic
       type(supernodal_factors_type), intent(in) :: factors
@@ -251,7 +251,7 @@ contains
       end associate
    end subroutine forward
 
-   ! L^{-T} of one supernode.
+   ! Backward substitution in one supernode.
    subroutine backward(symbolic, factors, s, y, rows)
       type(symbolic_type), intent(in) :: symbolic
       type(supernodal_factors_type), intent(in) :: factors

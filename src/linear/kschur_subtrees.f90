@@ -1,6 +1,6 @@
-!> Parts of an elimination tree, or of several: subtrees, and above these what lies between two branchings. A part may be worked
-!> on as soon as those that hang on it are done, so that threads share them; what they are does not depend on how many threads
-!> there are, and there are no more than some hundreds of them, however the tree branches.
+!> Partition of an elimination forest for parallel work: leaf parts are subtrees, other parts are chains between branchings. A
+!> part may start when its children are done. The partition does not depend on the number of threads, and has at most some
+!> hundreds of parts.
 module kschur_subtrees
    use kschur_kinds, only: wp
    use kschur_symbolic, only: symbolic_type
@@ -8,30 +8,30 @@ module kschur_subtrees
    private
    public :: subtrees_type, cut_subtrees
 
-   !> An elimination tree cut into parts, each after those that hang on it.
+   !> A partition of the elimination forest, children before parents.
    type :: subtrees_type
-      !> Part t has the supernodes first(t) ... root(t), the last of which is above the others, or subtrees side by side that
-      !> hang on the same part; the parts have all.
+      !> Part t has supernodes first(t) ... root(t): a subtree or chain with its root last, or sibling subtrees of one parent
+      !> part. The parts cover all supernodes.
       integer, allocatable :: first(:), root(:)
-      !> The part that part t hangs on; one more than there are where that is none.
+      !> Parent of part t; number of parts + 1 for a root.
       integer, allocatable :: above(:)
-      !> Nothing hangs on it.
+      !> Whether a part has no children.
       logical, allocatable :: is_leaf(:)
-      !> Of each column of the others, which one of them it is; how many they are.
+      !> Number of each column outside leaves among all such columns; their total.
       integer, allocatable :: place(:)
       integer :: columns = 0
    end type subtrees_type
 
-   ! A factor with fewer entries is not worth it; no leaf has more than this part of all entries.
-   real(wp), parameter :: least = 3.0e5_wp
+   ! Factors with fewer entries are not partitioned; no leaf has more than 1/`leaves` of all entries.
+   real(wp), parameter :: least_entries = 3.0e5_wp
    integer, parameter :: leaves = 24
-   ! What hangs on a part and is this much smaller than a leaf may be in it.
-   integer, parameter :: twigs = 16
+   ! A subtree smaller than a leaf by this factor may be merged into the part above.
+   integer, parameter :: small_part = 16
 
 contains
 
-   !> Leaves are the largest subtrees with no more than their part of the entries whose supernodes are neighbours, and as many
-   !> of them as hang on the same part beside each other and have no more together.
+   !> Leaves are the largest subtrees of contiguous supernodes within the bound of entries; siblings under the same part are
+   !> merged while they are within it together.
    function cut_subtrees(symbolic) result(subtrees)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type) :: subtrees
@@ -52,7 +52,7 @@ contains
       end do
    end function cut_subtrees
 
-   ! 0 at a root.
+   ! Parent supernode, 0 at a root.
    pure subroutine find_parents(symbolic, parent)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(out) :: parent(:)
@@ -64,16 +64,16 @@ contains
       end do
    end subroutine find_parents
 
-   ! From the last supernode down.
+   ! Scans supernodes from the last to the first.
    subroutine find_parts(symbolic, parent, subtrees)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: parent(:)
       type(subtrees_type), intent(inout) :: subtrees
-      ! Of the subtree of each supernode, its entries, how many supernodes it has, and the first of them; of its children,
-      ! how many are no leaves.
+      ! Of the subtree of each supernode: entries, number of supernodes, and first one; number of its children that are not
+      ! leaves.
       real(wp), allocatable :: entries(:)
       integer, allocatable :: members(:), begin(:), branches(:)
-      ! Of each supernode, the part that it is in, counted from the last one.
+      ! Part of each supernode, counted from the last.
       integer, allocatable :: part(:)
       logical, allocatable :: leaf(:), ends(:)
       real(wp) :: total
@@ -85,7 +85,7 @@ contains
       total = sum(entries)
       allocate (members(nodes), source=1)
       allocate (begin, source=[(s, s=1, nodes)])
-      ! Children come first.
+      ! Sums over subtrees: children precede parents.
       do s = 1, nodes
          if (parent(s) == 0) cycle
          entries(parent(s)) = entries(parent(s)) + entries(s)
@@ -103,7 +103,7 @@ contains
       do while (s > 0)
          parts = parts + 1
          ends(s) = .true.
-         if (total < least) then
+         if (total < least_entries) then
             leaf(s) = .true.
             low = 1
          else if (leaf(s)) then
@@ -129,7 +129,7 @@ contains
          if (parent(s) > 0) above = part(parent(s))
       end function above
 
-      ! Of subtree s and those before it that hang on the same part.
+      ! First supernode of subtree s and preceding siblings under the same part.
       pure integer function first_of_leaves(s) result(low)
          integer, intent(in) :: s
          real(wp) :: sum
@@ -143,7 +143,7 @@ contains
          end do
       end function first_of_leaves
 
-      ! Of supernode s and those below it as far as only leaves branch off, the small ones of which are in it.
+      ! First supernode of the chain below s from which only leaves branch off, small ones merged into it.
       pure integer function first_of_chain(s) result(low)
          integer, intent(in) :: s
          real(wp) :: taken
@@ -151,11 +151,11 @@ contains
          low = s
          taken = 0
          do while (low > 1)
-            ! What is before a part and hangs on nothing in it is another tree, or hangs on what is above it.
+            ! A preceding subtree with no parent in this part belongs to another tree, or to a part above.
             if (parent(low - 1) == 0 .or. parent(low - 1) > s) exit
             if (leaf(low - 1)) then
                taken = taken + entries(low - 1)
-               if (taken > total/(leaves*twigs)) exit
+               if (taken > total/(leaves*small_part)) exit
                low = begin(low - 1)
             else
                if (branches(parent(low - 1)) > 1) exit

@@ -1,12 +1,10 @@
-!> LDL^T without pivoting, left-looking, one supernode after the other. Threads share parts of the elimination tree that do
-!> not hang on each other, and above its leaves tiles of a panel: neither depends on how many threads there are, nor does a
-!> digit.
-!> E. G. Ng, B. W. Peyton, SIAM J. Sci. Comput. 14 (1993), doi 10.1137/0914063.
+!> Left-looking supernodal LDL^T without pivoting. Threads share independent parts of the elimination tree, and tiles of panels
+!> above its leaves; neither the partition nor the digits depend on the number of threads.
 module kschur_supernodal
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
-   use kschur_left_looking, only: elimination_type, eliminate_in_tiles, eliminate_supernode, panel_type, pass_on, &
-      supernodal_factors_type, take_over, workspace_type
+   use kschur_left_looking, only: elimination_type, eliminate_in_tiles, eliminate_supernode, panel_type, schedule_updates, &
+      supernodal_factors_type, adopt_updates, workspace_type
    use kschur_monitor, only: ask_monitor, is_stopped, monitor_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_subtrees, only: subtrees_type
@@ -17,37 +15,36 @@ module kschur_supernodal
    private
    public :: eliminate
 
-   ! A panel with fewer entries is not worth more than one thread.
+   ! Panels with fewer entries are factored by one thread.
    integer, parameter :: least_entries = 20000
 
 contains
 
-   !> Factors a symmetric matrix, of which it reads one half. Goes no further than a pivot that is zero, or not a
-   !> number: those that depend on it are zero. With a `side`, each pivot is moved downwards (-1) or upwards (1) by as much
-   !> as rounding may do.
+   !> Factors a symmetric matrix, of which one triangle is read. Stops at a pivot that is zero or NaN; columns that depend on it
+   !> are set to zero. With `side`, moves each pivot downwards (-1) or upwards (1) by the bound of the rounding errors.
    subroutine eliminate(matrix, symbolic, subtrees, side, factors, error, monitor, least)
       type(csr_matrix_type), target, intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), target, intent(in) :: subtrees
       integer, intent(in) :: side
-      !> What it holds goes; its room serves again where it fits.
+      !> Overwritten; its memory is reused if it fits.
       type(supernodal_factors_type), intent(inout) :: factors
       type(error_type), allocatable, intent(out) :: error
-      !> Asked between parts of the tree, and between supernodes above its leaves: its end is an error.
+      !> Polled between parts of the tree, and between supernodes above its leaves; cancelling is an error.
       class(monitor_type), optional, intent(inout) :: monitor
-      !> The least size of a pivot: a smaller one becomes as large. Absent: 0.
+      !> Least size of a pivot; smaller ones are replaced by it. Absent: 0.
       real(wp), optional, intent(in) :: least
       type(elimination_type) :: shared
       type(panel_type), allocatable :: panels(:)
       type(workspace_type), allocatable :: work(:)
-      ! A part waits for those that hang on it.
+      ! Dependencies: a part follows its children.
       logical :: turn(size(subtrees%root) + 1)
       integer :: t, status
 
       allocate (panels(team_size()), work(team_size()), stat=status)
       if (status == 0) call make_room(symbolic, side, factors, panels, work, status)
       if (present(least)) panels%enclosure%least = least
-      if (status == 0) call share(matrix, symbolic, subtrees, side, shared, status)
+      if (status == 0) call set_shared(matrix, symbolic, subtrees, side, shared, status)
       if (status /= 0) then
          call new_error(error, error_memory, "no memory for the LDL^T factors")
          return
@@ -64,14 +61,14 @@ contains
       call ask_monitor(monitor, error)
    end subroutine eliminate
 
-   ! Nothing, where one that hangs on it was stopped.
+   ! Does nothing if a child part was stopped.
    subroutine eliminate_part(symbolic, t, shared, factors, panel, work, monitor)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: t
       type(elimination_type), intent(inout) :: shared
       type(supernodal_factors_type), intent(inout) :: factors
       type(panel_type), intent(inout) :: panel
-      !> Of all threads.
+      !> One for each thread.
       type(workspace_type), intent(inout) :: work(:)
       class(monitor_type), optional, intent(inout) :: monitor
       logical :: stopped, ended
@@ -80,26 +77,26 @@ contains
       stopped = .false.
       do c = 1, t - 1
          if (shared%subtrees%above(c) /= t) cycle
-         call take_over(symbolic, c, t, shared)
+         call adopt_updates(symbolic, c, t, shared)
          stopped = stopped .or. shared%stopped(c)
       end do
       associate (first => shared%subtrees%first(t), root => shared%subtrees%root(t), is_leaf => shared%subtrees%is_leaf(t))
          do s = first, root
-            call ask(shared, s == first .or. .not. is_leaf, monitor, ended)
+            call check_monitor(shared, s == first .or. .not. is_leaf, monitor, ended)
             if (stopped .or. ended) exit
             if (is_leaf .or. entries_of_panel(symbolic, s) < least_entries) then
                call eliminate_supernode(symbolic, s, shared, factors, panel, work(thread_number()), stopped)
             else
                call eliminate_in_tiles(symbolic, s, shared, factors, panel, work, stopped)
             end if
-            if (.not. stopped) call pass_on(symbolic, s, t, shared)
+            if (.not. stopped) call schedule_updates(symbolic, s, t, shared)
          end do
       end associate
       shared%stopped(t) = stopped
    end subroutine eliminate_part
 
-   ! The thread of the caller asks; the others look at what it was told.
-   subroutine ask(shared, now, monitor, ended)
+   ! Only the thread of the caller polls the monitor; others read the result.
+   subroutine check_monitor(shared, now, monitor, ended)
       type(elimination_type), intent(inout) :: shared
       logical, intent(in) :: now
       class(monitor_type), optional, intent(inout) :: monitor
@@ -114,7 +111,7 @@ contains
       end if
       !$omp atomic read
       ended = shared%ended
-   end subroutine ask
+   end subroutine check_monitor
 
    pure integer(long) function entries_of_panel(symbolic, s)
       type(symbolic_type), intent(in) :: symbolic
@@ -125,7 +122,7 @@ contains
       end associate
    end function entries_of_panel
 
-   ! For the factors, and for each thread.
+   ! Allocates factors and work arrays of each thread.
    subroutine make_room(symbolic, side, factors, panels, work, status)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: side
@@ -164,7 +161,7 @@ contains
       end do
    end subroutine make_room
 
-   subroutine share(matrix, symbolic, subtrees, side, shared, status)
+   subroutine set_shared(matrix, symbolic, subtrees, side, shared, status)
       type(csr_matrix_type), target, intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), target, intent(in) :: subtrees
@@ -180,9 +177,9 @@ contains
          if (status == 0) allocate (shared%stopped(parts), source=.false., stat=status)
       end associate
       if (status == 0 .and. side /= 0) call count_terms(symbolic, shared, status)
-   end subroutine share
+   end subroutine set_shared
 
-   ! Of each row of L, before its diagonal.
+   ! Number of entries of each row of L before its diagonal.
    subroutine count_terms(symbolic, shared, status)
       type(symbolic_type), intent(in) :: symbolic
       type(elimination_type), intent(inout) :: shared

@@ -1,6 +1,5 @@
-!> Supernodes: columns of L that are stored, and computed with, as one dense block, since they have entries in nearly the
-!> same rows. Those of the same rows are one, and a child joins its parent where few zeros are stored for it.
-!> C. Ashcraft, R. Grimes, ACM TOMS 15 (1989), doi 10.1145/76909.76910.
+!> Supernodes: adjacent columns of L with nearly the same rows, stored and computed with as one dense block. Columns with equal
+!> rows are joined, and a child is merged into its parent if few explicit zeros result (relaxed supernodes).
 module kschur_supernodes
    use kschur_elimination_tree, only: find_postorder
    use kschur_kinds, only: wp, long
@@ -9,26 +8,26 @@ module kschur_supernodes
    private
    public :: find_supernodes, widest
 
-   !> No supernode has more columns.
+   !> Largest number of columns of a supernode.
    integer, parameter :: widest = 192
 
-   ! A tree of blocks. Before they are joined, one for all consecutive columns with the same rows.
+   ! A tree of blocks: at first one for each run of columns with the same rows.
    type :: blocks_type
-      ! The last column of each; its parent, 0 at a root.
+      ! Last column of each block; its parent, 0 at a root.
       integer, allocatable :: top(:), parent(:)
       integer, allocatable :: columns(:), rows_below(:)
-      ! Entries of L.
+      ! Number of entries of L.
       integer(long), allocatable :: entries(:)
-      ! The block that a block is part of: itself, or a later one.
+      ! The block that a block is merged into: itself, or a later one.
       integer, allocatable :: into(:)
    end type blocks_type
 
 contains
 
-   !> Of columns in postorder, the order in which those of a supernode are neighbours: sequence(k) is the k-th. Supernode s
-   !> begins with the column that is the first(s)-th then; `above` is its parent, 0 at a root.
+   !> From columns in postorder, finds an order in which those of a supernode are adjacent: sequence(k) is the k-th column.
+   !> Supernode s starts at position first(s); `above` is its parent, 0 at a root.
    subroutine find_supernodes(parent, entries, sequence, first, above)
-      !> The elimination tree, and the entries of each column of L with its diagonal.
+      !> Elimination tree, and number of entries of each column of L with its diagonal.
       integer, intent(in) :: parent(:), entries(:)
       integer, allocatable, intent(out) :: sequence(:), first(:), above(:)
       type(blocks_type) :: blocks
@@ -73,7 +72,7 @@ contains
       integer :: c, p
 
       allocate (child(0:size(blocks%top)), sibling(size(blocks%top)), source=0)
-      ! The last child first: its columns stand before the parent's already.
+      ! Last child first: its columns are adjacent to the parent's.
       do c = 1, size(blocks%top)
          sibling(c) = child(blocks%parent(c))
          child(blocks%parent(c)) = c
@@ -91,8 +90,7 @@ contains
       end do
    end subroutine join_children
 
-   ! Whether the zeros that both together store are few: the narrower the block, the dearer are its row indices and
-   ! the calls it takes.
+   ! Whether merging stores few zeros: more are accepted in narrow blocks, where index storage and call overhead weigh more.
    pure logical function joined(blocks, c, p)
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: c, p
@@ -106,13 +104,13 @@ contains
       joined = real(zeros, wp) <= most_zeros(1 + count(columns > width))*real(all_entries, wp)
    end function joined
 
-   ! The tree of the joined blocks in postorder. Those that are too wide are cut: the parent of a piece is that of its last
-   ! column, as what descends from one column of a block stands together.
+   ! Postorders the tree of merged blocks, and splits blocks that are too wide: the parent of a piece is the piece of its last
+   ! column's parent, since descendants of a column of a block are adjacent.
    subroutine lay_out(parent, blocks, block_of, sequence, first, above)
       integer, intent(in) :: parent(:), block_of(:)
       type(blocks_type), intent(in) :: blocks
       integer, allocatable, intent(out) :: sequence(:), first(:), above(:)
-      ! The number of the block that each is part of; how many there are; of each, the block it was.
+      ! Number of the merged block of each block; their count; the original block of each.
       integer, allocatable :: number(:), whole(:), tree(:), post(:), rank(:), place(:), supernode(:)
       integer :: wholes, s, j, k, pieces, piece
 

@@ -1,4 +1,4 @@
-!> The symbolic factorisation for LDL^T: in which order, and where L will have entries.
+!> Symbolic LDL^T factorisation: elimination order and pattern of L.
 module kschur_symbolic
    use kschur_elimination_tree, only: count_entries, find_parents, find_postorder
    use kschur_error, only: error_type, new_error, error_library, error_memory
@@ -14,37 +14,37 @@ module kschur_symbolic
    private
    public :: symbolic_type, analyze, check_fill
 
-   ! At more multiplications for each entry of a matrix METIS is tried too: nested dissection, which takes as long as some
-   ! thousand for each, pays in solids.
+   ! Multiplications for each entry of a matrix above which METIS is tried too: nested dissection, which costs about a thousand
+   ! for each entry, pays off for solids.
    real(wp), parameter :: solid_work = 4000
 
-   !> All 1-based.
+   !> Order, supernodes and row structure of L; all indices 1-based.
    type :: symbolic_type
-      !> Unknown order(k) is the k-th to be eliminated, position(i) is the place of unknown i.
+      !> Unknown order(k) is eliminated as k-th; position is the inverse permutation.
       integer, allocatable :: order(:), position(:)
-      !> Supernode s has the columns first(s) ... first(s+1)-1 of L. Each comes after its children.
+      !> Supernode s has columns first(s) ... first(s+1)-1 of L, after those of its children.
       integer, allocatable :: first(:)
-      !> Below its diagonal block it has entries in the rows row(start(s):start(s+1)-1), ascending.
+      !> Rows below its diagonal block: row(start(s):start(s+1)-1), ascending.
       integer(long), allocatable :: start(:)
       integer, allocatable :: row(:)
       !> The supernode of each column.
       integer, allocatable :: supernode(:)
-      !> All entries of L; a supernode stores a few zeros too.
+      !> Number of entries of L, without explicit zeros.
       integer(long) :: factor_entries = 0
-      !> Multiplications that take them.
+      !> Number of multiplications of the factorisation.
       real(wp) :: operations = 0
    contains
       procedure :: entries_a_column
-      !> The rows below the diagonal block of the supernode that has most.
+      !> Largest number of rows below the diagonal block of a supernode.
       procedure :: most_rows
-      !> Bytes of the factors as they are stored, with their rows, and of what one thread takes beside them.
+      !> Memory in bytes of the factors, their row indices, and the work arrays of one thread.
       procedure :: bytes => factor_bytes
    end type symbolic_type
 
 contains
 
-   !> Of a symmetric matrix, in the order of `structure` where it is known, else in that of AMD, or of METIS where there
-   !> are multipliers or it takes fewer operations. Fails where a column has more than so many entries (error_library).
+   !> Analyses a symmetric matrix in the order of `structure` if given, else of AMD, or of METIS if there are multipliers or it
+   !> needs fewer operations. Fails if columns have more than `most_entries` entries on average (error_library).
    recursive subroutine analyze(matrix, structure, most_entries, symbolic, error)
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
@@ -56,13 +56,13 @@ contains
       logical :: free
       integer :: status
 
-      ! Symmetric to rounding, a matrix may have a small entry on one side only.
+      ! A matrix that is symmetric to rounding may have a tiny entry on one side only.
       if (.not. matrix%has_symmetric_pattern()) then
          call analyze(linear_combination(1.0_wp, matrix, 1.0_wp, transpose_csr(matrix)), structure, most_entries, symbolic, &
             error)
          return
       end if
-      ! A multiplier before the unknowns it touches would be a penalty that drowns their stiffness.
+      ! A multiplier eliminated before the unknowns it constrains would act as a penalty that swamps their stiffness.
       free = structure%multipliers == 0 .and. .not. allocated(structure%position)
       if (free) then
          call minimum_degree_order(matrix%row_start, matrix%column, symbolic%position, error)
@@ -88,7 +88,7 @@ contains
       if (status /= 0) call no_memory(error)
    end subroutine analyze
 
-   !> Fails where a column has more than so many entries (error_library).
+   !> Fails if columns have more than `most_entries` entries on average (error_library).
    subroutine check_fill(symbolic, most_entries, error)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: most_entries
@@ -98,10 +98,10 @@ contains
          "high fill, "//text(symbolic%entries_a_column())//" entries a column")
    end subroutine check_fill
 
-   ! The elimination tree, and the entries of each column, in a postorder of it.
+   ! Computes the elimination tree and column counts, and postorders them.
    subroutine find_tree(matrix, symbolic, parent, entries, error)
       type(csr_matrix_type), intent(in) :: matrix
-      !> With a position; orders itself anew.
+      !> Has a position; is reordered.
       type(symbolic_type), intent(inout) :: symbolic
       integer, allocatable, intent(out) :: parent(:), entries(:)
       type(error_type), allocatable, intent(out) :: error
@@ -129,8 +129,8 @@ contains
       symbolic%operations = sum(real(entries, wp)**2)/2
    end subroutine find_tree
 
-   ! The supernodes and their rows: row k has entries in all of them on the way from a column where A has one to the
-   ! diagonal.
+   ! Computes the supernodes and their rows: row k has entries in all supernodes on the tree path from each entry of row k of A
+   ! to the diagonal.
    subroutine find_structure(matrix, parent, entries, symbolic, status)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: parent(:), entries(:)
@@ -184,7 +184,7 @@ contains
       end subroutine visit
    end subroutine find_structure
 
-   ! What was the sequence(k)-th to be eliminated is the k-th.
+   ! Applies a permutation to the elimination order.
    subroutine reorder(symbolic, sequence)
       type(symbolic_type), intent(inout) :: symbolic
       integer, intent(in) :: sequence(:)

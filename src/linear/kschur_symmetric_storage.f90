@@ -1,5 +1,5 @@
-!> Symmetric matrices of which one triangle is stored, as finite-element programs and direct solvers keep them: made whole
-!> where that is asked for, and told from those that are meant as they are.
+!> Symmetric matrices with one triangle stored, as finite-element programs and direct solvers do: completes them on request, and
+!> detects those that look like one.
 module kschur_symmetric_storage
    use kschur_csr, only: csr_matrix_type
    use kschur_csr_assembly, only: transpose_csr
@@ -12,29 +12,28 @@ module kschur_symmetric_storage
    private
    public :: settle_storage
 
-   !> Matrices are taken as they are; what looks like half of a symmetric one is an error.
+   !> Matrices are not changed; one that looks like half of a symmetric one is an error.
    integer, parameter, public :: symmetric_check = 0
-   !> The lower triangle is half of a symmetric matrix.
+   !> The lower triangle of a symmetric matrix is stored.
    integer, parameter, public :: symmetric_lower = 1
-   !> The upper triangle is.
+   !> The upper triangle is stored.
    integer, parameter, public :: symmetric_upper = 2
-   !> Matrices are taken as they are.
+   !> Matrices are not changed.
    integer, parameter, public :: symmetric_no = 3
-   !> The names of these, in this order from `symmetric_check` on.
+   !> Names of these, from `symmetric_check` on.
    character(len=*), parameter, public :: symmetric_names(0:3) = [character(len=5) :: "check", "lower", "upper", "no"]
 
 contains
 
-   !> Makes a square matrix whole where it is taken as half of a symmetric one. Fails where an entry of the other triangle does
-   !> not mirror one of that half; for `symmetric_check` where the matrix has entries in one triangle only, beside the
-   !> diagonal, and may be half of a semidefinite one.
+   !> Completes a square matrix of which one triangle is stored. Fails if an entry of the other triangle contradicts it; for
+   !> `symmetric_check` if entries off the diagonal are in one triangle only and may be half of a semidefinite matrix.
    subroutine settle_storage(matrix, symmetric, base, name, error)
       type(csr_matrix_type), intent(inout) :: matrix
       !> One of `symmetric_check`, `symmetric_lower`, `symmetric_upper`, `symmetric_no`.
       integer, intent(in) :: symmetric
-      !> What indices count from in messages.
+      !> First index in messages.
       integer, intent(in) :: base
-      !> Of the matrix, for messages.
+      !> Name of the matrix in messages.
       character(len=*), intent(in) :: name
       type(error_type), allocatable, intent(inout) :: error
       character(len=:), allocatable :: half
@@ -53,8 +52,8 @@ contains
       end select
    end subroutine settle_storage
 
-   ! Which triangle holds a half: the only one with entries, if each has a_ij^2 <= a_ii a_jj, as those of a semidefinite matrix
-   ! have (Cauchy-Schwarz). A coupling one way that is stronger is no half.
+   ! Returns the stored triangle: the only one with entries, if a_ij^2 <= a_ii a_jj for each, as in a semidefinite matrix
+   ! (Cauchy-Schwarz). A stronger one-way coupling is not half of one.
    integer function half_of(matrix) result(half)
       type(csr_matrix_type), intent(in) :: matrix
       real(wp) :: here, there
@@ -98,7 +97,7 @@ contains
       end function diagonal_entry
    end function half_of
 
-   ! Puts the transpose of one triangle in the place of the other.
+   ! Replaces one triangle by the transpose of the other.
    subroutine mirror(matrix, half, base, name, error)
       type(csr_matrix_type), intent(inout) :: matrix
       integer, intent(in) :: half, base
@@ -150,7 +149,7 @@ contains
       end do
    end subroutine check_other_half
 
-   ! Of each row the entries of `lower` up to the diagonal, then those of `upper`.
+   ! Joins the entries of `lower` up to the diagonal with those of `upper`, row by row.
    subroutine join(lower, upper, whole)
       type(csr_matrix_type), intent(in) :: lower, upper
       type(csr_matrix_type), intent(out) :: whole

@@ -1,4 +1,4 @@
-!> The factors of a matrix, used as those of its transpose.
+!> Solver that uses the factors of a matrix for its transpose.
 module kschur_transposed_solver
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -8,7 +8,7 @@ module kschur_transposed_solver
    private
    public :: transposed_complex_type, transposed_real_type
 
-   !> What is factored is taken for the transpose of what `original` has factored.
+   !> `factorize` does nothing: the matrix must be the transpose of the one that `original` has factored.
    type, extends(real_linear_solver_type) :: transposed_real_type
       class(real_linear_solver_type), pointer :: original => null()
    contains
@@ -17,7 +17,7 @@ module kschur_transposed_solver
       procedure :: solve_adjoint => solve_adjoint_real
    end type transposed_real_type
 
-   !> The same of a complex matrix.
+   !> As above, complex.
    type, extends(complex_linear_solver_type) :: transposed_complex_type
       class(complex_linear_solver_type), pointer :: original => null()
    contains
@@ -28,7 +28,7 @@ module kschur_transposed_solver
 
 contains
 
-   ! The matrix is the transpose of the one that was factored.
+   ! Checks nothing: the matrix is the transpose by contract.
    subroutine adopt_real(self, matrix, structure, error)
       class(transposed_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix

@@ -1,4 +1,4 @@
-!> Trial solutions: without pivoting, nothing else bounds the backward error of a solver.
+!> Trial solutions: without pivoting, only they bound the backward error of a solver.
 module kschur_trial_solution
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
@@ -11,18 +11,18 @@ module kschur_trial_solution
 
 contains
 
-   !> Solves for random forces, and finds the largest backward error of a row: where entries are uneven, the large ones would
-   !> hide what is wrong in the others.
+   !> Solves for random right-hand sides, and returns the largest row-wise backward error: in a normwise one, large entries
+   !> would hide errors in rows of small ones.
    subroutine try_solver(solver, matrix, multipliers, backward_error, error, refinements)
       !> Has factored the matrix.
       class(real_linear_solver_type), intent(inout) :: solver
       type(csr_matrix_type), intent(in) :: matrix
-      !> Redundant constraints can be met, but not violated in any way.
+      !> Number of multipliers: their right-hand side is zero, as redundant constraints are inconsistent otherwise.
       integer, intent(in) :: multipliers
-      !> Huge where the solution has overflowed.
+      !> Huge if the solution overflowed.
       real(wp), intent(out) :: backward_error
       type(error_type), allocatable, intent(out) :: error
-      !> So many steps of refinement are taken by those who solve with it; absent: none.
+      !> Number of refinement steps that callers make; absent: none.
       integer, optional, intent(in) :: refinements
       real(wp), allocatable :: x(:, :), residual(:, :), correction(:, :)
       real(wp) :: largest, scale

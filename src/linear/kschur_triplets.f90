@@ -14,9 +14,9 @@ module kschur_triplets
       integer, allocatable :: column(:)
       real(wp), allocatable :: value(:)
    contains
-      !> Adds one entry; fails where memory does.
+      !> Appends one entry; fails if memory is short.
       procedure :: append
-      !> Makes room for this many entries in all.
+      !> Allocates room for this many entries in all.
       procedure :: reserve
    end type triplets_type
 

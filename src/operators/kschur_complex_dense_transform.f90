@@ -1,5 +1,5 @@
-!> A quadratic form with losses as a transform that is not iterated: all its eigenpairs come from the complex matrix of its operator
-!> on the motions that the constraints allow.
+!> Quadratic form with hysteretic losses, solved densely: all eigenpairs from the complex matrix of its operator on the null
+!> space of the constraints.
 module kschur_complex_dense_transform
    use kschur_deflation, only: deflation_type
    use kschur_eigenpairs, only: eigenpairs_type
@@ -21,17 +21,17 @@ module kschur_complex_dense_transform
    private
    public :: complex_dense_transform_type, new_complex_dense_transform
 
-   !> All eigenpairs of a form.
+   !> All eigenpairs of a quadratic form.
    type, extends(transform_type) :: complex_dense_transform_type
       !> A complex quadratic transform, factored.
       class(transform_type), allocatable :: form
-      ! Eigenvalues of the operator, its Schur form on a basis of motions.
+      ! Eigenvalues and Schur form of the operator on a basis of motions.
       complex(wp), allocatable, private :: values(:), triangle(:, :), schur(:, :)
       real(wp), allocatable, private :: motions(:, :)
-      ! Whether an iteration has said what they took.
-      logical, private :: told = .false.
+      ! Whether an earlier iteration has counted the applications.
+      logical, private :: counted = .false.
    contains
-      !> Takes the form whose operator it is of.
+      !> Takes the form that the operator belongs to.
       procedure :: take_form
       procedure :: iterate
       procedure :: recover
@@ -43,12 +43,12 @@ module kschur_complex_dense_transform
 
 contains
 
-   !> Computes the Schur form of an operator on states of positions and velocities among some motions.
+   !> Computes the Schur form of an operator on states (x, v) in the span of some motions.
    subroutine new_complex_dense_transform(transform, operator, motions, error)
       type(complex_dense_transform_type), intent(out) :: transform
-      !> Of the form that the transform is to take.
+      !> Operator of the form to be taken.
       class(complex_operator_type), intent(inout) :: operator
-      !> An orthonormal basis, n x p; used up.
+      !> Orthonormal basis, n x p; deallocated.
       real(wp), allocatable, intent(inout) :: motions(:, :)
       type(error_type), allocatable, intent(out) :: error
       complex(wp), allocatable :: states(:, :), images(:, :), t(:, :), u(:, :)
@@ -81,7 +81,7 @@ contains
       transform%borrows = transform%form%borrows
    end subroutine take_form
 
-   ! Gives the pairs that are wanted.
+   ! Selects the wanted pairs.
    subroutine iterate(self, selection, options, ritz, error, monitor)
       class(complex_dense_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -95,9 +95,9 @@ contains
 
       associate (unused => options, none => error)
       end associate
-      if (.not. self%told) ritz%statistics%operator_applications = size(self%values)
-      self%told = .true.
-      ! Those of nothing but rounding are infinite.
+      if (.not. self%counted) ritz%statistics%operator_applications = size(self%values)
+      self%counted = .true.
+      ! Ritz values at rounding level are infinite eigenvalues.
       associate (finite => pack(self%values, abs(self%values) > epsilon(1.0_wp)*maxval([0.0_wp, abs(self%values)])))
          needed = selection%needed(finite(order_by_preference(selection, finite)))
          converged = min(needed, size(finite))
@@ -116,7 +116,7 @@ contains
       end associate
    end subroutine iterate
 
-   ! Some of the eigenvectors, as states.
+   ! Selected eigenvectors as states.
    subroutine expand(self, chosen, vectors)
       class(complex_dense_transform_type), intent(in) :: self
       integer, intent(in) :: chosen(:)
@@ -150,7 +150,7 @@ contains
       class(transform_type), allocatable, intent(out) :: adjoint
       type(error_type), allocatable, intent(out) :: error
 
-      ! It is iterated.
+      ! The transposed form is iterated, not solved densely.
       call self%form%transposed(problem, deflation, solver, adjoint, error)
    end subroutine transposed
 

@@ -1,5 +1,5 @@
-!> All eigenpairs of an operator, from its matrix: LAPACK's, where a problem is so small that a Krylov space would be
-!> nearly all there is.
+!> All eigenpairs of an operator from its dense matrix by LAPACK, for problems so small that a Krylov space would span nearly
+!> everything.
 module kschur_dense_eigenpairs
    use kschur_error, only: error_type, error_library, new_error
    use kschur_invariant, only: invariant_type
@@ -11,40 +11,40 @@ module kschur_dense_eigenpairs
    private
    public :: dense_eigenpairs_type, general_eigenpairs, matrix_eigenpairs, symmetric_eigenpairs
 
-   !> Eigenvectors are combinations of the columns of a basis.
+   !> Eigenvalues, and eigenvectors as combinations of basis columns.
    type :: dense_eigenpairs_type
       complex(wp), allocatable :: values(:)
-      !> Length of the vectors x k.
+      !> Order of the operator x k.
       real(wp), allocatable :: basis(:, :)
-      !> The Schur form in this basis, k x k, whose last eigenvalues are the values; not allocated: the columns of the
-      !> basis are the eigenvectors.
+      !> Schur form in this basis, k x k, whose last eigenvalues are `values`; not allocated: the basis columns are
+      !> eigenvectors.
       real(wp), allocatable :: schur(:, :)
-      !> Of a coupling between copies of an eigenvalue, relative to that.
+      !> Rounding level of couplings between copies of an eigenvalue, relative to it.
       real(wp) :: noise = 0
-      !> Vectors that the operator was applied to.
+      !> Number of vectors the operator was applied to.
       integer :: applications = 0
    contains
-      !> Some of the eigenvectors, of unit length; of a self-adjoint operator they are real.
+      !> Selected eigenvectors of unit norm; real for a self-adjoint operator.
       procedure :: vectors, real_vectors
    end type dense_eigenpairs_type
 
-   ! Q of a QR factorisation of a few columns, by reflections, and R.
+   ! Householder QR factorisation of a few columns: Q as reflectors, and R.
    type :: reflections_type
       real(wp), allocatable :: vectors(:, :), tau(:), triangle(:, :)
    contains
       procedure :: apply
    end type reflections_type
 
-   ! Of LAPACK.
+   ! Block size of LAPACK.
    integer, parameter :: block_size = 32
 
 contains
 
-   !> Those of a self-adjoint C with a nonzero eigenvalue: with V orthonormal in its metric B, they are those of
-   !> V^T B C V, and V follows from Cholesky factors of B with pivots. B may be semidefinite.
+   !> Nonzero eigenpairs of a self-adjoint C: with V orthonormal in its metric B they are those of V^T B C V. V comes from a
+   !> pivoted Cholesky factorisation; B may be semidefinite.
    subroutine symmetric_eigenpairs(operator, motions, pairs, error)
       class(symmetric_operator_type), intent(inout) :: operator
-      !> A basis of the vectors that C may give, order x p.
+      !> Basis of a space that contains the range of C, order x p.
       real(wp), contiguous, intent(in) :: motions(:, :)
       type(dense_eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
@@ -72,7 +72,7 @@ contains
       allocate (pairs%values(r), source=cmplx(values, 0, wp))
    end subroutine symmetric_eigenpairs
 
-   ! B-orthonormal combinations of motions, as many as have a length in B.
+   ! B-orthonormal combinations of motions; those in the null space of B are dropped.
    subroutine metric_basis(operator, motions, v, error)
       class(symmetric_operator_type), intent(inout) :: operator
       real(wp), contiguous, intent(in) :: motions(:, :)
@@ -89,7 +89,7 @@ contains
       if (allocated(error)) return
       r = 0
       if (p > 0) call dgemm("T", "N", p, p, n, 1.0_wp, motions, n, images, n, 0.0_wp, gram, p)
-      ! What is heavy must not hide what is light.
+      ! Scales to unit diagonal, so that motions of large mass do not hide others.
       factors = 0
       do i = 1, p
          if (gram(i, i) > 0) factors(i) = 1/sqrt(gram(i, i))
@@ -105,18 +105,18 @@ contains
       if (r > 0) call dtrsm("R", "L", "T", "N", n, r, 1.0_wp, gram, p, v, n)
    end subroutine metric_basis
 
-   !> Those of C that are not in a subspace that it is known to leave invariant: with Q = [Q1, Q2] orthogonal, Q1 a basis
-   !> of that, Q^T C Q is block triangular.
+   !> Eigenpairs of C outside a given invariant subspace: with Q = [Q1, Q2] orthogonal, Q1 spanning it, Q^T C Q is block
+   !> triangular.
    subroutine general_eigenpairs(operator, basis, dual, invariant, noise, pairs, error)
       class(real_operator_type), intent(inout) :: operator
-      !> Bases B and D of the vectors that C may give, D^T B = 1, order x k: its matrix is D^T C B.
+      !> Dual bases B and D of a space that contains the range of C, D^T B = 1, order x k: the matrix of C is D^T C B.
       real(wp), contiguous, intent(in) :: basis(:, :), dual(:, :)
       type(invariant_type), intent(in) :: invariant
-      !> Of a coupling between copies of an eigenvalue, relative to that.
+      !> Rounding level of couplings between copies of an eigenvalue, relative to it.
       real(wp), intent(in) :: noise
       type(dense_eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
-      type(reflections_type) :: known
+      type(reflections_type) :: householder
       real(wp), allocatable :: w(:, :), h(:, :), u(:, :)
       integer :: n, k, s, l
 
@@ -125,42 +125,42 @@ contains
       s = size(invariant%vectors, 2)
       l = k - s
       pairs%applications = l
-      call factor(known, matmul(transpose(dual), invariant%vectors), error)
+      call factor(householder, matmul(transpose(dual), invariant%vectors), error)
       if (allocated(error)) return
       allocate (pairs%basis, source=basis)
       allocate (pairs%values(l), h(k, l), w(n, l))
       if (l == 0) return
-      call known%apply("R", "N", pairs%basis)
+      call householder%apply("R", "N", pairs%basis)
       call operator%apply(pairs%basis(:, s + 1:), w, error)
       if (allocated(error)) return
       call dgemm("T", "N", k, l, n, 1.0_wp, dual, n, w, n, 0.0_wp, h, k)
-      call known%apply("L", "T", h)
-      call triangular_form(known, h, invariant, noise, pairs, u, error)
+      call householder%apply("L", "T", h)
+      call triangular_form(householder, h, invariant, noise, pairs, u, error)
       if (allocated(error)) return
       w = pairs%basis(:, s + 1:)
       call dgemm("N", "N", n, l, l, 1.0_wp, w, n, u, l, 0.0_wp, pairs%basis(:, s + 1:), n)
    end subroutine general_eigenpairs
 
-   !> The same for a matrix, where the basis is that of its rows and columns.
+   !> As above for a matrix, in its own coordinates.
    subroutine matrix_eigenpairs(matrix, invariant, noise, pairs, error)
-      !> Square; used up.
+      !> Square; deallocated.
       real(wp), allocatable, intent(inout) :: matrix(:, :)
       type(invariant_type), intent(in) :: invariant
       real(wp), intent(in) :: noise
       type(dense_eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
-      type(reflections_type) :: known
+      type(reflections_type) :: householder
       real(wp), allocatable :: u(:, :)
       integer :: k, s, i
 
       k = size(matrix, 1)
       s = size(invariant%vectors, 2)
       allocate (pairs%values(k - s))
-      call factor(known, invariant%vectors, error)
+      call factor(householder, invariant%vectors, error)
       if (allocated(error)) return
-      call known%apply("R", "N", matrix)
-      call known%apply("L", "T", matrix)
-      call triangular_form(known, matrix(:, s + 1:), invariant, noise, pairs, u, error)
+      call householder%apply("R", "N", matrix)
+      call householder%apply("L", "T", matrix)
+      call triangular_form(householder, matrix(:, s + 1:), invariant, noise, pairs, u, error)
       if (allocated(error)) return
       call move_alloc(matrix, pairs%basis)
       pairs%basis = 0
@@ -168,12 +168,12 @@ contains
          pairs%basis(i, i) = 1
       end do
       pairs%basis(s + 1:, s + 1:) = u
-      call known%apply("L", "N", pairs%basis)
+      call householder%apply("L", "N", pairs%basis)
    end subroutine matrix_eigenpairs
 
-   ! The Schur form of [r T r^{-1}, H], and the Schur vectors of what is below the known.
-   subroutine triangular_form(known, h, invariant, noise, pairs, u, error)
-      type(reflections_type), intent(in) :: known
+   ! Schur form of [R T R^{-1}, H], and the Schur vectors of the block after the invariant subspace.
+   subroutine triangular_form(householder, h, invariant, noise, pairs, u, error)
+      type(reflections_type), intent(in) :: householder
       !> Q^T C Q2
       real(wp), intent(in) :: h(:, :)
       type(invariant_type), intent(in) :: invariant
@@ -193,12 +193,12 @@ contains
       if (allocated(error)) return
       pairs%noise = noise
       pairs%schur = 0
-      pairs%schur(:s, :s) = similar(known%triangle, real(invariant%projected, wp))
+      pairs%schur(:s, :s) = similarity(householder%triangle, real(invariant%projected, wp))
       pairs%schur(:s, s + 1:) = matmul(h(:s, :), u)
       pairs%schur(s + 1:, s + 1:) = t
    end subroutine triangular_form
 
-   ! QR factors of a few columns.
+   ! QR factorisation of a few columns.
    subroutine factor(factors, columns, error)
       type(reflections_type), intent(out) :: factors
       real(wp), intent(in) :: columns(:, :)
@@ -235,20 +235,20 @@ contains
    end subroutine apply
 
    ! R T R^{-1} of two triangular matrices.
-   pure function similar(r, t)
+   pure function similarity(r, t)
       real(wp), intent(in) :: r(:, :), t(:, :)
-      real(wp), dimension(size(r, 1), size(r, 1)) :: similar, x
+      real(wp), dimension(size(r, 1), size(r, 1)) :: similarity, x
       integer :: j
 
       do j = 1, size(r, 1)
          x(:, j) = (t(:, j) - matmul(x(:, :j - 1), r(:j - 1, j)))/r(j, j)
       end do
-      similar = matmul(r, x)
-   end function similar
+      similarity = matmul(r, x)
+   end function similarity
 
    function vectors(self, chosen)
       class(dense_eigenpairs_type), intent(in) :: self
-      !> Their numbers.
+      !> Their positions.
       integer, intent(in) :: chosen(:)
       complex(wp) :: vectors(size(self%basis, 1), size(chosen))
       real(wp), dimension(size(self%basis, 1), size(chosen)) :: re, im

@@ -1,5 +1,5 @@
-!> A symmetric or quadratic form as a transform that is not iterated: all its eigenpairs come from the matrix of its
-!> operator on the motions that the constraints allow. Each of them is known then, and how many there are.
+!> Symmetric or quadratic form, solved densely: all eigenpairs from the matrix of its operator on the null space of the
+!> constraints, so that the number of eigenvalues is known too.
 module kschur_dense_transform
    use kschur_allowed_motions, only: allowed_motions
    use kschur_deflation, only: deflation_type
@@ -27,11 +27,11 @@ module kschur_dense_transform
 
    !> All eigenpairs of a form, computed by the first iteration.
    type, extends(transform_type) :: dense_transform_type
-      !> A symmetric or a real quadratic transform, factored.
+      !> The symmetric or real quadratic transform, factored.
       class(transform_type), allocatable :: form
-      ! What the first iteration leaves for others.
+      ! All pairs, kept by the first iteration.
       type(dense_eigenpairs_type), allocatable, private :: pairs
-      ! Whether all finite eigenvalues are among them, and no others.
+      ! Whether the pairs are exactly all finite eigenvalues.
       logical, private :: complete = .false.
    contains
       procedure :: iterate
@@ -44,7 +44,7 @@ module kschur_dense_transform
 
 contains
 
-   !> Takes the form.
+   !> Takes over a factored form.
    subroutine new_dense_transform(transform, form)
       type(dense_transform_type), intent(out) :: transform
       class(transform_type), allocatable, intent(inout) :: form
@@ -56,7 +56,7 @@ contains
       transform%borrows = transform%form%borrows
    end subroutine new_dense_transform
 
-   ! Computes all pairs, once, and gives those that are wanted.
+   ! Computes all pairs at the first call; selects the wanted ones.
    subroutine iterate(self, selection, options, ritz, error, monitor)
       class(dense_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -80,7 +80,7 @@ contains
          needed = selection%needed(values(chosen))
          converged = min(needed, size(values))
          if (needed > size(values)) ritz%statistics%reason = reason_fewer_modes
-         ! The second one of a pair may be as near as the first.
+         ! The second root of a pair may be as near as the first.
          if (converged < size(values)) then
             if (.not. abs(values(chosen(converged + 1)) - conjg(values(chosen(converged)))) > 0) converged = converged + 1
          end if
@@ -127,13 +127,13 @@ contains
             self%complete = known%infinite_is_known
          end associate
       end select
-      ! What is so far from the shift that it is rounding beside the others may be anything.
+      ! Eigenvalues so far from the shift that their Ritz values are at rounding level may be infinite.
       associate (sizes => abs(self%pairs%values))
          if (size(sizes) > 0) self%complete = self%complete .and. minval(sizes) > epsilon(1.0_wp)*maxval(sizes)
       end associate
    end subroutine compute
 
-   ! How far from the target all eigenvalues are.
+   ! Sets the distances of all eigenvalues from the target.
    subroutine set_certificate(self, selection)
       class(dense_transform_type), intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -151,7 +151,7 @@ contains
       self%certificate%distances = reshape(distances(:each, :), [each*size(distances, 2)])
    end subroutine set_certificate
 
-   ! The shapes of a symmetric form: where there are constraints they are recovered by an application.
+   ! Shapes of a symmetric form; with constraints they are recovered by one application.
    subroutine take_real(self, chosen, ritz, error)
       class(dense_transform_type), intent(inout) :: self
       integer, intent(in) :: chosen(:)

@@ -1,5 +1,4 @@
-!> The operator of a pencil that is not inverted, whose largest eigenvalues
-!> are those of the pencil.
+!> Operator B^{-1} A of a pencil without shift-invert: its eigenvalues of largest magnitude are those of the pencil.
 module kschur_direct_operator
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_kinds, only: wp, long
@@ -15,12 +14,10 @@ module kschur_direct_operator
    private
    public :: direct_operator_type, new_direct_operator
 
-   !> C = B^{-1} A; its eigenvalues are theta. Of a pencil with infinite
-   !> spurious eigenvalues B has no inverse: then it is the C of the pencil
-   !> with the same modes and spurious zeros, which may be told from rigid
-   !> modes by nothing but Cq phi = 0.
+   !> C = B^{-1} A with eigenvalues theta. If the pencil has infinite spurious eigenvalues, B is singular: then C belongs to the
+   !> pencil with the same modes and spurious zeros instead, which differ from rigid modes only in Cq phi /= 0.
    type, extends(complex_operator_type) :: direct_operator_type
-      !> The pencil with a B that has an inverse: it splits the eigenvectors of C.
+      !> The pencil with nonsingular B, which splits the eigenvectors of C.
       type(pencil_type) :: pencil
       class(complex_linear_solver_type), allocatable :: solver
    contains
@@ -30,9 +27,8 @@ module kschur_direct_operator
 
 contains
 
-   !> Factors B, or [M Cq^T; Cq 0] in its place where it is singular. Fails
-   !> where a motion that satisfies the constraints has no mass: then there is
-   !> no largest eigenvalue. Redundant constraints do no harm.
+   !> Factors B, or [M Cq^T; Cq 0] if B is singular. Fails if a motion that satisfies the constraints has no mass: then no
+   !> largest eigenvalue exists. Redundant constraints are allowed.
    subroutine new_direct_operator(operator, pencil, solver, error)
       type(direct_operator_type), intent(out) :: operator
       type(pencil_type), intent(in) :: pencil
@@ -48,7 +44,7 @@ contains
       if (.not. allocated(error)) call check_mass(operator, error)
    end subroutine new_direct_operator
 
-   ! From A to B: the pencil (20) or (33) becomes (22) or (34).
+   ! Moves the constraints from A to B: pencil (20) or (33) becomes (22) or (34).
    subroutine move_constraints(pencil, error)
       type(pencil_type), intent(inout) :: pencil
       type(error_type), allocatable, intent(out) :: error
@@ -77,7 +73,7 @@ contains
       pencil%b = b
    end subroutine move_constraints
 
-   ! B x determines the motion in x, though redundant constraints leave the multipliers open.
+   ! Checks that B x determines the motion in x; redundant constraints leave the multipliers undetermined.
    subroutine check_mass(operator, error)
       type(direct_operator_type), intent(inout) :: operator
       type(error_type), allocatable, intent(out) :: error

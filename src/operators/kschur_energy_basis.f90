@@ -1,5 +1,5 @@
-!> Coordinates in which the energies of a state are sums of squares, the slowest motions first: there what is stiff
-!> does not hide what is soft, and eigenvalues far apart keep their digits.
+!> Coordinates in which the energies of a state are sums of squares, slowest motions first: stiff motions then do not hide soft
+!> ones, and eigenvalues of different magnitudes keep their relative accuracy.
 module kschur_energy_basis
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -13,14 +13,14 @@ module kschur_energy_basis
 
 contains
 
-   !> Bases B and D of states (x, v), v = lambda/unit x, with D^T B = 1: the modes of M and P(s), their symmetric parts, one
-   !> as a position of unit energy x^T P(s) x, and next to it as a velocity of unit kinetic energy. Where
-   !> an energy is not positive, its size counts.
+   !> Computes dual bases B and D of states (x, v), v = lambda/unit x, D^T B = 1, from the modes of the symmetric parts of M and
+   !> P(s): each mode as a position of unit energy x^T P(s) x, and as a velocity of unit kinetic energy. Nonpositive energies
+   !> are replaced by their magnitudes.
    subroutine new_energy_basis(problem, motions, s, unit, basis, dual, error)
       type(modal_problem_type), intent(in) :: problem
-      !> An orthonormal basis of the motions that are allowed, n x p.
+      !> Orthonormal basis of the null space of the constraints, n x p.
       real(wp), contiguous, intent(in) :: motions(:, :)
-      !> Where the energy is taken, and the unit of lambda in v (1/s).
+      !> Point s of the energy, and unit of lambda in v (1/s).
       real(wp), intent(in) :: s, unit
       !> B and D, 2n x 2p.
       real(wp), allocatable, intent(out) :: basis(:, :), dual(:, :)
@@ -38,7 +38,7 @@ contains
       call diagonalize(a, energy, error)
       if (allocated(error)) return
       energy = sqrt(energy)
-      ! U/e and U e are dual.
+      ! U/e and U e are dual bases.
       allocate (u, source=a)
       do j = 1, p
          a(:, j) = a(:, j)/energy(j)
@@ -52,7 +52,7 @@ contains
       x = product_of(x, m)
       y = product_of(y, m)
       do j = 1, p
-         ! LAPACK's order is that of growing numbers.
+         ! Descending order: LAPACK sorts in ascending order.
          associate (k => p + 1 - j)
             speed = unit*sqrt(inertia(j))
             basis(:n, 2*k - 1) = x(:, j)
@@ -91,7 +91,7 @@ contains
       call dgemm("N", "N", n, q, p, 1.0_wp, x, n, y, p, 0.0_wp, z, n)
    end function product_of
 
-   ! Overwrites a symmetric matrix by its eigenvectors; of its eigenvalues the sizes, none of them smaller than rounding.
+   ! Overwrites a symmetric matrix by its eigenvectors; returns the magnitudes of its eigenvalues, at least at rounding level.
    subroutine diagonalize(a, values, error)
       real(wp), contiguous, intent(inout) :: a(:, :)
       real(wp), allocatable, intent(out) :: values(:)

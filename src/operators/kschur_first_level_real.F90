@@ -1,5 +1,5 @@
-!> The first level of two-level bases of real quadratic operators: what is done with its columns, and with rows of these where
-!> several processes have some each and do it together.
+!> Operations on the first level of two-level bases of real quadratic operators, on columns that may be distributed over
+!> processes.
 module kschur_first_level_real
    use kschur_basis_rows_real, only: basis_rows_type
    use kschur_error, only: error_type

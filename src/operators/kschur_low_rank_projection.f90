@@ -1,11 +1,11 @@
-!> The projected problem of the low-rank form: small, dense, and solved at once.
+!> Projected problem of the low-rank form: small and dense, linear in (x, v).
 !>
-!> On the motions that the constraints allow, with A = K_s - s M and C = A^{-1} M, A^{-1} P(lambda) is
+!> On the null space of the constraints, with A = K_s - s M and C = A^{-1} M, A^{-1} P(lambda) is
 !>
 !>     (1 + beta lambda) + c(lambda) C + F (lambda S + T),   c = lambda^2 + alpha lambda + s (1 + beta lambda)
 !>
-!> with the responses F = A^{-1} B. In a space with M-orthonormal basis V that holds F, only C leads out of it, and by
-!> how much is known from the decomposition of C alone.
+!> with the responses F = A^{-1} B. In a space with M-orthonormal basis V that contains F, only C maps out of the space, and its
+!> residual block is known from the Lanczos decomposition.
 module kschur_low_rank_projection
    use kschur_block_decomposition, only: block_decomposition_type
    use kschur_dense_eigenpairs, only: dense_eigenpairs_type, matrix_eigenpairs
@@ -23,31 +23,31 @@ module kschur_low_rank_projection
    private
    public :: projection_type, new_projection
 
-   !> The undamped part in a space, its Ritz pairs, and what the local forces add to it.
+   !> Undamped part in the space, its Ritz pairs, and the local forces.
    type :: projection_type
       !> Ritz values of C, and their residuals relative to them.
       real(wp), allocatable :: values(:), residuals(:)
-      !> Ritz vectors as combinations of the basis, and how C leads out of the space from each, k and q rows.
+      !> Ritz vectors in terms of the basis, and the residual block applied to each, k and q rows.
       real(wp), allocatable :: vectors(:, :), remainder(:, :)
-      !> F, r columns, and S and T, r rows, in the Ritz vectors.
+      !> F (r columns), S and T (r rows) in terms of the Ritz vectors.
       real(wp), allocatable :: responses(:, :), damping(:, :), stiffness(:, :)
       !> theta and lambda of the undamped part; s.
       type(spectral_map_type) :: map
       real(wp) :: shift = 0
    contains
-      !> The eigenpairs of the whole problem in the space.
+      !> Eigenpairs of the damped problem in the space.
       procedure :: eigenpairs
-      !> How large the residual of A^{-1} P(lambda) is, relative to 1 + beta lambda, for a combination of Ritz vectors.
+      !> Norm of the residual of A^{-1} P(lambda), relative to 1 + beta lambda, for a combination of Ritz vectors.
       procedure :: residual
    end type projection_type
 
 contains
 
-   !> The undamped Ritz pairs of a decomposition.
+   !> Computes the undamped Ritz pairs of a decomposition.
    subroutine new_projection(projection, d, responses, forces, map, shift, error)
       type(projection_type), intent(out) :: projection
       class(block_decomposition_type), intent(in) :: d
-      !> F as combinations of the basis.
+      !> F in terms of the basis.
       real(wp), intent(in) :: responses(:, :)
       type(local_forces_type), intent(in) :: forces
       type(spectral_map_type), intent(in) :: map
@@ -74,55 +74,55 @@ contains
          max(abs(projection%values(j)), epsilon(1.0_wp)*d%scale, tiny(1.0_wp)), j=1, k)])
    end subroutine new_projection
 
-   !> mu = 1/(lambda - tau), and states (x, v) in the Ritz vectors, v = lambda/unit x, without those of the eigenvalue
-   !> zero that are known.
+   !> Computes mu = 1/(lambda - tau), and states (x, v) in terms of the Ritz vectors, v = lambda/unit x; the given root space of
+   !> the eigenvalue zero is excluded.
    subroutine eigenpairs(self, tau, unit, zero, pairs, error)
       class(projection_type), intent(in) :: self
       real(wp), intent(in) :: tau, unit
-      !> Its states, in the Ritz vectors.
+      !> Its states in terms of the Ritz vectors.
       type(root_space_type), intent(in) :: zero
       type(dense_eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
       type(root_space_type) :: none
-      type(invariant_type) :: known
+      type(invariant_type) :: zero_space
       real(wp), allocatable :: matrix(:, :), ordered(:, :)
       real(wp) :: factors(2*size(self%values))
-      integer :: places(2*size(self%values)), k, j
+      integer :: order(2*size(self%values)), k, j
 
       k = size(self%values)
       call make_matrix(self, tau, unit, matrix, error)
       if (allocated(error)) return
-      ! LAPACK may never end on what is no number.
+      ! LAPACK may not terminate on NaN.
       if (.not. all(abs(matrix) <= huge(1.0_wp))) then
          call new_error(error, error_singular, "the projected problem is singular at the shift: move the shift a little")
          return
       end if
-      ! As in `new_energy_basis`: positions and velocities of equal energy, the slowest motions first.
-      places(::2) = ascending_order(-abs(self%values))
-      places(2::2) = k + places(::2)
-      factors(::2) = sqrt(max(abs(self%values(places(::2))), epsilon(1.0_wp)**2*maxval(abs(self%values)), tiny(1.0_wp)))
+      ! Coordinates of `new_energy_basis`: positions and velocities of equal energy, slowest motions first.
+      order(::2) = ascending_order(-abs(self%values))
+      order(2::2) = k + order(::2)
+      factors(::2) = sqrt(max(abs(self%values(order(::2))), epsilon(1.0_wp)**2*maxval(abs(self%values)), tiny(1.0_wp)))
       factors(2::2) = 1/unit
       allocate (ordered(2*k, 2*k))
       do j = 1, 2*k
-         ordered(:, j) = matrix(places, places(j))*(factors(j)/factors)
+         ordered(:, j) = matrix(order, order(j))*(factors(j)/factors)
       end do
-      known = zero_and_infinite(zero, none, 2*k, cmplx(tau, 0, wp), unit, oscillator=.false.)
-      do j = 1, size(known%vectors, 2)
-         known%vectors(:, j) = known%vectors(places, j)/factors
+      zero_space = zero_and_infinite(zero, none, 2*k, cmplx(tau, 0, wp), unit, oscillator=.false.)
+      do j = 1, size(zero_space%vectors, 2)
+         zero_space%vectors(:, j) = zero_space%vectors(order, j)/factors
       end do
-      call matrix_eigenpairs(ordered, known, twelve_digits, pairs, error)
+      call matrix_eigenpairs(ordered, zero_space, twelve_digits, pairs, error)
       if (allocated(error)) return
       do j = 1, 2*k
-         matrix(places, j) = factors*pairs%basis(:, j)
+         matrix(order, j) = factors*pairs%basis(:, j)
       end do
       call move_alloc(matrix, pairs%basis)
    end subroutine eigenpairs
 
-   ! The matrix of (x, v) -> (x+, v+): with D = (1 + beta tau + c(tau) C)^{-1} and H = tau S + T,
+   ! Matrix of the map (x, v) -> (x+, v+): with D = (1 + beta tau + c(tau) C)^{-1} and H = tau S + T,
    !
    !     x+ = -P^{-1} (unit C v + ((tau + alpha + beta s) C + beta) x) - P^{-1} F S x,  v+ = (x + tau x+)/unit
    !
-   ! P^{-1} = D - D F (1 + H D F)^{-1} H D (Woodbury) keeps what strong dampers would drown.
+   ! P^{-1} = D - D F (1 + H D F)^{-1} H D (Woodbury) keeps digits that strong dampers would swamp.
    subroutine make_matrix(self, tau, unit, matrix, error)
       type(projection_type), intent(in) :: self
       real(wp), intent(in) :: tau, unit
@@ -139,7 +139,7 @@ contains
          do j = 1, r
             df(:, j) = d*df(:, j)
          end do
-         ! (1 + H D F)^{-1} [H D, S], each row in units of its own.
+         ! (1 + H D F)^{-1} [H D, S], with rows equilibrated.
          allocate (g(r, r + 2*k))
          g(:, r + 1:r + k) = tau*self%damping + self%stiffness
          g(:, :r) = matmul(g(:, r + 1:r + k), df)
@@ -180,13 +180,13 @@ contains
       class(projection_type), intent(in) :: self
       complex(wp), intent(in) :: lambda, x(:)
       complex(wp) :: p, c
-      real(wp) :: parts(size(x), 2), beside(size(self%remainder, 1), 2)
+      real(wp) :: parts(size(x), 2), remainders(size(self%remainder, 1), 2)
 
       p = 1 + self%map%beta*lambda
       c = lambda*(lambda + self%map%alpha) + self%shift*p
       parts(:, 1) = real(x, wp)
       parts(:, 2) = aimag(x)
-      beside = matmul(self%remainder, parts)
-      residual = abs(c)*norm2(beside)/max(abs(p)*norm2(abs(x)), tiny(1.0_wp))
+      remainders = matmul(self%remainder, parts)
+      residual = abs(c)*norm2(remainders)/max(abs(p)*norm2(abs(x)), tiny(1.0_wp))
    end function residual
 end module kschur_low_rank_projection

@@ -1,4 +1,4 @@
-!> Shapes and multipliers of the low-rank form.
+!> Mode shapes and multipliers of the low-rank form.
 module kschur_low_rank_shapes
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
@@ -11,10 +11,10 @@ module kschur_low_rank_shapes
    private
    public :: recover_shapes, responses_type
 
-   ! Shapes that are computed at a time.
+   ! Shapes computed at a time.
    integer, parameter :: block = 8
 
-   !> What unit local forces make.
+   !> Responses to unit local forces.
    type :: responses_type
       !> F, n x r, and multipliers, m x r.
       real(wp), allocatable :: shapes(:, :), multipliers(:, :)
@@ -22,23 +22,23 @@ module kschur_low_rank_shapes
 
 contains
 
-   !> One more application of the undamped operator, which leaves nothing of infinite eigenvalues. With H = lambda S + T
-   !> and p = 1 + beta lambda,
+   !> Applies the undamped operator once more, which removes components of infinite eigenvalues. With H = lambda S + T and p = 1
+   !> + beta lambda,
    !>
    !>     p (phi, xi/p) = (z, zeta) - (F, Xi) y,   (z, zeta) = -[K_s - s M, Cq^T; Cq, 0]^{-1} (c(lambda) M x, 0),
    !>     (p + H F) y = H z
    !>
-   !> where y, the local forces, follow from z and not from x, in which what a strong damper moves is rounding.
+   !> The local forces y are computed from z, not from x, whose motion at a strong damper is a rounding error.
    subroutine recover_shapes(operator, forces, responses, map, shift, lambda, pairs, error)
       class(symmetric_shift_invert_type), intent(inout) :: operator
       type(local_forces_type), intent(in) :: forces
       !> F and its multipliers Xi.
       type(responses_type), intent(in) :: responses
-      !> Of the undamped part, and s.
+      !> Spectral map of the undamped part, and s.
       type(spectral_map_type), intent(in) :: map
       real(wp), intent(in) :: shift
       complex(wp), intent(in) :: lambda(:)
-      !> With the shapes x; multipliers are set, and shapes are scaled to unit norm.
+      !> Has the shapes x on entry; multipliers are set, and shapes normalised.
       type(eigenpairs_type), intent(inout) :: pairs
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: parts(:, :), momenta(:, :), xi(:, :)
@@ -84,13 +84,13 @@ contains
       end do
    end subroutine recover_shapes
 
-   ! y of (p + H F) y = H z, each row in units of its own; zero where that is singular.
+   ! Solves (p + H F) y = H z with equilibrated rows; zero if that is singular.
    subroutine find_forces(forces, at_columns, lambda, p, z, y)
       type(local_forces_type), intent(in) :: forces
-      !> The rows of F that H sees.
+      !> Rows of F that H multiplies.
       real(wp), intent(in) :: at_columns(:, :)
       complex(wp), intent(in) :: lambda, p
-      !> The rows of z that H sees.
+      !> Rows of z that H multiplies.
       complex(wp), intent(in) :: z(:)
       complex(wp), intent(out) :: y(:)
       complex(wp) :: h(size(y), size(z)), a(size(y), size(y)), response(size(z), size(y))

@@ -1,5 +1,5 @@
-!> The space of the low-rank form: undamped Krylov vectors that begin with the states of the eigenvalue zero, a random
-!> vector and the responses to the local forces.
+!> Krylov space of the low-rank form: undamped Lanczos started with the states of the eigenvalue zero, a random vector and the
+!> responses to the local forces.
 module kschur_low_rank_space
    use kschur_block_decomposition, only: block_decomposition_type, make_room
    use kschur_block_lanczos, only: add_directions, add_random_directions, expand_block
@@ -15,37 +15,38 @@ module kschur_low_rank_space
    private
    public :: begin_or_continue, filter, low_rank_space_type
 
-   !> Applications that take infinite eigenvalues out of a random vector: they come in Jordan blocks of size 2 at most.
+   !> Applications that remove infinite eigenvalues from a random vector: their Jordan blocks have size 2 at most.
    integer, parameter :: filter = 2
 
-   !> Grows from call to call; of its first vectors the responses and the states of the eigenvalue zero are made.
+   !> Lanczos decomposition that is continued from call to call; responses and zero states are combinations of its first
+   !> vectors.
    type, extends(block_decomposition_type) :: low_rank_space_type
-      !> It may grow to so many vectors now.
+      !> Current limit of the dimension.
       integer :: limit = 0
-      !> It began with so many: states, a random vector, responses.
+      !> Number of start vectors: states, a random vector, responses.
       integer :: begun = 0
-      !> Responses to unit local forces and states of the eigenvalue zero as combinations of the basis.
+      !> Responses and zero states in terms of the basis.
       real(wp), allocatable :: responses(:, :), zeros(:, :)
       type(responses_type) :: unit_responses
    contains
-      !> Whether it may not grow.
+      !> Whether the limit is reached.
       procedure :: at_end
-      !> Whether it has all motions.
+      !> Whether it spans all motions.
       procedure :: whole
-      !> The responses, as many rows as vectors were expanded.
+      !> The responses, in terms of the expanded vectors.
       procedure :: expanded_responses
-      !> The states of the eigenvalue zero in the Ritz vectors.
+      !> The zero states in terms of the Ritz vectors.
       procedure :: states
    end type low_rank_space_type
 
 contains
 
-   !> Room for what an iteration asks; in a new space its first vectors.
+   !> Allocates room for an iteration; sets the start vectors of a new space.
    subroutine begin_or_continue(space, operator, forces, motions, options, statistics, error)
       type(low_rank_space_type), allocatable, intent(inout) :: space
       class(symmetric_shift_invert_type), intent(inout) :: operator
       type(local_forces_type), intent(in) :: forces
-      !> There are no more independent ones than this.
+      !> Upper bound of the dimension of the space of motions.
       integer, intent(in) :: motions
       class(krylov_options_type), intent(in) :: options
       type(krylov_statistics_type), intent(inout) :: statistics
@@ -64,7 +65,7 @@ contains
          space%most = motions - size(operator%deflation%decay)
          if (size(operator%deflation%decay) > 0) allocate (space%excluded, source=operator%deflation%shapes)
       end if
-      ! Each block of responses is as many vectors, which are solved for together.
+      ! Each block of responses, which are solved for together, adds r vectors.
       space%limit = z + options%subspace + merge(0, levels*r, options%observes)
       room = 2*(r + z) + space%limit + 2
       call make_room(space, n, room, options%processes, error)
@@ -131,7 +132,7 @@ contains
    function states(self, zero, vectors)
       class(low_rank_space_type), intent(in) :: self
       type(root_space_type), intent(in) :: zero
-      !> The Ritz vectors as combinations of the basis.
+      !> Ritz vectors in terms of the basis.
       real(wp), intent(in) :: vectors(:, :)
       type(root_space_type) :: states
 
@@ -141,7 +142,7 @@ contains
       allocate (states%v, source=matmul(states%x, zero%links))
    end function states
 
-   ! The first rows, or zeros below those that there are.
+   ! The first rows, padded with zeros.
    pure function padded(matrix, rows)
       real(wp), intent(in) :: matrix(:, :)
       integer, intent(in) :: rows

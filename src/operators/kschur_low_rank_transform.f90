@@ -1,6 +1,5 @@
-!> Problems that are symmetric and proportionally damped but for local forces, as a transform: the undamped Krylov space
-!> of the symmetric form, with the responses to those forces among its start vectors, holds all their modes. Every mode
-!> is a combination of undamped modes and of such responses.
+!> Transform for symmetric, proportionally damped problems with local forces (low-rank form): the undamped Krylov space, started
+!> with the responses to those forces, contains all modes, since each is a combination of undamped modes and responses.
 module kschur_low_rank_transform
    use kschur_archive, only: archive_type
    use kschur_block_lanczos, only: add_random_directions, expand_block
@@ -33,12 +32,12 @@ module kschur_low_rank_transform
    private
    public :: low_rank_transform_type, new_low_rank_transform
 
-   !> The undamped part with its local forces, and the space that grows for both.
+   !> Undamped part, local forces, and their Krylov space.
    type, extends(transform_type) :: low_rank_transform_type
       !> The undamped part, factored.
       type(symmetric_transform_type) :: undamped
       type(local_forces_type) :: forces
-      ! The problem with the symmetric part of K, where K is not symmetric.
+      ! The problem with the symmetric part of K, if K is not symmetric.
       type(modal_problem_type), allocatable, private :: symmetric_part
       type(inertia_census_type), allocatable, private :: census
       type(placement_type), private :: placement
@@ -51,26 +50,26 @@ module kschur_low_rank_transform
       procedure :: order
       procedure :: transposed
       procedure, private :: keep
-      procedure, private :: look
+      procedure, private :: check_space
       procedure, private :: undamped_selection
-      procedure, private :: copies_are_there
+      procedure, private :: has_all_copies
    end type low_rank_transform_type
 
-   ! What a look at the space tells.
-   type :: look_type
+   ! Result of a convergence check.
+   type :: ritz_check_type
       type(projection_type) :: undamped
       type(dense_eigenpairs_type) :: pairs
-      !> The wanted ones of the pairs, most wanted first; how many it takes; how many of these have converged.
+      !> Wanted pairs, most wanted first; number of leading pairs that contain all wanted ones; number of these that converged.
       integer, allocatable :: chosen(:)
       integer :: needed = 0, converged = 0
       real(wp) :: residual = 0
    contains
       procedure :: settled
-   end type look_type
+   end type ritz_check_type
 
 contains
 
-   !> Factors [K_s - s M, Cq^T; Cq, 0], s = theta(lambda) of the proportional part; of a complex lambda the real part.
+   !> Factors [K_s - s M, Cq^T; Cq, 0], s = theta(lambda) of the proportional part; for a complex lambda its real part.
    subroutine new_low_rank_transform(transform, problem, deflation, placement, solver, error, counting_solver)
       type(low_rank_transform_type), target, intent(out) :: transform
       type(modal_problem_type), target, intent(in) :: problem
@@ -78,13 +77,13 @@ contains
       type(placement_type), intent(in) :: placement
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
-      !> A solver that tells the inertia of indefinite matrices.
+      !> A solver that computes the inertia of indefinite matrices.
       class(real_linear_solver_type), allocatable, optional, intent(inout) :: counting_solver
       type(modal_problem_type), pointer :: undamped
       logical :: few
 
       transform%placement = placement
-      ! Of the projected problem, which may have eigenvalues next to zero.
+      ! Shift of the projected problem, which may have eigenvalues next to zero.
       transform%shift = abs(placement%lambda)
       if (.not. abs(transform%shift) > 0) transform%shift = placement%unit
       call new_local_forces(problem, transform%forces, few, error)
@@ -110,7 +109,7 @@ contains
       type(ritz_pairs_type), intent(out) :: ritz
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
-      type(look_type) :: seen
+      type(ritz_check_type) :: check
       logical :: proceed, complete
       integer :: next
 
@@ -120,7 +119,7 @@ contains
       if (allocated(error)) return
       ritz%statistics%reason = reason_max_restarts
       next = min(selection%wanted, self%space%limit)
-      ! Without the responses the projected problem is another one.
+      ! The projection is only valid with all responses in the space.
       if (.not. options%observes) next = max(next, self%space%begun)
       proceed = .true.
       do
@@ -133,37 +132,37 @@ contains
          end do
          if (self%space%closed()) call add_random_directions(self%undamped%operator, self%space, 1, filter, options%seed, &
             ritz%statistics, error)
-         if (.not. allocated(error)) call self%look(selection, options, seen, error)
+         if (.not. allocated(error)) call self%check_space(selection, options, check, error)
          if (allocated(error)) return
          if (options%observes) then
-            call take_undamped(self, options, seen, ritz)
+            call take_undamped(self, options, check, ritz)
             return
          end if
-         if (present(monitor)) call monitor%report(0, seen%converged, seen%needed, seen%residual, proceed)
+         if (present(monitor)) call monitor%report(0, check%converged, check%needed, check%residual, proceed)
          if (is_stopped(monitor)) proceed = .false.
          complete = .false.
-         if (seen%settled()) call self%copies_are_there(selection, seen, complete)
+         if (check%settled()) call self%has_all_copies(selection, check, complete)
          if (self%space%closed()) exit
-         if ((seen%settled() .and. complete) .or. .not. proceed .or. self%space%at_end()) exit
-         if (seen%settled()) call add_random_directions(self%undamped%operator, self%space, 1, filter, options%seed, &
+         if ((check%settled() .and. complete) .or. .not. proceed .or. self%space%at_end()) exit
+         if (check%settled()) call add_random_directions(self%undamped%operator, self%space, 1, filter, options%seed, &
             ritz%statistics, error)
          if (allocated(error)) return
          next = min(self%space%expanded + max(8, self%space%expanded/10), self%space%limit)
       end do
       if (.not. proceed) then
          ritz%statistics%reason = reason_cancelled
-      else if (seen%settled() .and. (complete .or. self%space%whole())) then
+      else if (check%settled() .and. (complete .or. self%space%whole())) then
          ritz%statistics%reason = reason_converged
-      else if (self%space%closed() .and. .not. seen%settled()) then
+      else if (self%space%closed() .and. .not. check%settled()) then
          ritz%statistics%reason = reason_fewer_modes
       end if
-      call extract(self, seen, ritz)
+      call extract(self, check, ritz)
       associate (statistics => ritz%statistics)
-         statistics%history = history_type([seen%converged], [statistics%operator_applications], [seen%residual])
+         statistics%history = history_type([check%converged], [statistics%operator_applications], [check%residual])
       end associate
    end subroutine iterate
 
-   ! Where it is time to, the state goes to the checkpoint, or comes from it.
+   ! Writes the state to the checkpoint, or reads it, when that is due.
    subroutine keep(self, checkpoint, statistics, next, error)
       class(low_rank_transform_type), intent(inout) :: self
       type(checkpoint_type), intent(inout) :: checkpoint
@@ -182,18 +181,18 @@ contains
    end subroutine keep
 
    pure logical function settled(self)
-      class(look_type), intent(in) :: self
+      class(ritz_check_type), intent(in) :: self
 
       settled = self%needed > 0 .and. self%converged >= self%needed
    end function settled
 
-   ! The undamped Ritz pairs; and, where those have converged, or nothing more is to come, the damped ones: by a dense problem
-   ! of twice the order, which costs more than all looks before.
-   subroutine look(self, selection, options, seen, error)
+   ! Computes the undamped Ritz pairs; after their convergence, or if the space cannot grow, also the damped pairs, by a dense
+   ! problem of twice the order, which costs more than all checks before.
+   subroutine check_space(self, selection, options, check, error)
       class(low_rank_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
       class(krylov_options_type), intent(in) :: options
-      type(look_type), intent(out) :: seen
+      type(ritz_check_type), intent(out) :: check
       type(error_type), allocatable, intent(out) :: error
       type(modal_selection_type) :: undamped
       integer, allocatable :: order(:)
@@ -203,48 +202,48 @@ contains
 
       k = self%space%expanded
       if (k == 0) return
-      call new_projection(seen%undamped, self%space, self%space%expanded_responses(), self%forces, self%undamped%map, &
+      call new_projection(check%undamped, self%space, self%space%expanded_responses(), self%forces, self%undamped%map, &
          real(self%undamped%shift, wp), error)
       if (allocated(error)) return
       undamped = self%undamped_selection(selection)
-      allocate (order, source=order_by_preference(undamped, cmplx(seen%undamped%values, 0, wp)))
-      needed = undamped%needed(cmplx(seen%undamped%values(order), 0, wp))
-      ! Local forces may drive the second real root of an oscillator out of reach, and it takes another mode in its place.
-      needed = max(needed, min(selection%wanted - count_of(selection%known), self%space%most))
-      seen%needed = needed
-      seen%converged = count(seen%undamped%residuals(order(:min(needed, k))) <= options%tolerance)
-      seen%residual = maxval(seen%undamped%residuals(order(:min(needed, k))))
+      allocate (order, source=order_by_preference(undamped, cmplx(check%undamped%values, 0, wp)))
+      needed = undamped%needed(cmplx(check%undamped%values(order), 0, wp))
+      ! Local forces may move the second real root of an oscillator out of range; another mode then takes its place.
+      needed = max(needed, min(selection%wanted - size_or_zero(selection%known), self%space%most))
+      check%needed = needed
+      check%converged = count(check%undamped%residuals(order(:min(needed, k))) <= options%tolerance)
+      check%residual = maxval(check%undamped%residuals(order(:min(needed, k))))
       if (options%observes .or. &
-         (seen%converged < needed .and. .not. (self%space%closed() .or. self%space%at_end()))) then
-         ! Nothing of the damped problem is known yet, or asked for.
-         seen%converged = 0
-         allocate (seen%chosen(0))
+         (check%converged < needed .and. .not. (self%space%closed() .or. self%space%at_end()))) then
+         ! The damped problem is not solved yet, or not needed.
+         check%converged = 0
+         allocate (check%chosen(0))
          return
       end if
-      call seen%undamped%eigenpairs(real(self%shift, wp), self%placement%unit, &
-         self%space%states(self%undamped%operator%deflation%zero, seen%undamped%vectors), seen%pairs, error)
+      call check%undamped%eigenpairs(real(self%shift, wp), self%placement%unit, &
+         self%space%states(self%undamped%operator%deflation%zero, check%undamped%vectors), check%pairs, error)
       if (allocated(error)) return
-      associate (values => seen%pairs%values)
+      associate (values => check%pairs%values)
          order = order_by_preference(selection, values)
-         seen%needed = selection%needed(values(order))
-         allocate (seen%chosen, source=order(:min(seen%needed, size(values))))
-         allocate (vectors, source=seen%pairs%vectors(seen%chosen))
-         allocate (residuals, source=[(seen%undamped%residual(self%shift + 1/values(seen%chosen(j)), vectors(:k, j)), &
-            j=1, size(seen%chosen))])
-         seen%converged = count(residuals <= options%tolerance)
-         seen%residual = maxval([0.0_wp, residuals])
-         if (.not. seen%settled()) seen%chosen = pack(seen%chosen, residuals <= options%tolerance)
+         check%needed = selection%needed(values(order))
+         allocate (check%chosen, source=order(:min(check%needed, size(values))))
+         allocate (vectors, source=check%pairs%vectors(check%chosen))
+         allocate (residuals, source=[(check%undamped%residual(self%shift + 1/values(check%chosen(j)), vectors(:k, j)), &
+            j=1, size(check%chosen))])
+         check%converged = count(residuals <= options%tolerance)
+         check%residual = maxval([0.0_wp, residuals])
+         if (.not. check%settled()) check%chosen = pack(check%chosen, residuals <= options%tolerance)
       end associate
-   end subroutine look
+   end subroutine check_space
 
-   pure integer function count_of(known)
+   pure integer function size_or_zero(known)
       complex(wp), allocatable, intent(in) :: known(:)
 
-      count_of = 0
-      if (allocated(known)) count_of = size(known)
-   end function count_of
+      size_or_zero = 0
+      if (allocated(known)) size_or_zero = size(known)
+   end function size_or_zero
 
-   ! What is wanted of the undamped part: as many modes, with the distances that damping in proportion gives them.
+   ! Selection of the undamped problem: as many modes, at the distances that proportional damping gives them.
    type(modal_selection_type) function undamped_selection(self, selection)
       class(low_rank_transform_type), intent(in) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -253,41 +252,41 @@ contains
          selection%known)
    end function undamped_selection
 
-   ! Whether the space has all undamped modes as near to the target as the damped ones, each as often as it is one.
-   subroutine copies_are_there(self, selection, seen, complete)
+   ! Whether the space has all undamped modes as near to the target as the damped ones, all copies included.
+   subroutine has_all_copies(self, selection, check, complete)
       class(low_rank_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
-      type(look_type), intent(in) :: seen
+      type(ritz_check_type), intent(in) :: check
       logical, intent(out) :: complete
       type(modal_selection_type) :: undamped
-      integer :: order(size(seen%undamped%values)), near, j
+      integer :: order(size(check%undamped%values)), near, j
       real(wp) :: reach
 
       complete = .false.
       if (.not. allocated(self%census)) return
       undamped = self%undamped_selection(selection)
-      order = order_by_preference(undamped, cmplx(seen%undamped%values, 0, wp))
-      reach = maxval([0.0_wp, (selection%key(seen%pairs%values(seen%chosen(j))), j=1, size(seen%chosen))])
-      near = max(1, count([(undamped%key(cmplx(seen%undamped%values(j), 0, wp)) <= reach, j=1, size(order))]))
+      order = order_by_preference(undamped, cmplx(check%undamped%values, 0, wp))
+      reach = maxval([0.0_wp, (selection%key(check%pairs%values(check%chosen(j))), j=1, size(check%chosen))])
+      near = max(1, count([(undamped%key(cmplx(check%undamped%values(j), 0, wp)) <= reach, j=1, size(order))]))
       self%census%target = selection%target
-      ! Damped modes may be the furthest: copies at a lesser distance are to be there all the same.
+      ! The furthest may be damped ones: copies of undamped modes at smaller distances are needed anyway.
       self%census%within = reach
-      call self%census%examine(seen%undamped%values(order), seen%undamped%residuals(order), near, complete)
-   end subroutine copies_are_there
+      call self%census%examine(check%undamped%values(order), check%undamped%residuals(order), near, complete)
+   end subroutine has_all_copies
 
-   ! What tells a scale are the undamped eigenvalues, those of rigid motions apart: the space is made for these.
-   subroutine take_undamped(self, options, seen, ritz)
+   ! Returns undamped eigenvalues, which give the scale, without rigid motions, for which the space was made.
+   subroutine take_undamped(self, options, check, ritz)
       class(low_rank_transform_type), intent(in) :: self
       class(krylov_options_type), intent(in) :: options
-      type(look_type), intent(in) :: seen
+      type(ritz_check_type), intent(in) :: check
       type(ritz_pairs_type), intent(inout) :: ritz
-      complex(wp) :: lambda(2), mu(size(seen%undamped%values))
+      complex(wp) :: lambda(2), mu(size(check%undamped%values))
       integer :: found, j
 
       found = 0
       do j = 1, size(mu)
-         associate (value => seen%undamped%values(j), undamped => self%undamped)
-            if (seen%undamped%residuals(j) > options%tolerance .or. .not. abs(value) > 0) cycle
+         associate (value => check%undamped%values(j), undamped => self%undamped)
+            if (check%undamped%residuals(j) > options%tolerance .or. .not. abs(value) > 0) cycle
             if (abs(undamped%shift + 1/value) <= seems_zero**2*abs(undamped%shift)) cycle
             lambda = undamped%map%lambdas(undamped%shift + 1/value)
             found = found + 1
@@ -298,32 +297,32 @@ contains
       allocate (ritz%vectors(0, found))
    end subroutine take_undamped
 
-   ! The wanted pairs, of a conjugate pair one: shapes of both would take twice the time and room.
-   subroutine extract(self, seen, ritz)
+   ! Extracts the wanted pairs, one of each conjugate pair, which halves time and memory.
+   subroutine extract(self, check, ritz)
       class(low_rank_transform_type), intent(in) :: self
-      type(look_type), intent(in) :: seen
+      type(ritz_check_type), intent(in) :: check
       type(ritz_pairs_type), intent(inout) :: ritz
-      ! Vectors at a time: copies of all would take as much memory.
+      ! Vectors at a time, to save memory.
       integer, parameter :: batch = 8
       complex(wp), allocatable :: y(:, :)
       integer, allocatable :: chosen(:)
       integer :: k, before, first, last
 
       k = self%space%expanded
-      if (.not. allocated(seen%pairs%values)) then
+      if (.not. allocated(check%pairs%values)) then
          allocate (ritz%mu(0), ritz%vectors(self%space%basis%length(), 0))
          return
       end if
-      before = size(seen%pairs%schur, 1) - size(seen%pairs%values)
-      allocate (chosen, source=before + seen%chosen)
-      call keep_one_of_pairs(seen%pairs%schur, chosen, ritz%paired)
+      before = size(check%pairs%schur, 1) - size(check%pairs%values)
+      allocate (chosen, source=before + check%chosen)
+      call keep_one_of_pairs(check%pairs%schur, chosen, ritz%paired)
       chosen = chosen - before
-      allocate (ritz%mu(size(chosen)), source=seen%pairs%values(chosen))
-      allocate (y, source=seen%pairs%vectors(chosen))
+      allocate (ritz%mu(size(chosen)), source=check%pairs%values(chosen))
+      allocate (y, source=check%pairs%vectors(chosen))
       allocate (ritz%vectors(self%space%basis%length(), size(ritz%mu)))
       do first = 1, size(ritz%mu), batch
          last = min(first + batch - 1, size(ritz%mu))
-         call self%space%basis%combine(matmul(seen%undamped%vectors, y(:k, first:last)), ritz%vectors(:, first:last))
+         call self%space%basis%combine(matmul(check%undamped%vectors, y(:k, first:last)), ritz%vectors(:, first:last))
       end do
    end subroutine extract
 

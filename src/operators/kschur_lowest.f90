@@ -1,4 +1,4 @@
-!> The lowest undamped frequencies, roughly, from the factors in which rigid motions are looked for.
+!> Estimates of the lowest undamped frequencies, from the factors computed for rigid motions.
 module kschur_lowest
    use kschur_deflation, only: deflation_type
    use kschur_effort, only: effort_type
@@ -17,7 +17,7 @@ module kschur_lowest
    private
    public :: find_lowest_frequencies
 
-   !> K^{-1} M on the motions that the constraints allow and that are not rigid.
+   !> K^{-1} M on the null space of the constraints, rigid motions deflated.
    type, extends(real_operator_type) :: flexibility_type
       type(modal_problem_type), pointer :: problem => null()
       type(deflation_type), pointer :: deflation => null()
@@ -29,33 +29,32 @@ module kschur_lowest
 
 contains
 
-   !> Those frequencies of the undamped problem, among so many modes nearest to zero, that twenty
-   !> Krylov vectors tell to a tenth or so.
-   subroutine find_lowest_frequencies(problem, known, modes, seed, processes, frequencies, effort, error)
+   !> Computes the frequencies of the undamped problem that a Krylov space of twenty vectors gives to about a tenth, among the
+   !> `modes` modes nearest to zero.
+   subroutine find_lowest_frequencies(problem, examination, modes, seed, processes, frequencies, effort, error)
       type(modal_problem_type), target, intent(in) :: problem
-      !> Its rigid motions and its factored stiffness.
-      type(examination_type), target, intent(inout) :: known
+      !> Its rigid motions and factored stiffness.
+      type(examination_type), target, intent(inout) :: examination
       integer, intent(in) :: modes, seed
-      !> Who may share the rows of vectors; not associated: nobody.
+      !> Processes that may share the rows of vectors; not associated: one.
       type(processes_type), pointer, intent(in) :: processes
-      !> In 1/s, those that are found; rigid motions are none of them.
+      !> In 1/s, those that converged; without rigid motions.
       real(wp), allocatable, intent(out) :: frequencies(:)
       class(effort_type), intent(inout) :: effort
-      !> As far as the solver fails.
+      !> Effort, also if the solver fails.
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: roughly = 0.1_wp
-      ! A block takes a third of what its vectors take one by one where MUMPS solves. Infinite eigenvalues come in Jordan
-      ! blocks of size 2 at most.
+      real(wp), parameter :: tolerance = 0.1_wp
+      ! A block costs a third of as many single solves with MUMPS. Infinite eigenvalues have Jordan blocks of size 2 at most.
       integer, parameter :: block = 4, filter = 2
       type(flexibility_type) :: flexibility
       type(krylov_statistics_type) :: statistics
       complex(wp), allocatable :: mu(:), none(:, :)
 
       flexibility%problem => problem
-      flexibility%deflation => known%deflation
-      flexibility%stiffness => known%stiffness
+      flexibility%deflation => examination%deflation
+      flexibility%stiffness => examination%stiffness
       call krylov_schur(flexibility, modal_selection_type(modes, spectral_map_type(oscillator=.true.), &
-         known=known%deflation%eigenvalues()), krylov_options_type(tolerance=roughly, max_restarts=1, seed=seed, &
+         known=examination%deflation%eigenvalues()), krylov_options_type(tolerance=tolerance, max_restarts=1, seed=seed, &
          filter=filter, block=block, verify=.false., vectors=.false., processes=processes), mu, none, statistics, error)
       effort%operator_applications = effort%operator_applications + statistics%operator_applications
       if (allocated(error)) return

@@ -1,5 +1,4 @@
-!> The modes nearest to a target, as a criterion on Ritz values of a
-!> shift-invert operator.
+!> Selects the modes nearest to a target from Ritz values of a shift-invert operator.
 module kschur_modal_selection
    use kschur_kinds, only: wp
    use kschur_selection, only: selection_type
@@ -9,16 +8,16 @@ module kschur_modal_selection
    private
    public :: modal_selection_type
 
-   !> Wants `wanted` modes, a complex-conjugate pair being one.
+   !> The `wanted` modes nearest to the target; a complex-conjugate pair is one mode.
    type, extends(selection_type) :: modal_selection_type
       type(spectral_map_type) :: map
       !> The shift, as a theta.
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
       !> The target, as a lambda (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp)
-      !> Modes that are known beforehand and count with those that are found (1/s).
+      !> Modes found earlier, which count as found (1/s).
       complex(wp), allocatable :: known(:)
-      !> Whether eigenvalues below the real axis belong to no mode.
+      !> Whether eigenvalues below the real axis are ignored.
       logical :: upper = .false.
    contains
       procedure :: key
@@ -26,7 +25,7 @@ module kschur_modal_selection
       procedure :: edge
       procedure :: crowds
       procedure, private :: lambdas_of
-      procedure, private :: nearer
+      procedure, private :: count_nearer
       procedure, private :: is_upper
    end type modal_selection_type
 
@@ -41,7 +40,7 @@ contains
       if (abs(mu) > tiny(1.0_wp)) lambdas = self%map%lambdas(self%shift + 1/mu)
    end function lambdas_of
 
-   !> Distance of the nearer lambda from the target. What belongs to no mode is beyond all others.
+   !> Distance of the nearer lambda from the target; ignored ones come last.
    real(wp) function key(self, value)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: value
@@ -59,7 +58,8 @@ contains
       is_upper = aimag(lambdas(1)) >= -real_tolerance*abs(lambdas(1))
    end function is_upper
 
-   !> The image of the disc of what is nearer to the target than the last value: of its edge, where theta has no pole in it.
+   !> Modulus of the image of the edge of the disc of values nearer to the target than the last one, if theta has no pole in the
+   !> disc.
    real(wp) function edge(self, last)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: last
@@ -80,7 +80,8 @@ contains
       if (furthest > 0) edge = 1/furthest
    end function edge
 
-   !> Within one per cent, as where damping proportional to stiffness gathers all stiff motions.
+   !> Whether at least eight values lie within one per cent of the last: stiffness-proportional damping clusters all stiff
+   !> motions.
    logical function crowds(self, values, last)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: values(:), last
@@ -91,17 +92,16 @@ contains
       crowds = count([(abs(self%key(values(i)) - self%key(last)) <= within*self%key(last), i=1, size(values))]) >= crowd
    end function crowds
 
-   ! The number of known modes within a distance.
-   pure integer function nearer(self, distance)
+   ! Number of known modes within a distance.
+   pure integer function count_nearer(self, distance)
       class(modal_selection_type), intent(in) :: self
       real(wp), intent(in) :: distance
 
-      nearer = 0
-      if (allocated(self%known)) nearer = count(abs(self%known - self%target) <= distance)
-   end function nearer
+      count_nearer = 0
+      if (allocated(self%known)) count_nearer = count(abs(self%known - self%target) <= distance)
+   end function count_nearer
 
-   !> Counts the values until they hold enough modes, together with the known ones
-   !> that are nearer.
+   !> Number of leading values that contain enough modes, together with nearer known ones.
    integer function needed(self, values)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: values(:)
@@ -113,7 +113,7 @@ contains
       end if
    end function needed
 
-   ! One that is the conjugate of an earlier one completes a pair and adds no mode.
+   ! The conjugate of an earlier value completes a pair and adds no mode.
    integer function needed_eigenvalues(self, values) result(needed)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: values(:)
@@ -128,7 +128,7 @@ contains
          needed = i
          if (self%upper) then
             if (self%is_upper(values(i))) modes = modes + 1
-            if (modes + self%nearer(self%key(values(i))) >= self%wanted) return
+            if (modes + self%count_nearer(self%key(values(i))) >= self%wanted) return
             cycle
          end if
          single(i) = abs(aimag(lambda(i))) > real_tolerance*abs(lambda(i))
@@ -142,13 +142,12 @@ contains
                exit
             end do
          end if
-         if (modes + self%nearer(self%key(values(i))) >= self%wanted) return
+         if (modes + self%count_nearer(self%key(values(i))) >= self%wanted) return
       end do
       needed = size(values) + self%wanted - modes
    end function needed_eigenvalues
 
-   ! An oscillator is one mode, or two when its roots are real: the second
-   ! counts once the values reach as far as it.
+   ! An oscillator is one mode, or two if its roots are real: the second counts when the values extend to it.
    integer function needed_oscillators(self, values) result(needed)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: values(:)
@@ -162,13 +161,13 @@ contains
       do i = 1, size(values)
          roots = self%lambdas_of(values(i))
          reach = minval(abs(roots - self%target))
-         ! Of a zero without damping the two roots are one mode.
+         ! An undamped zero has two roots but is one mode.
          zero = maxval(abs(roots))**2 <= seems_zero**2*abs(self%shift) .and. .not. abs(self%map%alpha) > 0
          if (.not. zero .and. all(abs(aimag(roots)) <= real_tolerance*abs(roots))) &
             second(i) = maxval(abs(roots - self%target))
          modes = i + count(second(:i) <= reach)
          needed = i
-         if (modes + self%nearer(reach) >= self%wanted) return
+         if (modes + self%count_nearer(reach) >= self%wanted) return
       end do
       needed = size(values) + self%wanted - modes
    end function needed_oscillators

@@ -16,18 +16,15 @@ module kschur_pencil
    private
    public :: check_fit, pencil_type, new_pencil
 
-   !> A x = theta B x. The damped forms have x = (phi, lambda/unit phi, zeta)
-   !> and theta = lambda, the undamped ones x = (phi, zeta) and theta = -+
-   !> lambda^2. Where constraints stand in A zeta is xi, and the spurious
-   !> eigenvalues are infinite. Where they stand in B zeta is xi integrated
-   !> once or twice, theta zeta = unit xi or unit^2 xi, and the spurious ones
-   !> are zeros: 2m in (22); 3m in (34), whose third block row of B is
-   !> [0 Cq 0] here, because the paper's [Cq 0 0] makes B singular. B has an
-   !> inverse where M has one on the motions that satisfy the constraints.
+   !> A x = theta B x. The damped forms have x = (phi, lambda/unit phi, zeta) and theta = lambda, the undamped ones x = (phi,
+   !> zeta) and theta = -+ lambda^2. With constraints in A, zeta is xi and the spurious eigenvalues are infinite. With
+   !> constraints in B, zeta is xi integrated once or twice, theta zeta = unit xi or unit^2 xi, and the spurious ones are zeros:
+   !> 2m in (22); 3m in (34), whose third block row of B is [0 Cq 0] here, because the paper's [Cq 0 0] makes B singular. B is
+   !> nonsingular if M is on the null space of the constraints.
    type :: pencil_type
       !> One of `formulation_*`.
       integer :: formulation
-      !> How theta and lambda belong together.
+      !> Map between theta and lambda.
       type(spectral_map_type) :: map
       type(csr_matrix_type) :: a, b
       !> Numbers of unknowns n and multipliers m of the problem.
@@ -36,12 +33,12 @@ module kschur_pencil
       real(wp), allocatable :: factors(:)
       !> Unit of lambda in the second and third part of x (1/s).
       real(wp) :: unit
-      !> What a linear solver may use of A - sigma B.
+      !> Structure of A - sigma B for linear solvers.
       type(matrix_structure_type) :: structure
    contains
       !> Whether the pencil is in lambda; otherwise it is in its square.
       procedure :: is_damped
-      !> Whether constraints stand in B.
+      !> Whether the constraints are in B.
       procedure :: has_spurious_zeros
       !> theta of a lambda.
       procedure :: theta
@@ -54,7 +51,7 @@ module kschur_pencil
       procedure :: split
    end type pencil_type
 
-   ! Block rows and columns while a pencil is put together.
+   ! Triplets of a block matrix during assembly.
    type :: blocks_type
       integer, allocatable :: row(:), column(:)
       real(wp), allocatable :: value(:)
@@ -64,10 +61,9 @@ module kschur_pencil
 
 contains
 
-   !> The pencil of a formulation. Fails where the formulation does not fit
-   !> the problem. The equations of the damped forms stand in the order
-   !> (second, first, third) of eqs. (30) and (33): that puts the stiffness on
-   !> the diagonal of A - sigma B and changes no eigenvalue.
+   !> Builds the pencil of a formulation. Fails if the formulation does not fit the problem. The equations of the damped forms
+   !> are in the order (second, first, third) of eqs. (30) and (33): this puts the stiffness on the diagonal of A - sigma B and
+   !> changes no eigenvalue.
    subroutine new_pencil(pencil, problem, formulation, factors, unit, error)
       type(pencil_type), intent(out) :: pencil
       type(modal_problem_type), intent(in) :: problem
@@ -160,7 +156,7 @@ contains
       end subroutine refuse
    end subroutine check_fit
 
-   ! Puts coefficient * block, or its transpose, behind `rows` rows and `columns` columns.
+   ! Adds coefficient * block, or its transpose, at an offset of `rows` rows and `columns` columns.
    subroutine add(self, rows, columns, coefficient, block, transposed)
       class(blocks_type), intent(inout) :: self
       integer, intent(in) :: rows, columns
@@ -216,16 +212,14 @@ contains
       lambda = merge(roots(2), roots(1), aimag(roots(1)) < 0 .and. self%map%oscillator)
    end function lambda
 
-   !> phi (n x k) and xi (m x k) of eigenvectors x; xi belongs to the
-   !> constraints as given. Of the two copies of phi in a damped form it takes
-   !> the larger one: the other is a small difference.
+   !> Extracts phi (n x k) and xi (m x k), xi in terms of the constraints as given, from eigenvectors x. A damped form has two
+   !> copies of phi; the larger one is taken, as the other suffers cancellation.
    subroutine split(self, x, lambda, theta, phi, xi)
       class(pencil_type), intent(in) :: self
       complex(wp), intent(in) :: x(:, :)
       !> The eigenvalue of each column.
       complex(wp), intent(in) :: lambda(:)
-      !> theta of each column, to take zeta to xi; the shift where shift-invert
-      !> made zeta.
+      !> theta of each column, to convert zeta to xi; the shift if zeta comes from shift-invert.
       complex(wp), intent(in) :: theta(:)
       complex(wp), allocatable, intent(out) :: phi(:, :), xi(:, :)
       integer :: n, j

@@ -1,5 +1,4 @@
-!> The pencils of Table 1 as a transform: complex Krylov-Schur, or ARPACK, on
-!> (A - sigma B)^{-1} B.
+!> Pencils of Table 1 as transforms: complex Krylov-Schur, or ARPACK, on (A - sigma B)^{-1} B.
 module kschur_pencil_transform
    use kschur_arpack, only: arpack
    use kschur_arpack_options, only: arpack_options_type
@@ -29,7 +28,7 @@ module kschur_pencil_transform
    !> A pencil, factored.
    type, extends(transform_type) :: pencil_transform_type
       type(shift_invert_type), allocatable :: operator
-      ! Where it is factored (1/s); `shift` is its theta.
+      ! Shift as lambda (1/s); `shift` is its theta.
       complex(wp), private :: lambda = (0.0_wp, 0.0_wp)
    contains
       procedure :: iterate
@@ -63,8 +62,7 @@ contains
       transform%recover_applies = .not. placement%raw
    end subroutine new_pencil_transform
 
-   ! The transposes of the damped pencils are no such pencils: there it is the structured quadratic form, with factors of
-   ! its own.
+   ! Transposed damped pencils do not have the form of Table 1: the structured quadratic form is used, with its own factors.
    subroutine transposed(self, problem, deflation, solver, adjoint, error)
       class(pencil_transform_type), target, intent(in) :: self
       type(modal_problem_type), target, intent(in) :: problem

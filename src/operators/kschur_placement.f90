@@ -1,4 +1,4 @@
-!> Where a formulation is factored, and in what units.
+!> Shift and scaling at which a formulation is factored.
 module kschur_placement
    use kschur_kinds, only: wp
    use kschur_options, only: formulation_quadratic
@@ -7,21 +7,21 @@ module kschur_placement
    private
    public :: placement_type
 
-   !> A formulation, a shift, units and factors.
+   !> A formulation with its shift, unit and factors.
    type :: placement_type
       !> One of `formulation_*`.
       integer :: formulation = formulation_quadratic
       !> The shift (1/s).
       complex(wp) :: lambda = (0.0_wp, 0.0_wp)
-      !> Unit of lambda (1/s) where vectors carry velocities.
+      !> Unit of lambda (1/s) in vectors with velocities.
       real(wp) :: unit = 1
       !> Factor of each constraint.
       real(wp), allocatable :: factors(:)
-      !> There are no more independent motions that the constraints allow than this.
+      !> Upper bound of the dimension of the null space of the constraints.
       integer :: motions = huge(1)
-      !> Whether the vectors of a pencil carry multipliers, and are taken as they come from the iteration.
+      !> Whether vectors of a pencil include multipliers, and are not purified.
       logical :: raw = .false.
-      !> The matrices of the problem, by rows with all processes; not associated: they are multiplied with where they are.
+      !> Distributed matrices of the problem; not associated: not distributed.
       type(row_problem_type), pointer :: matrices => null()
    end type placement_type
 end module kschur_placement

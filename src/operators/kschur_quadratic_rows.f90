@@ -1,5 +1,4 @@
-!> The operators of the quadratic form on rows of states, of which several processes have some each. In this build there is one;
-!> `with/mpi` has the module for several.
+!> Quadratic operators on distributed states. This build has one process with all rows; `with/mpi` has the module for several.
 module kschur_quadratic_rows
    use kschur_error, only: error_type
    use kschur_processes, only: processes_type
@@ -9,12 +8,12 @@ module kschur_quadratic_rows
    private
    public :: end_sharing, share_operator
 
-   !> Gives each process its part, where all of them have the factors, the mass and the damping.
+   !> Distributes an operator; all processes must have the factors, mass and damping.
    interface share_operator
       module procedure share_real, share_complex
    end interface share_operator
 
-   !> Takes them back.
+   !> Ends the distribution.
    interface end_sharing
       module procedure end_real, end_complex
    end interface end_sharing
@@ -23,7 +22,7 @@ contains
 
    subroutine share_real(operator, processes, error)
       class(real_operator_type), target, intent(inout) :: operator
-      !> Who works on it; not associated: this process alone.
+      !> Processes of the solve; not associated: one process.
       type(processes_type), pointer, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
 

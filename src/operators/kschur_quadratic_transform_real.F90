@@ -44,7 +44,7 @@ module kschur_quadratic_transform_real
       real(wp) :: multipliers(size(xi_plus, 1), 2*size(x, 2))
       integer :: k
 
-      ! Real and imaginary parts side by side, as one block of right-hand sides.
+      ! Real and imaginary parts form one block of right-hand sides.
       k = size(x, 2)
       work(:, :k, 1) = real(x, wp)
       work(:, k + 1:2*k, 1) = aimag(x)

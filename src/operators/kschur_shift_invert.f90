@@ -14,27 +14,25 @@ module kschur_shift_invert
    private
    public :: shift_invert_type, new_shift_invert
 
-   !> C = (A - sigma B)^{-1} B, eqs. (41), (46a), (46b), the paper's Algorithm 3.
+   !> C = (A - sigma B)^{-1} B, eqs. (41), (46a), (46b), Algorithm 3 of the paper.
    !>
-   !> The vectors carry no multipliers, whose units are not those of motions. Spurious
-   !> eigenvalues that are zeros would be mu = -1/sigma, in Jordan blocks of size 2
-   !> and 3, the most wanted ones of all; they belong to multipliers and to motions that
-   !> violate the constraints. Without multipliers, and as the phi that C gives satisfies
-   !> Cq phi = 0 whatever phi it was given, all of them are mu = 0, where infinite
-   !> eigenvalues are; the modes are as they are, rigid ones too.
+   !> Vectors do not include multipliers, whose units differ from those of motions. Spurious zero eigenvalues would give mu =
+   !> -1/sigma, in Jordan blocks of size 2 and 3, and be the most wanted of all; they belong to multipliers and to motions that
+   !> violate the constraints. Without multipliers all of them become mu = 0, as infinite eigenvalues do, since C maps any phi
+   !> to one with Cq phi = 0; the modes, rigid ones too, are unchanged.
    type, extends(complex_operator_type) :: shift_invert_type
       type(pencil_type) :: pencil
       !> sigma, a value of theta.
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
       class(complex_linear_solver_type), allocatable :: solver
       type(deflation_type), pointer :: deflation => null()
-      !> Whether the vectors carry multipliers all the same, as the paper's do.
+      !> Whether vectors include multipliers, as in the paper.
       logical :: with_multipliers = .false.
    contains
       procedure :: order => shift_invert_order
       procedure :: apply => shift_invert_apply
-      !> y := C x with the multipliers that `apply` leaves out: of an
-      !> eigenvector xi/sigma instead of xi/theta, which a rigid mode would not have.
+      !> y := C x with the multipliers that `apply` omits: of an eigenvector xi/sigma instead of xi/theta, which is undefined
+      !> for a rigid mode.
       procedure :: apply_with_multipliers
       !> theta of an eigenvalue mu of C, eq. (42).
       procedure :: theta => theta_of_ritz_value
@@ -42,8 +40,8 @@ module kschur_shift_invert
 
 contains
 
-   !> Factors A - sigma B. Fails where it is singular, that is where sigma is
-   !> an eigenvalue, a spurious zero too; redundant constraints do no harm.
+   !> Factors A - sigma B. Fails if it is singular, that is if sigma is an eigenvalue, including spurious zeros; redundant
+   !> constraints are allowed.
    subroutine new_shift_invert(operator, pencil, shift, solver, error, deflation)
       type(shift_invert_type), intent(out) :: operator
       type(pencil_type), intent(in) :: pencil
@@ -51,7 +49,7 @@ contains
       complex(wp), intent(in) :: shift
       class(complex_linear_solver_type), allocatable, intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
-      !> Motions to be kept out of the iteration.
+      !> Motions to be deflated.
       type(deflation_type), target, optional, intent(in) :: deflation
       type(complex_csr_matrix_type) :: shifted
 
@@ -68,9 +66,8 @@ contains
       if (.not. allocated(error)) call check_regular(operator, shifted, error)
    end subroutine new_shift_invert
 
-   ! The shift is an eigenvalue where a system with a consistent right-hand side
-   ! has no solution (null pivots alone may come from redundant constraints), or
-   ! where C has an eigenvalue that puts theta so near to sigma that all others blur.
+   ! The shift is an eigenvalue if a system with consistent right-hand side has no solution (null pivots alone may come from
+   ! redundant constraints), or if an eigenvalue of C is so large that rounding errors along its vector would swamp all others.
    subroutine check_regular(operator, shifted, error)
       type(shift_invert_type), intent(inout) :: operator
       type(complex_csr_matrix_type), intent(in) :: shifted
@@ -98,10 +95,10 @@ contains
          end do
       end do
       singular = operator%solver%null_pivots > 0 .and. .not. maxval(abs(b)) <= known_well*size_of_b
-      ! The level of theta, should sigma be 0.
+      ! Scale of theta if sigma is 0.
       level = operator%pencil%unit
       if (.not. operator%pencil%is_damped()) level = level**2
-      ! Where a pivot was zero it is not a number.
+      ! A zero pivot may give NaN.
       singular = singular .or. .not. norm2(abs(y)) <= huge(1.0_wp)
       if (.not. singular .and. norm2(abs(y)) > 0) then
          x = y/norm2(abs(y))
@@ -138,7 +135,7 @@ contains
       call right_hand_side(self, x, y)
       call self%solver%solve(y, error)
       if (allocated(error)) return
-      if (self%pencil%has_spurious_zeros()) y = y + known_part(self%pencil, x)
+      if (self%pencil%has_spurious_zeros()) y = y + explicit_part(self%pencil, x)
       if (.not. associated(self%deflation)) return
       associate (n => self%pencil%unknowns)
          call self%deflation%project(y(:n, :))
@@ -146,36 +143,35 @@ contains
       end associate
    end subroutine apply_with_multipliers
 
-   ! The system that gives C x, but for the part of it that is known.
+   ! Right-hand side of the system for C x, without its explicit part.
    subroutine right_hand_side(self, x, y)
       class(shift_invert_type), intent(in) :: self
       complex(wp), contiguous, intent(in) :: x(:, :)
       complex(wp), contiguous, intent(out) :: y(:, :)
-      complex(wp), allocatable :: known(:, :)
+      complex(wp), allocatable :: explicit(:, :)
 
       y = 0
       call self%pencil%b%add_product((1.0_wp, 0.0_wp), x, y)
       if (.not. self%pencil%has_spurious_zeros()) return
-      allocate (known, source=known_part(self%pencil, x))
-      call self%pencil%a%add_product((-1.0_wp, 0.0_wp), known, y)
-      call self%pencil%b%add_product(self%shift, known, y)
+      allocate (explicit, source=explicit_part(self%pencil, x))
+      call self%pencil%a%add_product((-1.0_wp, 0.0_wp), explicit, y)
+      call self%pencil%b%add_product(self%shift, explicit, y)
       y(size(y, 1) - self%pencil%multipliers + 1:, :) = 0
    end subroutine right_hand_side
 
-   ! Where the second part of the vectors is lambda/unit phi, that of C x is
-   ! (phi + sigma phi+)/unit. Without its first term, which may be much the
-   ! larger, what is solved for satisfies Cq sigma phi+ = 0 with no cancellation.
-   pure function known_part(pencil, x) result(known)
+   ! If the second part of x is lambda/unit phi, that of C x is (phi + sigma phi+)/unit. Its first term, which may dominate, is
+   ! treated explicitly, so that Cq sigma phi+ = 0 holds without cancellation.
+   pure function explicit_part(pencil, x) result(explicit)
       type(pencil_type), intent(in) :: pencil
       complex(wp), intent(in) :: x(:, :)
-      complex(wp) :: known(size(x, 1), size(x, 2))
+      complex(wp) :: explicit(size(x, 1), size(x, 2))
 
-      known = 0
+      explicit = 0
       if (.not. pencil%is_damped()) return
       associate (n => pencil%unknowns)
-         known(n + 1:2*n, :) = x(:n, :)/pencil%unit
+         explicit(n + 1:2*n, :) = x(:n, :)/pencil%unit
       end associate
-   end function known_part
+   end function explicit_part
 
    pure complex(wp) function theta_of_ritz_value(self, mu) result(theta)
       class(shift_invert_type), intent(in) :: self

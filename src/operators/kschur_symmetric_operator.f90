@@ -1,4 +1,4 @@
-!> C = (K - s M)^{-1} M on the motions that the constraints allow, self-adjoint in the inner product of M.
+!> C = (K - s M)^{-1} M on the null space of the constraints, self-adjoint in the inner product of M.
 module kschur_symmetric_operator
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
@@ -14,7 +14,7 @@ module kschur_symmetric_operator
    private
    public :: symmetric_shift_invert_type
 
-   !> C = (K - s M)^{-1} M on the motions that the constraints allow.
+   !> The operator, with its factors.
    type, extends(symmetric_operator_type) :: symmetric_shift_invert_type
       type(modal_problem_type), pointer :: problem => null()
       type(row_matrix_type) :: mass, constraints
@@ -22,9 +22,9 @@ module kschur_symmetric_operator
       class(real_linear_solver_type), allocatable :: solver
       !> Factor of each constraint.
       real(wp), allocatable :: factors(:)
-      !> Length in M of what violates the constraints by one, at most about.
+      !> Bound of the M-norm of a motion that violates the constraints by one.
       real(wp) :: weight_of_violations = 0
-      !> The same on rows of vectors, who has the others, and sums over all of them; not associated: this process has all rows.
+      !> The operator on distributed vectors, its processes, and their sums; not associated: this process has all rows.
       type(symmetric_shift_invert_type), pointer :: part => null()
       type(processes_type), pointer :: shared_with => null()
       type(row_sums_type) :: sums
@@ -35,7 +35,7 @@ module kschur_symmetric_operator
       procedure :: restrict
       procedure :: by_rows
       procedure :: apply_with_multipliers
-      !> The motions and multipliers that forces make, C without M.
+      !> Motions and multipliers caused by forces: C without M.
       procedure :: respond
    end type symmetric_shift_invert_type
 
@@ -76,9 +76,9 @@ contains
       call self%mass%add_product(1.0_wp, x, y, error)
    end subroutine apply_metric
 
-   ! What violates constraints may be heavy where the motions that they allow are light: C loses it, but the basis would
-   ! have a vector that is no motion, and be said to be complete. What is left of it is as uncertain as the violations that
-   ! the vectors of the basis, beside which it was found, may have.
+   ! Projects x onto the null space of the constraints. A constraint violation may have a large M-norm where admissible motions
+   ! are light: C maps it to zero, but it would enter the basis as a spurious vector, and the basis would seem complete. The
+   ! result is as uncertain as violations in the basis vectors it was orthogonalised against.
    subroutine restrict(self, x, noise, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
@@ -93,11 +93,11 @@ contains
       if (allocated(error)) return
       if (.not. self%sums%length(norm2(violations))*self%weight_of_violations > root_epsilon) return
       noise = root_epsilon
-      call take_out(self, violations, x, error)
+      call project_out(self, violations, x, error)
    end subroutine restrict
 
    ! x := x - y, Cq y the violations.
-   subroutine take_out(self, violations, x, error)
+   subroutine project_out(self, violations, x, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
       real(wp), intent(in) :: violations(:, :)
       real(wp), contiguous, intent(inout) :: x(:, :)
@@ -112,7 +112,7 @@ contains
       end do
       call self%solver%solve(rhs, error)
       if (.not. allocated(error)) x = x - rhs(:n, :)
-   end subroutine take_out
+   end subroutine project_out
 
    subroutine apply_with_multipliers(self, x, y, xi, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
@@ -133,7 +133,8 @@ contains
       real(wp), contiguous, intent(out) :: xi(:, :)
       type(error_type), allocatable, intent(out) :: error
 
-      ! What rounding left of deflated motions would be magnified, and C no longer self-adjoint.
+      ! Removes rounding errors along deflated motions before and after the solve: they would be amplified, and C no longer
+      ! self-adjoint.
       call self%deflation%project_forces(y)
       if (size(self%factors) == 0) then
          call self%solver%solve(y, error)

@@ -1,5 +1,5 @@
-!> The operator of symmetric problems on rows of vectors, of which several processes have some each. In this build there is one;
-!> `with/mpi` has the module for several.
+!> Operator of symmetric problems on distributed vectors. This build has one process with all rows; `with/mpi` has the module
+!> for several.
 module kschur_symmetric_rows
    use kschur_error, only: error_type
    use kschur_processes, only: processes_type
@@ -10,10 +10,10 @@ module kschur_symmetric_rows
 
 contains
 
-   !> Gives each process its part, where all of them have the factors and the mass.
+   !> Distributes an operator; all processes must have the factors and the mass.
    subroutine share_operator(operator, processes, error)
       class(symmetric_shift_invert_type), target, intent(inout) :: operator
-      !> Who works on it; not associated: this process alone.
+      !> Processes of the solve; not associated: one process.
       type(processes_type), pointer, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
 
@@ -21,7 +21,7 @@ contains
       end associate
    end subroutine share_operator
 
-   !> Takes them back.
+   !> Ends the distribution.
    subroutine end_sharing(operator)
       class(symmetric_shift_invert_type), intent(inout) :: operator
 

@@ -1,6 +1,5 @@
-!> Symmetric undamped and proportionally damped problems as a transform: real
-!> Lanczos, or ARPACK, on (K - s M)^{-1} M, restricted to the null space of Cq, in the
-!> inner product of M, which may be singular.
+!> Transform for symmetric undamped and proportionally damped problems: real Lanczos, or ARPACK, on (K - s M)^{-1} M restricted
+!> to the null space of Cq, in the inner product of M, which may be singular.
 module kschur_symmetric_transform
    use kschur_arpack, only: arpack_symmetric
    use kschur_arpack_options, only: arpack_options_type
@@ -26,7 +25,7 @@ module kschur_symmetric_transform
    use kschur_sparse, only: csr_matrix_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_symmetric_rows, only: end_sharing, share_operator
-   use kschur_tolerances, only: drowning, known_well, nearly_zero, root_epsilon, rounding_of_sums, singular_shift
+   use kschur_tolerances, only: deflated_growth, known_well, nearly_zero, root_epsilon, rounding_of_sums, singular_shift
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
    use kschur_threads, only: panel_rows
@@ -34,13 +33,13 @@ module kschur_symmetric_transform
    private
    public :: symmetric_transform_type, new_symmetric_transform, purify
 
-   !> C, what iterations leave to each other, and the count that completes them.
+   !> The operator, the state continued between iterations, and the census that certifies them.
    type, extends(transform_type) :: symmetric_transform_type
       type(symmetric_shift_invert_type) :: operator
       type(row_matrix_type) :: stiffness
-      !> There are no more independent motions than this.
+      !> Upper bound of the dimension of the null space of the constraints.
       integer :: motions = huge(1)
-      ! What the last iteration left, for the next one to go on from.
+      ! State of the last iteration, to be continued.
       type(lanczos_state_type), allocatable, private :: state
       type(inertia_census_type), allocatable, private :: census
    contains
@@ -59,12 +58,12 @@ contains
    subroutine new_symmetric_transform(transform, problem, deflation, placement, solver, error, counting_solver)
       type(symmetric_transform_type), intent(out) :: transform
       type(modal_problem_type), target, intent(in) :: problem
-      !> The motions to be kept out of the iteration.
+      !> Motions to be deflated.
       type(deflation_type), target, intent(in) :: deflation
       type(placement_type), intent(in) :: placement
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
       type(error_type), allocatable, intent(out) :: error
-      !> A solver that tells the inertia of indefinite matrices: with it, allocated, iterations are certified.
+      !> A solver that computes the inertia of indefinite matrices: if allocated, iterations are certified.
       class(real_linear_solver_type), allocatable, optional, intent(inout) :: counting_solver
       type(csr_matrix_type) :: matrix
       type(matrix_structure_type) :: structure
@@ -103,9 +102,8 @@ contains
          transform%operator%solver, counting_solver, size(deflation%decay), placement%matrices)
    end subroutine new_symmetric_transform
 
-   ! The shift is an eigenvalue where a system with a consistent right-hand side
-   ! has no solution (null pivots alone may come from redundant constraints), or
-   ! where C has an eigenvalue that puts theta so near to s that all others blur.
+   ! The shift is an eigenvalue if a system with consistent right-hand side has no solution (null pivots alone may come from
+   ! redundant constraints), or if an eigenvalue of C is so large that rounding errors along its vector would swamp all others.
    subroutine check_regular(self, matrix, error)
       type(symmetric_transform_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
@@ -122,7 +120,7 @@ contains
       call random_vector(state, x(:, 1))
       y = x
       call self%operator%deflation%project(y)
-      ! Nothing is left to iterate on.
+      ! All motions are deflated.
       if (norm2(y) <= root_epsilon*norm2(x)) return
       call self%operator%apply_metric(x, y, error)
       if (allocated(error)) return
@@ -135,7 +133,7 @@ contains
          .not. maxval(abs(f(:n, :))) <= known_well*maxval(abs(y))
       x = rhs(:n, :)
       call self%operator%deflation%project(x)
-      ! Where a pivot was zero it is not a number.
+      ! A zero pivot may give NaN.
       singular = singular .or. .not. norm2(x) <= huge(1.0_wp)
       if (.not. singular .and. norm2(x) > 0) then
          call self%operator%apply_metric(x/norm2(x), y, error)
@@ -147,8 +145,8 @@ contains
          if (allocated(error)) return
          x = rhs(:n, :)
          call self%operator%deflation%project(x)
-         ! Rounding makes deflated motions of nothing.
-         singular = .not. (singular_shift*abs(self%shift)*norm2(x) <= 1 .and. norm2(rhs(:n, :) - x) <= drowning*norm2(x))
+         ! Rounding errors may reintroduce deflated motions.
+         singular = .not. (singular_shift*abs(self%shift)*norm2(x) <= 1 .and. norm2(rhs(:n, :) - x) <= deflated_growth*norm2(x))
       end if
       if (singular) call new_error(error, error_singular, &
          "the shifted problem is singular: the shift is an eigenvalue; move it a little")
@@ -165,7 +163,7 @@ contains
       call share_operator(self%operator, options%processes, error)
       if (.not. allocated(error)) call iterate_shared(self, selection, options, ritz, error, monitor)
       call end_sharing(self%operator)
-      ! Where nothing is missing there is nothing to go on with, and shapes need the room of the basis.
+      ! A complete iteration needs no continuation, and shapes need the memory of the basis.
       if (self%certificate%verdict == certified_yes .and. allocated(self%state)) deallocate (self%state)
    end subroutine iterate
 
@@ -176,21 +174,21 @@ contains
       type(ritz_pairs_type), intent(out) :: ritz
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), intent(inout), optional :: monitor
-      ! Infinite eigenvalues come in Jordan blocks of size 2 at most.
+      ! Infinite eigenvalues have Jordan blocks of size 2 at most.
       integer, parameter :: filter = 2
       class(krylov_options_type), allocatable :: filtered
-      type(deflation_type), pointer :: known
+      type(deflation_type), pointer :: deflation
       logical :: complete
       integer :: wanted
       type(real_ritz_pairs_type) :: found
 
       if (.not. allocated(self%state)) then
          allocate (self%state)
-         known => self%operator%deflation
-         if (associated(self%operator%part)) known => self%operator%part%deflation
+         deflation => self%operator%deflation
+         if (associated(self%operator%part)) deflation => self%operator%part%deflation
          associate (d => self%state%decomposition)
-            d%most = self%motions - size(known%decay)
-            if (size(known%decay) > 0) allocate (d%excluded, source=known%shapes)
+            d%most = self%motions - size(deflation%decay)
+            if (size(deflation%decay) > 0) allocate (d%excluded, source=deflation%shapes)
          end associate
       end if
       if (allocated(self%census)) then
@@ -222,7 +220,7 @@ contains
       call move_alloc(found%vectors, ritz%real_vectors)
    end subroutine iterate_shared
 
-   ! The problem is its own transpose, and so are its factors.
+   ! The problem is symmetric: its transpose uses the same factors.
    subroutine transposed(self, problem, deflation, solver, adjoint, error)
       class(symmetric_transform_type), target, intent(in) :: self
       type(modal_problem_type), target, intent(in) :: problem
@@ -248,15 +246,15 @@ contains
       call move_alloc(own, adjoint)
    end subroutine transposed
 
-   !> C x / mu in place of those x that are not accurate to rounding, and of those
-   !> that may be rigid-body shapes: these store no energy but that of rounding.
+   !> Purifies vectors: replaces x by C x / mu if it is not accurate to rounding, or may be a rigid-body shape, whose stored
+   !> energy is a rounding error.
    subroutine purify(self, values, shapes, statistics, error)
       class(symmetric_transform_type), intent(inout) :: self
       real(wp), intent(in) :: values(:)
       real(wp), intent(inout) :: shapes(:, :)
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      ! Columns that are multiplied at a time.
+      ! Columns multiplied at a time.
       integer, parameter :: block = 4
       real(wp), allocatable :: y(:, :), work(:, :, :)
       real(wp) :: theta, shift, level_of_mass, level_of_stiffness
@@ -316,7 +314,7 @@ contains
       k = size(ritz%mu)
       call move_alloc(ritz%real_vectors, pairs%real_phi)
       allocate (multipliers(size(self%operator%factors), k))
-      ! Otherwise the iteration has purified them, and there are no multipliers.
+      ! Without constraints the iteration has purified them, and there are no multipliers.
       if (self%recover_applies) then
          allocate (y(pairs%rows(), k))
          call self%operator%apply_with_multipliers(pairs%real_phi, y, multipliers, error)

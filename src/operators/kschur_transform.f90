@@ -1,5 +1,5 @@
-!> A formulation of a problem, factored at a shift and ready to be iterated:
-!> what the solver asks of pencils and structured operators alike.
+!> A formulation of the problem, factored at a shift and ready to be iterated: the common interface of pencils and structured
+!> operators.
 module kschur_transform
    use kschur_certificate, only: certificate_type
    use kschur_eigenpairs, only: eigenpairs_type
@@ -24,29 +24,28 @@ module kschur_transform
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
       !> Whether `recover` applies the operator once to every vector.
       logical :: recover_applies = .true.
-      !> What the last iteration proved of its completeness.
+      !> Certificate of the last iteration.
       type(certificate_type) :: certificate
-      !> Whether the factors are those of another transform.
+      !> Whether the factors belong to another transform.
       logical :: borrows = .false.
-      !> Whether `iterate` wants no matrix of the problem but to multiply with what `placement_type` has of it by rows.
+      !> Whether `iterate` only uses the distributed matrices of `placement_type`, so that the whole ones can be freed.
       logical :: by_rows = .false.
    contains
-      !> The wanted Ritz pairs.
+      !> Computes the wanted Ritz pairs.
       procedure(iterate_interface), deferred :: iterate
-      !> Shapes and multipliers of Ritz vectors, without what rounding left of
-      !> infinite eigenvalues; by one more application where it takes one.
+      !> Computes shapes and multipliers from Ritz vectors, purified of infinite eigenvalues, by one more application if needed.
       procedure(recover_interface), deferred :: recover
       !> The solver that holds the factors.
       procedure(solver_interface), deferred :: linear_solver
       !> Order of the factored matrix.
       procedure(order_interface), deferred :: order
-      !> The same of the transposed problem, on the factors of this one: it must live as long.
+      !> The transform of the transposed problem, on the factors of this one, which must outlive it.
       procedure(transposed_interface), deferred :: transposed
       !> theta of a Ritz value, eq. (42).
       procedure :: theta
-      !> Gives its solver away, before it is left.
+      !> Hands its solver over for reuse, before it is deallocated.
       procedure :: hand_over
-      !> What an iteration may begin with; not allocated unless overridden.
+      !> Start vectors of an iteration; not allocated unless overridden.
       procedure :: begin_with
    end type transform_type
 
@@ -55,7 +54,7 @@ module kschur_transform
          import :: transform_type, modal_selection_type, krylov_options_type, ritz_pairs_type, error_type, monitor_type
          class(transform_type), target, intent(inout) :: self
          type(modal_selection_type), intent(in) :: selection
-         !> Of which method: that is its type.
+         !> Their type selects the method.
          class(krylov_options_type), intent(in) :: options
          type(ritz_pairs_type), intent(out) :: ritz
          type(error_type), allocatable, intent(out) :: error
@@ -65,7 +64,7 @@ module kschur_transform
       subroutine recover_interface(self, ritz, pairs, error)
          import :: transform_type, ritz_pairs_type, eigenpairs_type, error_type
          class(transform_type), intent(inout) :: self
-         !> Its vectors are used up.
+         !> Its vectors are overwritten.
          type(ritz_pairs_type), intent(inout) :: ritz
          !> Without eigenvalues.
          type(eigenpairs_type), intent(out) :: pairs
@@ -83,9 +82,9 @@ module kschur_transform
          class(transform_type), target, intent(in) :: self
          !> The transposed problem.
          type(modal_problem_type), target, intent(in) :: problem
-         !> Its motions to be kept out of the iteration.
+         !> Its motions to be deflated.
          type(deflation_type), target, intent(in) :: deflation
-         !> A prototype for the transforms that cannot borrow factors.
+         !> A prototype for transforms that cannot use the transposed factors.
          class(complex_linear_solver_type), intent(in) :: solver
          class(transform_type), allocatable, intent(out) :: adjoint
          type(error_type), allocatable, intent(out) :: error
@@ -109,9 +108,9 @@ contains
 
    subroutine begin_with(self, pairs, block, start)
       class(transform_type), intent(in) :: self
-      !> Approximations of what is wanted.
+      !> Approximations of the wanted pairs.
       type(eigenpairs_type), intent(in) :: pairs
-      !> So many vectors.
+      !> Number of vectors.
       integer, intent(in) :: block
       real(wp), allocatable, intent(out) :: start(:, :)
 

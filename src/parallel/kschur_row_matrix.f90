@@ -1,4 +1,4 @@
-!> A sparse matrix that is multiplied with again and again, by all processes that work on a solve. In this build there is one;
+!> A sparse matrix for many products, with its rows distributed over the processes of a solve. This build has one process;
 !> `with/mpi` has the module for several.
 module kschur_row_matrix
    use kschur_error, only: error_type
@@ -9,18 +9,18 @@ module kschur_row_matrix
    private
    public :: row_matrix_type
 
-   !> What multiplies. Copies of it are the same matrix, and do not outlive it.
+   !> Pointer to a matrix; copies share it and must not outlive it.
    type :: row_matrix_type
       private
       type(csr_matrix_type), pointer :: matrix => null()
    contains
-      !> Of a matrix that stays where it is.
+      !> Points to a matrix of this process.
       procedure :: take
-      !> Of one that each process gets some rows of.
+      !> Distributes the rows of a matrix over the processes.
       procedure :: share
-      !> Their rows are theirs no longer.
+      !> Frees the distributed rows.
       procedure :: forget
-      !> The matrix is with the processes only, and is back again.
+      !> Frees the entries of the whole matrix in the first process; restores them from the distributed rows.
       procedure :: put_away
       procedure :: bring_back
       !> Largest sum of magnitudes over a row.
@@ -83,7 +83,7 @@ contains
       real(wp), intent(in) :: alpha
       real(wp), contiguous, intent(in) :: x(:, :)
       real(wp), contiguous, intent(inout) :: y(:, :)
-      !> Memory of one of the processes may end.
+      !> Fails if a process runs out of memory.
       type(error_type), allocatable, intent(out) :: error
 
       call self%matrix%add_product(alpha, x, y)

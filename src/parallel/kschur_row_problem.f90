@@ -1,5 +1,5 @@
-!> The matrices of a problem that is iterated, by rows with the processes that work on it: they multiply with them. While there
-!> are other things that take memory, the first process has no more of them than the others.
+!> M, R and K of the iterated problem, with rows distributed over the processes, for products. While other arrays need the
+!> memory, the first process does not keep the whole matrices.
 module kschur_row_problem
    use kschur_error, only: error_type
    use kschur_processes, only: processes_type
@@ -9,16 +9,16 @@ module kschur_row_problem
    private
    public :: row_problem_type
 
-   !> M, R and K. The constraints stay as they are.
+   !> The distributed M, R and K. The constraints are not distributed.
    type :: row_problem_type
       type(row_matrix_type) :: mass, damping, stiffness
       logical, private :: away = .false.
    contains
-      !> Gives each process its rows.
+      !> Distributes the rows.
       procedure :: share
-      !> From here on the matrices of the problem have no entries; products go on.
+      !> Frees the entries of the whole matrices; products remain available.
       procedure :: put_away
-      !> They have them again, where they were put away. Fails where there is no memory for them.
+      !> Restores the entries of the whole matrices, if they were freed. Fails if memory is short.
       procedure :: bring_back
       final :: finish
    end type row_problem_type
@@ -27,9 +27,9 @@ contains
 
    subroutine share(self, mass, damping, stiffness, processes, error)
       class(row_problem_type), intent(inout) :: self
-      !> They stay where they are.
+      !> The matrices must outlive this object.
       type(csr_matrix_type), target, intent(inout) :: mass, damping, stiffness
-      !> Who works on it; not associated: this process alone.
+      !> Processes of the solve; not associated: one process.
       type(processes_type), pointer, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
 

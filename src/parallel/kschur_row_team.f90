@@ -1,5 +1,5 @@
-!> Processes that do the same, each with its rows of vectors. In this build there is one, which has them all; `with/mpi` has the
-!> module for several.
+!> The processes that work on distributed vectors, each with its rows. This build has one process with all rows; `with/mpi` has
+!> the module for several.
 module kschur_row_team
    use kschur_archive, only: archive_type
    use kschur_kinds, only: wp, long
@@ -9,24 +9,24 @@ module kschur_row_team
    private
    public :: row_team_type
 
-   !> Who they are.
+   !> A group of processes.
    type :: row_team_type
-      !> Whether it is a two-level basis that they work on, and not a block Lanczos decomposition.
+      !> Whether they work on a two-level basis, not on a block Lanczos decomposition.
       logical :: two_level = .false.
    contains
-      !> Whether there are several.
+      !> Whether there is more than one process.
       procedure :: is_several
-      !> How many rows of vectors of a length this process has.
+      !> Number of rows of this process, of vectors of a given length.
       procedure :: rows
-      !> Sums over rows.
+      !> The object that adds up sums over rows.
       procedure :: sums
-      !> The first process calls the others, to do something together.
+      !> Called by the first process: sends the others a request for a collective operation.
       procedure :: call_all
-      !> All get the numbers of the first process.
+      !> Broadcasts numbers of the first process.
       procedure :: send
-      !> Rows of a random vector, the same however many processes have them.
+      !> Draws the local rows of a random vector that does not depend on the number of processes.
       procedure :: draw
-      !> To or from a checkpoint, which has vectors whole.
+      !> Writes whole vectors to a checkpoint, or reads them.
       generic :: carry => carry_real, carry_complex
       procedure, private :: carry_real, carry_complex
    end type row_team_type
@@ -59,12 +59,12 @@ contains
       sums = row_sums_type()
    end function sums
 
-   subroutine call_all(self, words)
+   subroutine call_all(self, request)
       class(row_team_type), intent(in) :: self
-      !> What they do, and its arguments.
-      integer, intent(in) :: words(:)
+      !> Code of the operation, and its arguments.
+      integer, intent(in) :: request(:)
 
-      associate (unused => self, also => words)
+      associate (unused => self, also => request)
       end associate
    end subroutine call_all
 
@@ -78,7 +78,7 @@ contains
 
    subroutine draw(self, state, x)
       class(row_team_type), intent(in) :: self
-      !> As in `random_vector`, the same in all processes.
+      !> As in `random_vector`, equal in all processes.
       integer(long), intent(inout) :: state
       real(wp), intent(out) :: x(:)
 
@@ -90,7 +90,7 @@ contains
    subroutine carry_real(self, archive, length, part)
       class(row_team_type), intent(in) :: self
       type(archive_type), intent(inout) :: archive
-      !> Of the vectors.
+      !> Length of the vectors.
       integer, intent(in) :: length
       real(wp), allocatable, intent(inout) :: part(:, :)
 

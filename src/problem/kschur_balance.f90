@@ -1,5 +1,4 @@
-!> Balance: unknowns in units of their own, so that what is stiff, what is soft and what is
-!> measured in other units have entries of one size.
+!> Balancing: scales the unknowns so that stiff and soft ones, and those in different units, have entries of one magnitude.
 module kschur_balance
    use kschur_kinds, only: wp
    use kschur_presolve, only: presolve_type
@@ -14,13 +13,12 @@ module kschur_balance
 
 contains
 
-   !> Replaces the unknowns y of a reduced problem by z, y = D z with powers of two in D: D M D, D R D,
-   !> D K D and Cq D, with a diagonal of about one in D K D. It rounds nothing, and has the same
-   !> eigenvalues and multipliers. Of an unsymmetric problem rows have other units than columns: E D M D E^{-1}, and so on, with
-   !> entries of one size beside the diagonal.
+   !> Substitutes y = D z in a reduced problem, D a diagonal of powers of two: D M D, D R D, D K D and Cq D, with a diagonal of
+   !> about one in D K D. Exact, with the same eigenvalues and multipliers. Rows of an unsymmetric problem are scaled
+   !> differently from columns: E D M D E^{-1} and so on, with off-diagonal entries of one magnitude.
    subroutine balance(reduced, plan)
       type(modal_problem_type), intent(inout) :: reduced
-      !> What the problem was reduced by; phi = T D E^{-1} z from now on.
+      !> Its reduction; phi = T D E^{-1} z from now on.
       type(presolve_type), intent(inout) :: plan
       real(wp), dimension(reduced%unknowns()) :: factors, ratios, rows, columns
 
@@ -37,27 +35,27 @@ contains
       if (any(abs(ratios - 1) > 0)) call plan%change_row_units(ratios**2, reduced%constraints)
    end subroutine balance
 
-   ! D is that of the diagonals: their ratios do not depend on the units the unknowns have. Where a diagonal says nothing,
-   ! as of equations in an order of their own, rows and columns do.
+   ! D follows from the diagonals, whose ratios do not depend on the units of the unknowns. Unknowns without diagonal entries,
+   ! as of equations in arbitrary order, are scaled by rows and columns.
    subroutine find_factors(problem, factors, ratios)
       type(modal_problem_type), intent(in) :: problem
       !> The diagonals of D and E.
       real(wp), intent(out) :: factors(:), ratios(:)
       real(wp), dimension(size(factors)) :: level, inertia
       real(wp) :: rate
-      logical, dimension(size(factors)) :: held, open
+      logical, dimension(size(factors)) :: has_stiffness, undetermined
 
       level = abs(problem%stiffness%diagonal())
-      call leave_rounding_out(abs(problem%mass%diagonal()), level)
-      held = level > 0
+      call drop_rounding(abs(problem%mass%diagonal()), level)
+      has_stiffness = level > 0
       call spread_levels(problem%constraints, level)
-      open = .not. level > 0
+      undetermined = .not. level > 0
       rate = typical_rate(problem)
       inertia = rate**2*abs(problem%mass%diagonal()) + rate*abs(problem%damping%diagonal())
-      where (open) level = inertia
-      ! However small its part in constraints is, inertia and damping of an unknown must not hide those of others.
-      where (.not. held) level = max(level, inertia/uneven)
-      ! What is tied to a motion that only mass and damping hold has its units.
+      where (undetermined) level = inertia
+      ! Inertia and damping of an unknown must not hide those of others, however small it is in constraints.
+      where (.not. has_stiffness) level = max(level, inertia/uneven)
+      ! Unknowns tied to a motion held by mass and damping only share its scale.
       call spread_levels(problem%constraints, level)
       factors = 1
       if (any(.not. level > 0)) then
@@ -69,12 +67,12 @@ contains
          factors = scale(1.0_wp, (modulo(exponent(level), 2) - exponent(level))/2)
       ratios = 1
       if (.not. problem%symmetric) ratios = row_ratios(problem, rate, factors)
-      call equilibrate(problem%stiffness, open, factors, ratios)
+      call equilibrate(problem%stiffness, undetermined, factors, ratios)
    end subroutine find_factors
 
-   ! A stiffness that is rounding squared beside others, as of an axis at a right angle, gives an unknown no unit; beside inertias
-   ! that tells it in any units.
-   pure subroutine leave_rounding_out(mass, stiffness)
+   ! Drops a stiffness that is a squared rounding error next to others, as of an axis at a right angle: it defines no scale.
+   ! Compared in units of the inertia, which are consistent.
+   pure subroutine drop_rounding(mass, stiffness)
       real(wp), intent(in) :: mass(:)
       real(wp), intent(inout) :: stiffness(:)
       real(wp) :: highest
@@ -82,11 +80,11 @@ contains
       if (.not. any(mass > 0)) return
       highest = maxval(stiffness/mass, mass > 0)
       where (stiffness <= rounding_of_entry**2*highest*mass) stiffness = 0
-   end subroutine leave_rounding_out
+   end subroutine drop_rounding
 
-   ! The diagonal of E that makes rows and columns of E W E^{-1} equal, W = D (s^2 |M| + s |R| + |K|) D, by the largest entries
-   ! beside the diagonal (Osborne, J. ACM 7 (1960)): a coupling that goes one way only has units of its own. What is small
-   ! beside the diagonal is left as it is. Unknowns that constraints tie together have one ratio, as Cq stands on both sides.
+   ! Diagonal of E that equilibrates rows and columns of E W E^{-1}, W = D (s^2 |M| + s |R| + |K|) D, by largest off-diagonal
+   ! entries (Osborne, J. ACM 7 (1960)): one-way couplings have their own units. Entries small relative to the diagonal are
+   ! ignored. Unknowns coupled by constraints share one ratio, as Cq occurs on both sides.
    function row_ratios(problem, rate, factors) result(ratios)
       type(modal_problem_type), intent(in) :: problem
       !> s (1/s)
@@ -94,11 +92,11 @@ contains
       !> The diagonal of D.
       real(wp), intent(in) :: factors(:)
       real(wp) :: ratios(size(factors))
-      ! What is so small beside the diagonal couples little; ratios that are smaller cost no more than two digits.
+      ! Off-diagonal entries smaller than the diagonal by this factor are ignored; smaller ratios cost no more than two digits.
       real(wp), parameter :: matters = 64
       integer, parameter :: passes = 100
       type(csr_matrix_type) :: matrices(3), weights
-      real(wp), dimension(size(factors)) :: inside, in_row, in_column, change
+      real(wp), dimension(size(factors)) :: in_block, in_row, in_column, change
       integer :: group(size(factors)), pass
 
       matrices(1) = problem%mass
@@ -113,11 +111,11 @@ contains
       call number_groups(problem%constraints, group)
       ratios = 1
       do pass = 1, passes
-         call find_maxima(weights, group, ratios, inside, in_row, in_column)
-         inside = inside/matters
+         call find_maxima(weights, group, ratios, in_block, in_row, in_column)
+         in_block = in_block/matters
          change = 1
-         where (max(in_row, in_column) > 2*max(inside, min(in_row, in_column)) .and. max(inside, min(in_row, in_column)) > 0) &
-            change = scale(1.0_wp, nint(log(max(in_column, inside)/max(in_row, inside))/log(16.0_wp)))
+         where (max(in_row, in_column) > 2*max(in_block, min(in_row, in_column)) .and. max(in_block, min(in_row, in_column)) > 0) &
+            change = scale(1.0_wp, nint(log(max(in_column, in_block)/max(in_row, in_block))/log(16.0_wp)))
          if (.not. any(abs(change - 1) > 0)) exit
          ratios = ratios*change(group)
       end do
@@ -133,16 +131,16 @@ contains
       magnitudes%value = abs(magnitudes%value)
    end function magnitudes_of
 
-   ! The largest entry of each group's diagonal block, and of its rows and its columns beside that, of E W E^{-1}.
-   pure subroutine find_maxima(weights, group, ratios, inside, in_row, in_column)
+   ! Largest entry of each group's diagonal block of E W E^{-1}, and of its rows and columns outside the block.
+   pure subroutine find_maxima(weights, group, ratios, in_block, in_row, in_column)
       type(csr_matrix_type), intent(in) :: weights
       integer, intent(in) :: group(:)
       real(wp), intent(in) :: ratios(:)
-      real(wp), intent(out) :: inside(:), in_row(:), in_column(:)
+      real(wp), intent(out) :: in_block(:), in_row(:), in_column(:)
       real(wp) :: entry
       integer :: i, k
 
-      inside = 0
+      in_block = 0
       in_row = 0
       in_column = 0
       do i = 1, weights%rows
@@ -150,7 +148,7 @@ contains
             associate (j => weights%column(k))
                entry = ratios(i)*weights%value(k)/ratios(j)
                if (group(i) == group(j)) then
-                  inside(group(i)) = max(inside(group(i)), entry)
+                  in_block(group(i)) = max(in_block(group(i)), entry)
                else
                   in_row(group(i)) = max(in_row(group(i)), entry)
                   in_column(group(j)) = max(in_column(group(j)), entry)
@@ -160,7 +158,7 @@ contains
       end do
    end subroutine find_maxima
 
-   ! Unknowns that constraints tie together, directly or by others, have one number: that of the first of them.
+   ! Groups of unknowns coupled by constraints, directly or indirectly; numbered by their first unknown.
    pure subroutine number_groups(constraints, group)
       type(csr_matrix_type), intent(in) :: constraints
       integer, intent(out) :: group(:)
@@ -193,12 +191,12 @@ contains
       end function root
    end subroutine number_groups
 
-   ! Where the diagonal is small beside its row or column, as that of a saddle, these decide: each takes half
-   ! of what its largest entry is off by, in turns (Ruiz 2001).
-   subroutine equilibrate(matrix, open, factors, ratios)
+   ! If the diagonal is small relative to its row or column, as in a saddle point matrix, equilibrates rows and columns: each
+   ! takes half of the deviation of its largest entry, repeatedly (Ruiz 2001).
+   subroutine equilibrate(matrix, undetermined, factors, ratios)
       type(csr_matrix_type), intent(in) :: matrix
-      !> Whose diagonal says nothing: those may be too small as well.
-      logical, intent(in) :: open(:)
+      !> Unknowns without diagonal: their rows may also be too small.
+      logical, intent(in) :: undetermined(:)
       real(wp), intent(inout) :: factors(:)
       real(wp), intent(in) :: ratios(:)
       real(wp), parameter :: balanced = 4
@@ -209,13 +207,13 @@ contains
 
       do pass = 1, passes
          largest = line_maxima(matrix, factors, ratios)
-         too_large = largest > balanced .or. (open .and. largest > 0 .and. largest < 1/balanced)
+         too_large = largest > balanced .or. (undetermined .and. largest > 0 .and. largest < 1/balanced)
          if (.not. any(too_large)) exit
          where (too_large) factors = scale(factors, -exponent(largest)/2)
       end do
    end subroutine equilibrate
 
-   ! The largest entry of each row and of the column of the same number, of E D A D E^{-1}.
+   ! Largest entry of each row and of the column of the same number, of E D A D E^{-1}.
    pure function line_maxima(matrix, factors, ratios) result(maxima)
       type(csr_matrix_type), intent(in) :: matrix
       real(wp), intent(in) :: factors(:), ratios(:)

@@ -1,4 +1,4 @@
-!> What kind of damping a matrix R is: proportional, R = alpha M + beta K, or that but for a few unknowns, or general.
+!> Classifies a damping matrix R: proportional, R = alpha M + beta K, proportional except at a few unknowns, or general.
 module kschur_damping
    use kschur_kinds, only: wp
    use kschur_sorting, only: ascending_order
@@ -14,28 +14,28 @@ module kschur_damping
    integer, parameter, public :: damping_proportional = 1
    !> Any other damping or gyroscopic matrix.
    integer, parameter, public :: damping_general = 2
-   !> The names of the kinds of damping, in this order from `damping_none` on.
+   !> Names of the kinds of damping, from `damping_none` on.
    character(len=*), parameter, public :: damping_names(0:2) = [character(len=12) :: "none", "proportional", "general"]
 
-   ! Shares that are larger than R by this factor cancel: their rounding is not small beside R, as where M and K are nearly
-   ! parallel.
+   ! If alpha M and beta K exceed R by this factor they cancel, as for nearly parallel M and K: their rounding is not small
+   ! relative to R.
    real(wp), parameter :: cancelling = 10
-   ! Dampers at more unknowns than this are not few.
+   ! Largest number of rows with dampers.
    integer, parameter :: most_rows = 256
-   ! Of more entries a part tells what most of them are.
-   integer, parameter :: enough = 50000
+   ! Largest number of entries sampled for a fit.
+   integer, parameter :: most_sampled = 50000
 
 contains
 
-   !> Fits R = alpha M + beta K by least squares relative to the entries of R, then asks every entry to agree to
-   !> rounding: of its terms, and of the row and the column of R it stands in. Where few rows do not, what agrees is fitted
-   !> alone. Entries of which elements leave but rounding when they are summed say nothing.
+   !> Fits R = alpha M + beta K by least squares relative to the entries of R, then requires all entries to agree to the
+   !> rounding of their terms and of their row and column of R. If few rows do not agree, fits only the others. Entries that are
+   !> rounding errors of assembly are ignored.
    subroutine classify_damping(mass, stiffness, damping, kind, alpha, beta, dampers)
       type(csr_matrix_type), intent(in) :: mass, stiffness, damping
       !> One of `damping_*`.
       integer, intent(out) :: kind
       real(wp), intent(out) :: alpha, beta
-      !> Of general damping R - alpha M - beta K, n x n, if that has few rows. Not allocated: it has not.
+      !> R - alpha M - beta K, n x n, if it has few nonzero rows; else not allocated.
       type(csr_matrix_type), allocatable, intent(out) :: dampers
       type(csr_matrix_type) :: rest
       real(wp), allocatable :: m(:), k(:)
@@ -57,12 +57,12 @@ contains
          beta = 0
          return
       end if
-      associate (every => max(size(m)/enough, 1))
+      associate (every => max(size(m)/most_sampled, 1))
          call fit_most(m(::every), k(::every), alpha, beta)
          call drop_rounding(mass, stiffness, median(abs(damping%value(::every))), alpha, beta)
       end associate
       call subtract(mass, stiffness, damping, alpha, beta, most_rows, rest)
-      call try_without(mass, stiffness, damping, alpha, beta, rest)
+      call try_all_of_damping(mass, stiffness, damping, alpha, beta, rest)
       if (allocated(rest%value)) then
          allocate (dampers, source=rest)
       else
@@ -71,11 +71,11 @@ contains
       end if
    end subroutine classify_damping
 
-   ! Takes all of R for dampers where that has no more rows.
-   subroutine try_without(mass, stiffness, damping, alpha, beta, rest)
+   ! Takes all of R as dampers if that has no more rows.
+   subroutine try_all_of_damping(mass, stiffness, damping, alpha, beta, rest)
       type(csr_matrix_type), intent(in) :: mass, stiffness, damping
       real(wp), intent(inout) :: alpha, beta
-      !> Not allocated within: too many rows.
+      !> Its arrays are not allocated if it has too many rows.
       type(csr_matrix_type), intent(inout) :: rest
       integer :: rows
 
@@ -85,7 +85,7 @@ contains
       alpha = 0
       beta = 0
       call subtract(mass, stiffness, damping, alpha, beta, rows, rest)
-   end subroutine try_without
+   end subroutine try_all_of_damping
 
    pure integer function filled_rows(matrix)
       type(csr_matrix_type), intent(in) :: matrix
@@ -99,10 +99,10 @@ contains
       largest = maxval([0.0_wp, abs(matrix%value)])
    end function largest
 
-   ! A share of the size of rounding is none.
+   ! Sets alpha or beta to zero if its term is at rounding level.
    pure subroutine drop_rounding(mass, stiffness, level, alpha, beta)
       type(csr_matrix_type), intent(in) :: mass, stiffness
-      !> Of the damping.
+      !> Magnitude of the damping.
       real(wp), intent(in) :: level
       real(wp), intent(inout) :: alpha, beta
 
@@ -110,7 +110,7 @@ contains
       if (abs(beta)*largest(stiffness) <= above_all_rounding*level) beta = 0
    end subroutine drop_rounding
 
-   ! The entries of a matrix over those of another of its shape, where these are more than rounding.
+   ! Entries of a matrix divided by those of another of its shape, where these are above rounding.
    pure subroutine divide(matrix, divisors, ratios)
       type(csr_matrix_type), intent(in) :: matrix, divisors
       real(wp), allocatable, intent(out) :: ratios(:)
@@ -136,8 +136,7 @@ contains
       ratios = ratios(:total)
    end subroutine divide
 
-   ! Rounding of the largest entry of each row and of each column: what the smaller of the two hides may be that of a sum
-   ! whose terms cancel.
+   ! Rounding level of each row and column: entries below the smaller of the two may be rounding errors of cancelling sums.
    pure subroutine level_of_rounding(matrix, of_row, of_column)
       type(csr_matrix_type), intent(in) :: matrix
       real(wp), intent(out) :: of_row(:), of_column(:)
@@ -152,8 +151,8 @@ contains
       end do
    end subroutine level_of_rounding
 
-   ! alpha m + beta k = right, least squares, by orthogonalisation: the normal equations would lose
-   ! alpha. Where m and k are parallel to rounding, as of K = c M, only one of them is taken.
+   ! Least squares solution of alpha m + beta k = right by orthogonalisation: normal equations would lose alpha. If m and k are
+   ! parallel to rounding, as for K = c M, only one of them is used.
    pure subroutine fit(m, k, right, alpha, beta)
       real(wp), intent(in) :: m(:), k(:), right(:)
       real(wp), intent(out) :: alpha, beta
@@ -168,7 +167,7 @@ contains
       if (.not. square_of_rest > cancelled**2*sum(k**2)) square_of_rest = 0
       alpha = 0
       beta = 0
-      ! The second pass fits what the rounding of long sums left.
+      ! The second pass corrects rounding errors of long sums.
       do pass = 1, 2
          step = 0
          if (square_of_rest > 0) step = dot_product(k - along*m, right - alpha*m - beta*k)/square_of_rest
@@ -177,12 +176,12 @@ contains
       end do
    end subroutine fit
 
-   ! The same for most of the entries, and in the end for all that agree with these. Where M is lumped its share shows on
-   ! the diagonal only: then that of K is found first.
+   ! Fits most of the entries, then all that agree with these. If M is lumped, only diagonal entries determine alpha: beta is
+   ! found first.
    pure subroutine fit_most(m, k, alpha, beta)
       real(wp), intent(in) :: m(:), k(:)
       real(wp), intent(out) :: alpha, beta
-      ! Less than this part of the entries may be of dampers.
+      ! At most this fraction of the entries may belong to dampers.
       integer, parameter :: part = 8
       integer, parameter :: turns = 2
       real(wp), parameter :: agreeing = 1.0e-9_wp
@@ -203,8 +202,8 @@ contains
       end do
    end subroutine fit_most
 
-   ! The half that fits best, in turns (least trimmed squares: Rousseeuw, Van Driessen, Data Mining and Knowledge Discovery
-   ! 12 (2006)). An entry that a damper dominates has next to nothing of M and K, and does not draw the first fit aside.
+   ! Least trimmed squares: repeatedly fits the half that fits best (Rousseeuw, Van Driessen, Data Mining and Knowledge
+   ! Discovery 12 (2006)). Entries dominated by a damper have small weights in the first fit.
    pure subroutine concentrate(m, k, right, alpha, beta)
       real(wp), intent(in) :: m(:), k(:), right(:)
       real(wp), intent(out) :: alpha, beta
@@ -218,14 +217,14 @@ contains
       do turn = 1, turns
          misfit = abs(right - alpha*m - beta*k)
          fits = misfit <= median(misfit)
-         ! The same half gives the same fit from here on.
+         ! Converged: the same half gives the same fit.
          if (all(fits .eqv. before)) exit
          before = fits
          if (any(fits)) call fit(pack(m, fits), pack(k, fits), pack(right, fits), alpha, beta)
       end do
    end subroutine concentrate
 
-   ! That which half of the numbers do not exceed, to a part of it, by bisection of its exponent.
+   ! Median to within a factor, by bisection of the exponent.
    pure real(wp) function median(numbers)
       real(wp), intent(in) :: numbers(:)
       real(wp), parameter :: least = 1.0e-30_wp
@@ -245,13 +244,13 @@ contains
       median = high
    end function median
 
-   ! R - alpha M - beta K without what is rounding. Its arrays are allocated if it has no more rows than `most`.
+   ! Computes R - alpha M - beta K without rounding errors. Allocates its arrays if it has at most `most` rows.
    subroutine subtract(mass, stiffness, damping, alpha, beta, most, rest)
       type(csr_matrix_type), intent(in) :: mass, stiffness, damping
       real(wp), intent(in) :: alpha, beta
       integer, intent(in) :: most
       type(csr_matrix_type), intent(out) :: rest
-      ! Of the row at hand, R - alpha M - beta K and the sum of the magnitudes of these; where it stands.
+      ! Current row of R - alpha M - beta K, sums of the magnitudes of its terms, and start of each row.
       real(wp), dimension(damping%rows) :: difference, terms
       real(wp), dimension(damping%rows) :: of_row, of_column
       integer :: column(damping%rows), start(damping%rows + 1), i, j, rows, width
@@ -269,9 +268,9 @@ contains
          call add(damping, 1.0_wp)
          call add(mass, -alpha)
          call add(stiffness, -beta)
-         call settle(damping)
-         call settle(mass)
-         call settle(stiffness)
+         call compress_row(damping)
+         call compress_row(mass)
+         call compress_row(stiffness)
          if (width > 0) then
             rows = rows + 1
             if (rows > most) exit
@@ -304,8 +303,8 @@ contains
          end do
       end subroutine add
 
-      ! Leaves only what is left behind.
-      subroutine settle(matrix)
+      ! Drops rounding errors from the current row.
+      subroutine compress_row(matrix)
          type(csr_matrix_type), intent(in) :: matrix
          integer :: k
 
@@ -320,6 +319,6 @@ contains
                terms(j) = 0
             end associate
          end do
-      end subroutine settle
+      end subroutine compress_row
    end subroutine subtract
 end module kschur_damping

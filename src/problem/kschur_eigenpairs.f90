@@ -1,4 +1,4 @@
-!> Eigenpairs on their way from the iteration to the modes.
+!> Eigenpairs between iteration and modes.
 module kschur_eigenpairs
    use kschur_kinds, only: wp
    use kschur_lapack, only: dnrm2, dznrm2
@@ -15,20 +15,20 @@ module kschur_eigenpairs
       complex(wp), allocatable :: phi(:, :)
       !> Multipliers, m x k.
       complex(wp), allocatable :: xi(:, :)
-      !> Whether it is known that the conjugate of a pair is another one. Not allocated: of none.
+      !> Marks pairs that stand for themselves and their conjugates. Not allocated: none.
       logical, allocatable :: paired(:)
-      !> The shapes, where all are real, with or without columns behind them; `phi` is not allocated then.
+      !> Real shapes, if all are real, possibly with further columns allocated; then `phi` is not allocated.
       real(wp), allocatable :: real_phi(:, :)
    contains
-      !> Whether the shapes are held as real ones.
+      !> Whether shapes are stored as real.
       procedure :: is_real
       !> The number of unknowns n.
       procedure :: rows
-      !> The shape of a pair, whatever it is held as.
+      !> The shape of a pair, in either storage.
       procedure :: column
-      !> From here on the shapes are held as complex ones.
+      !> Converts shapes to complex storage.
       procedure :: make_complex
-      !> From here on their real parts are held.
+      !> Converts shapes to real storage, dropping imaginary parts.
       procedure :: make_real
    end type eigenpairs_type
 
@@ -62,7 +62,7 @@ contains
       end if
    end function column
 
-   !> Leaves nothing behind.
+   !> Moves pairs; `from` is empty afterwards.
    subroutine move_pairs(from, to)
       type(eigenpairs_type), intent(inout) :: from
       type(eigenpairs_type), intent(out) :: to
@@ -90,7 +90,7 @@ contains
       deallocate (self%phi)
    end subroutine make_real
 
-   ! A column at a time: there may be no room for another copy of all.
+   ! By columns, as memory may not suffice for a copy of all.
    subroutine copy_shapes(pairs, phi)
       class(eigenpairs_type), intent(in) :: pairs
       complex(wp), intent(inout) :: phi(:, :)
@@ -107,7 +107,7 @@ contains
       !$omp end parallel do
    end subroutine copy_shapes
 
-   !> Puts more pairs of the same problem behind those there are.
+   !> Appends pairs of the same problem.
    subroutine append_pairs(pairs, more)
       type(eigenpairs_type), intent(inout) :: pairs
       type(eigenpairs_type), intent(in) :: more
@@ -144,7 +144,7 @@ contains
       pairs%lambda = [pairs%lambda, more%lambda]
    end subroutine append_pairs
 
-   !> Some of a list, without what is not known of them.
+   !> Copies the chosen pairs, without data of extended types.
    function chosen_pairs(pairs, chosen) result(kept)
       class(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: chosen(:)
@@ -162,7 +162,7 @@ contains
       allocate (kept%xi(size(pairs%xi, 1), size(order)), source=pairs%xi(:, order))
    end function chosen_pairs
 
-   !> Takes out the others, with what is known of them.
+   !> Keeps the chosen pairs only.
    subroutine keep_pairs(pairs, chosen)
       type(eigenpairs_type), intent(inout) :: pairs
       logical, intent(in) :: chosen(:)
@@ -174,7 +174,7 @@ contains
       call move_pairs(kept, pairs)
    end subroutine keep_pairs
 
-   !> Makes the shape of pair j one of unit norm, its largest entry real and positive; a shape of nothing stays.
+   !> Scales the shape of pair j to unit norm with its largest entry real and positive; leaves a zero shape.
    subroutine normalize(pairs, j)
       class(eigenpairs_type), intent(inout) :: pairs
       integer, intent(in) :: j
@@ -200,7 +200,7 @@ contains
       pairs%xi(:, j) = factor*pairs%xi(:, j)
    end subroutine normalize
 
-   !> Which of some eigenvalues lie within a distance of one of them, relative to it.
+   !> Marks eigenvalues within a relative distance of eigenvalue j.
    pure function near(lambda, j, distance)
       complex(wp), intent(in) :: lambda(:)
       integer, intent(in) :: j

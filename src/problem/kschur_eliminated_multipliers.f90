@@ -1,4 +1,4 @@
-!> Reactions of the constraints that presolve eliminated.
+!> Multipliers of the constraints that presolve eliminated.
 module kschur_eliminated_multipliers
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_elimination, only: ties_type
@@ -12,19 +12,18 @@ module kschur_eliminated_multipliers
 
 contains
 
-   !> The multipliers xi, m x k, of the problem that was reduced, such that
-   !> P(lambda) phi + Cq^T xi = 0 as far as those of the reduced one satisfy its
-   !> equations: what these leave shows at the masters. Redundant constraints get 0.
+   !> Computes the multipliers xi, m x k, of the original problem, such that P(lambda) phi + Cq^T xi = 0 up to the residual of
+   !> the reduced problem, which appears at the masters. Redundant constraints get 0.
    subroutine expand_multipliers(ties, problem, pairs, xi)
       class(ties_type), intent(in) :: ties
       type(modal_problem_type), intent(in) :: problem
-      !> Eigenvalues and multipliers of the reduced problem, with the shapes that `expand_shapes` gave.
+      !> Eigenvalues and multipliers of the reduced problem, with shapes from `expand_shapes`.
       class(eigenpairs_type), intent(in) :: pairs
       complex(wp), contiguous, intent(out) :: xi(:, :)
       ! Columns that are multiplied at a time.
       integer, parameter :: block = 4
       complex(wp), allocatable :: forces(:, :)
-      ! Real and imaginary parts of complex shapes, for one reading of a matrix.
+      ! Real and imaginary parts of complex shapes, so that a matrix is read once.
       real(wp), allocatable :: parts(:, :)
       type(csr_matrix_type), allocatable :: matrices(:)
       integer :: first, last, j, k
@@ -52,8 +51,8 @@ contains
       end do
    end subroutine expand_multipliers
 
-   ! What acts on the eliminated unknowns, of M, K, R and H: their constraints balance nothing else. With R = alpha M + beta K,
-   ! or what there is of it, the damping has no product of its own.
+   ! Extracts the rows of M, K, R and H of eliminated unknowns, the only ones needed. If R = alpha M + beta K, it needs no
+   ! product of its own.
    subroutine take_rows(ties, problem, matrices)
       class(ties_type), intent(in) :: ties
       type(modal_problem_type), intent(in) :: problem
@@ -70,7 +69,7 @@ contains
       end associate
    end subroutine take_rows
 
-   ! P(lambda) phi of pairs first..last on the eliminated unknowns, zero on the others.
+   ! Computes P(lambda) phi of pairs first..last on the eliminated unknowns; zero on others.
    subroutine make_forces(ties, problem, matrices, pairs, first, last, parts, forces)
       class(ties_type), intent(in) :: ties
       type(modal_problem_type), intent(in) :: problem
@@ -111,19 +110,18 @@ contains
       end do
    end subroutine make_forces
 
-   ! The multipliers of the constraints that were eliminated.
+   ! Computes the multipliers of eliminated constraints by back substitution.
    pure subroutine balance_forces(ties, problem, force, xi)
       class(ties_type), intent(in) :: ties
       type(modal_problem_type), intent(in) :: problem
-      !> P(lambda) phi + Cq^T xi; used up.
+      !> P(lambda) phi + Cq^T xi; overwritten.
       complex(wp), intent(inout) :: force(:)
       complex(wp), intent(inout) :: xi(:)
       complex(wp) :: step
       integer :: above, e, i, k
 
-      ! From here on force(i) is that on unknown i and all that were tied to
-      ! it before it was tied itself: only its own row can balance it, once
-      ! those of later eliminations have done their part.
+      ! In reverse order of elimination, force(i) is the force on unknown i and all unknowns tied to it: only the row that
+      ! eliminated i can balance it.
       do e = 1, ties%eliminated
          i = ties%unknown(e)
          above = ties%parent(i)

@@ -1,4 +1,4 @@
-!> Clamped and tied unknowns: short rows of constraints eliminated, each with an unknown.
+!> Elimination of clamped and tied unknowns by short rows of the constraints.
 module kschur_elimination
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -8,53 +8,52 @@ module kschur_elimination
    private
    public :: eliminate, ties_type
 
-   ! Unknowns that one master may have tied to it; ties beyond stay multipliers, or T^T K T would fill.
+   ! Largest number of slaves of a master; further ties stay multipliers, to limit fill in T^T K T.
    integer, parameter :: max_slaves = 64
 
-   !> What was eliminated of m rows in n unknowns.
+   !> Eliminations from m constraints in n unknowns.
    type :: ties_type
-      !> Constraints that went with an unknown each.
+      !> Number of eliminated constraints, each with one unknown.
       integer :: eliminated = 0
-      !> Constraints that follow from others, and were left out.
+      !> Number of redundant constraints, which were dropped.
       integer :: redundant = 0
-      !> The ties as they were made: phi(i) = ratio(i) phi(parent(i)). A master is its own parent, 0 that of the clamped.
+      !> Ties: phi(i) = ratio(i) phi(parent(i)); parent(i) = i for a master, 0 for a clamped unknown.
       integer, allocatable :: parent(:)
       real(wp), allocatable :: ratio(:)
-      !> The relative error that each ratio may have gathered, in units of rounding.
+      !> Bound of the relative error of each ratio, in units of rounding.
       real(wp), allocatable :: noise(:)
-      !> The eliminated rows in their order, the unknown each took and its coefficient then.
+      !> Eliminated rows in order, with the unknown each eliminated and its coefficient.
       integer, allocatable :: row(:), unknown(:)
       real(wp), allocatable :: pivot(:)
-      !> The rows that stay.
+      !> Remaining rows.
       integer, allocatable :: kept(:)
    contains
       !> phi(i) = factor phi(master).
       procedure :: find_master
    end type ties_type
 
-   ! An elimination on its way.
+   ! State of the elimination.
    type :: work_type
-      ! The entries first(i), next(first(i)) ... are those of master i; entry k stands in row(k).
+      ! Entries of master i are first(i), next(first(i)) ...; entry k is in row(k).
       integer, allocatable :: first(:), next(:), row(:)
-      ! The rows to be looked at, the last of `waiting` first, and how many eliminations each other row can stand
-      ! before it may be short.
-      integer, allocatable :: stack(:), patience(:)
-      integer :: waiting = 0
+      ! Stack of rows to be examined; for other rows, the number of eliminations before they can be short.
+      integer, allocatable :: stack(:), countdown(:)
+      integer :: on_stack = 0
       logical, allocatable :: settled(:)
-      ! The row at hand, `length` masters; of any master its coefficient there, the sum of its terms' sizes and errors.
+      ! Current row with `length` masters; for each master its coefficient, and the sum of magnitudes and errors of its terms.
       integer :: length = 0
       integer, allocatable :: masters(:)
       real(wp), allocatable :: values(:), errors(:), total(:), weight(:)
-      ! How many unknowns are tied to a master.
+      ! Number of slaves of each master.
       integer, allocatable :: slaves(:)
    end type work_type
 
 contains
 
-   !> Eliminates what can be, in time linear in the entries.
+   !> Eliminates all short rows, in time linear in the number of entries.
    subroutine eliminate(constraints, short_rows, ties, rest, error)
       type(csr_matrix_type), intent(in) :: constraints
-      !> Whether to eliminate short rows, or none.
+      !> False: eliminates nothing.
       logical, intent(in) :: short_rows
       type(ties_type), intent(inout) :: ties
       !> The rows that stay, m' x n, with entries of masters only.
@@ -70,11 +69,11 @@ contains
       allocate (ties%noise(n), source=0.0_wp)
       allocate (ties%row(m), ties%unknown(m), ties%pivot(m))
       call start(work, constraints)
-      if (.not. short_rows) work%waiting = 0
-      do while (work%waiting > 0)
-         r = work%stack(work%waiting)
-         work%waiting = work%waiting - 1
-         call consider(work, constraints, ties, r)
+      if (.not. short_rows) work%on_stack = 0
+      do while (work%on_stack > 0)
+         r = work%stack(work%on_stack)
+         work%on_stack = work%on_stack - 1
+         call eliminate_with(work, constraints, ties, r)
       end do
       allocate (ties%kept(count(.not. work%settled)), source=pack([(i, i=1, m)], .not. work%settled))
       call rewrite(work, constraints, ties, rest, error)
@@ -97,16 +96,16 @@ contains
       end do
       allocate (work%masters(n), work%values(n), work%errors(n))
       allocate (work%total(n), work%weight(n), source=0.0_wp)
-      allocate (work%patience(m), source=0)
+      allocate (work%countdown(m), source=0)
       allocate (work%settled(m), source=.false.)
-      ! Short rows first, at the end of the stack.
+      ! Short rows are on top of the stack.
       short = constraints%row_start(m + 1:2:-1) - constraints%row_start(m:1:-1) <= 2
       allocate (work%stack(m), source=[pack([(i, i=m, 1, -1)], .not. short), pack([(i, i=m, 1, -1)], short)])
-      work%waiting = m
+      work%on_stack = m
    end subroutine start
 
-   ! Eliminates an unknown with row r where it is short.
-   subroutine consider(work, constraints, ties, r)
+   ! Eliminates an unknown with row r if the row is short.
+   subroutine eliminate_with(work, constraints, ties, r)
       type(work_type), intent(inout) :: work
       type(csr_matrix_type), intent(in) :: constraints
       type(ties_type), intent(inout) :: ties
@@ -114,25 +113,25 @@ contains
       integer :: slave
 
       call substitute(work, constraints, ties, r)
-      ! One elimination shortens a row by two entries at most: one goes, the one it joins may cancel.
-      work%patience(r) = max(1, (work%length - 1)/2)
+      ! An elimination shortens a row by two entries at most: one is removed, and the one it is added to may cancel.
+      work%countdown(r) = max(1, (work%length - 1)/2)
       associate (length => work%length, masters => work%masters, values => work%values, slaves => work%slaves)
          if (length == 0) then
             ties%redundant = ties%redundant + 1
             work%settled(r) = .true.
          else if (length == 1) then
-            call take(work, ties, r, 1, 0, 0.0_wp)
+            call tie(work, ties, r, 1, 0, 0.0_wp)
          else if (length == 2 .and. sum(slaves(masters(:2))) < max_slaves) then
             slave = 1
             associate (a => abs(values(:2)))
                if (a(2) > a(1) .or. (.not. a(1) > a(2) .and. slaves(masters(1)) > slaves(masters(2)))) slave = 2
             end associate
-            call take(work, ties, r, slave, masters(3 - slave), -values(3 - slave)/values(slave))
+            call tie(work, ties, r, slave, masters(3 - slave), -values(3 - slave)/values(slave))
          end if
       end associate
-   end subroutine consider
+   end subroutine eliminate_with
 
-   ! Rewrites row r in masters; what vanishes is dropped.
+   ! Substitutes masters in row r; drops entries that cancel.
    subroutine substitute(work, constraints, ties, r)
       type(work_type), intent(inout) :: work
       type(csr_matrix_type), intent(in) :: constraints
@@ -158,7 +157,7 @@ contains
          work%length = 0
          do k = 1, found
             master = masters(k)
-            ! What was written with twelve digits is the same constraint again, and not one that clamps.
+            ! A remainder at the rounding of twelve-digit input means a duplicate constraint, not a clamp.
             if (abs(total(master)) > twelve_digits*weight(master)) then
                work%length = work%length + 1
                masters(work%length) = master
@@ -171,8 +170,8 @@ contains
       end associate
    end subroutine substitute
 
-   ! Ties entry j of row r, at hand, to a master, or clamps it (master 0, ratio 0); wakes the rows it stands in.
-   subroutine take(work, ties, r, j, master, ratio)
+   ! Ties entry j of the current row r to a master, or clamps it (master 0, ratio 0); puts affected rows on the stack.
+   subroutine tie(work, ties, r, j, master, ratio)
       type(work_type), intent(inout) :: work
       type(ties_type), intent(inout) :: ties
       integer, intent(in) :: r, j, master
@@ -194,17 +193,17 @@ contains
       do while (k > 0)
          last = k
          associate (row => work%row(k))
-            work%patience(row) = work%patience(row) - 1
-            if (work%patience(row) == 0 .and. .not. work%settled(row)) then
-               work%waiting = work%waiting + 1
-               work%stack(work%waiting) = row
+            work%countdown(row) = work%countdown(row) - 1
+            if (work%countdown(row) == 0 .and. .not. work%settled(row)) then
+               work%on_stack = work%on_stack + 1
+               work%stack(work%on_stack) = row
             end if
          end associate
          k = work%next(k)
       end do
       work%next(last) = work%first(master)
       work%first(master) = work%first(slave)
-   end subroutine take
+   end subroutine tie
 
    ! The rows that stay.
    subroutine rewrite(work, constraints, ties, rest, error)
@@ -233,11 +232,11 @@ contains
    pure subroutine find_master(self, i, master, factor, noise)
       class(ties_type), intent(in) :: self
       integer, intent(in) :: i
-      !> Where x_i is clamped both are 0.
+      !> Both are 0 if unknown i is clamped.
       integer, intent(out) :: master
       !> A product of at most max_slaves + 1 ratios.
       real(wp), intent(out) :: factor
-      !> The relative error that it may have gathered, in units of rounding.
+      !> Bound of its relative error, in units of rounding.
       real(wp), intent(out) :: noise
 
       master = i

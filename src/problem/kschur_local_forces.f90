@@ -1,5 +1,4 @@
-!> What keeps a problem from being symmetric and proportionally damped, where that is little: dampers, bushings,
-!> gyroscopic discs, follower forces at a few unknowns.
+!> Local unsymmetric or nonproportional forces at a few unknowns: dampers, bushings, gyroscopic discs, follower forces.
 module kschur_local_forces
    use kschur_error, only: error_type, new_error, error_library
    use kschur_kinds, only: wp
@@ -12,17 +11,17 @@ module kschur_local_forces
    private
    public :: description_of, local_forces_type, new_local_forces, symmetric_stiffness
 
-   ! More unknowns than this are not a few.
+   ! Largest number of unknowns.
    integer, parameter :: most = 256
 
-   !> With K_s the symmetric part of K, R = alpha M + beta K_s + B S and K = K_s + B T: B has few columns, S and T few
-   !> columns that are not zero.
+   !> With K_s the symmetric part of K, R = alpha M + beta K_s + B S and K = K_s + B T: B has few columns, S and T few nonzero
+   !> columns.
    type :: local_forces_type
-      !> Unknowns on which forces act, and unknowns whose motion makes them.
+      !> Unknowns that forces act on, and unknowns that they depend on.
       integer, allocatable :: rows(:), columns(:)
-      !> The rows of B that are not zero, size(rows) x r.
+      !> Nonzero rows of B, size(rows) x r.
       real(wp), allocatable :: directions(:, :)
-      !> The columns of S and T that are not zero, r x size(columns).
+      !> Nonzero columns of S and T, r x size(columns).
       real(wp), allocatable :: damping(:, :), stiffness(:, :)
    contains
       !> r.
@@ -35,7 +34,7 @@ module kschur_local_forces
 
 contains
 
-   !> Finds them; there are too many where `few` is false. Their number may be zero.
+   !> Finds the local forces, possibly none; `few` is false if there are too many.
    subroutine new_local_forces(problem, forces, few, error)
       type(modal_problem_type), intent(in) :: problem
       type(local_forces_type), intent(out) :: forces
@@ -60,7 +59,7 @@ contains
       call factor(forces, damping, stiffness, error)
    end subroutine new_local_forces
 
-   !> In words, where there are few.
+   !> Description for reports, if they are few.
    function description_of(problem) result(sentence)
       type(modal_problem_type), intent(in) :: problem
       character(len=128) :: sentence
@@ -86,7 +85,7 @@ contains
       matrix = linear_combination(0.5_wp, problem%stiffness, 0.5_wp, transpose_csr(problem%stiffness))
    end function symmetric_stiffness
 
-   ! (K - K^T)/2 but for rounding.
+   ! (K - K^T)/2 without rounding errors.
    subroutine find_skew(problem, skew, few, error)
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(out) :: skew
@@ -94,19 +93,19 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: whole, level
       integer, allocatable :: row(:)
-      logical, allocatable :: left(:)
+      logical, allocatable :: kept(:)
       integer :: n
 
       n = problem%unknowns()
-      allocate (left(0), row(0))
+      allocate (kept(0), row(0))
       if (.not. problem%symmetric) then
          whole = linear_combination(0.5_wp, problem%stiffness, -0.5_wp, transpose_csr(problem%stiffness))
          level = symmetric_stiffness(problem)
-         left = abs(whole%value) > rounding_of_row*abs(level%value)
+         kept = abs(whole%value) > rounding_of_row*abs(level%value)
          row = whole%row_indices()
-         few = count(left) <= most**2
+         few = count(kept) <= most**2
          if (.not. few) return
-         call new_csr_from_triplets(skew, n, n, pack(row, left), pack(whole%column, left), pack(whole%value, left), error)
+         call new_csr_from_triplets(skew, n, n, pack(row, kept), pack(whole%column, kept), pack(whole%value, kept), error)
       else
          few = .true.
          call new_csr_from_triplets(skew, n, n, row, row, [real(wp) ::], error)
@@ -148,8 +147,8 @@ contains
       end do
    end function block_of
 
-   ! Takes rows of the two matrices, as many as are independent, for S and T, each damper on its own; the others are
-   ! combinations of these, and strong ones do not hide what is weak.
+   ! Factors the forces: selects linearly independent rows as S and T, separately for each damper, so that strong ones do not
+   ! hide weak ones; the others are combinations of these.
    subroutine factor(forces, damping, stiffness, error)
       type(local_forces_type), intent(inout) :: forces
       real(wp), intent(in) :: damping(:, :), stiffness(:, :)
@@ -160,7 +159,7 @@ contains
       integer, allocatable :: rows(:), pivots(:)
 
       level = max(maxval(abs(damping), 2), maxval(abs(stiffness), 2))
-      of = parts(abs(damping) > 0 .or. abs(stiffness) > 0)
+      of = coupled_rows(abs(damping) > 0 .or. abs(stiffness) > 0)
       directions = 0
       r = 0
       do part = 1, size(of)
@@ -182,8 +181,8 @@ contains
       forces%stiffness = stiffness(taken(:r), :)
    end subroutine factor
 
-   ! Rows that share a column, directly or through others, have one number: that of the first of them.
-   pure function parts(pattern) result(of)
+   ! Connected components of rows that share columns, numbered by their first row.
+   pure function coupled_rows(pattern) result(of)
       logical, intent(in) :: pattern(:, :)
       integer :: of(size(pattern, 1))
       integer :: i, j, number
@@ -196,14 +195,14 @@ contains
          joined = [(any(pattern(:, j) .and. of == of(i)), i=1, size(of))]
          where (joined) of = number
       end do
-   end function parts
+   end function coupled_rows
 
-   ! Rows of two matrices side by side, divided by their levels: the first ones in an order are independent, and all are
-   ! combinations of these.
+   ! Rank-revealing factorisation of the rows of [first, second], scaled by their levels: leading pivots are independent, all
+   ! rows are combinations of these.
    subroutine find_rows(first, second, level, pivots, combinations, error)
       real(wp), intent(in) :: first(:, :), second(:, :), level(:)
       integer, allocatable, intent(out) :: pivots(:)
-      !> As many rows as are independent, and a column for each row in that order.
+      !> Independent rows x all rows in pivot order.
       real(wp), allocatable, intent(out) :: combinations(:, :)
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: a(2*size(first, 2), size(first, 1)), tau(size(first, 1)), work(8*size(a) + 8), largest

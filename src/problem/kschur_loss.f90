@@ -1,4 +1,4 @@
-!> Losses in materials: a loss stiffness H beside the stiffness K, and the loss factor of a mode.
+!> Hysteretic losses: loss stiffness H in K + i H, and loss factors of modes.
 module kschur_loss
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_kinds, only: wp
@@ -10,7 +10,7 @@ module kschur_loss
 
 contains
 
-   !> g where H = g K to the rounding of the rows that entries stand in; 0 where it is not.
+   !> Returns g if H = g K to the rounding of rows; else 0.
    real(wp) function factor_of_loss(stiffness, loss) result(factor)
       type(csr_matrix_type), intent(in) :: stiffness, loss
       type(csr_matrix_type) :: rest
@@ -48,9 +48,9 @@ contains
       product%value = factor*product%value
    end function times_factor
 
-   !> Im(-lambda^2)/Re(-lambda^2): of lambda^2 = -omega^2 (1 + i eta), as an undamped structure of one lossy material has it,
-   !> eta; of a viscous damping ratio zeta 2 zeta, but for terms of its third power. NaN where Re(-lambda^2) is not
-   !> positive, as beyond zeta = 0.7, where nothing resonates.
+   !> Im(-lambda^2)/Re(-lambda^2): equals eta for lambda^2 = -omega^2 (1 + i eta), an undamped structure of one lossy material;
+   !> 2 zeta up to third order for a viscous damping ratio zeta. NaN if Re(-lambda^2) is not positive, as for zeta above 0.7,
+   !> without resonance.
    elemental real(wp) function loss_factor_of(lambda) result(eta)
       complex(wp), intent(in) :: lambda
 

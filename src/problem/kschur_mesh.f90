@@ -1,5 +1,5 @@
-!> Where a problem stands in space: its nodes, which unknown moves which of them and how, and the cells between them.
-!> Nothing of it is needed to solve; pictures of modes and directions of motion are.
+!> Mesh of a problem: nodes, the node and component of each unknown, and cells. Solves do not need it; pictures of modes and
+!> directions of motion do.
 module kschur_mesh
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur_error, only: error_type, new_error, error_input, error_memory
@@ -11,28 +11,28 @@ module kschur_mesh
    private
    public :: mesh_type, join_nodes, settle_mesh
 
-   !> Filled by the caller, then settled.
+   !> Set by the caller, then checked by `settle_mesh`.
    type :: mesh_type
       !> Positions (m in SI), 3 x nodes.
       real(wp), allocatable :: coordinates(:, :)
-      !> Node of each unknown, n; 0 where it has none.
+      !> Node of each unknown, n; 0: none.
       integer, allocatable :: unknown_node(:)
-      !> What each unknown is there, n: 0, 1, 2 translations along x, y, z, 3, 4, 5 rotations about them.
+      !> Component of each unknown, n: 0, 1, 2 translations along x, y, z, 3, 4, 5 rotations about them.
       integer, allocatable :: unknown_component(:)
       !> Cells in VTK's layout: cell c has the nodes connectivity(offsets(c) + 1:offsets(c + 1)), counted from 1, and
       !> VTK's number types(c). Not allocated where the problem came without.
       integer, allocatable :: offsets(:), connectivity(:), types(:)
    contains
-      !> How many there are.
+      !> Numbers of nodes and cells.
       procedure :: nodes
       procedure :: cells
-      !> How a shape moves the nodes.
+      !> Nodal displacements of a shape.
       procedure :: displacements
-      !> How it all moves as a rigid body.
+      !> Rigid motions of the mesh.
       procedure :: rigid_motions
    end type mesh_type
 
-   !> What `rigid_motions` are: translations along x, y, z and rotations about these axes.
+   !> Names of `rigid_motions`: translations along x, y, z and rotations about these axes.
    character(len=2), parameter, public :: rigid_motion_names(6) = ["x ", "y ", "z ", "rx", "ry", "rz"]
 
    !> VTK's numbers of cells.
@@ -41,8 +41,8 @@ module kschur_mesh
 
 contains
 
-   !> Checks a mesh for a problem of n unknowns. Where it says nothing of the unknowns, they stand node after node: of
-   !> each node three translations and three rotations, or three translations, or those along x and y, or that along z.
+   !> Checks a mesh for a problem of n unknowns. If it does not describe the unknowns, they are numbered node by node: three
+   !> translations and three rotations, or three translations, or those along x and y, or that along z.
    subroutine settle_mesh(mesh, n, error)
       type(mesh_type), intent(inout) :: mesh
       integer, intent(in) :: n
@@ -147,16 +147,16 @@ contains
       end if
    end subroutine check_cells
 
-   !> Where the mesh has no cells, makes lines between nodes that a matrix joins.
+   !> If the mesh has no cells, creates lines between nodes that a matrix couples.
    subroutine join_nodes(mesh, matrix)
       type(mesh_type), intent(inout) :: mesh
-      !> Of the settled mesh's unknowns, the stiffness.
+      !> Stiffness of the unknowns of the checked mesh.
       type(csr_matrix_type), intent(in) :: matrix
       integer, allocatable :: first(:), unknowns(:), seen(:), joined(:)
       integer :: lines, pass, node, k
 
       if (allocated(mesh%types)) return
-      ! Those without a node come first.
+      ! Unknowns without a node come first.
       call stable_order(mesh%unknown_node + 1, mesh%nodes() + 1, unknowns, first)
       allocate (seen(mesh%nodes()))
       do pass = 1, 2
@@ -175,7 +175,7 @@ contains
 
    contains
 
-      ! From the node to those with higher numbers that were not met yet.
+      ! Adds lines from the node to coupled nodes with higher numbers.
       subroutine add_lines(row)
          integer, intent(in) :: row
          integer :: entry, other
@@ -205,7 +205,7 @@ contains
       if (allocated(self%types)) cells = size(self%types)
    end function cells
 
-   !> Displacements of the nodes, 3 x nodes; zero along what no unknown moves.
+   !> Displacements of the nodes, 3 x nodes; zero for missing components.
    pure subroutine displacements(self, shape, moved)
       class(mesh_type), intent(in) :: self
       !> A vector of the problem's unknowns, n.
@@ -221,8 +221,8 @@ contains
       end do
    end subroutine displacements
 
-   !> The motions of all unknowns, n x 6, where all moves by 1 m along x, y, z, and turns by 1 rad about the axes through the
-   !> origin; zero where an unknown has no node.
+   !> Rigid motions of all unknowns, n x 6: translations by 1 m along x, y, z and rotations by 1 rad about the axes through the
+   !> origin; zero for unknowns without a node.
    pure subroutine rigid_motions(self, motions)
       class(mesh_type), intent(in) :: self
       real(wp), allocatable, intent(out) :: motions(:, :)

@@ -1,4 +1,4 @@
-!> Penalties: entries on a diagonal that hold an unknown, so large that they hide all others in the norm of their matrix.
+!> Penalties: diagonal entries that constrain an unknown, so large that they dominate the norm of their matrix.
 module kschur_penalties
    use kschur_kinds, only: wp
    use kschur_sparse, only: csr_matrix_type
@@ -9,22 +9,22 @@ module kschur_penalties
 
 contains
 
-   !> Which rows of the stiffness are held by a penalty: those of a unit of their own have a mass that is as large.
+   !> Marks rows of the stiffness with a penalty, unless their mass is as large: then the unknown only has other units.
    pure function stiffness_penalties(stiffness, mass) result(penalties)
       type(csr_matrix_type), intent(in) :: stiffness, mass
       logical :: penalties(stiffness%rows)
 
-      penalties = stand_out(stiffness, 0.0_wp)
+      penalties = find_penalties(stiffness, 0.0_wp)
       if (any(penalties)) penalties = penalties .and. .not. has_unit_of_its_own(mass)
    end function stiffness_penalties
 
-   !> Which rows of the damping are held by a penalty. A dashpot is none for being the only one: it is held against the damping
-   !> that is critical at the highest frequencies, sqrt(||K|| ||M||), too.
+   !> Marks rows of the damping with a penalty. A single dashpot is none: entries must also exceed the critical damping of the
+   !> highest frequencies, sqrt(||K|| ||M||).
    pure function damping_penalties(damping, stiffness, mass) result(penalties)
       type(csr_matrix_type), intent(in) :: damping, stiffness, mass
       logical :: penalties(damping%rows)
 
-      penalties = stand_out(damping, sqrt(norm_without(stiffness, stiffness_penalties(stiffness, mass)))* &
+      penalties = find_penalties(damping, sqrt(norm_without(stiffness, stiffness_penalties(stiffness, mass)))* &
          sqrt(mass%infinity_norm()))
       if (any(penalties)) penalties = penalties .and. .not. has_unit_of_its_own(mass)
    end function damping_penalties
@@ -33,47 +33,47 @@ contains
       type(csr_matrix_type), intent(in) :: mass
       logical :: stands_out(mass%rows)
 
-      stands_out = stand_out(mass, 0.0_wp) .or. .not. abs(mass%diagonal()) > 0
+      stands_out = find_penalties(mass, 0.0_wp) .or. .not. abs(mass%diagonal()) > 0
    end function has_unit_of_its_own
 
-   ! Which rows of a square matrix have little beside a diagonal entry that is far above all rows without one; none where that
-   ! is most rows, or there is nothing to compare with.
-   pure function stand_out(matrix, level) result(penalties)
+   ! Marks rows of a square matrix with a diagonal entry far above all unmarked rows and its off-diagonal entries; none if that
+   ! is most rows, or nothing can be compared.
+   pure function find_penalties(matrix, level) result(penalties)
       type(csr_matrix_type), intent(in) :: matrix
-      !> The rest is taken for as large as this at least.
+      !> Lower bound of the magnitude of other rows.
       real(wp), intent(in) :: level
       logical :: penalties(matrix%rows)
-      real(wp) :: diagonal(matrix%rows), beside(matrix%rows), rest
-      logical, allocatable :: taken(:)
+      real(wp) :: diagonal(matrix%rows), off_diagonal(matrix%rows), rest
+      logical, allocatable :: occupied(:)
       integer :: i
 
       penalties = .false.
       if (matrix%nonzeros() == 0) return
       diagonal = abs(matrix%diagonal())
       do i = 1, matrix%rows
-         beside(i) = sum(abs(matrix%value(matrix%row_start(i):matrix%row_start(i + 1) - 1)))
+         off_diagonal(i) = sum(abs(matrix%value(matrix%row_start(i):matrix%row_start(i + 1) - 1)))
       end do
-      beside = max(beside - diagonal, 0.0_wp)
-      penalties = diagonal > 0 .and. beside*penalty <= diagonal
+      off_diagonal = max(off_diagonal - diagonal, 0.0_wp)
+      penalties = diagonal > 0 .and. off_diagonal*penalty <= diagonal
       if (.not. any(penalties)) return
-      rest = maxval(beside + diagonal, .not. penalties)
+      rest = maxval(off_diagonal + diagonal, .not. penalties)
       if (all(penalties)) rest = minval(diagonal)
       rest = max(rest, level)
       if (.not. rest > 0) penalties = .false.
-      ! The first gap above the rest, by powers of two.
-      allocate (taken(minexponent(rest) - digits(rest):maxexponent(rest)), source=.false.)
+      ! First gap above the other rows, by powers of two.
+      allocate (occupied(minexponent(rest) - digits(rest):maxexponent(rest)), source=.false.)
       do i = 1, size(penalties)
-         if (penalties(i)) taken(exponent(diagonal(i))) = .true.
+         if (penalties(i)) occupied(exponent(diagonal(i))) = .true.
       end do
       do i = exponent(rest), maxexponent(rest)
          if (scale(1.0_wp, i - exponent(rest)) > 2*penalty) exit
-         if (taken(i)) rest = scale(1.0_wp, i)
+         if (occupied(i)) rest = scale(1.0_wp, i)
       end do
       penalties = penalties .and. diagonal > penalty*rest
       if (2*count(penalties) > size(penalties)) penalties = .false.
-   end function stand_out
+   end function find_penalties
 
-   !> The infinity norm of the rows that are not left out.
+   !> Infinity norm of the rows that are not left out.
    pure real(wp) function norm_without(matrix, left_out) result(norm)
       type(csr_matrix_type), intent(in) :: matrix
       logical, intent(in) :: left_out(:)

@@ -1,9 +1,8 @@
-!> Presolve: clamped and tied unknowns eliminated exactly, and put back.
+!> Presolve: exact elimination of clamped and tied unknowns, and the way back.
 !>
-!> A constraint on one unknown clamps it, one on two unknowns ties them: then
-!> phi = T y with Cq T = 0 for these rows, and (T^T M T, T^T R T, T^T K T,
-!> C_rest T) has exactly the modes of the problem. A row of T has one entry at
-!> most: each unknown is a factor, |factor| <= 1, times one master.
+!> A constraint on one unknown clamps it, one on two unknowns ties them: then phi = T y with Cq T = 0 for these rows, and (T^T M
+!> T, T^T R T, T^T K T, C_rest T) has exactly the modes of the problem. A row of T has at most one entry: each unknown is a
+!> factor, |factor| <= 1, times one master.
 module kschur_presolve
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_elimination, only: eliminate, ties_type
@@ -18,39 +17,39 @@ module kschur_presolve
    private
    public :: presolve_type, presolve
 
-   !> What was eliminated, and the way back; made by `presolve`.
+   !> The reduction and its inverse; created by `presolve`.
    type, extends(ties_type) :: presolve_type
-      !> Unknowns of the problem and of the reduced one, n and n'.
+      !> Numbers of unknowns of the original and the reduced problem, n and n'.
       integer :: unknowns_before = 0, unknowns_after = 0
-      !> Constraints of the problem and of the reduced one, m and m'.
+      !> Numbers of constraints of the original and the reduced problem, m and m'.
       integer :: constraints_before = 0, constraints_after = 0
       ! T: phi(i) = factor(i) y(master(i)), 0 where master(i) = 0.
       integer, allocatable, private :: master(:)
       real(wp), allocatable, private :: factor(:)
-      ! The equation of reduced unknown i was multiplied by row_units(i) times as much as the unknown was divided by; and the
-      ! multiplier of constraint i is so many times that of the constraint as given. Not allocated: once.
+      ! Scaling: equation i was multiplied by row_units(i) times the factor its unknown was divided by, and the multiplier of
+      ! constraint i is reaction_units(i) times the original one. Not allocated: 1.
       real(wp), allocatable, private :: row_units(:), reaction_units(:)
-      !> Rows that were replaced, and the combinations Y of rows that took their places. Not allocated: none.
+      !> Replaced rows, and combinations Y of rows that replaced them. Not allocated: none.
       integer, allocatable :: replaced(:)
       type(csr_matrix_type), private :: combinations
    contains
-      !> phi = T y: shapes of the problem from those of the reduced one.
+      !> phi = T y: expands shapes of the reduced problem.
       procedure :: expand_shapes
-      !> y of phi = T y, and the multipliers of the rows that stay.
+      !> Restricts phi = T y to y, and multipliers to the remaining rows.
       procedure :: contract
-      !> Other values of damping and stiffness in the reduced problem.
+      !> Sets new values of damping and stiffness in the reduced problem.
       procedure :: put_values
-      !> T^T f: forces on the reduced unknowns.
+      !> T^T f: restricts forces.
       procedure :: restrict
-      !> The largest unit of a reduced unknown in those as given over the smallest.
+      !> Ratio of the largest to the smallest unit of the reduced unknowns.
       procedure :: spread_of_units
-      !> Leaves constraints of the reduced problem out that follow from its others, and replaces those that nearly do.
+      !> Removes redundant constraints of the reduced problem, and replaces nearly redundant ones.
       procedure :: replace_rows
-      !> Multipliers of constraints as they were before that.
+      !> Multipliers of the constraints before that.
       procedure :: expand_reactions
-      !> Measures the reduced unknowns in other units: y(i) is now units(i) times as much.
+      !> Rescales the reduced unknowns: y(i) is now units(i) times as large.
       procedure :: change_units
-      !> Multiplies equations of the reduced problem besides.
+      !> Additionally rescales equations of the reduced problem.
       procedure :: change_row_units
       !> The same reduction of the transposed problem.
       procedure :: transposed
@@ -58,22 +57,21 @@ module kschur_presolve
 
 contains
 
-   !> Eliminates what can be, in time linear in the entries. The reduced
-   !> problem is the problem itself where that is nothing, and is symmetric or
-   !> proportionally damped where the problem is. Fails where no unknown is left.
+   !> Eliminates clamped and tied unknowns, in time linear in the number of entries. The reduced problem equals the problem if
+   !> there are none, and is symmetric or proportionally damped if the problem is. Fails if no unknown is left.
    subroutine presolve(problem, reduced, plan, error, eliminating)
       type(modal_problem_type), intent(in) :: problem
       type(modal_problem_type), intent(out) :: reduced
       type(presolve_type), intent(out) :: plan
       type(error_type), allocatable, intent(out) :: error
-      !> False: the plan leaves everything as it is.
+      !> False: nothing is eliminated.
       logical, optional, intent(in) :: eliminating
       type(csr_matrix_type) :: clean, constraints
       logical :: short_rows
 
       short_rows = .true.
       if (present(eliminating)) short_rows = eliminating
-      call leave_rounding_out(problem%constraints, clean, error)
+      call drop_rounding_of_constraints(problem%constraints, clean, error)
       if (.not. allocated(error)) call eliminate(clean, short_rows, plan%ties_type, constraints, error)
       if (allocated(error)) return
       plan%unknowns_before = problem%unknowns()
@@ -105,7 +103,7 @@ contains
          if (allocated(error)) return
       end if
       if (max(abs(problem%alpha), abs(problem%beta)) > 0) then
-         ! Where sums cancel, those of R would not be the same combination of what is left of M and K.
+         ! R is formed from the reduced M and K: separate sums that cancel would not be the same combination.
          reduced%damping = linear_combination(problem%alpha, reduced%mass, problem%beta, reduced%stiffness)
          if (allocated(problem%dampers)) &
             reduced%damping = linear_combination(1.0_wp, reduced%damping, 1.0_wp, reduced%dampers)
@@ -118,7 +116,7 @@ contains
       call add_context(error, "without the clamped and tied unknowns")
    end subroutine presolve
 
-   ! T^T H T, of H = g K g times what is left of K.
+   ! T^T H T; for H = g K g times the reduced K.
    subroutine reduce_loss(plan, problem, reduced, error)
       type(presolve_type), intent(in) :: plan
       type(modal_problem_type), intent(in) :: problem
@@ -133,9 +131,9 @@ contains
       end if
    end subroutine reduce_loss
 
-   ! Leaves out entries of constraints that are rounding beside others of their row and beside others of their column, whatever
-   ! the units are: the cosine of a right angle ties nothing.
-   subroutine leave_rounding_out(constraints, clean, error)
+   ! Drops constraint entries that are rounding errors relative to both their row and their column, in any units, as the cosine
+   ! of a right angle.
+   subroutine drop_rounding_of_constraints(constraints, clean, error)
       type(csr_matrix_type), intent(in) :: constraints
       type(csr_matrix_type), intent(out) :: clean
       type(error_type), allocatable, intent(out) :: error
@@ -159,7 +157,7 @@ contains
                pack(value, stays), error)
          end if
       end associate
-   end subroutine leave_rounding_out
+   end subroutine drop_rounding_of_constraints
 
    ! T.
    subroutine number_unknowns(plan)
@@ -177,8 +175,7 @@ contains
       plan%master = number(plan%master)
    end subroutine number_unknowns
 
-   ! T^T A T: entries change their places. Of a symmetric matrix one half is
-   ! summed and mirrored, since sums in another order round differently.
+   ! Computes T^T A T. Of a symmetric matrix one half is summed and mirrored, since sums in another order round differently.
    subroutine reduce(plan, matrix, symmetric, reduced, error)
       type(presolve_type), intent(in) :: plan
       type(csr_matrix_type), intent(in) :: matrix
@@ -209,7 +206,7 @@ contains
       if (.not. allocated(error)) call drop_rounding(row(:entries), column(:entries), value(:entries), reduced, error)
    end subroutine reduce
 
-   ! Of a motion without force sums leave rounding where they cancel, a whole row of it: that is made zero.
+   ! Sets rows to zero in which all sums cancel to rounding, as for a motion without forces.
    subroutine drop_rounding(row, column, value, reduced, error)
       integer, intent(in) :: row(:), column(:)
       real(wp), intent(in) :: value(:)
@@ -229,23 +226,23 @@ contains
       where (abs(reduced%value) <= rounding_of_row*terms%value) reduced%value = 0
    end subroutine drop_rounding
 
-   !> Makes the reduced problem that of other damping and stiffness, with the mass and the constraints it was made of and in
-   !> units that it has; its patterns stay.
+   !> Replaces damping and stiffness of the reduced problem by those of another problem with the same mass, constraints and
+   !> units; patterns are unchanged.
    subroutine put_values(self, problem, reduced, fits)
       class(presolve_type), intent(in) :: self
       type(modal_problem_type), intent(in) :: problem
       type(modal_problem_type), intent(inout) :: reduced
-      !> False: it does not go into these patterns without a look at what cancels, and the reduced problem is good for nothing.
+      !> False: the values do not fit the patterns or cancel differently, and the reduced problem is invalid.
       logical, intent(out) :: fits
 
       fits = .not. (allocated(problem%dampers) .or. max(abs(problem%alpha), abs(problem%beta)) > 0)
-      if (fits) call refill(self, problem%stiffness, problem%symmetric, reduced%stiffness, fits)
-      if (fits) call refill(self, problem%damping, problem%symmetric, reduced%damping, fits)
+      if (fits) call overwrite_values(self, problem%stiffness, problem%symmetric, reduced%stiffness, fits)
+      if (fits) call overwrite_values(self, problem%damping, problem%symmetric, reduced%damping, fits)
       if (allocated(reduced%dampers)) deallocate (reduced%dampers)
    end subroutine put_values
 
-   ! T^T A T into the places of another one. Of a symmetric matrix one half is summed, as by `reduce`.
-   subroutine refill(plan, matrix, symmetric, reduced, fits)
+   ! Overwrites the values of a reduced matrix by T^T A T. Of a symmetric matrix one half is summed, as in `reduce`.
+   subroutine overwrite_values(plan, matrix, symmetric, reduced, fits)
       type(presolve_type), intent(in) :: plan
       type(csr_matrix_type), intent(in) :: matrix
       logical, intent(in) :: symmetric
@@ -285,7 +282,7 @@ contains
          reduced%value(place) = reduced%value(place) + term
          largest(i) = max(largest(i), abs(term))
       end subroutine add
-   end subroutine refill
+   end subroutine overwrite_values
 
    pure real(wp) function spread_of_units(self)
       class(presolve_type), intent(in) :: self
@@ -301,10 +298,10 @@ contains
 
    subroutine replace_rows(self, follows, near, combinations, rows, reduced, error)
       class(presolve_type), intent(inout) :: self
-      !> Which rows are left out, m' answers.
+      !> Whether each of the m' rows is removed.
       logical, intent(in) :: follows(:)
-      !> Which are replaced, k of m': each by the combination Y of rows that is in its place, k x m', of value Y Cq, k x n'. A
-      !> combination has its own row, of the others that are replaced those before it, and none that is left out.
+      !> Replaced rows, k of m': each by the combination Y of rows at its position, k x m', with values Y Cq, k x n'. A
+      !> combination has its own row, earlier replaced ones, and no removed one.
       integer, intent(in) :: near(:)
       type(csr_matrix_type), intent(in) :: combinations, rows
       type(modal_problem_type), intent(inout) :: reduced
@@ -343,7 +340,7 @@ contains
       self%combinations%column = number(combinations%column)
    end subroutine replace_rows
 
-   !> Puts multipliers of the rows that stay in the place of those of their combinations, Y^T xi, in units as given.
+   !> Converts multipliers of combinations to those of rows, Y^T xi, in original units.
    subroutine expand_reactions(self, xi)
       class(presolve_type), intent(in) :: self
       !> m' x k
@@ -358,7 +355,7 @@ contains
       if (allocated(self%reaction_units)) xi = xi/spread(self%reaction_units, 2, size(xi, 2))
    end subroutine expand_reactions
 
-   ! The way back: the combinations are triangular.
+   ! Inverse of `expand_reactions`; the combinations are triangular.
    pure subroutine contract_reactions(self, xi)
       class(presolve_type), intent(in) :: self
       complex(wp), intent(inout) :: xi(:)
@@ -391,9 +388,9 @@ contains
 
    pure subroutine change_row_units(self, units, constraints)
       class(presolve_type), intent(inout) :: self
-      !> The same for all unknowns of a constraint.
+      !> Equal for all unknowns of a constraint.
       real(wp), intent(in) :: units(:)
-      !> Those of the reduced problem, none of them replaced.
+      !> Constraints of the reduced problem, none of them replaced.
       type(csr_matrix_type), intent(in) :: constraints
       integer :: i, largest
 
@@ -415,13 +412,13 @@ contains
 
       plan = self
       if (.not. allocated(self%row_units)) return
-      ! The constraints of both are the same: those with the units of the unknowns of this one.
+      ! Both problems have the same constraints, in units of this one's unknowns.
       call plan%change_units(self%row_units)
       plan%row_units = 1/self%row_units
       plan%reaction_units = 1
    end function transposed
 
-   !> Puts phi = T y in the place of each shape y.
+   !> Overwrites each shape y by phi = T y.
    subroutine expand_shapes(self, pairs)
       class(presolve_type), intent(in) :: self
       class(eigenpairs_type), intent(inout) :: pairs

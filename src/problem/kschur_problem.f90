@@ -1,5 +1,5 @@
-!> The modal problem (lambda^2 M + lambda R + K + i H) phi + Cq^T xi = 0, Cq phi = 0, Im lambda >= 0:
-!> its matrices, what is wrong with them, and what kind of problem they make.
+!> The modal problem (lambda^2 M + lambda R + K + i H) phi + Cq^T xi = 0, Cq phi = 0, Im lambda >= 0: its matrices, their
+!> checks, and its classification.
 module kschur_problem
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur_damping, only: classify_damping, damping_general, damping_names, damping_none, damping_proportional
@@ -17,60 +17,59 @@ module kschur_problem
    public :: check_sums, modal_problem_type, new_modal_problem, refuse_loss, settle_modal_problem
    public :: damping_general, damping_names, damping_none, damping_proportional
 
-   !> A checked problem; made by `new_modal_problem` or `settle_modal_problem`, not changed afterwards.
+   !> A checked problem; created by `new_modal_problem` or `settle_modal_problem`, not changed afterwards.
    type :: modal_problem_type
       !> Mass matrix M, n x n (kg and kg m^2 in SI).
       type(csr_matrix_type) :: mass
       !> Stiffness matrix K, n x n (N/m and N m in SI).
       type(csr_matrix_type) :: stiffness
-      !> Damping and gyroscopic matrix R, n x n (N s/m in SI); without entries where none was given.
+      !> Damping and gyroscopic matrix R, n x n (N s/m in SI); without entries if none was given.
       type(csr_matrix_type) :: damping
-      !> Constraint Jacobian Cq, m x n; m = 0 where none was given.
+      !> Constraint Jacobian Cq, m x n; m = 0 if none was given.
       type(csr_matrix_type) :: constraints
-      !> Loss stiffness H, n x n (N/m and N m in SI): what hysteresis adds to K as i H. Not allocated: there is none.
+      !> Loss stiffness H, n x n (N/m and N m in SI): hysteresis adds i H to K. Not allocated: none.
       type(csr_matrix_type), allocatable :: loss
-      !> The loss factor g where H = g K to rounding; 0 where it is not, or where there is no H.
+      !> Loss factor g if H = g K to rounding; else 0.
       real(wp) :: loss_factor = 0
       !> Whether M, R, K and H are all symmetric to rounding.
       logical :: symmetric = .false.
       !> One of `damping_none`, `damping_proportional`, `damping_general`.
       integer :: damping_kind = damping_none
-      !> Where the damping is proportional, or but for a few unknowns: R = alpha M + beta K (1/s, s).
+      !> If the damping is proportional, possibly except at a few unknowns: R = alpha M + beta K (1/s, s).
       real(wp) :: alpha = 0, beta = 0
-      !> What R has beside that at those few, n x n. Not allocated: the damping is none, proportional or general everywhere.
+      !> The exception at those few, n x n. Not allocated: none, or general damping.
       type(csr_matrix_type), allocatable :: dampers
-      !> Unknown i, multipliers behind the others, is best eliminated as number position(i) where matrices of the
-      !> problem are factored. Not allocated: not known yet.
+      !> Elimination order for matrices of the problem: unknown i (multipliers last) is eliminated as number position(i). Not
+      !> allocated: not computed yet.
       integer, allocatable :: position(:)
-      !> What indices count from in messages and notes: 1, or 0 as in C.
+      !> First index in messages and notes: 1, or 0 as in C.
       integer :: index_base = 1
-      !> Where it stands in space, settled; not allocated where that is not known.
+      !> Checked mesh; not allocated: none.
       type(mesh_type), allocatable :: mesh
    contains
       !> Number of unknowns n.
       procedure :: unknowns
       !> Number of constraints m.
       procedure :: multipliers
-      !> Bytes that its matrices take.
+      !> Memory in bytes of its matrices.
       procedure :: bytes
-      !> Makes H = g K. Fails where there is an H, and where g is no finite number.
+      !> Sets H = g K. Fails if there is an H already, or g is not finite.
       procedure :: set_loss_factor
    end type modal_problem_type
 
 contains
 
-   !> Makes a problem of its matrices after checking them: shapes, finite
-   !> values, a mass or a damping matrix that is not zero, no empty constraint,
-   !> no half of a symmetric matrix unless asked for.
+   !> Creates a problem from its matrices after checking them: shapes, finite values, a nonzero mass or damping matrix, no empty
+   !> constraint, no half of a symmetric matrix unless declared.
    subroutine new_modal_problem(problem, mass, stiffness, error, damping, constraints, kind_of, symmetric, loss)
       type(modal_problem_type), intent(out) :: problem
       type(csr_matrix_type), intent(in) :: mass, stiffness
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type), intent(in), optional :: damping, constraints
-      !> A problem that is known to have the same symmetry and the same damping. Found out where absent.
+      !> A problem with the same symmetry and kind of damping. Absent: classified.
       type(modal_problem_type), intent(in), optional :: kind_of
-      !> Whether M, R, K and H are given as halves of symmetric matrices: `symmetric_lower` or `symmetric_upper`; `symmetric_no`:
-      !> they are meant as they are. Absent, `symmetric_check`: what looks like a half is an error.
+      !> Whether M, R, K and H are given as halves of symmetric matrices: `symmetric_lower` or `symmetric_upper`;
+      !> `symmetric_no`: they are complete. Absent, `symmetric_check`: what looks like a half is an error.
       integer, intent(in), optional :: symmetric
       !> H; absent: none.
       type(csr_matrix_type), intent(in), optional :: loss
@@ -99,7 +98,7 @@ contains
       call settle_modal_problem(problem, error, kind_of, symmetric)
    end subroutine new_modal_problem
 
-   !> The same for matrices that stand in the problem already.
+   !> As `new_modal_problem`, for matrices already stored in the problem.
    subroutine settle_modal_problem(problem, error, kind_of, symmetric)
       type(modal_problem_type), intent(inout) :: problem
       type(error_type), allocatable, intent(out) :: error
@@ -118,7 +117,7 @@ contains
             call check_matrix(problem%constraints, problem%constraints%rows, n, base, "constraint Jacobian Cq", error)
          if (allocated(problem%loss) .and. .not. allocated(error)) &
             call check_matrix(problem%loss, n, n, base, "loss matrix H", error)
-         ! What was reduced may have become triangular.
+         ! A reduced matrix may have become triangular.
          storage = merge(symmetric_no, symmetric_check, present(kind_of))
          if (present(symmetric)) storage = symmetric
          call settle_storage(problem%mass, storage, base, "mass matrix M", error)
@@ -149,7 +148,7 @@ contains
       end if
    end subroutine settle_modal_problem
 
-   ! An H of zeros is none.
+   ! A zero H is dropped.
    subroutine classify_loss(problem)
       type(modal_problem_type), intent(inout) :: problem
 
@@ -184,10 +183,10 @@ contains
       if (self%loss%is_zero()) deallocate (self%loss)
    end subroutine set_loss_factor
 
-   !> Fails where a problem has an H and what is asked for does not know one.
+   !> Fails if a problem has an H, which the requested computation does not support.
    subroutine refuse_loss(problem, what, error)
       type(modal_problem_type), intent(in) :: problem
-      !> "a band", as the subject of a sentence.
+      !> Subject of the message, as "a band".
       character(len=*), intent(in) :: what
       type(error_type), allocatable, intent(inout) :: error
 
@@ -195,9 +194,9 @@ contains
          what//" and a loss matrix H do not go together yet: leave out one of them")
    end subroutine refuse_loss
 
-   !> Fails where a matrix that is made of M, R, K and Cq may have more entries than a default integer counts. The damped
-   !> pencils have most: the entries of M, R and K, Cq twice, and two identities; with a diagonal for the multipliers it is more
-   !> than any other has.
+   !> Fails if a matrix assembled from M, R, K and Cq may have more entries than a default integer can count. Damped pencils
+   !> have most: the entries of M, R and K, Cq twice, and two identities; with a diagonal for multipliers this bounds all
+   !> others.
    pure subroutine check_sums(order, entries, error)
       !> Numbers of unknowns and of multipliers.
       integer(long), intent(in) :: order(2)
@@ -246,7 +245,7 @@ contains
       end associate
    end subroutine check_all_magnitudes
 
-   ! Fails where products of entries overflow, or underflow where that is not the rounding of others.
+   ! Fails if products of entries overflow, or underflow where that is not below the rounding of others.
    subroutine check_magnitudes(matrix, base, name, error)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: base
@@ -281,7 +280,7 @@ contains
 
    subroutine check_mass_and_constraints(problem, reduced, error)
       type(modal_problem_type), intent(in) :: problem
-      !> Whether constraints may have taken what had a mass.
+      !> Whether eliminated constraints may have removed all mass.
       logical, intent(in) :: reduced
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: maxima(:)

@@ -1,4 +1,4 @@
-!> Residuals beside their own terms.
+!> Residuals relative to their terms.
 module kschur_residual_parts
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp
@@ -10,8 +10,8 @@ module kschur_residual_parts
 
 contains
 
-   !> The residual of some pairs beside the products of entries that it is a sum of, in 2-norms: unlike a backward error it
-   !> does not depend on the size of the eigenvalue. Zero of the others.
+   !> Norm of the residual of chosen pairs relative to the norm of the magnitudes of its terms (2-norms): unlike a backward
+   !> error it does not depend on the magnitude of the eigenvalue. Zero for the others.
    function residual_parts(problem, pairs, chosen) result(parts)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs

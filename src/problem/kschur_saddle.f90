@@ -1,4 +1,4 @@
-!> The matrices of a problem bordered by its constraints.
+!> Saddle-point matrices of a problem, bordered by its constraints.
 module kschur_saddle
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -28,7 +28,7 @@ contains
       structure%symmetric = .true.
    end subroutine symmetric_saddle
 
-   !> What a solver may know of [A, Cq^T; Cq, 0] where A is made of M, R and K.
+   !> Structure of [A, Cq^T; Cq, 0] for solvers, A a combination of M, R and K.
    pure function saddle_structure(problem) result(structure)
       type(modal_problem_type), intent(in) :: problem
       type(matrix_structure_type) :: structure
@@ -40,8 +40,8 @@ contains
       if (allocated(problem%position)) allocate (structure%position, source=problem%position)
    end function saddle_structure
 
-   !> Finds one order for all matrices that are made of M, R, K and Cq, that of the pattern of all. Without constraints
-   !> it is left to the solvers: what is definite LDL orders quicker by itself.
+   !> Computes one elimination order for all combinations of M, R, K and Cq, from the union of their patterns. Without
+   !> constraints it is left to the solvers: LDL orders definite matrices faster.
    subroutine order_elimination(problem, error)
       !> Its `position` is set.
       type(modal_problem_type), intent(inout) :: problem
@@ -57,8 +57,8 @@ contains
       if (.not. allocated(error)) call move_alloc(position, problem%position)
    end subroutine order_elimination
 
-   !> [M 0; 0 0], [R 0; 0 0] and [K Cq^T D; D Cq 0], D a diagonal of
-   !> factors: sigma^2, sigma and 1 times them is the matrix to be factored.
+   !> [M 0; 0 0], [R 0; 0 0] and [K Cq^T D; D Cq 0], D a diagonal of factors, with coefficients sigma^2, sigma and 1 in the
+   !> matrix to be factored.
    subroutine saddle_blocks(problem, factors, blocks, error)
       type(modal_problem_type), intent(in) :: problem
       !> Factor of each constraint.
@@ -79,7 +79,7 @@ contains
       !> Its `saddle_blocks`.
       type(csr_matrix_type), intent(in) :: blocks(3)
       complex(wp), intent(in) :: sigma
-      !> What takes the place of i. Absent: i.
+      !> Coefficient of H. Absent: i.
       complex(wp), intent(in), optional :: loss
       type(complex_csr_matrix_type) :: matrix
       type(csr_matrix_type) :: all(4)
@@ -138,7 +138,7 @@ contains
       end do
    end function bordered
 
-   ! Row `from` of a part behind what row i of the whole has so far.
+   ! Appends row `from` of a part to row i of the whole.
    pure subroutine append(whole, i, part, from, offset)
       type(csr_matrix_type), intent(inout) :: whole
       integer, intent(in) :: i, from, offset

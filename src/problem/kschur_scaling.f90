@@ -1,6 +1,5 @@
-!> What size things have: a frequency typical of the matrices, and factors for the rows of
-!> the constraint Jacobian that bring it to the level of the stiffness, so that multipliers
-!> are of the size of displacements.
+!> Scales of a problem: a typical frequency of the matrices, and factors that scale rows of the constraint Jacobian to the level
+!> of the stiffness, so that multipliers have the magnitude of displacements.
 module kschur_scaling
    use kschur_kinds, only: wp
    use kschur_options, only: scaling_row, scaling_scalar
@@ -11,15 +10,13 @@ module kschur_scaling
 
 contains
 
-   !> Powers of two, so that scaling rounds nothing: constraint i is to be
-   !> multiplied by factors(i), and the multiplier of the scaled constraint
-   !> times factors(i) is the multiplier of the constraint as given.
+   !> Returns powers of two, so that scaling is exact: constraint i is multiplied by factors(i), and the multiplier of the
+   !> scaled constraint times factors(i) is that of the original one.
    pure function constraint_factors(problem, scaling, shift) result(factors)
       type(modal_problem_type), intent(in) :: problem
       !> One of `scaling_*`.
       integer, intent(in) :: scaling
-      !> The level is that of |s|^2 |M| + |s| |R| + |K| at this s (1/s): it is
-      !> not zero for a mechanism without stiffness.
+      !> The level is that of |s|^2 |M| + |s| |R| + |K| at this s (1/s), nonzero for a mechanism without stiffness.
       complex(wp), intent(in) :: shift
       real(wp) :: factors(problem%multipliers())
       real(wp) :: level(problem%unknowns()), row_level, row_size
@@ -47,10 +44,9 @@ contains
       end associate
    end function constraint_factors
 
-   !> The median of sqrt(k/m) over unknowns with a stiffness and a mass of their own (1/s), up to a
-   !> factor of two: it depends neither on the units of the unknowns nor on a few that are
-   !> very stiff or very heavy. Without stiffness one of damping and mass, without mass one of stiffness and damping,
-   !> without that 1.
+   !> Median of sqrt(k/m) over unknowns with diagonal stiffness and mass (1/s), up to a factor of two: independent of units, and
+   !> of a few very stiff or heavy unknowns. Without stiffness from damping and mass, without mass from stiffness and damping,
+   !> else 1.
    pure real(wp) function typical_rate(problem) result(rate)
       type(modal_problem_type), intent(in) :: problem
       real(wp), dimension(problem%unknowns()) :: mass, other
@@ -71,8 +67,8 @@ contains
          rate = scale(1.0_wp, median(pack(exponent(other) - exponent(mass), mass > 0 .and. other > 0))/power)
    end function typical_rate
 
-   !> A frequency that the matrices suggest (1/s): far above the lowest modes of a fine mesh, but of
-   !> their units. Low where there are heavy parts: from below, low modes are told apart.
+   !> Estimate of a low frequency from the matrices (1/s): in their units, though far above the lowest modes of a fine mesh.
+   !> Lowered for heavy parts: low modes are resolved from below.
    pure real(wp) function first_scale(problem)
       type(modal_problem_type), intent(in) :: problem
       real(wp), parameter :: below_the_highest = 1.0e-3_wp, heaviest = 1.0e-2_wp
@@ -87,7 +83,7 @@ contains
       first_scale = below_the_highest*min(typical, max(of_norms, heaviest*typical))
    end function first_scale
 
-   ! Of at least one small integer.
+   ! Median of small integers, at least one.
    pure integer function median(numbers)
       integer, intent(in) :: numbers(:)
       integer, allocatable :: times(:)

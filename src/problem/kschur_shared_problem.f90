@@ -1,5 +1,5 @@
-!> A problem that several processes share: each keeps some rows of its matrices. In this build there is one process, which has
-!> them all; `with/mpi` has the module for several.
+!> A problem whose matrices are distributed by rows. This build has one process with all rows; `with/mpi` has the module for
+!> several.
 module kschur_shared_problem
    use kschur_error, only: error_type
    use kschur_problem, only: modal_problem_type
@@ -8,19 +8,19 @@ module kschur_shared_problem
    private
    public :: shared_problem_type
 
-   !> Made by `read_hdf5_shared_problem`.
+   !> Created by `read_hdf5_shared_problem`.
    type :: shared_problem_type
       !> The problem, in the first process.
       type(modal_problem_type) :: problem
-      !> Where there are several processes, the rows of M, R and K that this one has, and how many there are in all.
+      !> With several processes: local rows of M, R and K, and total numbers of rows.
       type(modal_problem_type) :: rows
       integer :: all_rows(3) = 0
    contains
-      !> The first process gets the matrices whole, unsettled.
+      !> Gathers the whole matrices in the first process, unchecked.
       procedure, nopass :: assemble
-      !> Fails where those that share it are not those that would solve it.
+      !> Fails if the processes that share it differ from those of the solve.
       procedure, nopass :: check
-      !> The entries of M, R and K are with the processes only, and are in the first one again.
+      !> Frees the entries of the whole M, R and K in the first process; restores them.
       procedure, nopass :: put_away
       procedure, nopass :: bring_back
    end type shared_problem_type

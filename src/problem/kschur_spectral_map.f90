@@ -1,15 +1,14 @@
-!> How the eigenvalue theta of a formulation and the lambda of the modal
-!> problem belong together.
+!> Map between the eigenvalue theta of a formulation and lambda of the modal problem.
 module kschur_spectral_map
    use kschur_kinds, only: wp
    implicit none
    private
    public :: spectral_map_type
 
-   !> Either theta = lambda, or theta = sign omega^2 with the two roots of
-   !> lambda^2 + (alpha + beta omega^2) lambda + omega^2 (1 + i g) = 0, of which with g only the one above the real axis counts.
+   !> Either theta = lambda, or theta = sign omega^2 with the two roots of lambda^2 + (alpha + beta omega^2) lambda + omega^2 (1
+   !> + i g) = 0; with g only the root above the real axis counts.
    type :: spectral_map_type
-      !> Whether theta stands for an oscillator, so that it has two roots.
+      !> Whether theta belongs to an oscillator with two roots.
       logical :: oscillator = .false.
       !> 1 or -1: theta = sign omega^2.
       real(wp) :: sign = 1
@@ -20,12 +19,12 @@ module kschur_spectral_map
    contains
       !> theta of a lambda.
       procedure :: theta
-      !> The two lambdas of a theta; twice the same where there is one.
+      !> The two lambdas of a theta; equal if there is one.
       procedure :: lambdas
-      !> How near the lambdas of an interval of theta come to a target.
+      !> Smallest distance of the lambdas of an interval of theta from a target.
       procedure :: distance_to
       procedure, private :: lossy_distance_to
-      !> Factor that takes the multipliers of the undamped problem to those at lambda.
+      !> Factor from multipliers of the undamped problem to those at lambda.
       procedure :: reaction
    end type spectral_map_type
 
@@ -48,8 +47,8 @@ contains
       if (abs(self%loss) > 0) reaction = reaction + cmplx(0, self%loss, wp)
    end function reaction
 
-   !> Without cancellation: the larger root first, the other one from their
-   !> product. Real theta gives an exact conjugate pair or two real roots.
+   !> Computed without cancellation: the larger root first, the other from their product. Real theta gives an exact conjugate
+   !> pair or two real roots.
    pure function lambdas(self, theta) result(roots)
       class(spectral_map_type), intent(in) :: self
       complex(wp), intent(in) :: theta
@@ -132,8 +131,8 @@ contains
       end subroutine consider_if_inside
    end function distance_to
 
-   ! With losses alone the lambdas of theta > 0 lie on one ray from zero, those of theta < 0 on another. With viscous damping
-   ! beside them nothing is known: zero.
+   ! With losses only, the lambdas of theta > 0 lie on one ray from zero, those of theta < 0 on another. With viscous damping
+   ! too, the distance is unknown: zero.
    pure real(wp) function lossy_distance_to(self, first, last, target) result(distance)
       class(spectral_map_type), intent(in) :: self
       real(wp), intent(in) :: first, last
@@ -147,7 +146,7 @@ contains
 
    contains
 
-      ! Of |theta| from `least` to `most`; as the modes are mirrored below the axis, so is the target.
+      ! Distance from the ray for |theta| from `least` to `most`; the target is mirrored as the modes are.
       pure real(wp) function to_ray(side, least, most) result(distance)
          real(wp), intent(in) :: side, least, most
          complex(wp) :: direction(2)

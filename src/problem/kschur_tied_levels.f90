@@ -1,4 +1,4 @@
-!> Levels of unknowns that constraints tie to others.
+!> Stiffness levels of unknowns that are held by constraints only.
 module kschur_tied_levels
    use kschur_kinds, only: wp
    use kschur_sparse, only: csr_matrix_type
@@ -8,14 +8,14 @@ module kschur_tied_levels
 
 contains
 
-   !> Gives levels to unknowns without one, as those of a rigid body, in units of stiffness: such an unknown moves as much as
-   !> the softest of those that a constraint ties it to, and no more than its stiffest constraint lets it.
+   !> Sets levels, in units of stiffness, of unknowns without one, as those of a rigid body: such an unknown moves as much as
+   !> the softest unknown that a constraint couples it to, and no more than its stiffest constraint allows.
    pure subroutine spread_levels(constraints, level)
       !> m x n
       type(csr_matrix_type), intent(in) :: constraints
-      !> n numbers, zero where there is none: on return only where no constraint leads to one.
+      !> n numbers, zero if unknown: on return only for unknowns that no constraint connects to a known one.
       real(wp), intent(inout) :: level(:)
-      ! Constraints on the way to an unknown with stiffness.
+      ! Longest chain of constraints to an unknown with stiffness.
       integer, parameter :: passes = 8
       real(wp) :: found(size(level)), softest
       integer :: pass, i, k

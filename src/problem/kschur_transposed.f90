@@ -1,4 +1,4 @@
-!> The problem with M, R, K and H transposed, whose modes are the conjugated left ones of the problem.
+!> The problem with M, R, K and H transposed, whose modes are conjugates of the left vectors.
 module kschur_transposed
    use kschur_error, only: error_type
    use kschur_problem, only: modal_problem_type, settle_modal_problem

@@ -1,9 +1,8 @@
-!> The determinant of a problem bordered by its constraints, as a function of lambda:
-!> det [P(lambda) Cq^T; Cq 0]. Its zeros are the finite eigenvalues with their multiplicities: with Z a basis of
-!> null(Cq) it is det(Z^T P(lambda) Z) times a constant. Redundant constraints would make it zero everywhere; a
-!> border of their own, [0 Cq^T 0; Cq 0 N; 0 N^T 0] with a column of N for each, keeps that from happening
-!> and changes nothing else if no combination of columns of N is one of Cq: Cq phi + N eta = 0 is Cq phi = 0 then,
-!> and N^T xi = 0 chooses one of the multipliers that do the same. Random columns are like that.
+!> Determinant of the problem bordered by its constraints, det [P(lambda) Cq^T; Cq 0], as a function of lambda. Its zeros are
+!> the finite eigenvalues with their multiplicities: it is det(Z^T P(lambda) Z) times a constant, Z a basis of null(Cq). With
+!> redundant constraints it would vanish identically; therefore a second border [0 Cq^T 0; Cq 0 N; 0 N^T 0] has a column of N
+!> for each of them. This changes nothing else if no combination of columns of N is in the range of Cq: Cq phi + N eta = 0 then
+!> implies Cq phi = 0, and N^T xi = 0 selects one of the equivalent multipliers. Random columns satisfy this.
 module kschur_bordered_determinant
    use kschur_effort, only: effort_type, for_count
    use kschur_error, only: error_type, error_singular
@@ -22,19 +21,19 @@ module kschur_bordered_determinant
    private
    public :: bordered_determinant_type, new_bordered_determinant
 
-   ! Trial solutions at each point, and how much more than what they show the phase may be off.
+   ! Trial solutions at each point, and safety factor of the phase error estimated from them.
    integer, parameter :: trials = 2
    real(wp), parameter :: caution = 4
 
-   !> Evaluated by a factorisation each time.
+   !> The function; each evaluation is a factorisation.
    type, extends(analytic_function_type) :: bordered_determinant_type
       type(effort_type) :: effort
-      ! Times lambda^2, lambda and 1.
+      ! Coefficients of lambda^2, lambda and 1.
       type(csr_matrix_type), private :: blocks(3)
       type(matrix_structure_type), private :: structure
       class(complex_linear_solver_type), allocatable, private :: solver
       integer(long), private :: state = 1
-      !> Who may end the count; not associated: nobody.
+      !> Monitor that may cancel; not associated: none.
       class(monitor_type), pointer :: monitor => null()
    contains
       procedure :: evaluate
@@ -42,15 +41,15 @@ module kschur_bordered_determinant
 
 contains
 
-   !> The determinant of a problem, ready to be evaluated. Fails where the matrices cannot be made or ordered.
+   !> Prepares the function. Fails if the matrices cannot be formed or ordered.
    subroutine new_bordered_determinant(determinant, problem, factors, redundant, solver, error)
       type(bordered_determinant_type), intent(out) :: determinant
       type(modal_problem_type), intent(in) :: problem
       !> Factor of each constraint.
       real(wp), intent(in) :: factors(:)
-      !> How many constraints follow from the others.
+      !> Number of redundant constraints.
       integer, intent(in) :: redundant
-      !> A copy of it factors.
+      !> Prototype of the solver.
       class(complex_linear_solver_type), intent(in) :: solver
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: pattern
@@ -62,7 +61,7 @@ contains
       allocate (determinant%solver, source=solver)
       associate (s => determinant%structure)
          s = saddle_structure(problem)
-         ! The same for all points.
+         ! One order for all points.
          if (.not. allocated(s%position)) then
             pattern = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], determinant%blocks)
             call elimination_order(pattern%row_start, pattern%column, s, position, error)
@@ -80,7 +79,7 @@ contains
    subroutine border(blocks, unknowns, level, redundant, error)
       type(csr_matrix_type), intent(inout) :: blocks(3)
       integer, intent(in) :: unknowns
-      !> The size of each row of Cq.
+      !> Norm of each row of Cq.
       real(wp), intent(in) :: level(:)
       integer, intent(in) :: redundant
       type(error_type), allocatable, intent(out) :: error
@@ -108,10 +107,10 @@ contains
       if (.not. allocated(error)) blocks(3) = linear_combination([1.0_wp, 1.0_wp], parts)
    end subroutine border
 
-   !> The factors are those of A + E, and log det(A + E) - log det A is trace(A^{-1} E) to first order. For x with
-   !> random entries of size one and y = (A + E)^{-1} A x, x - y is A^{-1} E x: its Euclidean norm is on average the
-   !> Frobenius norm of A^{-1} E, and x^* (x - y) the trace (Hutchinson, Commun. Stat. 19 (1990)). A x is summed
-   !> from M x, R x, K x and Cq x, so that the rounding of A shows too.
+   !> Evaluates log det and estimates its error. The factors are those of A + E, and log det(A + E) - log det A is trace(A^{-1}
+   !> E) to first order. For x with random entries of modulus one and y = (A + E)^{-1} A x, x - y is A^{-1} E x: its Euclidean
+   !> norm is on average the Frobenius norm of A^{-1} E, and x^* (x - y) its trace (Hutchinson, Commun. Stat. 19 (1990)). A x is
+   !> summed from M x, R x, K x and Cq x, to include the rounding of A.
    subroutine evaluate(self, lambda, logarithm, doubt, reason)
       class(bordered_determinant_type), intent(inout) :: self
       complex(wp), intent(in) :: lambda

@@ -1,12 +1,10 @@
 !> Proof by Sylvester's law of inertia that no mode of an undamped or
 !> proportionally damped symmetric problem is missing.
 !>
-!> Between s and t > s the number of negative eigenvalues of
-!> [K - s M, Cq^T; Cq, 0] grows by the number of finite eigenvalues
-!> theta = omega^2 in [s, t): M is semidefinite, so that K - s M only falls as s
-!> rises, and what infinite eigenvalues and redundant constraints contribute does
-!> not depend on s. (Parlett, The Symmetric Eigenvalue Problem, 3.3; for saddle
-!> matrices Gould, Math. Prog. 32, 1985.)
+!> Between s and t > s the number of negative eigenvalues of [K - s M, Cq^T; Cq, 0] grows by the number of finite eigenvalues
+!> theta = omega^2 in [s, t): M is semidefinite, so K - s M decreases with s, and the contribution of infinite eigenvalues and
+!> redundant constraints does not depend on s. (Parlett, The Symmetric Eigenvalue Problem, 3.3; for saddle matrices Gould, Math.
+!> Prog. 32, 1985.)
 module kschur_certificate
    use kschur_archive, only: archive_type
    use kschur_census, only: census_type
@@ -27,18 +25,18 @@ module kschur_certificate
 
    real(wp), parameter :: infinity = huge(1.0_wp)
 
-   !> What is proved, and what it took.
+   !> Verdict, and effort.
    type, extends(effort_type) :: certificate_type
       !> One of `certified_*`.
       integer :: verdict = certified_unknown
-      !> No eigenvalue nearer to the target than this is missing (1/s).
+      !> No eigenvalue at a smaller distance from the target is missing (1/s).
       real(wp) :: reach = 0
-      !> Where all eigenvalues were computed: how far from the target each of them is, or its conjugate if that is nearer,
-      !> less those of rigid motions (1/s).
+      !> If all eigenvalues were computed: their distances from the target, of each the nearer of a conjugate pair, without
+      !> rigid motions (1/s).
       real(wp), allocatable :: distances(:)
    end type certificate_type
 
-   !> Compares the Ritz values with a count of the eigenvalues about the target.
+   !> Census that compares Ritz values with an inertia count about the target.
    type, extends(census_type) :: inertia_census_type
       !> The modes nearest to this lambda are wanted (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp)
@@ -51,33 +49,33 @@ module kschur_certificate
       type(spectral_map_type), private :: map
       real(wp), private :: shift = 0
       integer, private :: zeros = 0
-      ! Negative directions at the shift; -1 where not known.
+      ! Negative eigenvalues at the shift; -1 if unknown.
       integer, private :: negative_at_shift = -1
-      ! The interval of theta that was counted last, and how many are in it.
+      ! Interval of theta that was counted last, and its number of eigenvalues.
       logical, private :: counted = .false., given_up = .false.
       real(wp), private :: from = 0, to = 0
       integer, private :: expected = 0
-      ! The distance of the furthest wanted value then.
+      ! Distance of the furthest wanted value at that time.
       real(wp), private :: wanted_reach = 0
    contains
       procedure :: examine
       procedure :: carry
       procedure, private :: count_about
-      procedure, private :: found
-      procedure, private :: reach_of
-      procedure, private :: beyond
-      procedure, private :: edge
+      procedure, private :: count_found
+      procedure, private :: distance_of
+      procedure, private :: distance_beyond
+      procedure, private :: theta_at
       procedure, private :: end_of_interval
-      procedure, private :: known_below
+      procedure, private :: converged_below
       procedure, private :: negative_at
    end type inertia_census_type
 
 contains
 
-   !> Distances from the target that differ by less (1/s) are those of eigenvalues which are the same to rounding: far from the
-   !> target, all distances are nearly the same, and the eigenvalues are not.
+   !> Differences of distances from the target below this (1/s) are rounding errors: far from the target all distances are
+   !> nearly equal, though the eigenvalues are not.
    elemental real(wp) function indistinct(distance, size)
-      !> From the target, and of an eigenvalue from zero (1/s).
+      !> Distance from the target, and magnitude of the eigenvalue (1/s).
       real(wp), intent(in) :: distance, size
 
       indistinct = same_value*min(distance, size)
@@ -91,11 +89,11 @@ contains
       real(wp), intent(in) :: shift
       !> The solver that has factored the problem at the shift.
       class(linear_solver_type), intent(in) :: factored
-      !> One that tells the inertia of indefinite matrices; copies of it are used.
+      !> Prototype of a solver that computes the inertia of indefinite matrices.
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
-      !> The number of zeros that are known, and that the iteration does not see.
+      !> Number of deflated zero eigenvalues.
       integer, intent(in) :: zeros
-      !> What may have been put away of the problem where it counts; absent or not associated: nothing.
+      !> Distributed matrices, whose whole copies may have been freed; absent or not associated: none.
       type(row_problem_type), pointer, optional, intent(in) :: matrices
 
       census%zeros = zeros
@@ -103,15 +101,15 @@ contains
       census%problem => problem
       census%map = map
       census%shift = shift
-      ! Each multiplier has a negative pivot, but for redundant ones, whose signs are rounding. What is
-      ! counted too low by them makes too many be looked for, never too few.
+      ! Each multiplier has a negative pivot, except redundant ones, whose signs are rounding errors. Counting too few of these
+      ! makes the census expect too many eigenvalues, never too few.
       if (factored%null_pivots == 0) census%negative_at_shift = factored%negative_pivots - problem%multipliers()
-      ! At zero the pivots of rigid motions are rounding, and these are not below it.
+      ! At zero the pivots of rigid motions are rounding errors; these eigenvalues are not below the shift.
       if (.not. abs(shift) > 0) census%negative_at_shift = max(census%negative_at_shift - zeros, 0)
       call move_alloc(solver, census%solver)
    end subroutine new_inertia_census
 
-   !> What was counted; what that took is what it took before as well.
+   !> Writes the counts to a checkpoint, or reads them, with the effort.
    subroutine carry(self, archive)
       class(inertia_census_type), intent(inout) :: self
       type(archive_type), intent(inout) :: archive
@@ -129,10 +127,9 @@ contains
       self%certificate%factorizations_for(for_count) = self%certificate%factorizations
    end subroutine carry
 
-   !> Counts once for each set of wanted values; `certificate` tells the outcome.
-   !> A set that is incomplete may still have all nearest ones: those missing lie
-   !> between the furthest of them and the end of the count. When such a set comes
-   !> again, nothing having been found in between, the count ends where the set does.
+   !> Counts once for each set of wanted values. An incomplete set may still contain the nearest ones, if the missing ones lie
+   !> between its furthest value and the end of the interval: if the same set is examined again, the interval ends at its
+   !> furthest value.
    subroutine examine(self, values, residuals, wanted, complete)
       class(inertia_census_type), intent(inout) :: self
       real(wp), intent(in) :: values(:), residuals(:)
@@ -142,23 +139,22 @@ contains
 
       complete = .false.
       if (self%given_up .or. wanted == 0 .or. wanted > size(values)) return
-      ! Zeros are known no better than this.
-      reach = max(self%within, maxval(self%reach_of(values(:wanted))), nearly_zero*sqrt(abs(self%shift)))
+      ! Accuracy of zeros.
+      reach = max(self%within, maxval(self%distance_of(values(:wanted))), nearly_zero*sqrt(abs(self%shift)))
       slack = indistinct(reach, sqrt(abs(self%shift) + 1/minval(abs(values(:wanted)), abs(values(:wanted)) > tiny(1.0_wp))))
       if (self%counted .and. reach <= self%certificate%reach + slack) &
-         complete = self%found(values, residuals, wanted) == self%expected
+         complete = self%count_found(values, residuals, wanted) == self%expected
       if (.not. complete) then
          call self%count_about(values, residuals, reach, &
             tight=self%counted .and. abs(reach - self%wanted_reach) <= slack)
-         if (self%counted) complete = self%found(values, residuals, wanted) == self%expected
+         if (self%counted) complete = self%count_found(values, residuals, wanted) == self%expected
       end if
       self%certificate%verdict = certified_unknown
       self%given_up = .not. self%counted
       if (self%counted) self%certificate%verdict = merge(certified_yes, certified_no, complete)
    end subroutine examine
 
-   ! Counts the eigenvalues of an interval that holds all that are nearer to the
-   ! target than `reach`.
+   ! Counts the eigenvalues in an interval that contains all nearer to the target than `reach`.
    subroutine count_about(self, values, residuals, reach, tight)
       class(inertia_census_type), intent(inout) :: self
       real(wp), intent(in) :: values(:), residuals(:), reach
@@ -171,62 +167,62 @@ contains
       if (self%negative_at_shift < 0) return
       call self%end_of_interval(1, values, residuals, reach, tight, self%to, above)
       if (self%negative_at_shift == 0) then
-         ! Nothing is below the shift.
+         ! No eigenvalue is below the shift.
          self%from = self%shift
          below = 0
          self%certificate%reach = infinity
       else
          call self%end_of_interval(-1, values, residuals, reach, tight, self%from, below)
-         self%certificate%reach = self%beyond(-1, self%from)
+         self%certificate%reach = self%distance_beyond(-1, self%from)
       end if
-      self%certificate%reach = min(self%certificate%reach, self%beyond(1, self%to))
+      self%certificate%reach = min(self%certificate%reach, self%distance_beyond(1, self%to))
       self%expected = above - below
       self%counted = min(above, below, self%expected) >= 0
    end subroutine count_about
 
-   ! How many of the values that are wanted or known well lie in the interval.
-   integer function found(self, values, residuals, wanted)
+   ! Number of wanted or converged values in the interval.
+   integer function count_found(self, values, residuals, wanted)
       class(inertia_census_type), intent(in) :: self
       real(wp), intent(in) :: values(:), residuals(:)
       integer, intent(in) :: wanted
       real(wp) :: theta
       integer :: i
 
-      found = 0
-      if (self%from <= 0 .and. self%to > 0) found = self%zeros
+      count_found = 0
+      if (self%from <= 0 .and. self%to > 0) count_found = self%zeros
       do i = 1, size(values)
          if ((i > wanted .and. residuals(i) > known_well) .or. .not. abs(values(i)) > tiny(1.0_wp)) cycle
          theta = self%shift + 1/values(i)
-         if (theta > self%from .and. theta < self%to) found = found + 1
+         if (theta > self%from .and. theta < self%to) count_found = count_found + 1
       end do
-   end function found
+   end function count_found
 
    ! Distance of the nearer root from the target.
-   elemental real(wp) function reach_of(self, value) result(reach)
+   elemental real(wp) function distance_of(self, value) result(reach)
       class(inertia_census_type), intent(in) :: self
       real(wp), intent(in) :: value
 
       reach = infinity
       if (abs(value) > tiny(1.0_wp)) &
          reach = minval(abs(self%map%lambdas(cmplx(self%shift + 1/value, 0, wp)) - self%target))
-   end function reach_of
+   end function distance_of
 
-   ! Smallest distance from the target of all that is above (side 1) or below (-1) theta.
-   real(wp) function beyond(self, side, theta)
+   ! Smallest distance from the target of any theta above (side 1) or below (-1) a given one.
+   real(wp) function distance_beyond(self, side, theta)
       class(inertia_census_type), intent(in) :: self
       integer, intent(in) :: side
       real(wp), intent(in) :: theta
 
       if (side > 0) then
-         beyond = self%map%distance_to(theta, infinity, self%target)
+         distance_beyond = self%map%distance_to(theta, infinity, self%target)
       else
-         beyond = self%map%distance_to(-infinity, theta, self%target)
+         distance_beyond = self%map%distance_to(-infinity, theta, self%target)
       end if
-   end function beyond
+   end function distance_beyond
 
-   ! The theta next to the shift, on one side, beyond which all is at least as far
-   ! from the target as `reach`; infinite where there is none.
-   real(wp) function edge(self, side, reach)
+   ! The theta on one side of the shift beyond which the distance from the target is at least `reach`, by bisection; infinite if
+   ! none.
+   real(wp) function theta_at(self, side, reach)
       class(inertia_census_type), intent(in) :: self
       integer, intent(in) :: side
       real(wp), intent(in) :: reach
@@ -237,30 +233,30 @@ contains
       inside = 0
       outside = max(abs(self%shift), reach**2, tiny(1.0_wp))
       do i = 1, doublings
-         if (self%beyond(side, self%shift + side*outside) >= reach) exit
+         if (self%distance_beyond(side, self%shift + side*outside) >= reach) exit
          inside = outside
          outside = 2*outside
       end do
-      edge = side*infinity
+      theta_at = side*infinity
       if (i > doublings) return
       do i = 1, halvings
          middle = (inside + outside)/2
-         if (self%beyond(side, self%shift + side*middle) >= reach) then
+         if (self%distance_beyond(side, self%shift + side*middle) >= reach) then
             outside = middle
          else
             inside = middle
          end if
       end do
-      edge = self%shift + side*outside
-   end function edge
+      theta_at = self%shift + side*outside
+   end function theta_at
 
-   ! A theta where the interval may end, in the first clear gap between the values
-   ! beyond `reach`, and the negative directions there; -1 where they cannot be had.
+   ! Chooses an end of the interval in the first wide gap of values beyond `reach`, and counts the negative eigenvalues there;
+   ! -1 if that fails.
    subroutine end_of_interval(self, side, values, residuals, reach, tight, theta, negative)
       class(inertia_census_type), intent(inout) :: self
       integer, intent(in) :: side
       real(wp), intent(in) :: values(:), residuals(:), reach
-      !> Whether to end at `reach`, but for rounding, instead of beyond it.
+      !> Whether to end at `reach`, up to rounding.
       logical, intent(in) :: tight
       real(wp), intent(out) :: theta
       integer, intent(out) :: negative
@@ -268,52 +264,51 @@ contains
 
       theta = self%shift
       negative = self%negative_at_shift
-      if (self%beyond(side, theta) >= reach) return
+      if (self%distance_beyond(side, theta) >= reach) return
       negative = -1
-      theta = self%edge(side, reach)
+      theta = self%theta_at(side, reach)
       if (abs(theta) >= infinity) return
       last = 1/(side*(theta - self%shift))
-      ! Where the distance does not grow with theta, the interval holds values nobody looked for.
-      if (any(side*values > last .and. self%reach_of(values) > (1 + same_value)*reach)) return
+      ! If the distance is not monotonic in theta, the interval may contain values that were not sought.
+      if (any(side*values > last .and. self%distance_of(values) > (1 + same_value)*reach)) return
 
       place = 0
       if (.not. tight) place = clear_gap(side*values, residuals, last)
       if (.not. place > 0) place = near_gap(side*values, residuals, last)
       if (.not. place > 0) place = (1 + same_value)*last
       theta = self%shift + side/place
-      negative = self%negative_at(theta, merge(self%known_below(theta, values, residuals), 0, side > 0))
+      negative = self%negative_at(theta, merge(self%converged_below(theta, values, residuals), 0, side > 0))
    end subroutine end_of_interval
 
-   ! Eigenvalues below a theta that is above the shift: each Ritz value that is known well has one of its own.
-   integer function known_below(self, theta, values, residuals) result(known)
+   ! Lower bound of the number of eigenvalues below a theta above the shift: converged Ritz values are eigenvalues.
+   integer function converged_below(self, theta, values, residuals) result(number)
       class(inertia_census_type), intent(in) :: self
       real(wp), intent(in) :: theta, values(:), residuals(:)
 
-      known = self%negative_at_shift + count(values*(theta - self%shift) > 1 .and. residuals <= known_well)
-      if (self%shift <= 0 .and. theta > 0) known = known + self%zeros
-   end function known_below
+      number = self%negative_at_shift + count(values*(theta - self%shift) > 1 .and. residuals <= known_well)
+      if (self%shift <= 0 .and. theta > 0) number = number + self%zeros
+   end function converged_below
 
-   ! The middle of the first wide gap below `last` between values that are known
-   ! well, or of the widest one; zero where there is none.
+   ! Middle of the first wide gap below `last` between converged values, or of the widest one; zero if none.
    real(wp) function clear_gap(values, residuals, last) result(middle)
       real(wp), intent(in) :: values(:), residuals(:), last
       real(wp) :: upper, lower, widest
-      logical :: known
+      logical :: converged
       integer :: i
 
       middle = 0
       widest = same_value
       upper = last
-      known = .true.
-      do while (known .and. widest < may_be_anything)
+      converged = .true.
+      do while (converged .and. widest < may_be_anything)
          lower = 0
-         known = .false.
+         converged = .false.
          i = maxloc(values, 1, values < upper .and. values > 0)
          if (i > 0) then
-            known = residuals(i) <= known_well
+            converged = residuals(i) <= known_well
             lower = values(i)
-            ! What has not converged may be as far up as this.
-            if (.not. known) lower = lower*(1 + residuals(i))
+            ! An unconverged value may be higher by its residual.
+            if (.not. converged) lower = lower*(1 + residuals(i))
          end if
          if ((upper - lower)/upper > widest) then
             widest = (upper - lower)/upper
@@ -323,8 +318,8 @@ contains
       end do
    end function clear_gap
 
-   ! The middle of the widest gap between `last` and what is the same to rounding, if values that are known well are beyond it:
-   ! which of them are the nearest is to be told. Zero where there is none.
+   ! Middle of the widest gap between `last` and values equal to it to rounding, if converged values follow: it decides which
+   ! are the nearest. Zero if none.
    pure real(wp) function near_gap(values, residuals, last) result(middle)
       real(wp), intent(in) :: values(:), residuals(:), last
       real(wp) :: upper, lower, widest
@@ -340,16 +335,16 @@ contains
          end if
          upper = lower
       end do
-      ! Before all of them is where the interval ends without them.
+      ! Without converged values beyond, the interval ends before all of them.
       if (.not. any(values > middle .and. values < (1 + same_value)*last .and. residuals <= known_well)) middle = 0
    end function near_gap
 
-   ! Negative directions at theta; -1 where they cannot be told.
-   integer function negative_at(self, theta, known) result(negative)
+   ! Number of negative eigenvalues at theta; -1 if unknown.
+   integer function negative_at(self, theta, least) result(negative)
       class(inertia_census_type), intent(inout) :: self
       real(wp), intent(in) :: theta
-      !> So many there are.
-      integer, intent(in) :: known
+      !> A lower bound of it.
+      integer, intent(in) :: least
       class(real_linear_solver_type), allocatable :: solver
       type(csr_matrix_type) :: matrix
       type(matrix_structure_type) :: structure
@@ -359,7 +354,7 @@ contains
       negative = -1
       away = .false.
       if (associated(self%matrices)) call self%matrices%bring_back(error, away)
-      if (.not. allocated(error)) call counting_matrix(self%problem, theta, known, matrix, structure, error)
+      if (.not. allocated(error)) call counting_matrix(self%problem, theta, least, matrix, structure, error)
       if (away) call self%matrices%put_away()
       if (allocated(error)) return
       allocate (solver, source=self%solver)

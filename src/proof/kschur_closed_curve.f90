@@ -1,4 +1,4 @@
-!> The curve around all that is nearer to a target than some distance.
+!> Boundary of the region nearer to a target than a radius.
 module kschur_closed_curve
    use kschur_kinds, only: wp
    implicit none
@@ -7,28 +7,28 @@ module kschur_closed_curve
 
    real(wp), parameter :: pi = acos(-1.0_wp)
 
-   !> Eigenvalues of real matrices come in conjugate pairs, and the distance of a pair is that of the nearer of
-   !> the two: the curve goes around two discs, about the target and about its conjugate. Where they reach the
-   !> real axis they make one region, and half of its curve tells all; where they do not, one disc does.
+   !> Conjugate pairs have the distance of the nearer member: the region is the union of two discs about the target and its
+   !> conjugate. If they reach the real axis, they form one symmetric region, and half of its boundary suffices; otherwise one
+   !> disc does.
    type :: closed_curve_type
       !> The target, Im >= 0, and the distance (1/s).
       complex(wp) :: center = (0.0_wp, 0.0_wp)
       real(wp) :: radius = 0
-      !> Whether the path is a circle in the upper half plane; else it is the half of a curve symmetric about the
-      !> real axis, from the right end on that axis to the left one.
+      !> Whether the path is a circle in the upper half plane; else it is half of a curve symmetric about the real axis, from
+      !> its right to its left end on that axis.
       logical :: circle = .false.
-      ! Angle of the right end, below zero.
+      ! Angle of the right end, negative.
       real(wp), private :: start = 0
    contains
-      !> The point at a part of the path, 0 ... 1, counterclockwise.
+      !> Point at parameter 0 ... 1, counterclockwise.
       procedure :: point
-      !> The variable of a power series for functions that are analytic inside, of size one.
+      !> Scaled variable of power series about the centre, of modulus about one.
       procedure :: variable
    end type closed_curve_type
 
 contains
 
-   !> The curve around what is nearer to a target than a radius (1/s).
+   !> Creates the boundary for a target and a radius (1/s).
    pure function new_closed_curve(target, radius) result(curve)
       complex(wp), intent(in) :: target
       real(wp), intent(in) :: radius

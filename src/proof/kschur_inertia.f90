@@ -15,21 +15,19 @@ module kschur_inertia
 
 contains
 
-   !> Negative eigenvalues of K - theta M on the motions that the constraints allow, of
-   !> a symmetric problem: where M is semidefinite, the number of theta = omega^2 below
-   !> this one, but for a number that does not depend on it. -1 where they cannot be told.
+   !> Number of negative eigenvalues of K - theta M on the null space of the constraints, of a symmetric problem: for
+   !> semidefinite M the number of theta = omega^2 below this one, up to a constant. -1 if unknown.
    !>
-   !> A little compliance of the constraints makes every one of their pivots negative,
-   !> those of redundant rows too, which would be rounding. It lowers each eigenvalue by
-   !> some `root_epsilon` of itself. The motions it lets in are far above theta, as the
-   !> constraints are scaled to the level of K and theta M; but between constraints that
-   !> differ by less than the root of that they are not, and then too many are counted.
-   subroutine count_below(problem, theta, known, solver, below)
+   !> A small regularisation of the constraints makes all of their pivots negative, also those of redundant rows, which would be
+   !> rounding errors. It lowers each eigenvalue by about `root_epsilon` of itself. The additional motions are far above theta,
+   !> as constraints are scaled to the level of K and theta M; but for constraints that differ by less than the square root of
+   !> that they are not, and the count is too large.
+   subroutine count_below(problem, theta, least, solver, below)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: theta
-      !> So many are known to be below.
-      integer, intent(in) :: known
-      !> One that tells the inertia of indefinite matrices; holds other factors on return.
+      !> A lower bound of the count.
+      integer, intent(in) :: least
+      !> Solver that computes the inertia of indefinite matrices; overwritten by other factors.
       class(real_linear_solver_type), intent(inout) :: solver
       integer, intent(out) :: below
       type(csr_matrix_type) :: matrix
@@ -37,16 +35,16 @@ contains
       type(error_type), allocatable :: error
 
       below = -1
-      call counting_matrix(problem, theta, known, matrix, structure, error)
+      call counting_matrix(problem, theta, least, matrix, structure, error)
       if (.not. allocated(error)) below = negative_directions(matrix, structure, solver)
    end subroutine count_below
 
-   !> The matrix whose negative eigenvalues are counted.
-   subroutine counting_matrix(problem, theta, known, matrix, structure, error)
+   !> Forms the matrix whose negative eigenvalues are counted.
+   subroutine counting_matrix(problem, theta, least, matrix, structure, error)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: theta
-      !> So many are known to be below.
-      integer, intent(in) :: known
+      !> A lower bound of the count.
+      integer, intent(in) :: least
       type(csr_matrix_type), intent(out) :: matrix
       type(matrix_structure_type), intent(out) :: structure
       type(error_type), allocatable, intent(out) :: error
@@ -62,10 +60,10 @@ contains
          [(n + i, i=1, m)], -root_epsilon*factors*problem%constraints%row_maxima(), error)
       if (allocated(error)) return
       matrix = linear_combination([1.0_wp, 1.0_wp], parts)
-      structure%least_negative = known + m
+      structure%least_negative = least + m
    end subroutine counting_matrix
 
-   !> Negative eigenvalues of such a matrix, but for those of the constraints; -1 where they cannot be told.
+   !> Number of negative eigenvalues of such a matrix, without those of the constraints; -1 if unknown.
    integer function negative_directions(matrix, structure, solver) result(negative)
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
@@ -76,7 +74,7 @@ contains
       negative = -1
       call solver%factorize(matrix, structure, error)
       if (allocated(error)) return
-      ! A null pivot: theta is an eigenvalue.
+      ! Null pivot: theta is an eigenvalue.
       if (solver%null_pivots == 0) negative = max(solver%negative_pivots - structure%multipliers, -1)
    end function negative_directions
 end module kschur_inertia

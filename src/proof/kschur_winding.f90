@@ -1,16 +1,13 @@
-!> How many zeros of an analytic function lie inside a closed curve, by the turns that its value makes
-!> along it: the argument principle.
+!> Counts the zeros of an analytic function inside a closed curve by its winding number (argument principle).
 !>
-!> The function is divided by the zeros that are known, so that what turns are those that are not known. What
-!> is left may still swing, as of zeros outside. That is an analytic function without zeros, exp(p): any
-!> polynomial p does not change the count, and one that is fitted to the *size* of the function, which has no
-!> ambiguity, predicts how its phase swings. Zeros inside that are not known, and turns that are hidden between
-!> two samples, are what no such p makes both small and slow.
+!> The function is divided by its known zeros, so that only unknown ones contribute. The quotient may still vary, for example by
+!> zeros outside: as exp(p) with p analytic. Subtracting any polynomial p does not change the count, and one fitted to the
+!> modulus, which has no ambiguity, predicts the variation of the phase. Unknown zeros inside, or turns missed between samples,
+!> cannot be made both small and slow by any p.
 !>
-!> The path is cut into panels with a sample inside each. A panel counts when the logarithm changes little in
-!> both its parts, size and phase, and evenly; else it is halved. When all count, all are halved once more, and have to
-!> count again. Steps are uneven, so that a phase that turns
-!> evenly does not turn by whole turns in all of them.
+!> The path is divided into panels with one interior sample. A panel is accepted if the logarithm changes little and evenly in
+!> modulus and phase; otherwise it is halved. When all are accepted, all are halved once more and must be accepted again. Steps
+!> are uneven, so that an evenly turning phase cannot make whole turns in all of them.
 module kschur_winding
    use kschur_closed_curve, only: closed_curve_type
    use kschur_kinds, only: wp
@@ -20,20 +17,20 @@ module kschur_winding
    private
    public :: analytic_function_type, count_unknown_zeros, reason_length
 
-   !> No reason is longer.
+   !> Length of reasons.
    integer, parameter :: reason_length = 120
    real(wp), parameter :: pi = acos(-1.0_wp), golden = 0.6180339887498949_wp
-   ! The most that the logarithm may change in one step, and that it may be off from an even change.
+   ! Largest change of the logarithm in one step, and largest deviation from an even change.
    real(wp), parameter :: largest_step = pi/4, largest_bend = pi/8
-   ! A panel may be wider than the next one by this factor.
-   real(wp), parameter :: neighbours = 3
-   ! What is not known may be as close to the curve as what is known: the chord of a panel, by the distance of that.
+   ! Largest ratio of the widths of adjacent panels.
+   real(wp), parameter :: largest_ratio = 3
+   ! Largest chord of a panel, relative to its distance from known zeros: unknown ones may be as close.
    real(wp), parameter :: longest = 4
-   ! A phase that is known no better is not known.
+   ! Largest acceptable error of a phase.
    real(wp), parameter :: largest_doubt = pi/12
-   ! The total may be off from a whole number of half turns by rounding only.
-   real(wp), parameter :: whole = 0.05_wp
-   ! Panels at first on half of a curve and on a circle; samples at most; a panel that is not halved any more.
+   ! Largest deviation of the total from a whole number of half turns.
+   real(wp), parameter :: integer_tolerance = 0.05_wp
+   ! Initial panels on half of a curve and on a circle; most samples; narrowest panel.
    integer, parameter :: panels_of_half = 4, panels_of_circle = 7, most_samples = 800
    real(wp), parameter :: narrowest = 1.0e-7_wp
    ! Coefficients of p, per sample.
@@ -50,18 +47,18 @@ module kschur_winding
          import :: analytic_function_type, wp
          class(analytic_function_type), intent(inout) :: self
          complex(wp), intent(in) :: lambda
-         !> Of the value; the imaginary part up to whole turns.
+         !> log of the value; imaginary part up to multiples of 2 pi.
          complex(wp), intent(out) :: logarithm
-         !> The imaginary part is known up to this (radians).
+         !> Error bound of the imaginary part (radians).
          real(wp), intent(out) :: doubt
-         !> Why there is no value; blank where there is one.
+         !> Why the evaluation failed; else blank.
          character(len=*), intent(out) :: reason
       end subroutine evaluate
    end interface
 
-   ! Samples in the order they were taken, and the panels between them: first, inner and last sample.
+   ! Samples in the order taken, and panels: indices of first, inner and last sample.
    type :: samples_type
-      integer :: taken = 0
+      integer :: count = 0
       real(wp) :: part(most_samples) = 0
       complex(wp) :: lambda(most_samples) = 0, logarithm(most_samples) = 0
       ! Distance of each from the nearest known zero.
@@ -71,17 +68,17 @@ module kschur_winding
 
 contains
 
-   !> Zeros inside the curve that are not among the known ones; of a curve that is symmetric about the real axis
-   !> all, of a circle above it those in it. Negative where there are fewer than are said to be known.
-   subroutine count_unknown_zeros(f, curve, known, origin, unknown, reason)
+   !> Counts the zeros inside the curve that are not among the given ones; for a curve symmetric about the real axis all, for a
+   !> circle above it those inside it. Negative if fewer zeros exist than are given.
+   subroutine count_unknown_zeros(f, curve, zeros, origin, unknown, reason)
       class(analytic_function_type), intent(inout) :: f
       type(closed_curve_type), intent(in) :: curve
-      !> Inside and outside, not zero, Im >= 0: each with Im > 0 stands for a conjugate pair.
-      complex(wp), intent(in) :: known(:)
-      !> The multiplicity of the zero at the origin.
+      !> Known zeros inside and outside, nonzero, Im >= 0: each with Im > 0 stands for a conjugate pair.
+      complex(wp), intent(in) :: zeros(:)
+      !> Multiplicity of the zero at the origin.
       integer, intent(in) :: origin
       integer, intent(out) :: unknown
-      !> Why the number is not known; blank where it is.
+      !> Why the count failed; else blank.
       character(len=reason_length), intent(out) :: reason
       type(samples_type) :: samples
       complex(wp), allocatable :: logarithms(:)
@@ -90,17 +87,17 @@ contains
       real(wp) :: turned
 
       unknown = 0
-      call take_first_samples(samples, f, curve, known, origin, reason)
+      call take_first_samples(samples, f, curve, zeros, origin, reason)
       confirmed = .false.
       do while (reason == "")
-         call judge(samples, curve, logarithms, passed)
+         call fit_and_test(samples, curve, logarithms, passed)
          if (all(passed)) then
             if (confirmed) exit
-            ! By chance a few samples fit a function that turns between them; twice as many do not.
+            ! A few samples may by chance fit a function that turns between them; twice as many do not.
             confirmed = .true.
             passed = .false.
          end if
-         call halve(samples, f, curve, known, origin, .not. passed, reason)
+         call halve(samples, f, curve, zeros, origin, .not. passed, reason)
       end do
       if (reason /= "") return
       associate (p => samples%panels)
@@ -108,14 +105,14 @@ contains
       end associate
       if (curve%circle) turned = turned/2
       unknown = nint(turned/pi)
-      if (abs(turned/pi - unknown) > whole) reason = "the phase of the determinant is rounding on the real axis"
+      if (abs(turned/pi - unknown) > integer_tolerance) reason = "the phase of the determinant is rounding on the real axis"
    end subroutine count_unknown_zeros
 
-   subroutine take_first_samples(samples, f, curve, known, origin, reason)
+   subroutine take_first_samples(samples, f, curve, zeros, origin, reason)
       type(samples_type), intent(inout) :: samples
       class(analytic_function_type), intent(inout) :: f
       type(closed_curve_type), intent(in) :: curve
-      complex(wp), intent(in) :: known(:)
+      complex(wp), intent(in) :: zeros(:)
       integer, intent(in) :: origin
       character(len=reason_length), intent(out) :: reason
       integer :: panels, j
@@ -128,19 +125,19 @@ contains
       end do
       reason = ""
       do j = 0, 2*panels
-         call sample(samples, f, curve, part(j)/part(2*panels), known, origin, reason)
+         call sample(samples, f, curve, part(j)/part(2*panels), zeros, origin, reason)
          if (reason /= "") return
       end do
       allocate (samples%panels(3, panels))
       samples%panels = reshape([([2*j - 1, 2*j, 2*j + 1], j=1, panels)], [3, panels])
    end subroutine take_first_samples
 
-   ! Two panels in the place of each that is to be halved.
-   subroutine halve(samples, f, curve, known, origin, which, reason)
+   ! Halves the selected panels.
+   subroutine halve(samples, f, curve, zeros, origin, which, reason)
       type(samples_type), intent(inout) :: samples
       class(analytic_function_type), intent(inout) :: f
       type(closed_curve_type), intent(in) :: curve
-      complex(wp), intent(in) :: known(:)
+      complex(wp), intent(in) :: zeros(:)
       integer, intent(in) :: origin
       logical, intent(in) :: which(:)
       character(len=reason_length), intent(out) :: reason
@@ -158,10 +155,10 @@ contains
                reason = "an eigenvalue that is not listed seems to lie next to the curve"
             do half = 1, 2
                ends = panel(half:half + 1)
-               j = samples%taken + 1
+               j = samples%count + 1
                weight = uneven(j)/2
                if (reason == "") call sample(samples, f, curve, &
-                  (1 - weight)*samples%part(ends(1)) + weight*samples%part(ends(2)), known, origin, reason)
+                  (1 - weight)*samples%part(ends(1)) + weight*samples%part(ends(2)), zeros, origin, reason)
                if (reason /= "") return
                panels = reshape([panels, ends(1), j, ends(2)], [3, size(panels, 2) + 1])
             end do
@@ -170,24 +167,24 @@ contains
       call move_alloc(panels, samples%panels)
    end subroutine halve
 
-   subroutine sample(samples, f, curve, part, known, origin, reason)
+   subroutine sample(samples, f, curve, part, zeros, origin, reason)
       type(samples_type), intent(inout) :: samples
       class(analytic_function_type), intent(inout) :: f
       type(closed_curve_type), intent(in) :: curve
       real(wp), intent(in) :: part
-      complex(wp), intent(in) :: known(:)
+      complex(wp), intent(in) :: zeros(:)
       integer, intent(in) :: origin
       character(len=reason_length), intent(out) :: reason
       complex(wp) :: lambda, logarithm
       real(wp) :: doubt
 
       reason = ""
-      if (samples%taken == most_samples) then
+      if (samples%count == most_samples) then
          reason = "the determinant turns too fast along the curve"
          return
       end if
       lambda = curve%point(part)
-      ! A circle ends where it began.
+      ! A circle is closed.
       if (curve%circle .and. part >= 1) then
          logarithm = samples%logarithm(1)
          lambda = samples%lambda(1)
@@ -195,35 +192,35 @@ contains
          call f%evaluate(lambda, logarithm, doubt, reason)
          if (reason == "" .and. .not. doubt <= largest_doubt) reason = "the phase of the determinant is lost in rounding"
          if (reason /= "") return
-         logarithm = logarithm - sum(log(lambda - known)) - sum(log(lambda - conjg(known)), abs(aimag(known)) > 0)
+         logarithm = logarithm - sum(log(lambda - zeros)) - sum(log(lambda - conjg(zeros)), abs(aimag(zeros)) > 0)
          if (origin > 0) logarithm = logarithm - origin*log(lambda)
       end if
-      samples%taken = samples%taken + 1
-      samples%part(samples%taken) = part
-      samples%lambda(samples%taken) = lambda
-      samples%logarithm(samples%taken) = logarithm
-      samples%distance(samples%taken) = min(minval(abs(lambda - known)), minval(abs(lambda - conjg(known))))
+      samples%count = samples%count + 1
+      samples%part(samples%count) = part
+      samples%lambda(samples%count) = lambda
+      samples%logarithm(samples%count) = logarithm
+      samples%distance(samples%count) = min(minval(abs(lambda - zeros)), minval(abs(lambda - conjg(zeros))))
    end subroutine sample
 
-   ! Takes the polynomial p with which the most panels pass, the simplest of these.
-   subroutine judge(samples, curve, logarithms, passed)
+   ! Chooses the polynomial p of least degree for which most panels are accepted.
+   subroutine fit_and_test(samples, curve, logarithms, passed)
       type(samples_type), intent(in) :: samples
       type(closed_curve_type), intent(in) :: curve
-      !> Of the samples, less p.
+      !> Logarithms of the samples minus p.
       complex(wp), allocatable, intent(out) :: logarithms(:)
-      !> Of each panel.
+      !> Whether each panel is accepted.
       logical, allocatable, intent(out) :: passed(:)
       complex(wp), allocatable :: less(:)
       integer :: degree, most
 
       allocate (passed(size(samples%panels, 2)), source=.false.)
-      allocate (logarithms, source=samples%logarithm(:samples%taken))
+      allocate (logarithms, source=samples%logarithm(:samples%count))
       degree = 0
-      most = samples%taken/samples_per_coefficient - 1
+      most = samples%count/samples_per_coefficient - 1
       if (curve%circle) most = most/2
       do
-         less = samples%logarithm(:samples%taken) - fitted(samples, curve, degree)
-         associate (pass => passes(samples, curve%circle, less))
+         less = samples%logarithm(:samples%count) - fitted(samples, curve, degree)
+         associate (pass => test_panels(samples, curve%circle, less))
             if (count(pass) > count(passed)) then
                passed = pass
                logarithms = less
@@ -232,12 +229,12 @@ contains
          if (degree >= most .or. all(passed)) return
          degree = min(max(2*degree, 2), most)
       end do
-   end subroutine judge
+   end subroutine fit_and_test
 
-   ! Whether size and phase change little and evenly.
-   pure function passes(samples, closed, logarithms) result(pass)
+   ! Whether modulus and phase change little and evenly.
+   pure function test_panels(samples, closed, logarithms) result(pass)
       type(samples_type), intent(in) :: samples
-      !> Whether the last panel ends where the first one begins.
+      !> Whether the curve is closed.
       logical, intent(in) :: closed
       complex(wp), intent(in) :: logarithms(:)
       logical :: pass(size(samples%panels, 2))
@@ -254,26 +251,25 @@ contains
                .and. abs(samples%lambda(p(3)) - samples%lambda(p(1))) <= longest*minval(samples%distance(p))
          end associate
       end do
-      ! Where a neighbour had to be so narrow, this one may hide whole turns.
+      ! Next to a very narrow panel, this one may hide whole turns.
       associate (width => samples%part(samples%panels(3, :)) - samples%part(samples%panels(1, :)))
-         pass = pass .and. width <= neighbours*min(eoshift(width, 1, width(merge(1, size(width), closed))), &
+         pass = pass .and. width <= largest_ratio*min(eoshift(width, 1, width(merge(1, size(width), closed))), &
             eoshift(width, -1, width(merge(size(width), 1, closed))))
       end associate
-   end function passes
+   end function test_panels
 
-   ! Values of the polynomial whose real part is nearest to that of the logarithms; real on the real axis where
-   ! the curve is symmetric about it.
+   ! Least squares fit of the real part of a polynomial to the log moduli; real on the real axis if the curve is symmetric.
    function fitted(samples, curve, degree) result(values)
       type(samples_type), intent(in) :: samples
       type(closed_curve_type), intent(in) :: curve
       integer, intent(in) :: degree
-      complex(wp) :: values(samples%taken)
-      complex(wp) :: powers(samples%taken, 0:degree)
+      complex(wp) :: values(samples%count)
+      complex(wp) :: powers(samples%count, 0:degree)
       real(wp), allocatable :: matrix(:, :), rhs(:, :), work(:)
       integer, allocatable :: pivot(:)
       integer :: n, columns, k, rank, info
 
-      n = samples%taken
+      n = samples%count
       powers(:, 0) = 1
       do k = 1, degree
          powers(:, k) = powers(:, k - 1)*curve%variable(samples%lambda(:n))
@@ -297,7 +293,7 @@ contains
       phase = modulo(aimag(logarithm) + pi, 2*pi) - pi
    end function phase
 
-   ! Between 0.7 and 1.3.
+   ! Quasi-random weight between 0.7 and 1.3.
    elemental real(wp) function uneven(j)
       integer, intent(in) :: j
 

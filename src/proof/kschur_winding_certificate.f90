@@ -1,5 +1,5 @@
-!> Proof, for any damping, that no mode is missing: the eigenvalues inside a curve around the target are
-!> counted by the turns of the determinant along it.
+!> Proof that no mode is missing, for any damping: counts the eigenvalues inside a curve around the target by the winding number
+!> of the determinant.
 !>
 !> The argument principle is textbook; Bindel and Hood (SIAM J. Matrix Anal. Appl. 34 (2013)) use it to localise
 !> eigenvalues of nonlinear problems. A count by quadrature with random vectors (Maeda, Futamura, Sakurai, JSIAM
@@ -24,17 +24,16 @@ module kschur_winding_certificate
    private
    public :: certify_by_winding, winding_certificate_type
 
-   ! Entries of the border for redundant constraints, at most.
+   ! Largest number of entries of the border for redundant constraints.
    integer, parameter :: largest_border = 5000000
 
-   !> What is proved, and what it took.
+   !> Verdict, and effort.
    type, extends(effort_type) :: winding_certificate_type
       !> One of `certified_*`.
       integer :: verdict = certified_unknown
-      !> Where the verdict is no: eigenvalues that are not listed and nearer to the target than `reach`, both of
-      !> a conjugate pair counted.
+      !> If the verdict is no: number of missing eigenvalues nearer to the target than `reach`, both members of conjugate pairs.
       integer :: missing = 0
-      !> The eigenvalues nearer to the target than this were counted (1/s).
+      !> Radius of the count (1/s).
       real(wp) :: reach = 0
       !> Why the verdict is unknown; else blank.
       character(len=reason_length) :: reason = ""
@@ -42,28 +41,27 @@ module kschur_winding_certificate
 
 contains
 
-   !> Counts inside a curve that goes through the first wide gap between the distances of eigenvalues from the
-   !> target, beyond those that are listed. Where that finds more than are known, they may be no nearer than the
-   !> furthest that is listed: a second curve goes through a gap inside that, and a third one, if the two disagree,
-   !> just inside the furthest.
+   !> Counts inside a curve through the first wide gap of distances from the target beyond the listed eigenvalues. If there are
+   !> more than are known, the missing ones may be beyond the furthest listed one: a second curve passes through a gap inside
+   !> that, and a third, if the two disagree, just inside it.
    subroutine certify_by_winding(problem, solver, listed, beyond, zeros, target, resolution, certificate, zeros_at_least, &
       monitor)
-      !> Presolved and balanced: where entries are of one size, the phase of the determinant is not lost in rounding.
+      !> Presolved and balanced: with entries of equal size, rounding does not destroy the phase of the determinant.
       type(modal_problem_type), intent(in) :: problem
-      !> One that tells determinants; copies of it are used.
+      !> Prototype of a solver that computes determinants.
       class(complex_linear_solver_type), intent(in) :: solver
-      !> The eigenvalues whose being all the nearest is to be proved (1/s), each as often as it is there, one of
-      !> each conjugate pair, Im >= 0. A zero is exactly zero.
+      !> Eigenvalues to be proved the nearest ones (1/s), with multiplicity, one of each conjugate pair, Im >= 0. Zeros are
+      !> exactly zero.
       complex(wp), intent(in) :: listed(:)
-      !> Others that are known roughly. They lie beyond the listed ones.
+      !> Further approximate eigenvalues, beyond the listed ones.
       complex(wp), intent(in) :: beyond(:)
-      !> The multiplicity of the zero in the determinant: 2 for a rigid motion without damping, that is listed once.
+      !> Multiplicity of the zero of the determinant: 2 for an undamped rigid motion, which is listed once.
       integer, intent(in) :: zeros
       complex(wp), intent(in) :: target
-      !> Distances below this are not told apart (1/s).
+      !> Resolution of distances (1/s).
       real(wp), intent(in) :: resolution
       type(winding_certificate_type), intent(out) :: certificate
-      !> Whether the zero may have a larger multiplicity: it cannot be told from missing eigenvalues then.
+      !> Whether the zero may have a larger multiplicity, which could not be distinguished from missing eigenvalues.
       logical, optional, intent(in) :: zeros_at_least
       class(monitor_type), optional, target, intent(inout) :: monitor
       type(bordered_determinant_type) :: determinant
@@ -95,14 +93,14 @@ contains
       complex(wp), intent(in) :: listed(:), beyond(:)
       integer, intent(in) :: zeros
       complex(wp), intent(in) :: target
-      !> The distance of the furthest that is listed.
+      !> Distance of the furthest listed one.
       real(wp), intent(in) :: reach
       type(winding_certificate_type), intent(inout) :: certificate
-      complex(wp), allocatable :: known(:)
+      complex(wp), allocatable :: known_zeros(:)
       real(wp) :: in_a_gap
       integer :: unknown, nearer, nearest
 
-      allocate (known, source=[pack(listed, abs(listed) > 0), pack(beyond, abs(beyond) > 0)])
+      allocate (known_zeros, source=[pack(listed, abs(listed) > 0), pack(beyond, abs(beyond) > 0)])
       call count_within(radius_beyond(reach, distances(beyond, target)), unknown)
       if (unknown == 0) certificate%verdict = certified_yes
       if (unknown <= 0) return
@@ -121,14 +119,14 @@ contains
 
    contains
 
-      ! Both of each conjugate pair; -1 where it is not known.
+      ! Both members of each conjugate pair; -1 if unknown.
       subroutine count_within(radius, number)
          real(wp), intent(in) :: radius
          integer, intent(out) :: number
          type(closed_curve_type) :: curve
 
          curve = new_closed_curve(target, radius)
-         call count_unknown_zeros(determinant, curve, known, zeros, number, certificate%reason)
+         call count_unknown_zeros(determinant, curve, known_zeros, zeros, number, certificate%reason)
          certificate%reach = radius
          if (certificate%reason == "" .and. number < 0) &
             certificate%reason = "more eigenvalues are listed than there are, by "//text(-number)
@@ -140,7 +138,7 @@ contains
    subroutine prepare(problem, solver, level, determinant, reason)
       type(modal_problem_type), intent(in) :: problem
       class(complex_linear_solver_type), intent(in) :: solver
-      !> A size of lambda (1/s).
+      !> Magnitude of lambda (1/s).
       real(wp), intent(in) :: level
       type(bordered_determinant_type), intent(out) :: determinant
       character(len=reason_length), intent(out) :: reason
@@ -158,8 +156,8 @@ contains
       if (allocated(error)) reason = error%message
    end subroutine prepare
 
-   ! The middle of the first wide gap beyond, or of the widest one; what follows on the last distance is not known, and is
-   ! taken to be one.
+   ! Middle of the first wide gap beyond, or of the widest one; the gap after the last known distance is unknown and taken as
+   ! wide.
    pure real(wp) function radius_beyond(reach, further) result(radius)
       real(wp), intent(in) :: reach
       real(wp), intent(in) :: further(:)
@@ -179,7 +177,7 @@ contains
       if (widest < may_be_anything/2) radius = (1 + may_be_anything/2)*lower
    end function radius_beyond
 
-   ! The middle of the first wide gap within, or of the widest one.
+   ! Middle of the first wide gap within, or of the widest one.
    pure real(wp) function radius_within(reach, nearer) result(radius)
       real(wp), intent(in) :: reach
       real(wp), intent(in) :: nearer(:)
@@ -198,7 +196,7 @@ contains
       end do
    end function radius_within
 
-   ! Of the nearer of a conjugate pair.
+   ! Distance of the nearer member of a conjugate pair.
    elemental real(wp) function distances(lambda, target)
       complex(wp), intent(in) :: lambda, target
 

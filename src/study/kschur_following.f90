@@ -1,5 +1,5 @@
-!> Which modes of a problem are which of a problem that differs a little: each mode there as a sum of the modes here, by
-!> left and right vectors in the space of states. Modes of one eigenvalue are one space, whose basis is any.
+!> Matches the modes of two similar problems: each mode of one is expanded in modes of the other, by left and right vectors in
+!> state space. Modes of equal eigenvalues are treated as one space, since their basis is arbitrary.
 module kschur_following
    use kschur_kinds, only: wp
    use kschur_mode_groups, only: form_between, solve_small
@@ -12,25 +12,25 @@ module kschur_following
    private
    public :: are_equal, follow_modes, is_ambiguous, place_type, settle_spaces, swapping_pair
 
-   !> A problem and its modes, at a value of the parameter.
+   !> A problem and its modes at a value of the parameter.
    type :: place_type
       real(wp) :: value = 0
       type(modal_problem_type) :: problem
-      !> After `settle_spaces` shapes are of unit length, and orthonormal in each space.
+      !> After `settle_spaces` shapes have unit norm, and are orthonormal within each space.
       type(modal_result_type) :: result
-      !> For each mode the first of those whose eigenvalue is the same: the space to which it belongs.
+      !> For each mode, the first mode with the same eigenvalue: the space it belongs to.
       integer, allocatable :: space(:)
    end type place_type
 
-   ! Below this a mode is another one.
+   ! Smallest share of a mode for a match.
    real(wp), parameter :: least_share = 0.3_wp
-   ! A mode that keeps less than the first and shares more than the second with another one may be either.
+   ! A match is ambiguous if a mode keeps less than `clear` of itself and another mode has more than `mixed` of it.
    real(wp), parameter :: clear = 0.8_wp, mixed = 0.4_wp
 
 contains
 
-   !> Finds the spaces of a place that was solved, and gives each an orthonormal basis. A shape that depends on those before it,
-   !> as of a defective eigenvalue, stays alone.
+   !> Finds the spaces of a solved point, and orthonormalises each. A shape that depends on earlier ones, as for a defective
+   !> eigenvalue, forms its own space.
    subroutine settle_spaces(place)
       type(place_type), intent(inout) :: place
       complex(wp) :: rest(place%problem%unknowns())
@@ -45,7 +45,7 @@ contains
             if (i == j) cycle
             rest = phi(:, j)
             do pass = 1, 2
-               call subtract_space(phi(:, :j - 1), place%space(:j - 1) == i, rest)
+               call orthogonalize_against(phi(:, :j - 1), place%space(:j - 1) == i, rest)
             end do
             if (norm2(abs(rest)) < dependent_state) cycle
             phi(:, j) = rest/norm2(abs(rest))
@@ -54,7 +54,7 @@ contains
       end associate
    end subroutine settle_spaces
 
-   subroutine subtract_space(phi, is_in, x)
+   subroutine orthogonalize_against(phi, is_in, x)
       complex(wp), intent(in) :: phi(:, :)
       logical, intent(in) :: is_in(:)
       complex(wp), intent(inout) :: x(:)
@@ -63,19 +63,19 @@ contains
       do i = 1, size(is_in)
          if (is_in(i)) x = x - dot_product(phi(:, i), x)*phi(:, i)
       end do
-   end subroutine subtract_space
+   end subroutine orthogonalize_against
 
-   !> Tells for each mode before which one it is after, and turns the shapes of equal eigenvalues after to those that they were
-   !> before. Zeros are compared with zeros, by their shapes, as a double zero has no state of its own, and other modes with others;
-   !> what is left, where a motion is held or let go, by shapes.
+   !> Finds for each mode before its match after, and rotates the shapes of equal eigenvalues after to those before. Zeros are
+   !> matched with zeros, by shapes, since a double zero has no complete states; other modes with others; the rest, as when a
+   !> motion becomes constrained or free, by shapes.
    subroutine follow_modes(before, after, match, shares)
-      !> Settled.
+      !> After `settle_spaces`.
       type(place_type), intent(in) :: before
       type(place_type), intent(inout) :: after
-      !> 0: it is none.
+      !> 0: no match.
       integer, allocatable, intent(out) :: match(:)
-      !> The part of each mode before, i, in each mode after, j: |c_ij| of phi_j = sum of c_ij phi_i as far as the left vectors
-      !> before see it.
+      !> Share of each mode before, i, in each mode after, j: |c_ij| of phi_j = sum of c_ij phi_i, projected by the left vectors
+      !> before.
       real(wp), allocatable, intent(out) :: shares(:, :)
       complex(wp), dimension(size(before%space), size(after%space)) :: c, products
       logical, dimension(size(before%space), size(after%space)) :: zeros, zeros_after
@@ -118,7 +118,7 @@ contains
       end subroutine pair
    end subroutine follow_modes
 
-   ! For each entry the place of the first one that is equal.
+   ! For each entry, the position of the first equal one.
    pure function first_of(numbers) result(first)
       integer, intent(in) :: numbers(:)
       integer :: first(size(numbers))
@@ -129,14 +129,14 @@ contains
       end do
    end function first_of
 
-   ! c of the modes whose numbers are given, which are no zeros. Where they are defective they are seen by their shapes.
+   ! Computes c for given nonzero modes. Defective ones are compared by shapes.
    subroutine expand_states(before, after, rows, columns, products, c)
       type(place_type), intent(in) :: before, after
       integer, intent(in) :: rows(:), columns(:)
-      !> Of all shapes, phi_i^* phi_j.
+      !> Products of all shapes, phi_i^* phi_j.
       complex(wp), intent(in) :: products(:, :)
       complex(wp), intent(inout) :: c(:, :)
-      complex(wp) :: left(before%problem%unknowns(), size(rows)), here(size(rows), size(rows)), there(size(rows), size(columns))
+      complex(wp) :: left(before%problem%unknowns(), size(rows)), own(size(rows), size(rows)), cross(size(rows), size(columns))
       logical :: singular
       integer :: i
 
@@ -148,16 +148,16 @@ contains
          else if (.not. problem%symmetric) then
             left = conjg(left)
          end if
-         ! A mode without a left vector is seen by its shape.
+         ! A mode without left vector is compared by its shape.
          do i = 1, size(left, 2)
             if (.not. abs(left(1, i)) >= 0) left(:, i) = conjg(result%eigenvectors(:, rows(i)))
          end do
-         here = states_between(problem, left, result%eigenvalues(rows), result, rows)
-         there = states_between(problem, left, result%eigenvalues(rows), after%result, columns)
+         own = state_products(problem, left, result%eigenvalues(rows), result, rows)
+         cross = state_products(problem, left, result%eigenvalues(rows), after%result, columns)
       end associate
-      call solve_small(here, there, singular)
+      call solve_small(own, cross, singular)
       c(rows, columns) = products(rows, columns)
-      if (.not. singular .and. all(abs(there) <= huge(1.0_wp))) c(rows, columns) = there
+      if (.not. singular .and. all(abs(cross) <= huge(1.0_wp))) c(rows, columns) = cross
    end subroutine expand_states
 
    elemental logical function is_zero(lambda)
@@ -166,8 +166,8 @@ contains
       is_zero = .not. abs(lambda) > 0
    end function is_zero
 
-   ! left_i^T ((lambda_i + lambda_j) M + R) phi_j of some modes j.
-   function states_between(problem, left, lambda, result, modes) result(form)
+   ! Products left_i^T ((lambda_i + lambda_j) M + R) phi_j for some modes j.
+   function state_products(problem, left, lambda, result, modes) result(form)
       type(modal_problem_type), intent(in) :: problem
       complex(wp), intent(in) :: left(:, :), lambda(:)
       type(modal_result_type), intent(in) :: result
@@ -179,12 +179,12 @@ contains
       form = form_between(left, problem%mass, phi)
       form = form*(spread(lambda, 2, size(form, 2)) + spread(result%eigenvalues(modes), 1, size(form, 1))) + &
          form_between(left, problem%damping, phi)
-   end function states_between
+   end function state_products
 
-   !> Whether a mode may be one or the other of two that are not equal, and that are not those of a mode equal to it.
+   !> Whether a mode may match either of two modes with different eigenvalues.
    logical function is_ambiguous(shares, after, lambda, lambda_after)
       real(wp), intent(in) :: shares(:, :)
-      !> As `follow_modes` gave them.
+      !> As returned by `follow_modes`.
       integer, intent(in) :: after(:)
       !> Eigenvalues before and after (1/s).
       complex(wp), intent(in) :: lambda(:), lambda_after(:)
@@ -203,15 +203,15 @@ contains
       is_ambiguous = .false.
    end function is_ambiguous
 
-   !> Whether two eigenvalues are one, as far as rounding lets one see.
+   !> Whether two eigenvalues are equal to rounding.
    elemental logical function are_equal(a, b)
       complex(wp), intent(in) :: a, b
 
       are_equal = abs(a - b) <= equal_value*max(abs(a), abs(b))
    end function are_equal
 
-   !> Two modes whose damped frequencies change their order, and the part of the way where they are equal; no modes where
-   !> there are none.
+   !> Finds two modes whose damped frequencies change order, and the fraction of the step at which they are equal; zeros if
+   !> none.
    subroutine swapping_pair(before, after, match, pair, part)
       !> Eigenvalues (1/s).
       complex(wp), intent(in) :: before(:), after(:)

@@ -1,4 +1,4 @@
-!> What harmonic forces do at given frequencies.
+!> Response to harmonic forces at given frequencies.
 module kschur_frequency_response
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur_error, only: error_memory, error_singular, error_type, error_usage, new_error, take_cancelled
@@ -22,26 +22,25 @@ module kschur_frequency_response
 
 contains
 
-   !> Solves (lambda^2 M + lambda R + K + i H) x + Cq^T xi = f, Cq x = 0 for lambda = i 2 pi frequency, -i H at negative frequencies
-   !> and no H at zero: one complex factorisation a
-   !> frequency, by one analysis of the pattern, refined with residuals in more than working precision. Fails where forces do not
-   !> fit the problem, and where an undamped mode has the frequency.
+   !> Solves (lambda^2 M + lambda R + K + i H) x + Cq^T xi = f, Cq x = 0 for lambda = i 2 pi frequency; -i H at negative
+   !> frequencies, no H at zero. One complex factorisation for each frequency, one analysis, refinement with residuals in
+   !> extended precision. Fails if forces do not fit the problem, or an undamped mode has the frequency.
    subroutine frequency_response(problem, frequencies, forces, response, error, multipliers, unknowns, monitor, threads)
       type(modal_problem_type), intent(in) :: problem
       !> Hz.
       real(wp), intent(in) :: frequencies(:)
       !> f, n x forces.
       complex(wp), intent(in) :: forces(:, :)
-      !> x, unknowns x forces x frequencies: those before the monitor ended it.
+      !> x, unknowns x forces x frequencies: the frequencies solved before the monitor cancelled.
       complex(wp), allocatable, intent(out) :: response(:, :, :)
       type(error_type), allocatable, intent(out) :: error
       !> xi, m x forces x frequencies, as many.
       complex(wp), allocatable, intent(out), optional :: multipliers(:, :, :)
-      !> Those whose response is wanted. Absent: all n.
+      !> Unknowns whose response is wanted. Absent: all n.
       integer, intent(in), optional :: unknowns(:)
-      !> Told which frequency begins; asked before each analysis and each factorisation.
+      !> Told the current frequency; polled before each analysis and factorisation.
       class(monitor_type), target, intent(inout), optional :: monitor
-      !> As that of the options of a solve. Absent: 0.
+      !> Threads, as in the options of a solve. Absent: 0.
       integer, intent(in), optional :: threads
       type(modal_problem_type) :: ordered
       type(mumps_complex_type) :: solver
@@ -85,7 +84,7 @@ contains
       call leave_solve(threads_before)
    end subroutine frequency_response
 
-   ! Of the last dimension.
+   ! Keeps the first `count` entries of the last dimension.
    subroutine keep_first(count, values, error)
       integer, intent(in) :: count
       complex(wp), allocatable, intent(inout) :: values(:, :, :)
@@ -105,7 +104,7 @@ contains
    subroutine check_request(problem, frequencies, length, wanted, error)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: frequencies(:)
-      !> Of a force.
+      !> Length of a force.
       integer, intent(in) :: length
       integer, intent(in) :: wanted(:)
       type(error_type), allocatable, intent(out) :: error
@@ -125,21 +124,21 @@ contains
       end do
    end subroutine check_request
 
-   ! At one lambda.
+   ! Solves at one lambda.
    subroutine respond(problem, lambda, forces, solver, x, xi, error)
       type(modal_problem_type), intent(in) :: problem
       complex(wp), intent(in) :: lambda
       complex(wp), intent(in) :: forces(:, :)
-      !> It knows the pattern where it has factored before.
+      !> Reuses its analysis of the pattern.
       type(mumps_complex_type), intent(inout) :: solver
       complex(wp), contiguous, intent(out) :: x(:, :), xi(:, :)
       type(error_type), allocatable, intent(out) :: error
-      ! Refined until a step changes no more; what so many steps do not settle is left to rounding of the factors.
+      ! Largest number of refinement steps; stops earlier when a step changes no more.
       integer, parameter :: steps = 5
       type(csr_matrix_type) :: blocks(3)
       real(wp) :: factors(problem%multipliers())
       complex(wp), allocatable :: y(:, :)
-      complex(xp), allocatable :: rest(:, :)
+      complex(xp), allocatable :: residual(:, :)
       integer :: n, step, j
 
       n = problem%unknowns()
@@ -150,13 +149,13 @@ contains
       if (allocated(error)) return
       call solver%factorize(shifted_saddle(problem, blocks, lambda, loss_weight(lambda)), saddle_structure(problem), error)
       if (allocated(error)) then
-         if (error%code == error_singular) call resonates(lambda, error)
+         if (error%code == error_singular) call report_resonance(lambda, error)
          return
       end if
       allocate (y(n + size(factors), size(forces, 2)))
       do step = 1, steps
-         rest = left_over(problem, lambda, forces, x, xi)
-         y = cmplx(rest, kind=wp)
+         residual = residual_of(problem, lambda, forces, x, xi)
+         y = cmplx(residual, kind=wp)
          y(n + 1:, :) = spread(factors, 2, size(y, 2))*y(n + 1:, :)
          call solver%solve(y, error)
          if (allocated(error)) return
@@ -164,10 +163,11 @@ contains
          xi = xi + spread(factors, 2, size(y, 2))*y(n + 1:, :)
          if (all([(norm2(abs(y(:n, j))) <= known_well*norm2(abs(x(:, j))), j=1, size(y, 2))])) return
       end do
-      call resonates(lambda, error)
+      call report_resonance(lambda, error)
    end subroutine respond
 
-   ! i above the real axis, -i below it: what H adds is in phase with the velocity. A motion that is at rest loses nothing.
+   ! Coefficient of H: i above the real axis, -i below it, as H is in phase with the velocity; 0 for motion at rest, which has
+   ! no loss.
    pure complex(wp) function loss_weight(lambda) result(weight)
       complex(wp), intent(in) :: lambda
 
@@ -175,37 +175,37 @@ contains
       if (abs(aimag(lambda)) > 0) weight = cmplx(0, sign(1.0_wp, aimag(lambda)), wp)
    end function loss_weight
 
-   ! f - (lambda^2 M + lambda R + K + i H) x - Cq^T xi, and -Cq x behind it.
-   function left_over(problem, lambda, forces, x, xi) result(rest)
+   ! Residual f - (lambda^2 M + lambda R + K + i H) x - Cq^T xi, followed by -Cq x.
+   function residual_of(problem, lambda, forces, x, xi) result(residual)
       type(modal_problem_type), intent(in) :: problem
       complex(wp), intent(in) :: lambda
       complex(wp), contiguous, intent(in) :: forces(:, :), x(:, :), xi(:, :)
-      complex(xp) :: rest(size(x, 1) + size(xi, 1), size(x, 2))
+      complex(xp) :: residual(size(x, 1) + size(xi, 1), size(x, 2))
       complex(xp) :: s
       integer :: i, j, k, n
 
       n = size(x, 1)
       s = lambda
       do j = 1, size(x, 2)
-         rest(:n, j) = forces(:, j)
-         rest(n + 1:, j) = 0
-         call subtract_product(s**2, problem%mass, x(:, j), rest(:n, j))
-         call subtract_product(s, problem%damping, x(:, j), rest(:n, j))
-         call subtract_product((1.0_xp, 0.0_xp), problem%stiffness, x(:, j), rest(:n, j))
+         residual(:n, j) = forces(:, j)
+         residual(n + 1:, j) = 0
+         call subtract_product(s**2, problem%mass, x(:, j), residual(:n, j))
+         call subtract_product(s, problem%damping, x(:, j), residual(:n, j))
+         call subtract_product((1.0_xp, 0.0_xp), problem%stiffness, x(:, j), residual(:n, j))
          if (allocated(problem%loss)) &
-            call subtract_product(cmplx(loss_weight(lambda), kind=xp), problem%loss, x(:, j), rest(:n, j))
+            call subtract_product(cmplx(loss_weight(lambda), kind=xp), problem%loss, x(:, j), residual(:n, j))
          associate (cq => problem%constraints)
-            call subtract_product((1.0_xp, 0.0_xp), cq, x(:, j), rest(n + 1:, j))
+            call subtract_product((1.0_xp, 0.0_xp), cq, x(:, j), residual(n + 1:, j))
             do i = 1, cq%rows
                do k = cq%row_start(i), cq%row_start(i + 1) - 1
-                  rest(cq%column(k), j) = rest(cq%column(k), j) - real(cq%value(k), xp)*xi(i, j)
+                  residual(cq%column(k), j) = residual(cq%column(k), j) - real(cq%value(k), xp)*xi(i, j)
                end do
             end do
          end associate
       end do
-   end function left_over
+   end function residual_of
 
-   ! y - alpha A x.
+   ! y := y - alpha A x.
    pure subroutine subtract_product(alpha, a, x, y)
       complex(xp), intent(in) :: alpha
       type(csr_matrix_type), intent(in) :: a
@@ -225,11 +225,11 @@ contains
       end do
    end subroutine subtract_product
 
-   subroutine resonates(lambda, error)
+   subroutine report_resonance(lambda, error)
       complex(wp), intent(in) :: lambda
       type(error_type), allocatable, intent(out) :: error
 
       call new_error(error, error_singular, "there is no response at "//magnitude(abs(lambda)/two_pi)// &
          " Hz: a mode without damping has this frequency, or the problem is singular for every one")
-   end subroutine resonates
+   end subroutine report_resonance
 end module kschur_frequency_response

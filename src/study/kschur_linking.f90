@@ -1,5 +1,5 @@
-!> From one place of a sweep to the next: which mode is which, by places between where that is not clear, and where a mode
-!> becomes unstable.
+!> Matches modes between consecutive points of a sweep, with intermediate points if a match is ambiguous, and finds onsets of
+!> instability.
 module kschur_linking
    use kschur_error, only: error_cancelled, error_type, error_usage, new_error
    use kschur_following, only: follow_modes, is_ambiguous, place_type, settle_spaces, swapping_pair
@@ -16,26 +16,25 @@ module kschur_linking
    private
    public :: linker_type, is_unstable
 
-   !> Each halving is a solve more.
+   !> Largest number of bisections; each costs a solve.
    integer, parameter :: most_halvings = 8
 
-   !> Who solves at places, and between them.
+   !> Solver of points and intermediate points.
    type :: linker_type
       type(modal_options_type) :: options
-      !> Who watches the solves between, and who makes the problems there. Not associated: nobody, and matrices are
-      !> interpolated.
+      !> Monitor of intermediate solves, and source of their problems. Not associated: none; matrices are interpolated.
       class(monitor_type), pointer :: monitor => null()
       class(problem_family_type), pointer :: family => null()
-      !> Whether it stayed unclear which mode is which.
+      !> Whether a match remained ambiguous.
       logical :: unsure = .false.
       type(modal_solver_type), private :: solver
       logical, private :: has_solved = .false.
    contains
-      !> A place as it is solved.
+      !> Solves at a point.
       procedure :: solve
-      !> Which modes are which.
+      !> Matches modes of two points.
       procedure :: link
-      !> Where a mode becomes unstable, or stable.
+      !> Finds where a mode changes stability.
       procedure :: find_onset
       procedure, private :: place_between
       procedure, private :: link_by_halves
@@ -43,10 +42,10 @@ module kschur_linking
 
 contains
 
-   !> Sets the result of a place. Other numbers of unknowns or constraints than before are an error, and so is a loss matrix.
+   !> Solves at a point. Fails if the numbers of unknowns or constraints changed, or there is a loss matrix.
    subroutine solve(self, place, error, monitor)
       class(linker_type), intent(inout) :: self
-      !> With value and problem.
+      !> Its value and problem are set.
       type(place_type), intent(inout) :: place
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
@@ -65,7 +64,7 @@ contains
       self%has_solved = self%has_solved .or. .not. allocated(error)
    end subroutine solve
 
-   ! A place that was not asked for: its end by the monitor is an error.
+   ! Solves at an intermediate point; cancelling is an error there.
    subroutine place_between(self, value, before, after, place, error)
       class(linker_type), intent(inout) :: self
       real(wp), intent(in) :: value
@@ -88,17 +87,17 @@ contains
       end if
    end subroutine place_between
 
-   !> For each mode at a place that at another one; shapes of equal eigenvalues are turned to those before. Where it is not
-   !> clear, and where two cross, by places between.
+   !> Finds for each mode at one point its match at another, and rotates shapes of equal eigenvalues to those before. Bisects if
+   !> matches are ambiguous or modes cross.
    subroutine link(self, before, after, match, error, shares)
       class(linker_type), intent(inout) :: self
-      !> Settled.
+      !> After `settle_spaces`.
       type(place_type), intent(in) :: before
       type(place_type), intent(inout) :: after
-      !> 0 where it is none.
+      !> 0: no match.
       integer, allocatable, intent(out) :: match(:)
       type(error_type), allocatable, intent(out) :: error
-      !> What of each mode before, i, is in each one after, j.
+      !> Share of each mode before, i, in each one after, j.
       real(wp), allocatable, intent(out), optional :: shares(:, :)
 
       if (present(shares)) call follow_modes(before, after, match, shares)
@@ -118,7 +117,7 @@ contains
       integer :: pair(2)
       logical :: clear
 
-      call follow_clearly(before, after, match, clear)
+      call follow_and_check(before, after, match, clear)
       call swapping_pair(before%result%eigenvalues, after%result%eigenvalues, match, pair, part)
       if (.not. clear) then
          part = 0.5_wp
@@ -132,12 +131,12 @@ contains
       part = min(max(part, 0.02_wp), 0.98_wp)
       call self%place_between(before%value + part*(after%value - before%value), before, after, middle, error)
       if (allocated(error)) return
-      ! Where two cross their shapes are as they were, or their eigenvalues are the same.
+      ! At a crossing shapes are preserved, or the eigenvalues are equal.
       if (clear) then
-         call follow_clearly(before, middle, first, clear)
-         if (clear) call follow_clearly(middle, after, second, clear)
+         call follow_and_check(before, middle, first, clear)
+         if (clear) call follow_and_check(middle, after, second, clear)
          if (clear) then
-            first = chained(first, second)
+            first = composed(first, second)
             clear = same_spaces(after%space, first, match)
             match = first
             if (clear) return
@@ -145,11 +144,11 @@ contains
       end if
       call self%link_by_halves(before, middle, halvings - 1, first, error)
       if (.not. allocated(error)) call self%link_by_halves(middle, after, halvings - 1, second, error)
-      if (.not. allocated(error)) match = chained(first, second)
+      if (.not. allocated(error)) match = composed(first, second)
    end subroutine link_by_halves
 
-   ! Follows modes, and says whether there is no doubt about it.
-   subroutine follow_clearly(before, after, match, clear)
+   ! Matches modes, and tests whether the match is unambiguous.
+   subroutine follow_and_check(before, after, match, clear)
       type(place_type), intent(in) :: before
       type(place_type), intent(inout) :: after
       integer, allocatable, intent(out) :: match(:)
@@ -158,20 +157,20 @@ contains
 
       call follow_modes(before, after, match, shares)
       clear = .not. is_ambiguous(shares, match, before%result%eigenvalues, after%result%eigenvalues)
-   end subroutine follow_clearly
+   end subroutine follow_and_check
 
-   pure function chained(first, second)
+   pure function composed(first, second)
       integer, intent(in) :: first(:), second(:)
-      integer :: chained(size(first))
+      integer :: composed(size(first))
       integer :: i
 
-      chained = 0
+      composed = 0
       do i = 1, size(first)
-         if (first(i) > 0) chained(i) = second(first(i))
+         if (first(i) > 0) composed(i) = second(first(i))
       end do
-   end function chained
+   end function composed
 
-   ! Whether two lists name modes of the same spaces.
+   ! Whether two lists of modes have the same spaces.
    pure logical function same_spaces(space, first, second)
       integer, intent(in) :: space(:), first(:), second(:)
       integer :: i
@@ -180,7 +179,7 @@ contains
       if (same_spaces) same_spaces = all([(space(max(first(i), 1)) == space(max(second(i), 1)), i=1, size(first))])
    end function same_spaces
 
-   !> Whether a mode grows, beyond rounding.
+   !> Whether the real part is positive beyond rounding.
    elemental logical function is_unstable(lambda)
       !> 1/s.
       complex(wp), intent(in) :: lambda
@@ -188,15 +187,15 @@ contains
       is_unstable = real(lambda, wp) > twelve_digits*abs(lambda)
    end function is_unstable
 
-   !> The value where a mode that is stable at one place and unstable at the other changes that, by interpolation in a bracket
-   !> that is narrowed to a thousandth of the value.
+   !> Finds the value at which a mode changes stability between two points, by interpolation in a bracket, to a relative width
+   !> of a thousandth.
    subroutine find_onset(self, before, after, mode_before, mode_after, value, within, error)
       class(linker_type), intent(inout) :: self
       !> Settled.
       type(place_type), intent(in) :: before, after
       integer, intent(in) :: mode_before, mode_after
-      !> It lies in the bracket, which is so wide; wider than a thousandth where the mode was lost between,
-      !> or there is no problem between.
+      !> The value, and the width of its bracket: wider than a thousandth if the mode was lost in between, or no intermediate
+      !> problem exists.
       real(wp), intent(out) :: value, within
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: most_steps = 40
@@ -217,7 +216,7 @@ contains
          allocate (middle)
          call self%place_between(next_value(near%value, far%value, value, tolerance, step), near, far, middle, error)
          if (allocated(error)) then
-            ! As where the parameter is a whole number.
+            ! For example, the parameter is an integer.
             if (error%code /= error_usage) return
             deallocate (error)
             exit
@@ -241,7 +240,7 @@ contains
       end do
    end subroutine find_onset
 
-   ! Where the line between the growth at two values is zero; the middle where a mode without damping is about to grow.
+   ! Zero of the linear interpolant of the growth rates; the midpoint if an undamped mode starts to grow.
    pure real(wp) function interpolated(near, mode_near, far, mode_far) result(value)
       type(place_type), intent(in) :: near, far
       integer, intent(in) :: mode_near, mode_far
@@ -255,8 +254,8 @@ contains
       value = near%value + part*(far%value - near%value)
    end function interpolated
 
-   ! On the other side of the interpolated one, seen from the end that is nearer to it, so that it replaces the one that is
-   ! further; every third one in the middle, for what is not nearly linear.
+   ! Next point of the bracketing: slightly beyond the interpolated zero as seen from the nearer end, so that the farther end is
+   ! replaced; the midpoint at every third step, for strongly nonlinear growth.
    pure real(wp) function next_value(near, far, interpolated, tolerance, step) result(value)
       real(wp), intent(in) :: near, far, interpolated, tolerance
       integer, intent(in) :: step

@@ -1,4 +1,4 @@
-!> The modal assurance criterion: how alike the shapes of two results are.
+!> Modal assurance criterion (MAC) of the shapes of two results.
 module kschur_mac
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
@@ -12,8 +12,8 @@ module kschur_mac
 
 contains
 
-   !> MAC(i, j) = |phi_i^* phi_j|^2/(|phi_i|^2 |phi_j|^2), phi_i of the first and phi_j of the second result: 1 where the
-   !> shapes are the same but for a factor, 0 where they are orthogonal. Fails where shapes are not equally long.
+   !> MAC(i, j) = |phi_i^* phi_j|^2/(|phi_i|^2 |phi_j|^2), phi_i of the first and phi_j of the second result: 1 for parallel
+   !> shapes, 0 for orthogonal ones. Fails if shapes differ in length.
    subroutine modal_assurance(first, second, mac, error)
       type(modal_result_type), intent(in) :: first, second
       real(wp), allocatable, intent(out) :: mac(:, :)
@@ -34,7 +34,7 @@ contains
       mac = shape_assurance(first%eigenvectors, second%eigenvectors)
    end subroutine modal_assurance
 
-   !> The same of shapes, columns of two blocks with equally many rows.
+   !> MAC of the columns of two arrays with the same number of rows.
    function shape_assurance(first, second) result(mac)
       complex(wp), contiguous, intent(in) :: first(:, :), second(:, :)
       real(wp) :: mac(size(first, 2), size(second, 2))

@@ -1,4 +1,4 @@
-!> What a mode weighs: generalised mass, stiffness and damping, modal a and b, participation and effective masses.
+!> Modal properties: generalised mass, stiffness and damping, modal a and b, participation factors and effective masses.
 module kschur_modal_properties
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_description, only: form
@@ -20,15 +20,14 @@ module kschur_modal_properties
 
 contains
 
-   !> Sets the properties of all modes of a result, those that `modal_properties_type` has. Fails where the result is not one
-   !> of the problem, where left vectors are missing that an unsymmetric problem needs, and where directions are not as
-   !> long as shapes.
+   !> Sets the properties of all modes of a result, those of `modal_properties_type`. Fails if the result does not belong to the
+   !> problem, if left vectors of an unsymmetric problem are missing, or if directions differ in length from shapes.
    subroutine find_modal_properties(problem, result, error, directions)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      !> Motions of all unknowns, n x directions, as 1 along x and 0 else. Absent: the rigid motions of the problem's mesh that
-      !> move anything; none where it has no mesh.
+      !> Unit motions of all unknowns, n x directions, as 1 along x and 0 else. Absent: the nonzero rigid motions of the
+      !> problem's mesh; none without a mesh.
       real(wp), intent(in), optional :: directions(:, :)
       complex(wp), allocatable :: momenta(:, :)
       real(wp), allocatable :: motions(:, :)
@@ -148,12 +147,12 @@ contains
       if (size(momenta, 2) == 0) return
       allocate (factor(k, size(momenta, 2)), source=matmul(transpose(group%chi), momenta))
       if (abs(group%lambda) > 0) then
-         call share(a, factor)
+         call divide_by_modal_a(a, factor)
          factor = group%lambda*factor
-         ! With its conjugate.
+         ! The conjugate mode contributes as much.
          if (abs(aimag(group%lambda)) > 0) factor = 2*factor
       else
-         call share_of_rigid(problem, group, a, factor)
+         call divide_for_rigid(problem, group, a, factor)
       end if
       do i = 1, k
          properties%participation(group%member(i), :) = factor(i, :)
@@ -161,18 +160,18 @@ contains
       end do
    end subroutine add_group
 
-   ! NaN of a defective eigenvalue.
-   subroutine share(a, factor)
+   ! factor := A^{-1} factor, A the modal a matrix; NaN for a defective eigenvalue.
+   subroutine divide_by_modal_a(a, factor)
       complex(wp), intent(in) :: a(:, :)
       complex(wp), intent(inout) :: factor(:, :)
       logical :: singular
 
       call solve_small(a, factor, singular)
       if (singular) factor = cmplx(ieee_value(1.0_wp, ieee_quiet_nan), ieee_value(1.0_wp, ieee_quiet_nan), wp)
-   end subroutine share
+   end subroutine divide_by_modal_a
 
-   ! Rigid motions that nothing damps are double zeros and have all their mass; of the others the mass is with their decays.
-   subroutine share_of_rigid(problem, group, damping, factor)
+   ! Undamped rigid motions are double zeros and have all of their mass; that of damped ones belongs to their decay modes.
+   subroutine divide_for_rigid(problem, group, damping, factor)
       type(modal_problem_type), intent(in) :: problem
       type(mode_group_type), intent(in) :: group
       !> chi^T R phi.
@@ -197,7 +196,7 @@ contains
       allocate (left(k, k - damped), source=conjg(u(:, damped + 1:)))
       allocate (right(k, k - damped), source=conjg(transpose(vt(damped + 1:, :))))
       allocate (free(k - damped, size(factor, 2)), source=matmul(transpose(left), factor))
-      call share(matmul(transpose(left), matmul(form_between(group%chi, problem%mass, group%phi), right)), free)
+      call divide_by_modal_a(matmul(transpose(left), matmul(form_between(group%chi, problem%mass, group%phi), right)), free)
       factor = matmul(right, free)
-   end subroutine share_of_rigid
+   end subroutine divide_for_rigid
 end module kschur_modal_properties

@@ -1,5 +1,5 @@
-!> Modes of a result that share an eigenvalue, with their left vectors: what is made of one alone depends on how the
-!> others were chosen, what is made of all does not.
+!> Modes of a result that share an eigenvalue, with their left vectors: quantities of the group do not depend on the choice of
+!> its basis, those of a single member do.
 module kschur_mode_groups
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
@@ -15,13 +15,13 @@ module kschur_mode_groups
 
    !> k modes of one eigenvalue.
    type :: mode_group_type
-      !> Their numbers in the result.
+      !> Their positions in the result.
       integer, allocatable :: member(:)
       !> Their eigenvalue (1/s).
       complex(wp) :: lambda
       !> Shapes and multipliers, n x k and m x k.
       complex(wp), allocatable :: phi(:, :), xi(:, :)
-      !> Those of the transposed problem, the conjugates of left vectors: the same where the problem is symmetric.
+      !> Shapes and multipliers of the transposed problem, conjugates of left vectors; phi and xi for a symmetric problem.
       complex(wp), allocatable :: chi(:, :), eta(:, :)
    contains
       !> chi^T (2 lambda M + R) phi, k x k: the derivative of the problem by lambda, the modal a of a single mode.
@@ -30,7 +30,7 @@ module kschur_mode_groups
 
 contains
 
-   !> Fails where a result is not one of the problem, or left vectors are missing that an unsymmetric problem needs.
+   !> Fails if a result does not belong to the problem, or left vectors of an unsymmetric problem are missing.
    subroutine check_modes_of(problem, result, error)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(in) :: result
@@ -47,7 +47,7 @@ contains
       end if
    end subroutine check_modes_of
 
-   !> Bytes that the largest of its groups takes, with what is computed of it.
+   !> Memory in bytes of the largest group and its work arrays.
    pure real(wp) function bytes_of_groups(problem, result) result(bytes)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(in) :: result
@@ -67,7 +67,7 @@ contains
       are_equal = abs(lambda - other) <= equal_value*abs(other)
    end function are_equal
 
-   !> The modes that share the eigenvalue of mode j.
+   !> Returns the group of mode j.
    function group_of(problem, result, j) result(group)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(in) :: result
@@ -113,7 +113,7 @@ contains
       form = matmul(transpose(x), product)
    end function form_between
 
-   !> b := A^{-1} b; `singular` where that is not possible.
+   !> b := A^{-1} b; `singular` if A is singular.
    subroutine solve_small(a, b, singular)
       complex(wp), intent(in) :: a(:, :)
       complex(wp), intent(inout) :: b(:, :)

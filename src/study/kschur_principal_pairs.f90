@@ -1,5 +1,5 @@
-!> Spaces of two bases paired by principal angles (Bjorck, Golub, Math. Comp. 27 (1973)): vectors of one space have any basis,
-!> and what is paired must not depend on it.
+!> Pairs vectors of two sets of subspaces by principal angles (Bjorck, Golub, Math. Comp. 27 (1973)), independently of the bases
+!> of the subspaces.
 module kschur_principal_pairs
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgesvd
@@ -10,19 +10,19 @@ module kschur_principal_pairs
 
 contains
 
-   !> Pairs the directions of spaces that share most, the largest singular value first, until none is above `least`. Vectors
-   !> keep their places as far as they can: each direction gets that of the vector which it has most of.
+   !> Pairs the directions of two spaces with the largest singular value first, until none is above `least`. Rotated vectors
+   !> keep positions if possible: each takes that of the vector it has the largest component of.
    subroutine pair_spaces(c, before, after, least, match, turn_before, turn_after)
-      !> What vector j after has of vector i before, of bases that are orthonormal within each space.
+      !> Component of vector j after along vector i before; bases are orthonormal within each space.
       complex(wp), intent(in) :: c(:, :)
-      !> For each vector the first one of its space.
+      !> For each vector, the first one of its space.
       integer, intent(in) :: before(:), after(:)
       real(wp), intent(in) :: least
-      !> For each turned vector before its partner after; 0: none.
+      !> For each rotated vector before its partner after; 0: none.
       integer, allocatable, intent(out) :: match(:)
-      !> Unitary: the turned vectors in terms of those as given, a column each.
+      !> Unitary: columns are the rotated vectors in terms of the given ones.
       complex(wp), allocatable, intent(out) :: turn_before(:, :), turn_after(:, :)
-      !> Singular values of spaces, at their first vectors; how many directions of each are paired.
+      !> Largest singular value of each pair of spaces, stored at their first vectors; number of paired directions of each.
       real(wp) :: largest(size(before), size(after))
       integer :: used_before(size(before)), used_after(size(after)), partner(size(before)), to(0:size(after)), best(2), i, j
 
@@ -38,7 +38,7 @@ contains
       end do
       do while (any(largest >= least))
          best = maxloc(largest)
-         call take(best(1), best(2))
+         call pair_first(best(1), best(2))
          do j = 1, size(after)
             largest(best(1), j) = largest_of(best(1), j)
          end do
@@ -55,8 +55,8 @@ contains
 
    contains
 
-      ! Below zero where one of the spaces has no direction left, or begins elsewhere. Of a result without a name of its own
-      ! that is an argument gfortran takes the address of the function, for which it wants an executable stack.
+      ! Negative if a space has no direction left, or the index is not its first. The result has a name of its own: otherwise
+      ! gfortran takes the address of the internal function, which needs an executable stack.
       real(wp) function largest_of(i, j) result(value)
          integer, intent(in) :: i, j
          complex(wp), allocatable :: w(:, :), z(:, :)
@@ -67,14 +67,14 @@ contains
          call decompose(i, j, w, z, value)
       end function largest_of
 
-      ! The first singular vectors are paired, the others span what is left.
-      subroutine take(i, j)
+      ! Pairs the first singular vectors; the others span the remaining space.
+      subroutine pair_first(i, j)
          integer, intent(in) :: i, j
          complex(wp), allocatable :: w(:, :), z(:, :)
          real(wp) :: value
 
          call decompose(i, j, w, z, value)
-         associate (rows => left_of(before, used_before, i), columns => left_of(after, used_after, j), &
+         associate (rows => unpaired_of(before, used_before, i), columns => unpaired_of(after, used_after, j), &
             of_before => positions(before == i), of_after => positions(after == j))
             partner(rows(1)) = columns(1)
             turn_before(of_before, rows) = matmul(turn_before(of_before, rows), w)
@@ -82,32 +82,32 @@ contains
          end associate
          used_before(i) = used_before(i) + 1
          used_after(j) = used_after(j) + 1
-      end subroutine take
+      end subroutine pair_first
 
       subroutine decompose(i, j, w, z, value)
          integer, intent(in) :: i, j
          complex(wp), allocatable, intent(out) :: w(:, :), z(:, :)
          real(wp), intent(out) :: value
 
-         associate (f => turn_before(positions(before == i), left_of(before, used_before, i)), &
-            g => turn_after(positions(after == j), left_of(after, used_after, j)))
+         associate (f => turn_before(positions(before == i), unpaired_of(before, used_before, i)), &
+            g => turn_after(positions(after == j), unpaired_of(after, used_after, j)))
             call singular_vectors(matmul(conjg(transpose(f)), &
                matmul(c(positions(before == i), positions(after == j)), g)), w, z, value)
          end associate
       end subroutine decompose
    end subroutine pair_spaces
 
-   ! The turned vectors of a space that are not paired.
-   pure function left_of(space, used, i)
+   ! Unpaired rotated vectors of a space.
+   pure function unpaired_of(space, used, i)
       integer, intent(in) :: space(:), used(:), i
-      integer :: left_of(count(space == i) - used(i))
+      integer :: unpaired_of(count(space == i) - used(i))
 
       associate (members => positions(space == i))
-         left_of = members(used(i) + 1:)
+         unpaired_of = members(used(i) + 1:)
       end associate
-   end function left_of
+   end function unpaired_of
 
-   ! For each vector the turned one of its space that gets its place: which has most of it.
+   ! For each vector, the rotated one that takes its position: the one with the largest component along it.
    pure function places_kept(space, turn) result(from)
       integer, intent(in) :: space(:)
       complex(wp), intent(in) :: turn(:, :)
@@ -124,7 +124,7 @@ contains
       end do
    end function places_kept
 
-   ! A = W S Z^*, W and Z square, and the largest singular value. A single number keeps its vectors.
+   ! Singular value decomposition A = W S Z^*, W and Z square, and the largest singular value. For a 1 x 1 matrix W = Z = 1.
    subroutine singular_vectors(a, w, z, largest)
       complex(wp), intent(in) :: a(:, :)
       complex(wp), allocatable, intent(out) :: w(:, :), z(:, :)

@@ -8,7 +8,7 @@ module kschur_problem_family
    private
    public :: interpolate, problem_family_type
 
-   !> Extend it where a problem can be made at any value.
+   !> Abstract type; extend it to provide a problem at any value.
    type, abstract :: problem_family_type
    contains
       !> The problem at a value.
@@ -27,7 +27,7 @@ module kschur_problem_family
 
 contains
 
-   !> The matrices a part of the way from one problem to another, as if they were linear in the parameter.
+   !> Interpolates the matrices linearly between two problems.
    pure subroutine interpolate(from, to, part, problem)
       type(modal_problem_type), intent(in) :: from, to
       !> From 0 to 1.
@@ -41,7 +41,7 @@ contains
       problem%constraints = between(from%constraints, to%constraints, part)
    end subroutine interpolate
 
-   ! What does not change stays as it is, to the last digit.
+   ! Equal entries are copied exactly.
    pure function between(from, to, part) result(matrix)
       type(csr_matrix_type), intent(in) :: from, to
       real(wp), intent(in) :: part

@@ -1,4 +1,4 @@
-!> How eigenvalues change with the matrices of a problem.
+!> Derivatives of eigenvalues with respect to a parameter of the matrices.
 module kschur_sensitivity
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_error, only: error_type, new_error, error_usage
@@ -15,17 +15,17 @@ module kschur_sensitivity
    private
    public :: problem_rate_type, eigenvalue_rates, rate_between
 
-   !> The derivatives of M, R, K and Cq by a parameter; what is not allocated does not depend on it.
+   !> Derivatives of M, R, K and Cq with respect to a parameter; not allocated: zero.
    type :: problem_rate_type
       type(csr_matrix_type), allocatable :: mass, damping, stiffness, constraints
    end type problem_rate_type
 
 contains
 
-   !> The derivatives of the matrices by a parameter, as differences: exact where they are linear in it.
+   !> Derivatives of the matrices by finite differences: exact if they are linear in the parameter.
    subroutine rate_between(problem, changed, step, rate, error)
       type(modal_problem_type), intent(in) :: problem
-      !> The problem where the parameter is larger by the step, not 0.
+      !> The problem with the parameter increased by the step, not 0.
       type(modal_problem_type), intent(in) :: changed
       real(wp), intent(in) :: step
       type(problem_rate_type), intent(out) :: rate
@@ -47,13 +47,13 @@ contains
       allocate (rate%constraints, source=linear_combination(1/step, changed%constraints, -1/step, problem%constraints))
    end subroutine rate_between
 
-   !> d lambda/d p of each mode (1/s for a unit of the parameter),
-   !> -(psi^* (lambda^2 dM + lambda dR + dK) phi + psi^* dCq^T xi + eta^* dCq phi)/(psi^* (2 lambda M + R) phi).
-   !> Modes of a multiple eigenvalue get the rates of what it splits into, in no order. NaN where an eigenvalue has none:
-   !> a double zero, a defective one. Fails as `find_modal_properties` does.
+   !> Computes d lambda/d p of each mode (1/s for a unit of the parameter), -(psi^* (lambda^2 dM + lambda dR + dK) phi + psi^*
+   !> dCq^T xi + eta^* dCq phi)/(psi^* (2 lambda M + R) phi). Modes of a multiple eigenvalue get the rates of the eigenvalues it
+   !> splits into, in no order. NaN if no derivative exists: double zeros, defective eigenvalues. Fails as
+   !> `find_modal_properties` does.
    subroutine eigenvalue_rates(problem, result, rate, rates, error)
       type(modal_problem_type), intent(in) :: problem
-      !> Modes of the problem; left vectors where that is unsymmetric.
+      !> Modes of the problem, with left vectors if it is unsymmetric.
       type(modal_result_type), intent(in) :: result
       type(problem_rate_type), intent(in) :: rate
       complex(wp), allocatable, intent(out) :: rates(:)
@@ -104,7 +104,7 @@ contains
       end subroutine check
    end subroutine check_rate
 
-   ! Of k equal eigenvalues those of the k x k problem that they make.
+   ! Rates of k equal eigenvalues: eigenvalues of a k x k problem.
    function rates_of(problem, group, rate) result(rates)
       type(modal_problem_type), intent(in) :: problem
       type(mode_group_type), intent(in) :: group
@@ -125,13 +125,13 @@ contains
       call solve_small(group%derivative(problem), change, singular)
       if (singular .or. .not. all(abs(change) <= huge(1.0_wp)) .or. .not. abs(group%lambda) > 0) return
       change = -change
-      call zgees("N", "N", never, size(rates), change, size(rates), unused, rates, no_vectors, 1, work, size(work), rwork, &
+      call zgees("N", "N", no_selection, size(rates), change, size(rates), unused, rates, no_vectors, 1, work, size(work), rwork, &
          no_order, info)
    end function rates_of
 
-   pure logical function never(w)
+   pure logical function no_selection(w)
       complex(wp), intent(in) :: w
 
-      never = abs(w) < 0
-   end function never
+      no_selection = abs(w) < 0
+   end function no_selection
 end module kschur_sensitivity

@@ -1,4 +1,4 @@
-!> Modes over a parameter, followed from point to point.
+!> Modes as functions of a parameter (branches), tracked from point to point.
 module kschur_sweep
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_error, only: error_type, take_cancelled
@@ -15,32 +15,31 @@ module kschur_sweep
    private
    public :: sweep_type, sweep_event_type, sweep_onset_type, new_sweep, event_names, event_crossing, event_veering, event_unsure
 
-   !> Two branches cross, with the shapes that they have; they come near each other and exchange their shapes; or
-   !> it is not clear which is which from here on.
+   !> Two branches cross and keep their shapes; approach each other and exchange shapes; or the match is ambiguous from here on.
    integer, parameter :: event_crossing = 0, event_veering = 1, event_unsure = 2
-   !> Their names.
+   !> Names of the events.
    character(len=*), parameter :: event_names(0:2) = [character(len=8) :: "crossing", "veering", "unsure"]
 
-   !> What happens to two branches near a value of the parameter.
+   !> An event of two branches near a value of the parameter.
    type :: sweep_event_type
       !> One of `event_*`.
       integer :: kind = event_crossing
-      !> The branches, and where.
+      !> The branches, and the value of the parameter.
       integer :: first = 0, second = 0
       real(wp) :: value = 0
    end type sweep_event_type
 
-   !> A branch changes its stability between two points, in their order.
+   !> A change of stability of a branch between two points.
    type :: sweep_onset_type
-      !> From 1 on.
+      !> Number of the branch, from 1.
       integer :: branch = 0
-      !> Whether it is unstable from there on; else it is stable again.
+      !> Whether it becomes unstable; else stable.
       logical :: unstable = .true.
-      !> Where, and how wide the bracket is in which it lies: a thousandth of the value, or more where the mode was lost between.
+      !> Value of the parameter, and width of the bracket: a thousandth of the value, or more if the mode was lost in between.
       real(wp) :: value = 0, within = 0
    end type sweep_onset_type
 
-   ! One point: the branch of each mode, and what of each branch was in each other one at the point before.
+   ! One point: branch of each mode, and share of each branch in each other one at the point before.
    type :: point_type
       complex(wp), allocatable :: lambda(:)
       real(wp), allocatable :: frequency_hz(:), damping_ratio(:)
@@ -49,28 +48,27 @@ module kschur_sweep
       logical :: unsure = .false.
    end type point_type
 
-   !> Made by `new_sweep`, filled by `add`, point after point, and by `finish`.
+   !> Created by `new_sweep`; `add` adds points, `finish` completes it.
    type :: sweep_type
-      !> Values of the parameter, one a point, in their order.
+      !> Value of the parameter at each point.
       real(wp), allocatable :: values(:)
-      !> Branches x points, after `finish`: eigenvalues (1/s), natural frequencies (Hz), damping ratios, the number of the
-      !> mode in the result of its point, and the share that is left of the mode at the point before. NaN and 0 where a
-      !> branch is not.
+      !> After `finish`, branches x points: eigenvalues (1/s), natural frequencies (Hz), damping ratios, position of the mode in
+      !> the result of its point, and share of the mode at the point before. NaN and 0 if the branch does not exist there.
       complex(wp), allocatable :: eigenvalues(:, :)
       real(wp), allocatable :: frequency_hz(:, :), damping_ratio(:, :), share(:, :)
       integer, allocatable :: mode(:, :)
       type(sweep_event_type), allocatable :: events(:)
       !> In the order of the points.
       type(sweep_onset_type), allocatable :: onsets(:)
-      ! Who solves, and the last point.
+      ! Linker, and the last point.
       type(linker_type), private :: linker
       type(place_type), allocatable, private :: last
       type(point_type), allocatable, private :: points(:)
       integer, private :: branches = 0
    contains
-      !> The modes at the next point.
+      !> Adds a point.
       procedure :: add
-      !> Sets what is known after the last point.
+      !> Completes the branches after the last point.
       procedure :: finish
       !> Whether a branch is unstable at a point.
       procedure :: is_unstable => branch_is_unstable
@@ -78,30 +76,30 @@ module kschur_sweep
 
 contains
 
-   !> A sweep without points.
+   !> Creates a sweep without points.
    subroutine new_sweep(sweep, options)
       type(sweep_type), intent(out) :: sweep
-      !> Modes nearest to one target at all points. With left vectors modes of unsymmetric problems are followed by them.
+      !> The same target at all points. With left vectors, modes of unsymmetric problems are matched by them.
       type(modal_options_type), intent(in) :: options
 
       sweep%linker%options = options
       allocate (sweep%values(0), sweep%points(0), sweep%events(0), sweep%onsets(0))
    end subroutine new_sweep
 
-   !> Solves at the next point and finds out which mode is which. Where that is not clear, where two cross, and where one becomes
-   !> unstable, problems between the two points are solved. A point that the monitor ends is not added: the reason of its result is
-   !> `reason_cancelled`. Fails as `solve_modes`.
+   !> Solves at the next point and matches its modes. If a match is ambiguous, modes cross, or one changes stability, solves
+   !> intermediate problems. A point that the monitor cancels is not added: the reason of its result is `reason_cancelled`.
+   !> Fails as `solve_modes`.
    subroutine add(self, value, problem, error, result, monitor, family)
       class(sweep_type), target, intent(inout) :: self
-      !> Of the parameter: above that of the point before, or below it all the way.
+      !> Value of the parameter; values are monotonic.
       real(wp), intent(in) :: value
-      !> With the same numbers of unknowns and constraints at all points.
+      !> Same numbers of unknowns and constraints at all points.
       type(modal_problem_type), intent(in) :: problem
       type(error_type), allocatable, intent(out) :: error
-      !> That of this point.
+      !> Result of this point.
       type(modal_result_type), intent(out), optional :: result
       class(monitor_type), target, intent(inout), optional :: monitor
-      !> Who makes the problems between. Absent: matrices are interpolated, as if they were linear in the parameter.
+      !> Source of intermediate problems. Absent: matrices are interpolated linearly.
       class(problem_family_type), target, intent(inout), optional :: family
       type(place_type), allocatable :: here
       type(point_type) :: point
@@ -130,7 +128,7 @@ contains
       call move_alloc(here, self%last)
    end subroutine add
 
-   ! From the last place to this one: the branches of its modes, and what changes stability between.
+   ! Matches modes with the last point: branches, and changes of stability in between.
    subroutine follow(self, here, point, onsets, error)
       class(sweep_type), intent(inout) :: self
       type(place_type), intent(inout) :: here
@@ -170,7 +168,7 @@ contains
       end do
    end subroutine follow
 
-   !> Puts the branches together, those of the first point first, and looks for crossings and veerings.
+   !> Assembles the branches, those of the first point first, and finds crossings and veerings.
    subroutine finish(self)
       class(sweep_type), intent(inout) :: self
       integer :: p, i, b
@@ -209,7 +207,7 @@ contains
       end do
    end subroutine finish
 
-   !> Whether a branch grows at a point, beyond rounding; false where it is not. After `finish`.
+   !> Whether a branch is unstable at a point, beyond rounding; false if it does not exist there. After `finish`.
    pure logical function branch_is_unstable(self, branch, point)
       class(sweep_type), intent(in) :: self
       !> From 1 on.
@@ -218,7 +216,7 @@ contains
       branch_is_unstable = is_unstable(self%eigenvalues(branch, point))
    end function branch_is_unstable
 
-   ! What of a branch at the point before p is in another one at p.
+   ! Share of a branch at the point before p in another one at p.
    pure real(wp) function share_of(self, first, second, p)
       class(sweep_type), intent(in) :: self
       integer, intent(in) :: first, second, p
@@ -226,23 +224,23 @@ contains
       share_of = self%points(p)%shares(self%mode(first, p - 1), self%mode(second, p))
    end function share_of
 
-   ! Of two branches: their damped frequencies change order, or come near while the shapes turn into each other.
+   ! Finds events of two branches: their damped frequencies change order, or approach while the shapes are exchanged.
    subroutine find_events(self, first, second)
       class(sweep_type), intent(inout) :: self
       integer, intent(in) :: first, second
-      ! A veering turns shapes by a right angle, most of it where the gap is below so many times the smallest.
+      ! A veering rotates shapes by a right angle, most of it while the gap is below `near` times the smallest gap.
       real(wp), parameter :: turned = 0.6_wp, near = 6
       real(wp) :: order(size(self%values)), gap(size(self%values)), angle
       logical :: both(size(self%values))
       integer :: p, before, lowest
 
-      ! Where they are equal their shapes are any, and tell nothing.
+      ! At equal eigenvalues shapes are arbitrary.
       both = self%mode(first, :) > 0 .and. self%mode(second, :) > 0 .and. &
          .not. are_equal(self%eigenvalues(first, :), self%eigenvalues(second, :))
       if (count(both) < 2) return
       order = aimag(self%eigenvalues(first, :) - self%eigenvalues(second, :))
-      ! Damped frequencies that differ by less are in no order: those of both whirls of a damped rotor are the same, and
-      ! rounding would make them cross.
+      ! Smaller differences of damped frequencies are rounding: both whirls of a damped rotor have equal ones, and would seem to
+      ! cross.
       where (abs(order) <= equal_value*abs(self%eigenvalues(first, :))) order = 0
       gap = abs(self%eigenvalues(first, :) - self%eigenvalues(second, :))
       before = 0

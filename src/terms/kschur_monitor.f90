@@ -1,4 +1,4 @@
-!> How a caller watches a long computation and stops it.
+!> Interface by which a caller follows a long computation and cancels it.
 module kschur_monitor
    use kschur_error, only: error_cancelled, error_type, new_error
    use kschur_kinds, only: wp
@@ -6,29 +6,29 @@ module kschur_monitor
    private
    public :: ask_monitor, is_stopped, monitor_type, stopper_type
 
-   !> Extend it and pass it to `solve_modes`.
+   !> Abstract monitor; extend it and pass it to `solve_modes`.
    type, abstract :: monitor_type
    contains
-      !> Called each time that convergence was looked at.
+      !> Called after each test of convergence.
       procedure(report_interface), deferred :: report
-      !> Asked before each step that takes a while, and often within it: .true. ends the computation with what has converged.
-      !> It stays .true. then. It is .false. unless overridden.
+      !> Polled before and within long steps: .true. cancels the computation, which returns what has converged. Must stay .true.
+      !> then. Default: .false.
       procedure :: stops
-      !> Called before a computation that is longer, or less, than it seems. It does nothing unless overridden.
+      !> Called before a computation that is longer or smaller than expected. Default: does nothing.
       procedure :: announce
-      !> Called where a step begins: what it does. It does nothing unless overridden.
+      !> Called at the start of a step, with its name. Default: does nothing.
       procedure :: begins
-      !> Called before the modes of a part are looked for: how many of the problem were found, how many this part has, how many
-      !> are asked for, 0 where nobody knows. It does nothing unless overridden.
+      !> Called before the modes of a part are computed: number found so far, in this part, and asked for; 0 if unknown.
+      !> Default: does nothing.
       procedure :: counts
    end type monitor_type
 
-   !> Stops a computation within another as the monitor of that does, which is told nothing of it.
+   !> Cancels a nested computation with the monitor of the outer one, without reports.
    type, extends(monitor_type) :: stopper_type
       class(monitor_type), pointer :: of => null()
    contains
-      procedure :: report => keep_silent
-      procedure :: stops => stops_as_other
+      procedure :: report => report_nothing
+      procedure :: stops => stops_as_target
    end type stopper_type
 
    abstract interface
@@ -37,7 +37,7 @@ module kschur_monitor
          class(monitor_type), intent(inout) :: self
          !> Number of restarts so far.
          integer, intent(in) :: restart
-         !> How many of the wanted Ritz values have converged.
+         !> Number of wanted Ritz values that have converged, and number wanted.
          integer, intent(in) :: converged, wanted
          !> Largest relative residual among the wanted ones.
          real(wp), intent(in) :: residual
@@ -48,7 +48,7 @@ module kschur_monitor
 
 contains
 
-   !> Whether a monitor that is there ends the computation.
+   !> Whether the monitor, if present, cancels the computation.
    logical function is_stopped(monitor)
       class(monitor_type), optional, intent(inout) :: monitor
 
@@ -56,7 +56,7 @@ contains
       if (present(monitor)) is_stopped = monitor%stops()
    end function is_stopped
 
-   !> The same as an error (error_cancelled), for what has no result without all its steps.
+   !> As an error (error_cancelled), for computations without partial results.
    subroutine ask_monitor(monitor, error)
       class(monitor_type), optional, intent(inout) :: monitor
       type(error_type), allocatable, intent(out) :: error
@@ -97,7 +97,7 @@ contains
       end associate
    end subroutine counts
 
-   subroutine keep_silent(self, restart, converged, wanted, residual, proceed)
+   subroutine report_nothing(self, restart, converged, wanted, residual, proceed)
       class(stopper_type), intent(inout) :: self
       integer, intent(in) :: restart, converged, wanted
       real(wp), intent(in) :: residual
@@ -106,12 +106,12 @@ contains
       associate (unused => self, neither => [restart, converged, wanted], nor_this => residual)
          proceed = proceed
       end associate
-   end subroutine keep_silent
+   end subroutine report_nothing
 
-   logical function stops_as_other(self)
+   logical function stops_as_target(self)
       class(stopper_type), intent(inout) :: self
 
-      stops_as_other = .false.
-      if (associated(self%of)) stops_as_other = self%of%stops()
-   end function stops_as_other
+      stops_as_target = .false.
+      if (associated(self%of)) stops_as_target = self%of%stops()
+   end function stops_as_target
 end module kschur_monitor

@@ -1,11 +1,11 @@
-!> What a user may ask of the solver; every option has a default.
+!> Options of the solver, with defaults.
 module kschur_options
    use kschur_kinds, only: wp, long
    implicit none
    private
    public :: modal_options_type, index_of_name
 
-   !> `auto` takes the smallest exact formulation that is available.
+   !> Selects the smallest exact formulation available.
    integer, parameter, public :: formulation_auto = 0
    !> K phi = theta M phi, theta = -lambda^2 (Table 1, row 1).
    integer, parameter, public :: formulation_undamped = 1
@@ -29,36 +29,36 @@ module kschur_options
    integer, parameter, public :: formulation_symmetric = 9
    !> Symmetric with R = alpha M + beta K: the undamped modes, mapped.
    integer, parameter, public :: formulation_proportional = 10
-   !> All eigenvalues by LAPACK, from the matrix of the operator of one of the last three on the motions that the
-   !> constraints allow.
+   !> All eigenvalues by LAPACK, from the dense matrix of the operator of one of the last three on the null space of the
+   !> constraints.
    integer, parameter, public :: formulation_dense = 11
-   !> Symmetric and proportionally damped but for local forces: undamped Lanczos with the responses to these, and the whole
-   !> problem projected on that space; theta = lambda.
+   !> Symmetric, proportionally damped plus local forces: undamped Lanczos started with their responses, and the damped problem
+   !> projected on its space; theta = lambda.
    integer, parameter, public :: formulation_low_rank = 12
-   !> The names of the formulations, in this order from `formulation_auto` on.
+   !> Names of the formulations, from `formulation_auto` on.
    character(len=*), parameter, public :: formulation_names(0:12) = [character(len=25) :: "auto", &
       "undamped", "undamped-negative", "undamped-constrained", "undamped-constrained-zero", "damped", &
       "damped-constrained", "damped-constrained-zero", "quadratic", "symmetric", "proportional", "dense", &
       "low-rank"]
 
-   !> Cq as it is given.
+   !> Unscaled Cq.
    integer, parameter, public :: scaling_none = 0
    !> One factor for all of Cq, as in the paper's section 5.
    integer, parameter, public :: scaling_scalar = 1
-   !> A factor for each row of Cq, which takes it to the stiffness level of the unknowns it ties.
+   !> One factor for each row of Cq, which scales it to the stiffness of the unknowns it constrains.
    integer, parameter, public :: scaling_row = 2
-   !> The names of the constraint scalings, in this order from `scaling_none` on.
+   !> Names of the constraint scalings, from `scaling_none` on.
    character(len=*), parameter, public :: scaling_names(0:2) = [character(len=6) :: "none", "scalar", "row"]
 
-   !> `ldl` where the matrix to be factored is real, symmetric and definite, `mumps` for all others.
+   !> `ldl` if the matrix is real, symmetric and definite, else `mumps`.
    integer, parameter, public :: inner_auto = 0
-   !> MUMPS, with METIS: every matrix.
+   !> MUMPS with METIS: any matrix.
    integer, parameter, public :: inner_mumps = 1
-   !> LDL^T without pivoting: real symmetric matrices, definite but for multipliers.
+   !> LDL^T without pivoting: real symmetric matrices, definite except for multipliers.
    integer, parameter, public :: inner_ldl = 2
-   !> Flexible GMRES, preconditioned by MUMPS in single precision: where the factors do not fit into memory.
+   !> Flexible GMRES, preconditioned by MUMPS in single precision: if double-precision factors exceed memory.
    integer, parameter, public :: inner_iterative = 3
-   !> The names of the inner solvers, in this order from `inner_auto` on.
+   !> Names of the inner solvers, from `inner_auto` on.
    character(len=*), parameter, public :: inner_names(0:3) = [character(len=9) :: "auto", "mumps", "ldl", "iterative"]
 
    !> Shapes of unit Euclidean norm.
@@ -67,32 +67,31 @@ module kschur_options
    integer, parameter, public :: normalisation_mass = 1
    !> Shapes whose largest entry is 1.
    integer, parameter, public :: normalisation_displacement = 2
-   !> The names of the normalisations, in this order from `normalisation_length` on.
+   !> Names of the normalisations, from `normalisation_length` on.
    character(len=*), parameter, public :: normalisation_names(0:2) = [character(len=12) :: "length", "mass", "displacement"]
 
    !> Krylov-Schur, and Lanczos for the symmetric formulations.
    integer, parameter, public :: method_krylov_schur = 0
    !> ARPACK on the same operators, as a baseline; one thread of a process at a time.
    integer, parameter, public :: method_arpack = 1
-   !> The names of the methods, in this order from `method_krylov_schur` on.
+   !> Names of the methods, from `method_krylov_schur` on.
    character(len=*), parameter, public :: method_names(0:1) = [character(len=12) :: "krylov-schur", "arpack"]
 
-   !> ARPACK as the paper compares with it: the pencil (33) with multipliers in the vectors, factored at the
-   !> target + 1e-3 1/s or the shift that is given, constraints as they are, nothing deflated,
-   !> eliminated, filtered or refined.
+   !> ARPACK as used in the paper: pencil (33) with multipliers in the vectors, shift at target + 1e-3 1/s or as given, unscaled
+   !> constraints; no deflation, elimination, filter or refinement.
    integer, parameter, public :: arpack_plain = 0
-   !> ARPACK in the place of Krylov-Schur, everything else being the same.
+   !> ARPACK instead of Krylov-Schur, all else unchanged.
    integer, parameter, public :: arpack_fair = 1
-   !> The names of ARPACK's settings, in this order from `arpack_plain` on.
+   !> Names of ARPACK's settings, from `arpack_plain` on.
    character(len=*), parameter, public :: arpack_names(0:1) = [character(len=5) :: "plain", "fair"]
 
    !> What to compute and how.
    type :: modal_options_type
-      !> How many modes; a complex-conjugate pair is one, multiplicities count.
+      !> Number of modes; a complex-conjugate pair is one, multiplicities count.
       integer :: modes = 10
       !> The modes nearest to this lambda are wanted (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp)
-      !> Where to factor (1/s); chosen at the scale of the wanted modes where not allocated.
+      !> Shift (1/s); not allocated: chosen at the scale of the wanted modes.
       complex(wp), allocatable :: shift
       !> One of `method_*`.
       integer :: method = method_krylov_schur
@@ -104,47 +103,46 @@ module kschur_options
       integer :: constraint_scaling = scaling_row
       !> One of `inner_*`: what factors the matrix and solves with it.
       integer :: inner = inner_auto
-      !> Largest dimension of the Krylov space, but for what a verification needs beside what is locked; 0: chosen from `modes`.
+      !> Largest dimension of the Krylov space, without columns that verifications add; 0: chosen from `modes`.
       integer :: subspace = 0
-      !> Vectors that the Krylov space grows by at a time; 0: chosen by what costs least.
+      !> Block size; 0: chosen by cost.
       integer :: block = 0
       !> A Ritz pair has converged when its residual is below this, relative to its Ritz value.
       real(wp) :: tolerance = 1.0e-12_wp
-      !> The iteration gives up instead of making this restart.
+      !> The iteration ends instead of making this restart.
       integer :: max_restarts = 200
-      !> Whether the structured formulations eliminate clamped and tied unknowns first.
+      !> Whether structured formulations eliminate clamped and tied unknowns before the iteration.
       logical :: presolve = .true.
       !> One of `normalisation_*`: the length of the shapes.
       integer :: normalisation = normalisation_length
       !> Whether to compute left eigenvectors and condition numbers as well.
       logical :: left = .false.
-      !> Whether to count the eigenvalues about the target where nothing else proves that no mode is missing: for
-      !> any damping, with some 20 to 120 complex factorisations.
+      !> Whether to prove by a count of eigenvalues that no mode is missing, if nothing else does: for any damping, with some 20
+      !> to 120 complex factorisations.
       logical :: certify = .false.
-      !> Whether `symmetric` and `proportional` leave out the factorisation by which they count: then nothing proves that no
-      !> mode is missing. `low-rank` needs its count to come to an end.
+      !> Whether `symmetric` and `proportional` omit the factorisation for their count: then nothing proves completeness.
+      !> `low-rank` needs its count to terminate.
       logical :: uncounted = .false.
       !> Seed of the start vector; the same seed gives the same digits.
       integer :: seed = 1
-      !> Threads that compute; 0: as many cores as the process may use, shared among the solves that run at the same time.
+      !> Number of threads; 0: the available cores, shared among concurrent solves.
       integer :: threads = 0
-      !> A solve that is estimated to take more memory than this (bytes) is refused before anything is factored; 0: none is.
+      !> Memory limit (bytes): a solve with a larger estimate is refused before any factorisation; 0: no limit.
       integer(long) :: memory = 0
-      !> The communicator of several processes, each of which calls: a handle of MPI (`mpi_val` of an `MPI_Comm`), for the
-      !> kschur that was built with it. Problem, options, monitor and result are those of its first process; an error
-      !> reaches all. Not allocated: this process works alone.
+      !> MPI communicator (`mpi_val` of an `MPI_Comm`) of the processes that call collectively, for a kschur built with MPI.
+      !> Problem, options, monitor and result are those of its first process; errors reach all. Not allocated: one process.
       integer, allocatable :: communicator
-      !> Matrices of so many rows and more are factored by all processes together.
+      !> Smallest number of rows of matrices that all processes factor jointly.
       integer :: distribute = 20000
-      !> How many groups of processes share the parts of a band, or of 500 modes and more near zero, each with factors of its
-      !> own; 0: as many as there are processes where a matrix is too small to be distributed, else one.
+      !> Number of groups of processes that share the parts of a band, or of 500 or more modes near zero, each with its own
+      !> factors; 0: the number of processes for matrices too small to be distributed, else one.
       integer :: groups = 0
-      !> The file that the state of the iteration is written to now and then; not allocated: none.
+      !> File for checkpoints of the iteration; not allocated: none.
       character(len=:), allocatable :: checkpoint
-      !> The file that such a solve of the same problem with the same options left, to go on from; not allocated: none.
+      !> Checkpoint of the same problem and options to continue from; not allocated: none.
       character(len=:), allocatable :: resume
    contains
-      !> Whether ARPACK's raw answer is wanted.
+      !> Whether the unprocessed result of ARPACK is wanted.
       procedure :: is_plain
    end type modal_options_type
 

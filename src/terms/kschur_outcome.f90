@@ -1,4 +1,4 @@
-!> How an iteration went and why it ended.
+!> History of an iteration, and reasons of its end.
 module kschur_outcome
    use kschur_kinds, only: wp
    use kschur_tolerances, only: inaccurate_above
@@ -6,30 +6,29 @@ module kschur_outcome
    private
    public :: history_type, inaccurate_above
 
-   !> All the modes that were asked for have converged.
+   !> All requested modes have converged.
    integer, parameter, public :: reason_converged = 0
-   !> The restarts ran out first.
+   !> The restart limit was reached.
    integer, parameter, public :: reason_max_restarts = 1
-   !> The problem has fewer modes than were asked for; all of them are here.
+   !> The problem has fewer modes than requested; all of them were found.
    integer, parameter, public :: reason_fewer_modes = 2
-   !> The monitor asked to stop.
+   !> The monitor cancelled.
    integer, parameter, public :: reason_cancelled = 3
-   !> A mode has a backward error above `inaccurate_above` or no left vector that was asked for, or what was found is too
-   !> inaccurate to be listed.
+   !> A mode has a backward error above `inaccurate_above`, or lacks a requested left vector, or modes were discarded as too
+   !> inaccurate.
    integer, parameter, public :: reason_inaccurate = 4
-   !> A signal ended the program's wait for more modes; the library itself says `reason_cancelled`.
+   !> A signal interrupted the program; the library itself reports `reason_cancelled`.
    integer, parameter, public :: reason_interrupted = 5
-   !> The names of the reasons, in this order from `reason_converged` on.
+   !> Names of the reasons, from `reason_converged` on.
    character(len=*), parameter, public :: reason_names(0:5) = [character(len=12) :: &
       "converged", "max_restarts", "fewer_modes", "cancelled", "inaccurate", "interrupted"]
 
-   !> Whether a count of eigenvalues proves that no mode is missing: nothing was
-   !> counted, it does, the count and the modes differ.
+   !> Whether a count of eigenvalues proves that no mode is missing: not counted, proved, count and modes differ.
    integer, parameter, public :: certified_unknown = 0, certified_yes = 1, certified_no = 2
-   !> Their names.
+   !> Names of the verdicts.
    character(len=*), parameter, public :: certified_names(0:2) = [character(len=7) :: "unknown", "true", "false"]
 
-   !> One entry each time that convergence was looked at.
+   !> One entry for each convergence test.
    type :: history_type
       !> Number of converged Ritz values among the wanted ones.
       integer, allocatable :: converged(:)
@@ -37,16 +36,16 @@ module kschur_outcome
       integer, allocatable :: operator_applications(:)
       !> Largest relative residual among the wanted Ritz values.
       real(wp), allocatable :: residual(:)
-      !> Whether it is of several iterations, each of which looked for modes of its own.
+      !> Whether it joins several iterations for different modes.
       logical :: of_parts = .false.
    contains
-      !> Begins without an entry.
+      !> Allocates an empty history.
       procedure :: begin
       !> Adds an entry.
-      procedure :: add_look
-      !> Adds what came after it.
+      procedure :: add_check
+      !> Appends the history of a later iteration.
       procedure :: append
-      !> How many applications it took until all that was wanted had converged.
+      !> Number of applications until all wanted modes had converged.
       procedure :: wanted_after
    end type history_type
 
@@ -58,7 +57,7 @@ contains
       allocate (self%converged(0), self%operator_applications(0), self%residual(0))
    end subroutine begin
 
-   subroutine add_look(self, converged, operator_applications, residual)
+   subroutine add_check(self, converged, operator_applications, residual)
       class(history_type), intent(inout) :: self
       integer, intent(in) :: converged, operator_applications
       real(wp), intent(in) :: residual
@@ -66,12 +65,12 @@ contains
       self%converged = [self%converged, converged]
       self%operator_applications = [self%operator_applications, operator_applications]
       self%residual = [self%residual, residual]
-   end subroutine add_look
+   end subroutine add_check
 
    subroutine append(self, more, before)
       class(history_type), intent(inout) :: self
       type(history_type), intent(in) :: more
-      !> Applications before it began.
+      !> Number of applications before it.
       integer, intent(in) :: before
 
       self%converged = [self%converged, more%converged]
@@ -80,11 +79,11 @@ contains
       self%of_parts = .true.
    end subroutine append
 
-   !> The operator applications at the first look that found as many converged as any did; 0 where not all that was wanted
-   !> converged, or it was found in parts.
+   !> Operator applications at the first test with the final number of converged values; 0 if not all wanted values converged,
+   !> or the history joins several iterations.
    pure integer function wanted_after(self, tolerance)
       class(history_type), intent(in) :: self
-      !> What residuals are to be below.
+      !> Tolerance of residuals.
       real(wp), intent(in) :: tolerance
       integer :: i
 

@@ -70,7 +70,7 @@ program check_lanczos
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, real_ritz_pairs_type
    use kschur_lanczos, only: lanczos, lanczos_state_type
-   use kschur_processes, only: join_processes, number_of_words, processes_type, word_basis, word_end, word_together
+   use kschur_processes, only: join_processes, request_length, processes_type, request_basis, request_end, request_together
    use kschur_row_ranges, only: row_ranges, row_ranges_type
    use kschur_selection, only: largest_magnitude, named_selection_type
    use kschur_together_help, only: help_together
@@ -127,7 +127,7 @@ contains
       end if
       if (processes%rank == 0) then
          call lead(whole, block, excluded)
-         call processes%tell([word_end])
+         call processes%send_request([request_end])
       else
          call follow(part, excluded)
       end if
@@ -173,14 +173,14 @@ contains
       type(diagonal_type), intent(inout) :: part
       real(wp), intent(in) :: excluded(:, :)
       type(basis_instance_type), allocatable :: bases(:)
-      integer :: words(number_of_words)
+      integer :: request(request_length)
 
       allocate (bases(0))
       do
-         call processes%hear(words)
-         if (words(1) == word_basis) call help_basis(bases, processes, words)
-         if (words(1) == word_together) call help_together(bases, part, excluded, words)
-         if (words(1) == word_end) exit
+         call processes%receive_request(request)
+         if (request(1) == request_basis) call help_basis(bases, processes, request)
+         if (request(1) == request_together) call help_together(bases, part, excluded, request)
+         if (request(1) == request_end) exit
       end do
    end subroutine follow
 

@@ -78,10 +78,10 @@ contains
          allocate (pivots, source=[(1 + mod(i*11*stride, 997), i=1, 997)])
          pivots = pack(pivots, pivots <= n + m .and. mod(pivots, max(processes%number - 1, 1)) == processes%rank)
          part = -1
-         call rows%bring_home(pivots, x(pivots, :), part)
+         call rows%redistribute(pivots, x(pivots, :), part)
          call expect(.not. any(abs(part - x(rows%list(), :)) > 0))
          complex_part = -1
-         call rows%bring_home(pivots, u(pivots, :), complex_part)
+         call rows%redistribute(pivots, u(pivots, :), complex_part)
          call expect(.not. any(abs(complex_part - u(rows%list(), :)) > 0))
       end do
       back = x(:size(back, 1), :)

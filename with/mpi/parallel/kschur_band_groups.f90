@@ -1,5 +1,5 @@
-!> Who finds the modes of the parts of a band: groups of processes, each with the problem and with factors of its own. The
-!> first process of each takes parts from a queue; that of the first group gathers what they found.
+!> Groups of processes that compute parts of a band in parallel, each group with the problem and its own factors. The first
+!> process of each takes parts from a queue; that of the first group gathers the results.
 module kschur_band_groups
    use kschur_band_messages, only: receive_part, send_part, share_parts, share_problem
    use kschur_band_part, only: part_modes_type, solve_part
@@ -10,36 +10,36 @@ module kschur_band_groups
    use kschur_part_queue, only: part_queue_type
    use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type
-   use kschur_processes, only: processes_type, word_parts
+   use kschur_processes, only: processes_type, request_parts
    use mpi_f08, only: MPI_Barrier, MPI_Comm, MPI_Comm_free
    implicit none
    private
    public :: band_groups_type, lead_group
 
-   !> Groups of processes, as the first process sees them.
+   !> The groups, seen from the first process.
    type :: band_groups_type
       private
       integer :: number = 1
-      !> Who they were before, and the first of each group.
+      !> All processes, and communicator of the first ones of groups.
       type(processes_type) :: all
       type(MPI_Comm) :: leaders
       type(part_queue_type) :: queue
       logical :: announced = .false.
-      !> What was found here and not asked for yet.
+      !> Results of this group that were not yet asked for.
       type(part_modes_type), allocatable :: mine(:)
       logical, allocatable :: solved(:), gathered(:)
    contains
-      !> Cuts the processes into groups, each of which prepares for the problem.
+      !> Splits the processes into groups, and distributes the problem to them.
       procedure :: begin
       !> Whether there is more than one group.
       procedure :: are_several
-      !> Says which parts there are.
+      !> Distributes the list of parts.
       procedure :: announce
-      !> The modes of a part; the parts are asked for one after the other.
+      !> Returns the modes of a part; parts are requested in order.
       procedure :: obtain
-      !> Ends the work on parts, also where some were not asked for.
+      !> Ends the work on parts, requested or not.
       procedure :: finish
-      !> The processes are together again; to be called when no factors are left.
+      !> Joins the groups again; call after all factors are freed.
       procedure :: disband
    end type band_groups_type
 
@@ -49,7 +49,7 @@ contains
       class(band_groups_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
-      !> The group of this process, on return.
+      !> On return the group of this process.
       type(processes_type), intent(inout) :: processes
       type(error_type), allocatable, intent(out) :: error
       type(modal_problem_type) :: shared
@@ -60,7 +60,7 @@ contains
       self%number = max(1, self%number)
       if (self%number == 1) return
       self%all = processes
-      call self%all%tell([word_parts, self%number])
+      call self%all%send_request([request_parts, self%number])
       call self%all%split(self%number, processes, self%leaders)
       call self%queue%begin(self%leaders)
       shared%mass = problem%mass
@@ -131,7 +131,7 @@ contains
       class(band_groups_type), intent(inout) :: self
       type(part_modes_type) :: unused
       type(error_type), allocatable :: ignored
-      ! More parts than a band has.
+      ! Larger than any number of parts.
       integer, parameter :: most = 1000000
       integer :: last, i
 
@@ -155,9 +155,9 @@ contains
       processes = self%all
    end subroutine disband
 
-   !> What the first process of another group does.
+   !> Work loop of the first process of another group.
    subroutine lead_group(processes, leaders)
-      !> The group.
+      !> The group of this process.
       type(processes_type), target, intent(inout) :: processes
       type(MPI_Comm), intent(inout) :: leaders
       type(modal_problem_type), target :: problem
@@ -184,7 +184,7 @@ contains
          if (i > size(parts)) exit
          here(i) = .true.
          if (.not. allocated(error)) call solve_part(s, parts(i), found(i), error)
-         ! The error goes in the place of this part; what comes behind it is not asked for.
+         ! The error is sent instead of this part; later parts are not requested.
          if (allocated(error)) exit
       end do
       do i = 1, size(parts)

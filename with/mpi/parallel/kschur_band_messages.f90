@@ -1,4 +1,4 @@
-!> What the first processes of groups tell each other of a band: the problem, its parts, the modes of a part.
+!> Messages between the first processes of groups: the problem, its parts, the modes of a part.
 module kschur_band_messages
    use kschur_band_part, only: part_modes_type
    use kschur_band_parts, only: part_type
@@ -9,7 +9,7 @@ module kschur_band_messages
    use kschur_memory, only: complex_bytes, integer_bytes, real_bytes, require_memory
    use kschur_options, only: formulation_symmetric, modal_options_type
    use kschur_problem, only: modal_problem_type
-   use kschur_processes, only: broadcast_words, nap, spread_error
+   use kschur_processes, only: broadcast_request, sleep_briefly, spread_error
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use mpi_f08, only: MPI_ANY_SOURCE, MPI_Bcast, MPI_CHARACTER, MPI_Comm, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, &
       MPI_INTEGER, MPI_Iprobe, MPI_Recv, MPI_Send, MPI_Status, MPI_STATUS_IGNORE
@@ -21,26 +21,25 @@ module kschur_band_messages
 
 contains
 
-   !> From the first process to the others: a symmetric problem without its damping, and the options for it.
-   !> Fails in all where one has no memory for it.
+   !> Broadcasts a symmetric problem without its damping, and its options. Fails in all processes if one has no memory for it.
    subroutine share_problem(problem, options, communicator, error)
       type(modal_problem_type), intent(inout) :: problem
       type(modal_options_type), intent(inout) :: options
       type(MPI_Comm), intent(in) :: communicator
       type(error_type), allocatable, intent(out) :: error
-      integer :: words(number_of_options)
+      integer :: numbers(number_of_options)
 
-      words = [options%constraint_scaling, options%inner, options%subspace, options%block, options%max_restarts, &
+      numbers = [options%constraint_scaling, options%inner, options%subspace, options%block, options%max_restarts, &
          merge(1, 0, options%presolve), options%seed, options%distribute]
-      call MPI_Bcast(words, size(words), MPI_INTEGER, 0, communicator)
-      options%constraint_scaling = words(1)
-      options%inner = words(2)
-      options%subspace = words(3)
-      options%block = words(4)
-      options%max_restarts = words(5)
-      options%presolve = words(6) == 1
-      options%seed = words(7)
-      options%distribute = words(8)
+      call MPI_Bcast(numbers, size(numbers), MPI_INTEGER, 0, communicator)
+      options%constraint_scaling = numbers(1)
+      options%inner = numbers(2)
+      options%subspace = numbers(3)
+      options%block = numbers(4)
+      options%max_restarts = numbers(5)
+      options%presolve = numbers(6) == 1
+      options%seed = numbers(7)
+      options%distribute = numbers(8)
       options%formulation = formulation_symmetric
       call MPI_Bcast(options%tolerance, 1, MPI_DOUBLE_PRECISION, 0, communicator)
       call share_matrix(problem%mass, communicator, error)
@@ -55,35 +54,35 @@ contains
       type(csr_matrix_type), intent(inout) :: matrix
       type(MPI_Comm), intent(in) :: communicator
       type(error_type), allocatable, intent(out) :: error
-      integer :: words(3)
+      integer :: numbers(3)
 
-      words = [matrix%rows, matrix%columns, 0]
-      if (allocated(matrix%column)) words(3) = size(matrix%column)
-      call MPI_Bcast(words, 3, MPI_INTEGER, 0, communicator)
-      matrix%rows = words(1)
-      matrix%columns = words(2)
-      if (.not. allocated(matrix%column)) call require_memory((integer_bytes + real_bytes)*words(3) + integer_bytes*words(1), &
+      numbers = [matrix%rows, matrix%columns, 0]
+      if (allocated(matrix%column)) numbers(3) = size(matrix%column)
+      call MPI_Bcast(numbers, 3, MPI_INTEGER, 0, communicator)
+      matrix%rows = numbers(1)
+      matrix%columns = numbers(2)
+      if (.not. allocated(matrix%column)) call require_memory((integer_bytes + real_bytes)*numbers(3) + integer_bytes*numbers(1), &
          "the matrices in another process", error)
       call spread_error(communicator, error)
       if (allocated(error)) return
       if (.not. allocated(matrix%column)) &
-         allocate (matrix%row_start(words(1) + 1), matrix%column(words(3)), matrix%value(words(3)))
-      call MPI_Bcast(matrix%row_start, words(1) + 1, MPI_INTEGER, 0, communicator)
-      call MPI_Bcast(matrix%column, words(3), MPI_INTEGER, 0, communicator)
-      call MPI_Bcast(matrix%value, words(3), MPI_DOUBLE_PRECISION, 0, communicator)
+         allocate (matrix%row_start(numbers(1) + 1), matrix%column(numbers(3)), matrix%value(numbers(3)))
+      call MPI_Bcast(matrix%row_start, numbers(1) + 1, MPI_INTEGER, 0, communicator)
+      call MPI_Bcast(matrix%column, numbers(3), MPI_INTEGER, 0, communicator)
+      call MPI_Bcast(matrix%value, numbers(3), MPI_DOUBLE_PRECISION, 0, communicator)
    end subroutine share_matrix
 
-   !> From the first process to the others.
+   !> Broadcasts the parts.
    subroutine share_parts(parts, communicator)
       type(part_type), allocatable, intent(inout) :: parts(:)
       type(MPI_Comm), intent(in) :: communicator
-      integer :: words(1), i
+      integer :: numbers(1), i
 
-      words = 0
-      if (allocated(parts)) words = size(parts)
-      call broadcast_words(words, communicator)
-      if (.not. allocated(parts)) allocate (parts(words(1)))
-      do i = 1, words(1)
+      numbers = 0
+      if (allocated(parts)) numbers = size(parts)
+      call broadcast_request(numbers, communicator)
+      if (.not. allocated(parts)) allocate (parts(numbers(1)))
+      do i = 1, numbers(1)
          associate (part => parts(i))
             call MPI_Bcast(part%from, 1, MPI_DOUBLE_PRECISION, 0, communicator)
             call MPI_Bcast(part%to, 1, MPI_DOUBLE_PRECISION, 0, communicator)
@@ -93,7 +92,7 @@ contains
       end do
    end subroutine share_parts
 
-   !> To the first process: the modes of part i, or why there are none.
+   !> Sends the modes of part i, or an error, to the first process.
    subroutine send_part(i, found, error, communicator)
       integer, intent(in) :: i
       type(part_modes_type), intent(inout) :: found
@@ -130,7 +129,7 @@ contains
       call MPI_Send(found%history%residual, head(10), MPI_DOUBLE_PRECISION, 0, i, communicator)
    end subroutine send_part
 
-   !> The modes of part i, which another process has found; an error where it failed.
+   !> Receives the modes of part i; fails if the other process failed.
    subroutine receive_part(i, found, error, communicator)
       integer, intent(in) :: i
       type(part_modes_type), intent(out) :: found
@@ -163,11 +162,11 @@ contains
       call MPI_Recv(found%history%residual, head(10), MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
    end subroutine receive_part
 
-   ! Column by column: all of them may have more entries than an integer counts. They are taken also where there is no
-   ! memory to keep them, as the other process waits to get rid of them.
+   ! By columns, since all of them may have more entries than an integer can count. Received even if there is no memory to keep
+   ! them, as the sender waits.
    subroutine receive_vectors(i, from, shape, found, communicator, error)
       integer, intent(in) :: i, from
-      !> Columns, rows, multipliers, and 1 where shapes are real.
+      !> Numbers of columns, rows and multipliers; 1 for real shapes.
       integer, intent(in) :: shape(4)
       type(part_modes_type), intent(inout) :: found
       type(MPI_Comm), intent(in) :: communicator
@@ -206,7 +205,7 @@ contains
       do
          call MPI_Iprobe(MPI_ANY_SOURCE, i, communicator, there, status)
          if (there) exit
-         call nap(seconds_since(started))
+         call sleep_briefly(seconds_since(started))
       end do
       from = status%MPI_SOURCE
    end subroutine await_part

@@ -10,7 +10,7 @@ module kschur_basis_rows_complex
    use kschur_kinds, only: wp
    use kschur_memory, only: complex_bytes, require_memory
    use kschur_pages, only: prefer_large_pages
-   use kschur_processes, only: are_several, processes_type, spread_error, word_basis
+   use kschur_processes, only: are_several, processes_type, spread_error, request_basis
    use kschur_row_exchange, only: gather, scatter, send_to_all
    use kschur_row_ranges, only: row_ranges, row_ranges_type
    use kschur_row_sums, only: row_sums_type

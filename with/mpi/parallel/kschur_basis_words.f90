@@ -1,11 +1,11 @@
-!> What the first process says of a basis that several share, after its number.
+!> Codes of requests on a distributed basis, after its number.
 module kschur_basis_words
    implicit none
    private
 
-   !> Which scalars it has.
+   !> Kind of scalar.
    integer, parameter, public :: real_basis = 1, complex_basis = 2
-   !> What is to be done: the procedures of `basis_rows_type`.
+   !> Operation: the procedures of `basis_rows_type`.
    integer, parameter, public :: to_reserve = 1, to_read = 2, to_store = 3, to_orthonormalize = 4, to_orthogonalize = 5, &
       to_complete = 6, to_form = 7, to_take_out = 8, to_subtract = 9, to_combine = 10, to_choose = 11, to_rotate = 12, &
       to_move = 13, to_release = 14

@@ -1,4 +1,4 @@
-!> What another process than the first does of the first level of a real two-level basis.
+!> Serves requests on the first level of a real two-level basis in other processes.
 module kschur_first_level_help_real
    use kschur_basis_rows_real, only: basis_rows_type
    use kschur_error, only: error_type

@@ -1,5 +1,5 @@
-!> A sparse matrix by rows over processes, and its products with vectors that are shared out as its columns are. What a process
-!> needs of the vectors of others, its halo, it gets from them for each product.
+!> Sparse matrix distributed by rows, for products with vectors distributed as its columns. Entries of vectors of other
+!> processes that a process needs, its halo, are exchanged in each product.
 module kschur_halo_matrix
    use kschur_csr, only: csr_matrix_type
    use kschur_error, only: error_type
@@ -13,43 +13,43 @@ module kschur_halo_matrix
    private
    public :: halo_matrix_type, new_halo_matrix
 
-   !> What two processes exchange for one product of a matrix: entries of vectors, in the order in which both count them.
+   !> Entries of vectors that two processes exchange in one product, in an order both know.
    type :: neighbour_type
       integer :: rank = 0
-      !> The first and the last of them in the list of all neighbours.
+      !> Range in the list of all neighbours.
       integer :: first = 1, last = 0
    end type neighbour_type
 
-   !> The rows of this process. All processes of the communicator multiply together.
+   !> The local rows. Products are collective over the communicator.
    type :: halo_matrix_type
       private
       type(MPI_Comm) :: communicator = MPI_COMM_NULL
-      ! Entries whose columns are here; those of the halo, whose columns count its entries.
+      ! Entries with local columns; entries with halo columns, numbered within the halo.
       type(csr_matrix_type) :: inner, outer
-      ! The number of columns, the first one that is here, and those of the halo, ascending.
+      ! Number of columns, first local column, and halo columns, ascending.
       integer :: columns = 0, first = 1
       integer, allocatable :: halo(:)
-      ! Who has the halo, who needs entries that are here, and which ones.
+      ! Owners of the halo, users of local entries, and which entries these are.
       type(neighbour_type), allocatable :: owners(:), users(:)
       integer, allocatable :: used(:)
    contains
       !> y := y + alpha A x, for real or complex blocks of vectors, of which each process has its part.
       generic :: add_product => add_product_real, add_product_complex
-      !> The rows as they were.
+      !> Restores the local rows in global numbering.
       procedure :: join
-      !> Bytes that the part of this process takes.
+      !> Memory in bytes of the local part.
       procedure :: bytes
       procedure, private :: add_product_real, add_product_complex
    end type halo_matrix_type
 
 contains
 
-   !> Takes the rows of each process. Fails in all where one has no memory for them.
+   !> Creates the matrix from local rows. Fails in all processes if one has no memory for it.
    subroutine new_halo_matrix(matrix, rows, ranges, communicator, error)
       type(halo_matrix_type), intent(out) :: matrix
-      !> Those of this process, of all columns.
+      !> Local rows with global columns.
       type(csr_matrix_type), intent(in) :: rows
-      !> Which columns belong to entries of vectors that each process has.
+      !> Distribution of the columns, as of vectors.
       type(row_ranges_type), intent(in) :: ranges
       type(MPI_Comm), intent(in) :: communicator
       type(error_type), allocatable, intent(out) :: error
@@ -61,10 +61,10 @@ contains
       matrix%columns = rows%columns
       call find_halo(rows, ranges, communicator, matrix%halo)
       call split(matrix, rows, ranges)
-      call meet_neighbours(matrix, ranges)
+      call exchange_needs(matrix, ranges)
    end subroutine new_halo_matrix
 
-   ! The columns that other processes have and that have entries here, ascending.
+   ! Halo columns: nonlocal columns with entries here, ascending.
    subroutine find_halo(rows, ranges, communicator, halo)
       type(csr_matrix_type), intent(in) :: rows
       type(row_ranges_type), intent(in) :: ranges
@@ -85,7 +85,7 @@ contains
       type(halo_matrix_type), intent(inout) :: matrix
       type(csr_matrix_type), intent(in) :: rows
       type(row_ranges_type), intent(in) :: ranges
-      ! Of each column its number among those that are here, or less than 0 among those of the halo.
+      ! Local number of each column; negative for the halo.
       integer, allocatable :: number(:)
       integer :: rank, own, i, j, k
 
@@ -136,8 +136,8 @@ contains
       end associate
    end subroutine append
 
-   ! Each tells the others which of their entries it needs.
-   subroutine meet_neighbours(matrix, ranges)
+   ! Exchanges which entries each process needs of the others.
+   subroutine exchange_needs(matrix, ranges)
       type(halo_matrix_type), intent(inout) :: matrix
       type(row_ranges_type), intent(in) :: ranges
       integer, allocatable :: needed(:), used(:), needed_before(:), used_before(:)
@@ -157,7 +157,7 @@ contains
       call MPI_Alltoallv(matrix%halo, needed, needed_before, MPI_INTEGER, matrix%used, used, used_before, MPI_INTEGER, &
          matrix%communicator)
       matrix%used = matrix%used - matrix%first + 1
-   end subroutine meet_neighbours
+   end subroutine exchange_needs
 
    subroutine list(entries, before, neighbours)
       integer, intent(in) :: entries(0:)
@@ -175,7 +175,7 @@ contains
       end do
    end subroutine list
 
-   ! Of the halo, some columns stand before those that are here.
+   ! Some halo columns precede the local ones.
    pure subroutine join(self, rows)
       class(halo_matrix_type), intent(in) :: self
       type(csr_matrix_type), intent(out) :: rows

@@ -1,11 +1,11 @@
-!> What all processes but the first one do of a solve: what the first one says.
+!> Worker loop of all processes but the first: receives and serves its requests.
 module kschur_help
    use kschur_band_groups, only: lead_group
    use kschur_basis_help, only: basis_instance_type, help_basis
    use kschur_error, only: error_type
    use kschur_mumps_help, only: help_mumps, mumps_instance_type
-   use kschur_processes, only: number_of_words, processes_type, word_basis, word_end, word_matrix, word_mumps, &
-      word_operator, word_parts, word_problem, word_quadratic, word_together, word_two_level
+   use kschur_processes, only: request_length, processes_type, request_basis, request_end, request_matrix, request_mumps, &
+      request_operator, request_parts, request_problem, request_quadratic, request_together, request_two_level
    use kschur_quadratic_rows, only: help_share_quadratic, quadratic_parts_type
    use kschur_row_matrix, only: help_multiply, row_matrix_part_type
    use kschur_shared_problem, only: shared_problem_type
@@ -22,7 +22,7 @@ contains
 
    recursive subroutine help(processes, shared)
       type(processes_type), target, intent(inout) :: processes
-      !> The problem, where its rows are shared.
+      !> The problem, if it is distributed.
       type(shared_problem_type), intent(inout), optional :: shared
       type(mumps_instance_type), allocatable :: instances(:)
       type(basis_instance_type), allocatable :: bases(:)
@@ -30,40 +30,40 @@ contains
       type(symmetric_shift_invert_type), pointer :: operator
       type(quadratic_parts_type) :: quadratic
       type(processes_type), pointer :: all
-      ! The first process has it as well.
+      ! The first process has the same error.
       type(error_type), allocatable :: none
-      integer :: words(number_of_words)
+      integer :: request(request_length)
 
       all => processes
       allocate (instances(0), bases(0), parts(0))
       do
-         call processes%hear(words)
-         select case (words(1))
-         case (word_problem)
+         call processes%receive_request(request)
+         select case (request(1))
+         case (request_problem)
             call shared%give(processes, none)
-         case (word_matrix)
-            call help_multiply(parts, processes, words)
-         case (word_mumps)
-            call help_mumps(instances, all, words)
-         case (word_operator)
-            call help_share(operator, parts, instances, all, words)
-         case (word_quadratic)
-            call help_share_quadratic(quadratic, parts, instances, all, words)
-         case (word_together)
-            call help_together(bases, operator, operator%deflation%shapes, words)
-         case (word_two_level)
-            call help_two_level(bases, quadratic, words)
-         case (word_basis)
-            call help_basis(bases, processes, words)
-         case (word_parts)
-            call work_in_group(processes, words(2))
-         case (word_end)
+         case (request_matrix)
+            call help_multiply(parts, processes, request)
+         case (request_mumps)
+            call help_mumps(instances, all, request)
+         case (request_operator)
+            call help_share(operator, parts, instances, all, request)
+         case (request_quadratic)
+            call help_share_quadratic(quadratic, parts, instances, all, request)
+         case (request_together)
+            call help_together(bases, operator, operator%deflation%shapes, request)
+         case (request_two_level)
+            call help_two_level(bases, quadratic, request)
+         case (request_basis)
+            call help_basis(bases, processes, request)
+         case (request_parts)
+            call work_in_group(processes, request(2))
+         case (request_end)
             exit
          end select
       end do
    end subroutine help
 
-   ! One of so many groups does what they all did before.
+   ! Splits the processes into groups, each of which works as all did before.
    recursive subroutine work_in_group(processes, groups)
       type(processes_type), intent(in) :: processes
       integer, intent(in) :: groups

@@ -1,4 +1,4 @@
-!> Which rows each process has of vectors of unknowns and multipliers behind them: a range of both.
+!> Distribution of vectors of unknowns followed by multipliers: each process has a range of both.
 module kschur_joint_ranges
    use kschur_row_ranges, only: row_ranges, row_ranges_type
    implicit none
@@ -9,20 +9,20 @@ module kschur_joint_ranges
    type :: joint_ranges_type
       type(row_ranges_type) :: unknowns, multipliers
    contains
-      !> How many rows a process has: the unknowns first.
+      !> Number of rows of a process: unknowns first.
       procedure :: rows
-      !> Which they are.
+      !> Their indices.
       procedure :: list
-      !> Which process has a row, and as which of its rows.
+      !> Owner of a row, and its local index there.
       procedure :: owner
       procedure :: place
-      !> How many unknowns there are in all.
+      !> Total number of unknowns.
       procedure :: all_unknowns
    end type joint_ranges_type
 
 contains
 
-   !> So many rows over so many processes.
+   !> Distributes unknowns and multipliers over `processes` processes.
    pure function joint_ranges(unknowns, multipliers, processes) result(ranges)
       integer, intent(in) :: unknowns, multipliers, processes
       type(joint_ranges_type) :: ranges

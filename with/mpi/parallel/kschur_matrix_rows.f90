@@ -1,4 +1,4 @@
-!> The rows of a matrix in the first process, given to those that multiply with them, and gathered again.
+!> Scatters the rows of a matrix in the first process, and gathers them.
 module kschur_matrix_rows
    use, intrinsic :: iso_c_binding, only: c_int, c_size_t
    use kschur_error, only: error_type
@@ -22,11 +22,11 @@ module kschur_matrix_rows
 
 contains
 
-   !> Each process gets its rows. Fails in all where one has no memory for them.
+   !> Scatters the rows. Fails in all processes if one has no memory for them.
    subroutine share_rows(matrix, ranges, columns, communicator, rows, error)
-      !> That of the first process counts.
+      !> Significant in the first process.
       type(csr_matrix_type), intent(in) :: matrix
-      !> Of all rows.
+      !> Distribution of the rows.
       type(row_ranges_type), intent(in) :: ranges
       integer, intent(in) :: columns
       type(MPI_Comm), intent(in) :: communicator
@@ -68,7 +68,7 @@ contains
       end if
    end subroutine share_rows
 
-   ! Of the rows of each process.
+   ! Number of entries of the rows of each process, and before them.
    pure subroutine count_entries(matrix, ranges, entries, before)
       type(csr_matrix_type), intent(in) :: matrix
       type(row_ranges_type), intent(in) :: ranges
@@ -81,8 +81,8 @@ contains
       end do
    end subroutine count_entries
 
-   !> Leaves a matrix its extents and where its rows start. What lies between other arrays is not given back to the system by
-   !> itself.
+   !> Frees the entries of a matrix, but keeps its extents and row starts, and returns the memory to the system, which does not
+   !> happen automatically for memory between other arrays.
    subroutine drop_entries(matrix)
       type(csr_matrix_type), intent(inout) :: matrix
       integer(c_int) :: ignored
@@ -92,9 +92,9 @@ contains
       ignored = c_malloc_trim(0_c_size_t)
    end subroutine drop_entries
 
-   !> The first process gets the whole matrix of the rows of all. Fails in all where it has no memory for it.
+   !> Gathers the whole matrix in the first process. Fails in all processes if it has no memory for it.
    subroutine gather_matrix(matrix, ranges, communicator, rows, error)
-      !> That of the first process.
+      !> Significant in the first process.
       type(csr_matrix_type), intent(inout) :: matrix
       !> Of all rows.
       type(row_ranges_type), intent(in) :: ranges
@@ -128,9 +128,9 @@ contains
       call gather_rows(matrix, ranges, communicator, rows, error)
    end subroutine gather_matrix
 
-   !> The first process gets the rows of all. Fails in all where it has no memory for them.
+   !> Gathers the rows in the first process. Fails in all processes if it has no memory for them.
    subroutine gather_rows(matrix, ranges, communicator, rows, error)
-      !> In the first process `row_start` is there.
+      !> In the first process `row_start` is set.
       type(csr_matrix_type), intent(inout) :: matrix
       !> Of all rows.
       type(row_ranges_type), intent(in) :: ranges

@@ -1,10 +1,10 @@
-!> Who calls MUMPS: this process alone, or all that work on a solve, the others in `kschur_mumps_help`.
+!> The processes that call MUMPS: this one, or all processes of a solve, the others in `kschur_mumps_help`.
 module kschur_mumps_caller
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_ptr
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp
    use kschur_memory, only: megabyte
-   use kschur_processes, only: are_several, processes_type, spread_error, word_mumps
+   use kschur_processes, only: are_several, processes_type, spread_error, request_mumps
    use kschur_text, only: text
    use mpi_f08, only: MPI_COMM_SELF, MPI_COMPLEX, MPI_Datatype, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, MPI_INTEGER, &
       MPI_LOGICAL, MPI_REAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
@@ -12,33 +12,33 @@ module kschur_mumps_caller
    private
    public :: mumps_caller_type, scalar_of
 
-   !> Which of the four libraries of MUMPS it is: by the kind of scalar.
+   !> Libraries of MUMPS, by the kind of scalar.
    integer, parameter, public :: mumps_real = 1, mumps_complex = 2, mumps_single_real = 3, mumps_single_complex = 4
-   !> Jobs beside those of MUMPS: the others get rows of the matrix; whole vectors are solved for.
+   !> Requests besides the jobs of MUMPS: receive rows of the matrix; solve for whole vectors.
    integer, parameter, public :: job_take_rows = 0, job_solve_vectors = 4
 
    !> One factorisation.
    type :: mumps_caller_type
-      !> For MUMPS: who works on it.
+      !> MPI communicator passed to MUMPS.
       integer :: communicator = 0
-      !> How many they are.
+      !> Number of processes.
       integer :: processes = 1
-      !> Which of their factorisations it is.
+      !> Number of this factorisation.
       integer :: number = 0
-      ! Not associated: this process alone.
+      ! Not associated: one process.
       type(processes_type), pointer, private :: others => null()
       integer, private :: library = 0, symmetry = 0
    contains
       procedure :: begin
-      !> To be called before MUMPS does a job.
+      !> Announces a job of MUMPS to the other processes.
       procedure :: announce
-      !> Gives another process its rows of the matrix.
+      !> Sends another process its rows of the matrix.
       procedure :: send_rows
    end type mumps_caller_type
 
 contains
 
-   !> Says who factors a matrix: all of the processes, where there are others and it is worth while.
+   !> Selects the processes that factor a matrix: all of them, if there are several and the matrix is large enough.
    subroutine begin(self, processes, library, symmetry, rows)
       class(mumps_caller_type), intent(inout) :: self
       type(processes_type), pointer, intent(in) :: processes
@@ -60,18 +60,18 @@ contains
 
    subroutine announce(self, job)
       class(mumps_caller_type), intent(inout) :: self
-      !> And what it needs to know.
+      !> The job and its arguments.
       integer, intent(in) :: job(:)
 
       if (associated(self%others)) &
-         call self%others%tell([word_mumps, self%number, job(1), self%library, self%symmetry, job(2:)])
+         call self%others%send_request([request_mumps, self%number, job(1), self%library, self%symmetry, job(2:)])
    end subroutine announce
 
-   !> Fails where the other one has no memory for them; what is sent to others goes on, as they wait for it.
+   !> Fails if the receiver has no memory for them; other processes are still sent theirs, as they wait for them.
    subroutine send_rows(self, to, row, column, value, error)
       class(mumps_caller_type), intent(in) :: self
       integer, intent(in) :: to, row(:), column(:)
-      !> As many scalars of the library.
+      !> Values in the precision of the library.
       type(c_ptr), intent(in) :: value
       type(error_type), allocatable, intent(inout) :: error
       real(wp), pointer :: scalars(:)
@@ -91,7 +91,7 @@ contains
       end associate
    end subroutine send_rows
 
-   !> What a library of MUMPS computes with.
+   !> MPI type of the scalars of a library.
    function scalar_of(library)
       integer, intent(in) :: library
       type(MPI_Datatype) :: scalar_of

@@ -1,5 +1,5 @@
-!> What the other processes do of the factorisations that the first one begins: the same jobs of MUMPS, which has its
-!> part of the factors there. Of the matrix and of right-hand sides each has some rows, of solutions those at its pivots.
+!> Serves factorisations in processes other than the first: the same jobs of MUMPS, with the local part of the factors. Matrices
+!> and right-hand sides are distributed by rows, solutions by pivots.
 module kschur_mumps_help
    use kschur_error, only: error_type, new_error, error_memory, error_usage
    use kschur_kinds, only: long, single, wp
@@ -10,7 +10,7 @@ module kschur_mumps_help
       mumps_single_real, scalar_of
    use kschur_mumps_memory, only: solution_bytes
    use kschur_mumps_messages, only: mumps_error
-   use kschur_processes, only: number_of_words, processes_type
+   use kschur_processes, only: request_length, processes_type
    use kschur_solution_rows, only: solution_rows_type
    use kschur_sparse, only: complex_csr_matrix_type, csr_matrix_type
    use kschur_threads, only: set_blas_threads, team_size
@@ -33,20 +33,20 @@ module kschur_mumps_help
    ! JOB of MUMPS.
    integer, parameter :: job_begin = -1, job_end = -2, job_factorize = 2
 
-   !> The part of one factorisation that is here.
+   !> Local part of one factorisation.
    type :: mumps_instance_type
       private
-      !> As the first process counts them.
+      !> Its number in the first process.
       integer :: number = 0
       type(dmumps_struc), pointer :: real => null()
       type(zmumps_struc), pointer :: complex => null()
       type(smumps_struc), pointer :: single_real => null()
       type(cmumps_struc), pointer :: single_complex => null()
-      ! Of vectors.
+      ! Distribution of vectors.
       type(solution_rows_type) :: rows
    end type mumps_instance_type
 
-   !> Factors of a real matrix of which some are here, used for the rows of vectors that are here: all processes solve together.
+   !> Local part of distributed factors of a real matrix, for collective solves with distributed vectors.
    type, extends(real_linear_solver_type) :: real_part_type
       private
       type(dmumps_struc), pointer :: factors => null()
@@ -57,7 +57,7 @@ module kschur_mumps_help
       procedure :: solve_adjoint => refuse_real_adjoint
    end type real_part_type
 
-   !> The same of a complex matrix.
+   !> As above, complex.
    type, extends(complex_linear_solver_type) :: complex_part_type
       private
       type(zmumps_struc), pointer :: factors => null()
@@ -70,32 +70,33 @@ module kschur_mumps_help
 
 contains
 
-   !> Does the job that the first process has announced.
-   subroutine help_mumps(instances, processes, words)
-      !> The factorisations that have begun and not ended.
+   !> Serves a job that the first process announced.
+   subroutine help_mumps(instances, processes, request)
+      !> All factorisations in use.
       type(mumps_instance_type), allocatable, intent(inout) :: instances(:)
       type(processes_type), pointer, intent(in) :: processes
-      !> Number of the factorisation, job, library and symmetry, after the first word; of vectors unknowns, multipliers and columns.
-      integer, intent(in) :: words(number_of_words)
+      !> After the code: number of the factorisation, job, library and symmetry; for vectors, numbers of unknowns, multipliers
+      !> and columns.
+      integer, intent(in) :: request(request_length)
       type(mumps_instance_type) :: new
       integer :: i
 
-      associate (number => words(2), job => words(3))
+      associate (number => request(2), job => request(3))
          if (job == job_begin) then
             new%number = number
             instances = [instances, new]
          end if
          i = findloc(instances%number, number, dim=1)
          if (job == job_factorize) call set_blas_threads(team_size())
-         select case (words(4))
+         select case (request(4))
          case (mumps_real)
-            call help_real(instances(i)%real, instances(i)%rows, processes, words)
+            call help_real(instances(i)%real, instances(i)%rows, processes, request)
          case (mumps_complex)
-            call help_complex(instances(i)%complex, instances(i)%rows, processes, words)
+            call help_complex(instances(i)%complex, instances(i)%rows, processes, request)
          case (mumps_single_real)
-            call help_single_real(instances(i)%single_real, instances(i)%rows, processes, words)
+            call help_single_real(instances(i)%single_real, instances(i)%rows, processes, request)
          case (mumps_single_complex)
-            call help_single_complex(instances(i)%single_complex, instances(i)%rows, processes, words)
+            call help_single_complex(instances(i)%single_complex, instances(i)%rows, processes, request)
          end select
          if (job == job_factorize) call set_blas_threads(1)
          if (job == job_end) instances = pack(instances, instances%number /= number)

@@ -1,4 +1,4 @@
-!> What operators on rows of vectors have in common: rows of motions that are kept out, and factors of constraints.
+!> Common part of operators on distributed vectors: deflated motions and constraint factors.
 module kschur_operator_rows
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
@@ -9,18 +9,18 @@ module kschur_operator_rows
    use kschur_row_exchange, only: scatter
    implicit none
    private
-   public :: share_known
+   public :: share_common
 
 contains
 
-   !> Each process gets its rows. Fails in all where one has no memory for them; to be called by all.
-   subroutine share_known(shapes, images, factors, sizes, processes, deflation, own_factors, error)
-      !> Motions that are kept out, their images, and factors of constraints, of the first process.
+   !> Scatters their rows. Fails in all processes if one has no memory for them; collective.
+   subroutine share_common(shapes, images, factors, sizes, processes, deflation, own_factors, error)
+      !> Deflated motions, their images, and constraint factors, in the first process.
       real(wp), contiguous, intent(in) :: shapes(:, :), images(:, :), factors(:)
-      !> Unknowns, multipliers, and motions.
+      !> Numbers of unknowns, multipliers and motions.
       integer, intent(in) :: sizes(3)
       type(processes_type), intent(in) :: processes
-      !> Of this process.
+      !> Local parts.
       type(deflation_type), pointer, intent(inout) :: deflation
       real(wp), allocatable, intent(out) :: own_factors(:)
       type(error_type), allocatable, intent(out) :: error
@@ -43,5 +43,5 @@ contains
          call scatter(processes, multipliers, reshape(factors, [size(factors), 1]), part)
          allocate (own_factors, source=part(:, 1))
       end associate
-   end subroutine share_known
+   end subroutine share_common
 end module kschur_operator_rows

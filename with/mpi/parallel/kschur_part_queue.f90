@@ -1,4 +1,4 @@
-!> Which part of a band is next: a number that the first process holds and that others count up there.
+!> Queue of parts of a band: a counter in the first process, incremented by remote access.
 module kschur_part_queue
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_ptr
    use mpi_f08, only: MPI_ADDRESS_KIND, MPI_Comm, MPI_Comm_rank, MPI_Fetch_and_op, MPI_INFO_NULL, MPI_INTEGER, &
@@ -11,10 +11,10 @@ module kschur_part_queue
       private
       type(MPI_Win) :: window
    contains
-      !> All processes of a communicator begin and end it together.
+      !> Collective over a communicator.
       procedure :: begin
       procedure :: finish
-      !> Takes the next number, from 1; with `past` all numbers up to it are taken as well.
+      !> Takes the next number, from 1; with `past` also all numbers up to it.
       procedure :: take
    end type part_queue_type
 

@@ -1,6 +1,5 @@
-!> The processes that work on one solve. The first one leads: it goes the way of a solve as if it were alone, and where
-!> others can help it tells them so. They wait for what it says, so that none decides anything on its own, and none waits
-!> for one that failed.
+!> The processes of one solve. The first one runs the algorithm as if alone, and sends requests where others can share the work.
+!> They only serve requests: none decides by itself, and none waits for one that failed.
 module kschur_processes
    use, intrinsic :: iso_c_binding, only: c_int
    use kschur_clock, only: clock, seconds_since
@@ -14,39 +13,39 @@ module kschur_processes
    use omp_lib, only: omp_get_num_procs
    implicit none
    private
-   public :: are_several, broadcast_words, join_processes, may_be_several, nap, processes_type, spread_error
+   public :: are_several, broadcast_request, join_processes, may_be_several, sleep_briefly, processes_type, spread_error
 
-   !> What the first process may say; further words go with it.
-   integer, parameter, public :: word_end = 0, word_mumps = 1, word_parts = 2, word_basis = 3, word_matrix = 4, &
-      word_operator = 5, word_together = 6, word_problem = 7, word_quadratic = 8, word_two_level = 9
-   integer, parameter, public :: number_of_words = 9
+   !> Codes of requests; further integers follow.
+   integer, parameter, public :: request_end = 0, request_mumps = 1, request_parts = 2, request_basis = 3, request_matrix = 4, &
+      request_operator = 5, request_together = 6, request_problem = 7, request_quadratic = 8, request_two_level = 9
+   integer, parameter, public :: request_length = 9
 
-   !> Who works together.
+   !> A group of processes.
    type :: processes_type
-      !> How many they are, and which of them this is, from 0: the first one leads, the others help.
+      !> Number of processes, and the rank of this one, from 0: rank 0 leads, the others serve its requests.
       integer :: number = 1, rank = 0
-      !> All of them; MPI_COMM_NULL: none but this one.
+      !> Communicator; MPI_COMM_NULL: this process alone.
       type(MPI_Comm) :: communicator = MPI_COMM_NULL
-      !> How many factorisations they have begun.
+      !> Number of joint factorisations begun.
       integer :: factorizations = 0
-      !> How many bases and matrices they have begun to share.
+      !> Numbers of distributed bases and matrices begun.
       integer :: bases = 0, matrices = 0
       integer, private :: rows = 1, on_this_machine = 1
-      ! Whether one of them could not even begin.
+      ! Whether a process failed at the start.
       logical, private :: failed = .false.
    contains
-      !> The threads of each where so many were asked for (0: its share of the cores).
+      !> Threads of each process if `asked` threads were asked for (0: its share of the cores).
       procedure :: threads
-      !> The first one says something; the others hear it.
-      procedure :: tell
-      procedure :: hear
-      !> Cuts them into groups of neighbours, each of which works as these did.
+      !> The first process sends a request; the others receive it.
+      procedure :: send_request
+      procedure :: receive_request
+      !> Splits them into groups of consecutive ranks.
       procedure :: split
-      !> How many unknowns from which on a matrix is distributed.
+      !> Number of unknowns from which on a matrix is distributed.
       procedure :: distribute
-      !> All get the error of the first one that has one, before they begin.
+      !> Before joint work: every process gets the error of the first one that has an error.
       procedure :: agree
-      !> Ends what they do together: all get the error of the first one that has one.
+      !> Ends the joint work: every process gets the error of the first one that has an error.
       procedure :: leave
    end type processes_type
 
@@ -63,11 +62,11 @@ module kschur_processes
 
 contains
 
-   !> Brings together the processes of a communicator, each of which calls this.
+   !> Collective: forms the group of the processes of a communicator.
    subroutine join_processes(communicator, rows, processes, error)
-      !> A handle of MPI; not allocated: this process works alone.
+      !> MPI handle; not allocated: this process works alone.
       integer, allocatable, intent(in) :: communicator
-      !> Matrices of so many rows and more are factored by all together.
+      !> Matrices of at least this many rows are factored by all processes jointly.
       integer, intent(in) :: rows
       type(processes_type), intent(out) :: processes
       type(error_type), allocatable, intent(out) :: error
@@ -83,10 +82,10 @@ contains
       given = MPI_COMM_SELF
       if (allocated(communicator)) given%mpi_val = communicator
       call MPI_Comm_dup(given, processes%communicator)
-      call look_around(processes)
+      call count_local_processes(processes)
    end subroutine join_processes
 
-   subroutine look_around(processes)
+   subroutine count_local_processes(processes)
       type(processes_type), intent(inout) :: processes
       type(MPI_Comm) :: machine
 
@@ -95,11 +94,11 @@ contains
       call MPI_Comm_split_type(processes%communicator, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, machine)
       call MPI_Comm_size(machine, processes%on_this_machine)
       call MPI_Comm_free(machine)
-   end subroutine look_around
+   end subroutine count_local_processes
 
-   !> Whether a matrix of so many rows is factored by several processes together.
+   !> Whether a matrix with `rows` rows is factored by several processes jointly.
    pure logical function are_several(processes, rows)
-      !> Not associated: one.
+      !> Not associated: one process.
       type(processes_type), pointer, intent(in) :: processes
       integer, intent(in) :: rows
 
@@ -107,10 +106,10 @@ contains
       if (associated(processes)) are_several = processes%number > 1 .and. rows >= processes%rows
    end function are_several
 
-   !> Whether a matrix might be factored by several processes together: then one process alone takes the same way, so that
-   !> counts and results are those of any number.
+   !> Whether matrices may be factored by several processes jointly. One process then takes the same algorithmic path, so that
+   !> counts and results do not depend on the number of processes.
    pure logical function may_be_several(processes)
-      !> Not associated: it is factored by this process.
+      !> Not associated: this process factors alone.
       type(processes_type), pointer, intent(in) :: processes
 
       may_be_several = associated(processes)
@@ -125,44 +124,44 @@ contains
          threads = min(omp_get_num_procs(), max(1, int(c_cores())/self%on_this_machine))
    end function threads
 
-   subroutine tell(self, words)
+   subroutine send_request(self, request)
       class(processes_type), intent(in) :: self
-      integer, intent(in) :: words(:)
-      integer :: said(number_of_words)
+      integer, intent(in) :: request(:)
+      integer :: padded(request_length)
 
       if (self%number == 1) return
-      said = 0
-      said(:size(words)) = words
-      call broadcast_words(said, self%communicator)
-   end subroutine tell
+      padded = 0
+      padded(:size(request)) = request
+      call broadcast_request(padded, self%communicator)
+   end subroutine send_request
 
-   subroutine hear(self, words)
+   subroutine receive_request(self, request)
       class(processes_type), intent(in) :: self
-      integer, intent(out) :: words(number_of_words)
+      integer, intent(out) :: request(request_length)
 
-      words = 0
-      call broadcast_words(words, self%communicator)
-   end subroutine hear
+      request = 0
+      call broadcast_request(request, self%communicator)
+   end subroutine receive_request
 
-   !> From the first process to the others, which sleep while it has nothing to say: a core may be wanted for its threads.
-   subroutine broadcast_words(words, communicator)
-      integer, asynchronous, contiguous, intent(inout) :: words(:)
+   !> Broadcasts a request. Receivers sleep while they wait, since the first process may need their cores for its threads.
+   subroutine broadcast_request(request, communicator)
+      integer, asynchronous, contiguous, intent(inout) :: request(:)
       type(MPI_Comm), intent(in) :: communicator
-      type(MPI_Request) :: request
+      type(MPI_Request) :: handle
       integer(long) :: started
       logical :: done
 
-      call MPI_Ibcast(words, size(words), MPI_INTEGER, 0, communicator, request)
+      call MPI_Ibcast(request, size(request), MPI_INTEGER, 0, communicator, handle)
       started = clock()
       do
-         call MPI_Test(request, done, MPI_STATUS_IGNORE)
+         call MPI_Test(handle, done, MPI_STATUS_IGNORE)
          if (done) exit
-         call nap(seconds_since(started))
+         call sleep_briefly(seconds_since(started))
       end do
-   end subroutine broadcast_words
+   end subroutine broadcast_request
 
-   !> Sleeps for a small part of the time that was waited; not at all at first.
-   subroutine nap(waited)
+   !> Sleeps for a small fraction of the time waited so far; not at all at first.
+   subroutine sleep_briefly(waited)
       !> Seconds.
       real(wp), intent(in) :: waited
       real(wp), parameter :: part = 0.05_wp, longest = 1.0e-3_wp, shortest = 2.0e-5_wp
@@ -171,19 +170,19 @@ contains
 
       seconds = min(part*waited, longest)
       if (seconds > shortest) ignored = c_usleep(int(1.0e6_wp*seconds, c_int))
-   end subroutine nap
+   end subroutine sleep_briefly
 
-   !> Process r is in group r*groups/number, counted from 0; to be called by all.
+   !> Process r goes to group r*groups/number, counted from 0; collective.
    subroutine split(self, groups, group, leaders)
       class(processes_type), intent(in) :: self
       integer, intent(in) :: groups
       type(processes_type), intent(out) :: group
-      !> Of the first processes of all groups; MPI_COMM_NULL in the others.
+      !> Communicator of the first processes of all groups; MPI_COMM_NULL in others.
       type(MPI_Comm), intent(out) :: leaders
 
       group%rows = self%rows
       call MPI_Comm_split(self%communicator, int(int(self%rank, long)*groups/self%number), self%rank, group%communicator)
-      call look_around(group)
+      call count_local_processes(group)
       group%on_this_machine = self%on_this_machine
       call MPI_Comm_split(self%communicator, merge(0, MPI_UNDEFINED, group%rank == 0), self%rank, leaders)
    end subroutine split
@@ -208,13 +207,13 @@ contains
 
       if (self%communicator == MPI_COMM_NULL) return
       if (.not. self%failed) then
-         if (self%rank == 0) call self%tell([word_end])
+         if (self%rank == 0) call self%send_request([request_end])
          call spread_error(self%communicator, error)
       end if
       call MPI_Comm_free(self%communicator)
    end subroutine leave
 
-   !> All processes of a communicator get the error of the first one that has one.
+   !> All processes of a communicator get the error of the first one that has an error.
    subroutine spread_error(communicator, error)
       type(MPI_Comm), intent(in) :: communicator
       type(error_type), allocatable, intent(inout) :: error

@@ -1,12 +1,11 @@
-!> The operators of the quadratic form on rows of states: rows of the mass and the damping, of motions that are kept out, and of
-!> right-hand sides and solutions.
+!> Quadratic operators on distributed states: distributed mass, damping, deflated motions, right-hand sides and solutions.
 module kschur_quadratic_rows
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_mumps_help, only: complex_part, mumps_instance_type, real_part
-   use kschur_operator_rows, only: share_known
-   use kschur_processes, only: are_several, number_of_words, processes_type, word_quadratic
+   use kschur_operator_rows, only: share_common
+   use kschur_processes, only: are_several, request_length, processes_type, request_quadratic
    use kschur_quadratic_complex, only: complex_operator_type => quadratic_operator_type
    use kschur_quadratic_real, only: real_operator_type => quadratic_operator_type
    use kschur_row_exchange, only: send_to_all
@@ -19,17 +18,17 @@ module kschur_quadratic_rows
    integer, parameter :: job_begin = 1, job_end = 2
    integer, parameter :: real_operator = 1, complex_operator = 2
 
-   !> Gives each process its part, where all of them have the factors, the mass and the damping.
+   !> Distributes an operator; all processes must have the factors, mass and damping.
    interface share_operator
       module procedure share_real, share_complex
    end interface share_operator
 
-   !> Takes them back.
+   !> Ends the distribution.
    interface end_sharing
       module procedure end_real, end_complex
    end interface end_sharing
 
-   !> What another process than the first has of the operator that is shared.
+   !> Local parts of the distributed operator in other processes.
    type :: quadratic_parts_type
       type(real_operator_type), pointer :: real => null()
       type(complex_operator_type), pointer :: complex => null()
@@ -37,20 +36,20 @@ module kschur_quadratic_rows
 
 contains
 
-   !> Does what the first process has announced.
-   subroutine help_share_quadratic(parts, matrices, instances, processes, words)
+   !> Serves a request of the first process.
+   subroutine help_share_quadratic(parts, matrices, instances, processes, request)
       type(quadratic_parts_type), intent(inout) :: parts
-      !> Matrices and factors that are here.
+      !> Local parts of matrices and factors.
       type(row_matrix_part_type), intent(in) :: matrices(:)
       type(mumps_instance_type), intent(in) :: instances(:)
       type(processes_type), pointer, intent(in) :: processes
-      !> Kind, job, the numbers of mass, damping and factors, unknowns, multipliers and motions, after the first word.
-      integer, intent(in) :: words(number_of_words)
+      !> After the code: kind, job, numbers of mass, damping and factors, and numbers of unknowns, multipliers and motions.
+      integer, intent(in) :: request(request_length)
 
-      if (words(2) == real_operator) then
-         call help_real(parts%real, matrices, instances, processes, words(3:))
+      if (request(2) == real_operator) then
+         call help_real(parts%real, matrices, instances, processes, request(3:))
       else
-         call help_complex(parts%complex, matrices, instances, processes, words(3:))
+         call help_complex(parts%complex, matrices, instances, processes, request(3:))
       end if
    end subroutine help_share_quadratic
 

@@ -1,4 +1,4 @@
-!> Vectors of the first process and their rows in each: sent there, and gathered.
+!> Scatters and gathers the rows of vectors of the first process.
 module kschur_row_exchange
    use kschur_kinds, only: wp
    use kschur_processes, only: processes_type
@@ -8,17 +8,17 @@ module kschur_row_exchange
    private
    public :: gather, scatter, send_to_all
 
-   !> The rows of each process, as the first one has them; to be called by all.
+   !> Scatters rows of the first process; collective.
    interface scatter
       module procedure scatter_real, scatter_complex
    end interface scatter
 
-   !> The first process gets the rows of all; to be called by all.
+   !> Gathers rows in the first process; collective.
    interface gather
       module procedure gather_real, gather_complex
    end interface gather
 
-   !> All get what the first process has; to be called by all.
+   !> Broadcasts from the first process; collective.
    interface send_to_all
       module procedure send_real, send_complex, send_integers
    end interface send_to_all
@@ -28,9 +28,9 @@ contains
    subroutine scatter_real(processes, ranges, x, part)
       type(processes_type), intent(in) :: processes
       type(row_ranges_type), intent(in) :: ranges
-      !> Of the first process; of the others of any shape.
+      !> Significant in the first process; any shape in others.
       real(wp), contiguous, intent(in) :: x(:, :)
-      !> As many columns.
+      !> Local rows, as many columns.
       real(wp), contiguous, intent(inout) :: part(:, :)
       real(wp) :: nothing(1)
       integer :: counts(processes%number), j, p
@@ -51,7 +51,7 @@ contains
       type(processes_type), intent(in) :: processes
       type(row_ranges_type), intent(in) :: ranges
       real(wp), contiguous, intent(in) :: part(:, :)
-      !> Of the first process, as many columns; of the others of any shape.
+      !> Significant in the first process, as many columns; any shape in others.
       real(wp), contiguous, intent(inout) :: x(:, :)
       real(wp) :: nothing(1)
       integer :: counts(processes%number), j, p
@@ -78,9 +78,9 @@ contains
    subroutine scatter_complex(processes, ranges, x, part)
       type(processes_type), intent(in) :: processes
       type(row_ranges_type), intent(in) :: ranges
-      !> Of the first process; of the others of any shape.
+      !> Significant in the first process; any shape in others.
       complex(wp), contiguous, intent(in) :: x(:, :)
-      !> As many columns.
+      !> Local rows, as many columns.
       complex(wp), contiguous, intent(inout) :: part(:, :)
       complex(wp) :: nothing(1)
       integer :: counts(processes%number), j, p
@@ -101,7 +101,7 @@ contains
       type(processes_type), intent(in) :: processes
       type(row_ranges_type), intent(in) :: ranges
       complex(wp), contiguous, intent(in) :: part(:, :)
-      !> Of the first process, as many columns; of the others of any shape.
+      !> Significant in the first process, as many columns; any shape in others.
       complex(wp), contiguous, intent(inout) :: x(:, :)
       complex(wp) :: nothing(1)
       integer :: counts(processes%number), j, p

@@ -1,12 +1,12 @@
-!> A sparse matrix that is multiplied with again and again, by all processes that work on a solve: each has some of its rows. The
-!> first process says what is to be done, the others do it in `help_multiply`.
+!> A sparse matrix for many products, with its rows distributed over the processes of a solve. The first process sends requests,
+!> which the others serve in `help_multiply`.
 module kschur_row_matrix
    use kschur_error, only: error_type
    use kschur_halo_matrix, only: halo_matrix_type, new_halo_matrix
    use kschur_kinds, only: wp
    use kschur_matrix_rows, only: drop_entries, gather_rows, share_rows
    use kschur_memory, only: complex_bytes, require_memory
-   use kschur_processes, only: are_several, number_of_words, processes_type, spread_error, word_matrix
+   use kschur_processes, only: are_several, request_length, processes_type, spread_error, request_matrix
    use kschur_row_ranges, only: row_ranges, row_ranges_type
    use kschur_sparse, only: csr_matrix_type
    use mpi_f08, only: MPI_Bcast, MPI_Comm, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, &
@@ -15,45 +15,44 @@ module kschur_row_matrix
    private
    public :: help_multiply, part_of, row_matrix_part_type, row_matrix_type
 
-   ! What is done with a matrix: its rows are taken, multiplied with real or complex vectors, given to the first process,
-   ! and forgotten.
+   ! Jobs: receive rows; multiply by real or complex vectors; return the rows to the first process; free them.
    integer, parameter :: job_take = 1, job_real = 2, job_complex = 3, job_give = 4, job_forget = 5
 
-   !> What one process has of a matrix.
+   !> Local part of a matrix.
    type :: row_matrix_part_type
       private
-      !> As the first process counts them.
+      !> Its number in the first process.
       integer :: number = 0
-      !> Of rows, and of vectors.
+      !> Distribution of rows, and of vectors.
       type(row_ranges_type) :: ranges
       type(halo_matrix_type), pointer :: rows => null()
    end type row_matrix_part_type
 
-   !> What multiplies. Copies of it are the same matrix, and do not outlive it.
+   !> Pointer to a matrix; copies share it and must not outlive it.
    type :: row_matrix_type
       private
       type(csr_matrix_type), pointer :: matrix => null()
-      ! Not associated: this process alone.
+      ! Not associated: one process.
       type(processes_type), pointer :: others => null()
       type(row_matrix_part_type) :: part
-      ! Of the matrix, while it is put away.
+      ! Norm of the matrix while its entries are freed.
       real(wp) :: norm = 0
-      ! Whether all multiply together, with their rows of vectors.
+      ! Whether products are collective, with distributed vectors.
       logical :: together = .false.
    contains
-      !> Of a matrix that stays where it is.
+      !> Points to a matrix of this process.
       procedure :: take
-      !> Of one that each process gets some rows of.
+      !> Distributes the rows of a matrix over the processes.
       procedure :: share
-      !> Of one of any shape, to be called by all; they multiply together, each with its rows of vectors.
+      !> Distributes a matrix of any shape for collective products; collective.
       procedure :: share_between
       procedure :: drop
-      !> The same matrix, to be multiplied with in that way, and the number that they know it by; 0 where this one has it alone.
+      !> The same matrix for collective products, and its number; 0 if it is not distributed.
       procedure :: by_rows
       procedure :: shared_as
-      !> Their rows are theirs no longer.
+      !> Frees the distributed rows.
       procedure :: forget
-      !> The matrix is with the processes only, and is back again.
+      !> Frees the entries of the whole matrix in the first process; restores them from the distributed rows.
       procedure :: put_away
       procedure :: bring_back
       !> Largest sum of magnitudes over a row.
@@ -86,7 +85,7 @@ contains
       processes%matrices = processes%matrices + 1
       self%part%number = processes%matrices
       self%norm = matrix%infinity_norm()
-      call processes%tell([word_matrix, job_take, self%part%number, matrix%rows])
+      call processes%send_request([request_matrix, job_take, self%part%number, matrix%rows])
       call take_rows(self%part, matrix, processes, matrix%rows, error)
       if (.not. allocated(error)) self%others => processes
    end subroutine share
@@ -95,7 +94,7 @@ contains
       class(row_matrix_type), intent(inout) :: self
       !> Of the first process.
       type(csr_matrix_type), intent(in) :: matrix
-      !> Which rows each process gets, and which entries of vectors that are multiplied it has.
+      !> Distribution of rows, and of vectors that are multiplied.
       type(row_ranges_type), intent(in) :: rows, columns
       type(processes_type), intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
@@ -130,7 +129,7 @@ contains
       if (associated(self%others)) shared_as = self%part%number
    end function shared_as
 
-   !> What another process than the first has of a matrix, to be multiplied with together.
+   !> Returns the matrix with a number in another process, for collective products.
    function part_of(parts, number) result(matrix)
       type(row_matrix_part_type), intent(in) :: parts(:)
       integer, intent(in) :: number
@@ -140,7 +139,7 @@ contains
       matrix%together = .true.
    end function part_of
 
-   ! The rows of each process, of the matrix in the first one.
+   ! Receives the local rows of the matrix in the first process.
    subroutine take_rows(part, matrix, processes, order, error)
       type(row_matrix_part_type), intent(inout) :: part
       type(csr_matrix_type), intent(in) :: matrix
@@ -157,25 +156,25 @@ contains
       if (allocated(error)) deallocate (part%rows)
    end subroutine take_rows
 
-   !> Does what the first process has announced.
-   subroutine help_multiply(parts, processes, words)
-      !> The matrices that have begun and are not forgotten.
+   !> Serves a request of the first process.
+   subroutine help_multiply(parts, processes, request)
+      !> All matrices in use.
       type(row_matrix_part_type), allocatable, intent(inout) :: parts(:)
       type(processes_type), intent(in) :: processes
-      !> Job, number of the matrix, and number of vectors or of rows, after the first word.
-      integer, intent(in) :: words(number_of_words)
+      !> After the code: job, number of the matrix, and number of vectors or rows.
+      integer, intent(in) :: request(request_length)
       type(row_matrix_part_type) :: new
       type(csr_matrix_type) :: none
-      ! The first process has it as well.
+      ! The first process has the same error.
       type(error_type), allocatable :: error
-      real(wp) :: no_reals(0, words(4))
-      complex(wp) :: no_complexes(0, words(4))
+      real(wp) :: no_reals(0, request(4))
+      complex(wp) :: no_complexes(0, request(4))
       integer :: i
 
-      associate (job => words(2), number => words(3))
+      associate (job => request(2), number => request(3))
          if (job == job_take) then
             new%number = number
-            call take_rows(new, none, processes, words(4), error)
+            call take_rows(new, none, processes, request(4), error)
             if (.not. allocated(error)) parts = [parts, new]
             return
          end if
@@ -198,7 +197,7 @@ contains
       class(row_matrix_type), intent(inout) :: self
 
       if (.not. associated(self%others)) return
-      call self%others%tell([word_matrix, job_forget, self%part%number])
+      call self%others%send_request([request_matrix, job_forget, self%part%number])
       deallocate (self%part%rows)
       nullify (self%others)
    end subroutine forget
@@ -214,13 +213,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       if (.not. associated(self%others)) return
-      call self%others%tell([word_matrix, job_give, self%part%number])
+      call self%others%send_request([request_matrix, job_give, self%part%number])
       call give_rows(self%part, self%matrix, self%others, error)
    end subroutine bring_back
 
    subroutine give_rows(part, matrix, processes, error)
       type(row_matrix_part_type), intent(in) :: part
-      !> That of the first process gets its entries.
+      !> In the first process its entries are set.
       type(csr_matrix_type), intent(inout) :: matrix
       type(processes_type), intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error

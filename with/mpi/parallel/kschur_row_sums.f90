@@ -1,4 +1,4 @@
-!> Sums over the rows of vectors, which several processes share.
+!> Sums over the rows of distributed vectors.
 module kschur_row_sums
    use kschur_kinds, only: wp
    use mpi_f08, only: operator(==), MPI_Allgather, MPI_Bcast, MPI_Comm, MPI_COMM_NULL, MPI_Comm_size, MPI_DOUBLE_COMPLEX, &
@@ -7,22 +7,22 @@ module kschur_row_sums
    private
    public :: row_sums_type
 
-   !> Who shares the rows.
+   !> The processes that share the rows.
    type :: row_sums_type
-      !> MPI_COMM_NULL: this process has them all.
+      !> MPI_COMM_NULL: one process.
       type(MPI_Comm) :: communicator = MPI_COMM_NULL
    contains
-      !> The sums of all become theirs together, the same in each; to be called by all.
+      !> Replaces the partial sums of each process by the total, identical in all; collective.
       generic :: add_up => add_up_real, add_up_complex
       procedure, private :: add_up_real
       procedure, private :: add_up_complex
-      !> The 2-norm of a vector whose rows here have one; to be called by all.
+      !> The 2-norm of a distributed vector from the 2-norm of its local rows; collective.
       procedure :: length
    end type row_sums_type
 
 contains
 
-   ! Not by MPI_Allreduce, which may add up in another order in each process: they would go different ways.
+   ! Not by MPI_Allreduce, whose order of summation may differ between processes, so that their decisions would.
    subroutine add_up_real(self, c)
       class(row_sums_type), intent(in) :: self
       real(wp), intent(inout) :: c(:, :)

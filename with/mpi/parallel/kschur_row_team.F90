@@ -1,9 +1,9 @@
-!> Processes that do the same, each with its rows of vectors. The first one calls the others, and from there to the end of what
-!> they do all of them go the same way, as they see the same sums.
+!> The processes that work on distributed vectors, each with its rows. The first one sends a request; all then run the same code
+!> and take the same decisions, as they see the same sums.
 module kschur_row_team
    use kschur_archive, only: archive_type
    use kschur_kinds, only: wp, long
-   use kschur_processes, only: processes_type, word_together, word_two_level
+   use kschur_processes, only: processes_type, request_together, request_two_level
    use kschur_random, only: random_vector, skip_numbers
    use kschur_row_exchange, only: gather, scatter
    use kschur_row_ranges, only: row_ranges_type
@@ -13,32 +13,32 @@ module kschur_row_team
    private
    public :: row_team_type
 
-   !> What the others do of `carry`.
+   !> Requests in `carry`.
    integer, parameter, public :: to_give = 101, to_take = 102
 
-   !> Who they are.
+   !> A group of processes.
    type :: row_team_type
-      !> Not associated: this process alone.
+      !> Not associated: one process.
       type(processes_type), pointer :: processes => null()
       type(row_ranges_type) :: ranges
-      !> The number of the basis that they work on.
+      !> Number of the basis they work on.
       integer :: basis = 0
-      !> Whether it is a two-level basis that they work on, and not a block Lanczos decomposition.
+      !> Whether they work on a two-level basis, not on a block Lanczos decomposition.
       logical :: two_level = .false.
    contains
-      !> Whether there are several.
+      !> Whether there is more than one process.
       procedure :: is_several
-      !> How many rows of vectors of a length this process has.
+      !> Number of rows of this process, of vectors of a given length.
       procedure :: rows
-      !> Sums over rows.
+      !> The object that adds up sums over rows.
       procedure :: sums
-      !> The first process calls the others, to do something together.
+      !> Called by the first process: sends the others a request for a collective operation.
       procedure :: call_all
-      !> All get the numbers of the first process.
+      !> Broadcasts numbers of the first process.
       procedure :: send
-      !> Rows of a random vector, the same however many processes have them.
+      !> Draws the local rows of a random vector that does not depend on the number of processes.
       procedure :: draw
-      !> To or from a checkpoint, which has vectors whole: they go from all to the first process, and back.
+      !> Writes whole vectors to a checkpoint, gathered in the first process, or reads and scatters them.
       generic :: carry => carry_real, carry_complex
       procedure, private :: carry_real, carry_complex
       generic :: give => give_real, give_complex
@@ -70,13 +70,13 @@ contains
       if (associated(self%processes)) sums%communicator = self%processes%communicator
    end function sums
 
-   subroutine call_all(self, words)
+   subroutine call_all(self, request)
       class(row_team_type), intent(in) :: self
-      !> What they do, and its arguments.
-      integer, intent(in) :: words(:)
+      !> Code of the operation, and its arguments.
+      integer, intent(in) :: request(:)
 
       if (associated(self%processes)) &
-         call self%processes%tell([merge(word_two_level, word_together, self%two_level), self%basis, words])
+         call self%processes%send_request([merge(request_two_level, request_together, self%two_level), self%basis, request])
    end subroutine call_all
 
    subroutine send(self, numbers)
@@ -89,7 +89,7 @@ contains
 
    subroutine draw(self, state, x)
       class(row_team_type), intent(in) :: self
-      !> As in `random_vector`, the same in all processes.
+      !> As in `random_vector`, equal in all processes.
       integer(long), intent(inout) :: state
       real(wp), intent(out) :: x(:)
 

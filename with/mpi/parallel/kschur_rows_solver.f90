@@ -1,4 +1,4 @@
-!> Factors that several processes have, used by each for its rows of vectors.
+!> Solvers with distributed factors for distributed vectors.
 module kschur_rows_solver
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
@@ -8,7 +8,7 @@ module kschur_rows_solver
    private
    public :: complex_rows_solver_type, real_rows_solver_type
 
-   !> In the first process; all of them solve together.
+   !> The solver in the first process; solves are collective.
    type, extends(real_linear_solver_type) :: real_rows_solver_type
       class(real_linear_solver_type), pointer :: original => null()
    contains
@@ -17,7 +17,7 @@ module kschur_rows_solver
       procedure :: solve_adjoint => refuse_real
    end type real_rows_solver_type
 
-   !> The same of a complex matrix.
+   !> As above, complex.
    type, extends(complex_linear_solver_type) :: complex_rows_solver_type
       class(complex_linear_solver_type), pointer :: original => null()
    contains
@@ -28,7 +28,7 @@ module kschur_rows_solver
 
 contains
 
-   ! What is factored is the original's.
+   ! The factors are those of `original`.
    subroutine factorize_real(self, matrix, structure, error)
       class(real_rows_solver_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix

@@ -1,10 +1,9 @@
-!> A problem that several processes share: each keeps some rows of its matrices. The first process has them whole as well, but
-!> while it has other things that take memory.
+!> A problem whose matrices are distributed by rows. The first process also has them whole, except while it needs the memory.
 module kschur_shared_problem
    use kschur_error, only: error_type, error_input, error_usage, new_error
    use kschur_matrix_rows, only: drop_entries, gather_matrix
    use kschur_problem, only: modal_problem_type
-   use kschur_processes, only: are_several, processes_type, spread_error, word_problem
+   use kschur_processes, only: are_several, processes_type, spread_error, request_problem
    use kschur_row_ranges, only: row_ranges
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_text, only: text
@@ -13,24 +12,24 @@ module kschur_shared_problem
    private
    public :: shared_problem_type
 
-   !> Made by `read_hdf5_shared_problem`.
+   !> Created by `read_hdf5_shared_problem`.
    type :: shared_problem_type
       !> The problem, in the first process.
       type(modal_problem_type) :: problem
-      !> Where there are several processes, the rows of M, R and K that this one has, and how many there are in all.
+      !> With several processes: local rows of M, R and K, and total numbers of rows.
       type(modal_problem_type) :: rows
       integer :: all_rows(3) = 0
-      ! How many processes have rows: one has the whole problem, of a file that it has read alone.
+      ! Number of processes with rows; 1 if one process read the whole problem.
       integer, private :: parts = 1
       logical, private :: away = .false.
    contains
-      !> The first process gets the matrices whole, unsettled.
+      !> Gathers the whole matrices in the first process, unchecked.
       procedure :: assemble
-      !> What the others do then, and when they are brought back.
+      !> Counterpart of `assemble` and `bring_back` in other processes.
       procedure :: give
-      !> Fails where those that share it are not those that would solve it.
+      !> Fails if the processes that share it differ from those of the solve.
       procedure :: check
-      !> The entries of M, R and K are with the processes only, and are in the first one again.
+      !> Frees the entries of the whole M, R and K in the first process; restores them.
       procedure :: put_away
       procedure :: bring_back
    end type shared_problem_type
@@ -43,7 +42,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       if (processes%number == 1) return
-      call processes%tell([word_problem])
+      call processes%send_request([request_problem])
       call self%give(processes, error)
       if (allocated(error)) return
       self%problem%constraints = self%rows%constraints
@@ -63,7 +62,7 @@ contains
       if (.not. allocated(error)) self%parts = processes%number
    end subroutine give
 
-   ! Files of the same name may differ.
+   ! Checks that all processes read the same file.
    subroutine compare(self, processes, error)
       class(shared_problem_type), intent(in) :: self
       type(processes_type), intent(in) :: processes
@@ -79,7 +78,7 @@ contains
    end subroutine compare
 
    subroutine give_matrix(matrix, rows, all_rows, processes, error)
-      !> That of the first process becomes whole.
+      !> In the first process, becomes the whole matrix.
       type(csr_matrix_type), intent(inout) :: matrix
       type(csr_matrix_type), intent(in) :: rows
       integer, intent(in) :: all_rows
@@ -98,7 +97,7 @@ contains
          "a problem that "//text(self%parts)//" processes have read is to be solved by "//text(processes%number))
    end subroutine check
 
-   ! Small problems stay here.
+   ! Small problems are kept whole.
    subroutine put_away(self, processes)
       class(shared_problem_type), intent(inout) :: self
       type(processes_type), pointer, intent(in) :: processes
@@ -117,7 +116,7 @@ contains
       type(error_type), allocatable :: failure
 
       if (.not. self%away) return
-      call processes%tell([word_problem])
+      call processes%send_request([request_problem])
       call self%give(processes, failure)
       self%away = allocated(failure)
       if (allocated(failure)) call move_alloc(failure, error)

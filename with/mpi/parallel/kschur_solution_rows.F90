@@ -1,5 +1,5 @@
-!> Right-hand sides and solutions by rows with the processes that solve together: ranges of unknowns and of multipliers each.
-!> Solutions come at the pivots of factors, and are sent from there to where their rows belong.
+!> Distribution of right-hand sides and solutions by rows: a range of unknowns and of multipliers in each process. Solutions are
+!> computed in the processes of their pivots, and sent to those of their rows.
 module kschur_solution_rows
    use kschur_error, only: error_type
    use kschur_joint_ranges, only: joint_ranges, joint_ranges_type
@@ -12,38 +12,38 @@ module kschur_solution_rows
    private
    public :: solution_rows_type
 
-   !> Who has which. All of them call together what is not marked as of one.
+   !> The distribution. Calls are collective unless marked as local.
    type :: solution_rows_type
       private
       type(processes_type), pointer :: processes => null()
       type(joint_ranges_type) :: ranges
-      ! The rows of solutions that were here last, in which order they go, and how many to each process.
+      ! Rows of the last solution, their order in messages, and number sent to each process.
       integer, allocatable :: row(:), order(:), sent(:)
-      ! How many come from each, and to which places.
+      ! Number received from each process, and positions.
       integer, allocatable :: received(:), place(:)
    contains
       procedure :: begin
-      !> How many are here, and which; of one.
+      !> Number of local rows, and their indices; local.
       procedure :: rows
       procedure :: list
-      !> Fails where one of them did.
+      !> Fails in all processes if one failed.
       procedure :: agree
-      !> From where pivots are to where the rows are.
-      generic :: bring_home => bring_home_real, bring_home_complex
-      procedure, private :: bring_home_real, bring_home_complex
-      !> From the whole vectors of the first process, and to them.
+      !> Moves solutions from the processes of their pivots to those of their rows.
+      generic :: redistribute => redistribute_real, redistribute_complex
+      procedure, private :: redistribute_real, redistribute_complex
+      !> Scatters whole vectors of the first process, and gathers them.
       generic :: scatter => scatter_real, scatter_complex
       procedure, private :: scatter_real, scatter_complex
       generic :: gather => gather_real, gather_complex
       procedure, private :: gather_real, gather_complex
-      procedure, private :: find_ways
+      procedure, private :: plan_exchange
    end type solution_rows_type
 
 contains
 
    subroutine begin(self, unknowns, multipliers, processes)
       class(solution_rows_type), intent(inout) :: self
-      !> Rows of a vector, the unknowns first.
+      !> Rows of a vector: unknowns first, then multipliers.
       integer, intent(in) :: unknowns, multipliers
       type(processes_type), pointer, intent(in) :: processes
 
@@ -71,8 +71,8 @@ contains
       call spread_error(self%processes%communicator, error)
    end subroutine agree
 
-   ! Pivots stay where they are from one solution to the next, but for other factors, and for the transpose.
-   subroutine find_ways(self, row)
+   ! Plans the exchange. Reused until pivots move, with other factors or the transpose.
+   subroutine plan_exchange(self, row)
       class(solution_rows_type), intent(inout) :: self
       integer, intent(in) :: row(:)
       integer :: owner(size(row)), next(0:self%processes%number - 1), p, i
@@ -102,9 +102,9 @@ contains
          call MPI_Alltoallv(goes, self%sent, before(self%sent), MPI_INTEGER, self%place, self%received, before(self%received), &
             MPI_INTEGER, communicator)
       end associate
-   end subroutine find_ways
+   end subroutine plan_exchange
 
-   ! How many come before those of each.
+   ! Exclusive prefix sums.
    pure function before(numbers)
       integer, intent(in) :: numbers(:)
       integer :: before(size(numbers))
@@ -115,14 +115,14 @@ contains
 
 #define SCALAR real(wp)
 #define MPI_SCALAR MPI_DOUBLE_PRECISION
-#define BRING_HOME bring_home_real
+#define REDISTRIBUTE redistribute_real
 #define SCATTER scatter_real
 #define GATHER gather_real
 #include "kschur_solution_rows.inc"
 
 #define SCALAR complex(wp)
 #define MPI_SCALAR MPI_DOUBLE_COMPLEX
-#define BRING_HOME bring_home_complex
+#define REDISTRIBUTE redistribute_complex
 #define SCATTER scatter_complex
 #define GATHER gather_complex
 #include "kschur_solution_rows.inc"

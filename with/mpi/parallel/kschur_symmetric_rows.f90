@@ -1,5 +1,5 @@
-!> The operator of symmetric problems on rows of vectors, of which several processes have some each: rows of the mass and the
-!> constraints, of motions that are kept out, and of right-hand sides and solutions.
+!> Operator of symmetric problems on distributed vectors: distributed mass, constraints, deflated motions, right-hand sides and
+!> solutions.
 module kschur_symmetric_rows
    use kschur_csr, only: csr_matrix_type
    use kschur_deflation, only: deflation_type
@@ -7,8 +7,8 @@ module kschur_symmetric_rows
    use kschur_joint_ranges, only: joint_ranges, joint_ranges_type
    use kschur_kinds, only: wp
    use kschur_mumps_help, only: mumps_instance_type, real_part
-   use kschur_operator_rows, only: share_known
-   use kschur_processes, only: are_several, number_of_words, processes_type, word_operator
+   use kschur_operator_rows, only: share_common
+   use kschur_processes, only: are_several, request_length, processes_type, request_operator
    use kschur_row_exchange, only: send_to_all
    use kschur_row_matrix, only: part_of, row_matrix_part_type
    use kschur_rows_solver, only: real_rows_solver_type
@@ -21,10 +21,10 @@ module kschur_symmetric_rows
 
 contains
 
-   !> Gives each process its part, where all of them have the factors and the mass.
+   !> Distributes an operator; all processes must have the factors and the mass.
    subroutine share_operator(operator, processes, error)
       class(symmetric_shift_invert_type), target, intent(inout) :: operator
-      !> Who works on it; not associated: this process alone.
+      !> Processes of the solve; not associated: one process.
       type(processes_type), pointer, intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
       type(real_rows_solver_type) :: solver
@@ -33,7 +33,7 @@ contains
       sizes = [operator%order(), size(operator%factors), size(operator%deflation%shapes, 2)]
       if (.not. are_several(processes, sizes(1))) return
       if (operator%solver%shared_as() == 0 .or. operator%mass%shared_as() == 0) return
-      call processes%tell([word_operator, job_begin, operator%mass%shared_as(), operator%solver%shared_as(), sizes])
+      call processes%send_request([request_operator, job_begin, operator%mass%shared_as(), operator%solver%shared_as(), sizes])
       allocate (operator%part)
       operator%part%mass = operator%mass%by_rows()
       solver%original => operator%solver
@@ -43,57 +43,57 @@ contains
       if (allocated(error)) call end_sharing(operator)
    end subroutine share_operator
 
-   !> Takes them back.
+   !> Ends the distribution.
    subroutine end_sharing(operator)
       class(symmetric_shift_invert_type), intent(inout) :: operator
 
       if (.not. associated(operator%part)) return
-      call operator%shared_with%tell([word_operator, job_end])
+      call operator%shared_with%send_request([request_operator, job_end])
       call release(operator%part)
    end subroutine end_sharing
 
-   !> Does what the first process has announced.
-   subroutine help_share(part, matrices, instances, processes, words)
-      !> The operator that is shared.
+   !> Serves a request of the first process.
+   subroutine help_share(part, matrices, instances, processes, request)
+      !> The distributed operator.
       type(symmetric_shift_invert_type), pointer, intent(inout) :: part
-      !> Matrices and factors that are here.
+      !> Local parts of matrices and factors.
       type(row_matrix_part_type), intent(in) :: matrices(:)
       type(mumps_instance_type), intent(in) :: instances(:)
       type(processes_type), pointer, intent(in) :: processes
-      !> Job, the numbers of the mass and of the factors, unknowns, multipliers and motions, after the first word.
-      integer, intent(in) :: words(number_of_words)
+      !> After the code: job, numbers of mass and factors, and numbers of unknowns, multipliers and motions.
+      integer, intent(in) :: request(request_length)
       type(symmetric_shift_invert_type) :: nothing
       type(deflation_type), target :: no_motions
       type(csr_matrix_type) :: no_constraints
-      ! The first process has it as well.
+      ! The first process has the same error.
       type(error_type), allocatable :: error
 
-      if (words(2) == job_end) then
+      if (request(2) == job_end) then
          call release(part)
          return
       end if
       allocate (part)
-      part%mass = part_of(matrices, words(3))
-      allocate (part%solver, source=real_part(instances, words(4), words(5), words(6), processes))
-      allocate (no_motions%shapes(0, words(7)), no_motions%images(0, words(7)), nothing%factors(0))
+      part%mass = part_of(matrices, request(3))
+      allocate (part%solver, source=real_part(instances, request(4), request(5), request(6), processes))
+      allocate (no_motions%shapes(0, request(7)), no_motions%images(0, request(7)), nothing%factors(0))
       nothing%deflation => no_motions
-      call make_part(part, nothing, no_constraints, words(5:7), processes, error)
+      call make_part(part, nothing, no_constraints, request(5:7), processes, error)
    end subroutine help_share
 
-   ! To be called by all. What is missing yet beside mass and solver comes from the first process.
+   ! Collective: completes a local part, whose mass and solver are set, with data of the first process.
    subroutine make_part(part, operator, constraints, sizes, processes, error)
       type(symmetric_shift_invert_type), intent(inout) :: part
-      !> Those of the first process; none of the others.
+      !> Significant in the first process; empty in others.
       class(symmetric_shift_invert_type), intent(in) :: operator
       type(csr_matrix_type), intent(in) :: constraints
-      !> Unknowns, multipliers, and motions that are kept out.
+      !> Numbers of unknowns, multipliers and deflated motions.
       integer, intent(in) :: sizes(3)
       type(processes_type), intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
       type(joint_ranges_type) :: ranges
       real(wp) :: weight(1, 1)
 
-      call share_known(operator%deflation%shapes, operator%deflation%images, operator%factors, sizes, processes, part%deflation, &
+      call share_common(operator%deflation%shapes, operator%deflation%images, operator%factors, sizes, processes, part%deflation, &
          part%factors, error)
       if (allocated(error)) return
       part%sums%communicator = processes%communicator

@@ -1,9 +1,9 @@
-!> What the other processes do of a two-level basis: the same as the first one with its first level, with their rows.
+!> Serves requests on two-level bases in processes other than the first: the same steps on their rows of the first level.
 module kschur_two_level_help
    use kschur_basis_help, only: basis_instance_type
    use kschur_first_level_help_complex, only: help_complex => help_first_level
    use kschur_first_level_help_real, only: help_real => help_first_level
-   use kschur_processes, only: number_of_words
+   use kschur_processes, only: request_length
    use kschur_quadratic_rows, only: quadratic_parts_type
    implicit none
    private
@@ -11,20 +11,20 @@ module kschur_two_level_help
 
 contains
 
-   !> Does what the first process has called.
-   subroutine help_two_level(instances, operators, words)
-      !> The bases that there are.
+   !> Serves a request of the first process.
+   subroutine help_two_level(instances, operators, request)
+      !> All bases.
       type(basis_instance_type), intent(inout) :: instances(:)
-      !> On rows of states.
+      !> On distributed states.
       type(quadratic_parts_type), intent(in) :: operators
-      !> Number of the basis, what is done, and its arguments, after the first word.
-      integer, intent(in) :: words(number_of_words)
+      !> After the code: number of the basis, operation and arguments.
+      integer, intent(in) :: request(request_length)
 
-      associate (basis => instances(findloc(instances%number, words(2), dim=1)))
+      associate (basis => instances(findloc(instances%number, request(2), dim=1)))
          if (associated(basis%real)) then
-            call help_real(operators%real, basis%real, basis%real_parts, words(3:))
+            call help_real(operators%real, basis%real, basis%real_parts, request(3:))
          else
-            call help_complex(operators%complex, basis%complex, basis%complex_parts, words(3:))
+            call help_complex(operators%complex, basis%complex, basis%complex_parts, request(3:))
          end if
       end associate
    end subroutine help_two_level
