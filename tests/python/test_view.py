@@ -108,6 +108,9 @@ def test_picture(folder):
     done = run("view", result, "--picture", folder/"modes.nonsense")
     check("picture: an ending that is none", done.returncode == 4 and "nonsense" in done.stderr
           and not list(folder.glob("*nonsense*")) and not list(folder.glob(".*")), done)
+    done = run("view", result, "--picture", folder/"modes.gif")
+    check("picture: what moves is no picture", done.returncode == 4 and ".png, .pdf, .svg" in done.stderr and "--html" in done.stderr
+          and done.stderr.count("\n") == 1, done)
 
 
 def test_frames(folder):
