@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from . import table
 from .branches import height_at, hertz, is_unstable, lying_on, numbers_of_orders, slopes
-from .saving import save_figure
+from .saving import check_ending, save_figure
 
 # Red is for what is unstable, gray for orders.
 _COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown", "tab:pink", "tab:olive", "tab:cyan")
-_STYLES = ("-", "--", ":")
+_STYLES = ("-", "--", ":", "-.")
 # One within the other, where branches lie on each other.
 _MARKERS = (".", "o", "s", "D", "v", "^")
 _ROWS = 20
@@ -27,7 +27,7 @@ _ROWS = 20
 def campbell(sweep: table.Branches, *, parameter: str = "", orders: Sequence[float] = (), first: int = 0,
              ax: Any = None) -> Any:
     """Draws damped frequencies of all branches; returns the axes. Unstable points are red crosses, onsets red triangles with their
-    value, crossings squares, veerings diamonds; dotted lines stand where it is unsure which mode is which. Of branches that lie on
+    value, and green ones where a branch is stable again; crossings squares, veerings diamonds; dotted lines stand where it is unsure which mode is which. Of branches that lie on
     each other each has a larger marker than the one below it, and the legend says so.
 
     parameter : what to call it; by default its name and unit in the sweep.
@@ -54,8 +54,9 @@ def campbell(sweep: table.Branches, *, parameter: str = "", orders: Sequence[flo
         ax.plot(event.value, height, "s" if event.kind == "crossing" else "D", markersize=9, markerfacecolor="none", color="black")
     for onset in sweep.onsets:
         height = height_at(sweep, onset.branch, onset.value)
-        ax.plot(onset.value, height, "^", color="red", markersize=8, zorder=5)
-        ax.annotate(f"{onset.value:.5g}", (onset.value, height), xytext=(0, 7), textcoords="offset points", color="red",
+        color, marker = ("red", "^") if onset.unstable else ("green", "v")
+        ax.plot(onset.value, height, marker, color=color, markersize=8, zorder=5)
+        ax.annotate(f"{onset.value:.5g}", (onset.value, height), xytext=(0, 7), textcoords="offset points", color=color,
                     fontsize="small", ha="center")
     _draw_orders(ax, sweep, frequency, orders)
     ax.set(xlabel=parameter or table.name_of(sweep), ylabel="damped frequency (Hz)")
@@ -105,6 +106,7 @@ def main(words: list[str], program: Path, usage: str) -> None:
         import matplotlib
         matplotlib.use("Agg")
         *words, picture = words
+        check_ending(picture)
         if len(words) == 1:
             _draw_file(words[0], picture, orders)
             return
@@ -147,8 +149,10 @@ def _draw_orders(ax: Any, sweep: table.Branches, frequency: NDArray[np.float64],
     for order, slope in zip(orders, slopes(sweep, orders)):
         end = min(last, top / slope) if slope > 0 else last
         ax.plot([first, end], [slope * first, slope * end], color="gray", linestyle="--", linewidth=0.8, zorder=1)
-        ax.annotate(f"{order:g}P", (end, slope * end), color="gray", fontsize="small", ha="right", va="bottom")
-    ax.set_ylim(min(0.0, ax.get_ylim()[0]), top)
+        # Within the frame, on the line.
+        ax.annotate(f"{order:g}P", (end, slope * end), xytext=(-6, -6), textcoords="offset points", color="gray", fontsize="small",
+                    ha="center", va="center", bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5}, zorder=1.5)
+    ax.set_ylim(0.0, top)
 
 
 def _columns(branches: int) -> int:

@@ -215,7 +215,7 @@ function ticks(axis, most) {
 
 // The colours and dashes of lines; eight colours, then the next dash.
 const COLOURS = ["#1f77b4", "#e07b00", "#2a8f2a", "#7e57c2", "#8c564b", "#d052a5", "#8f8f1a", "#0f9fb5"];
-const lineStyle = k => ({colour: COLOURS[k % COLOURS.length], dash: [[], [7, 4], [2, 3]][Math.floor(k / COLOURS.length) % 3]});
+const lineStyle = k => ({colour: COLOURS[k % COLOURS.length], dash: [[], [7, 4], [2, 3], [7, 3, 2, 3]][Math.floor(k / COLOURS.length) % 4]});
 
 // A list of lines, a click on one of which hides or shows it in all diagrams.
 function fillLegend(host, entries, charts) {
