@@ -93,7 +93,7 @@ contains
       end if
       if (allocated(request%output)) &
          call write_hdf5_response(request%frequencies, force, response, multipliers, mesh, request%output, error)
-      if (allocated(error) .or. .not. allocated(request%html)) return
+      if (allocated(error) .or. .not. allocated(request%html) .or. size(request%frequencies) == 0) return
       call make_scratch(request%html, folder, error)
       if (allocated(error)) return
       call write_hdf5_response(request%frequencies, force, response, multipliers, mesh, folder//"/response.h5", error)

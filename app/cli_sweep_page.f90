@@ -67,7 +67,7 @@ contains
          call write_hdf5_result(result, page%folder//"/point_"//text(point)//".h5", error)
    end subroutine keep_shapes
 
-   !> Makes the page where there is to be one and nothing failed, and removes the folder.
+   !> Makes the page where there is to be one, a point, and nothing failed, and removes the folder.
    subroutine make_page(page, sweep, parameter, unit, error)
       type(page_type), intent(in) :: page
       type(sweep_type), intent(in) :: sweep
@@ -76,8 +76,10 @@ contains
       type(error_type), allocatable, intent(inout) :: error
 
       if (.not. allocated(page%folder)) return
-      if (.not. allocated(error)) call write_hdf5_sweep(sweep, parameter, page%folder//"/sweep.h5", error, unit)
-      if (.not. allocated(error)) call make_sweep_page(page%folder, page%orders, page%path, error)
+      if (.not. allocated(error) .and. size(sweep%values) > 0) then
+         call write_hdf5_sweep(sweep, parameter, page%folder//"/sweep.h5", error, unit)
+         if (.not. allocated(error)) call make_sweep_page(page%folder, page%orders, page%path, error)
+      end if
       call remove_scratch(page%folder)
    end subroutine make_page
 end module cli_sweep_page

@@ -34,7 +34,8 @@ function starts() {
 
 // From where the axis of the parameter is zero, or the sweep begins, to the highest frequency there is.
 function guides() {
-  const first = Math.min(0, ...facts.values), last = Math.max(...facts.values), top = Math.max(...facts.branches.flatMap(branch => branch.hertz));
+  const first = Math.min(0, ...facts.values), last = Math.max(...facts.values);
+  const top = facts.branches.flatMap(branch => branch.hertz).reduce((p, q) => Math.max(p, q), 0);
   const rays = facts.orders.map(({order, slope}) => ({x: [first, Math.min(last, slope > 0 ? 1.05 * top / slope : last)], text: `${order}P`, slope}))
     .map(({x, text, slope}) => ({x, y: x.map(value => slope * value), text}));
   return [...rays, ...facts.events.filter(event => event.kind === "unsure").map(event => ({x: [event.value, event.value], y: [0, top], text: "unsure"}))];
