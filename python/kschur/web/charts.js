@@ -12,6 +12,7 @@ class Chart {
     canvas.addEventListener("pointerleave", () => this.hover(null));
     canvas.addEventListener("click", () => { if (this.near && this.pick && this.dragged < 4) this.pick(this.near.line, this.near.k); });
     new ResizeObserver(() => this.draw()).observe(canvas);
+    this.draw();
   }
 
   // Limits about all lines that are shown, in the units of the axis: logarithms where it is one of them.
