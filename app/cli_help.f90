@@ -217,6 +217,8 @@ contains
          "                         /coordinates); a Matrix Market file with one column, for f", &
          "  --at N1,N2,...         the unknowns that are printed (where the force is largest)", &
          "  --output FILE.h5       write the response of all unknowns and the multipliers", &
+         "  --html FILE.html       a page for a browser: Bode and Nyquist plots, and the deformed", &
+         "                         structure at each frequency, where the file has /coordinates", &
          "  --format NAME          table: amplitude and phase; json, csv: real and imaginary part", &
          "                         (table)", &
          "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --loss FILE,", &
@@ -241,6 +243,9 @@ contains
          "  --unit NAME            that of the parameter, for tables and diagrams: rpm, Hz, ...", &
          "  --left                 left vectors of unsymmetric problems, in place of shapes", &
          "  --output SWEEP.h5      write values, branches, shares, events and onsets", &
+         "  --html FILE.html       a page for a browser: Campbell diagram and root locus, and shapes", &
+         "                         where problems say where they stand", &
+         "  --orders N1,N2,...     lines in it at multiples of the speed, in rpm, 1/min, Hz, 1/s, rad/s", &
          "  --format NAME          table: damped frequencies in Hz; json, csv: all of them (table)", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &

@@ -1,10 +1,13 @@
-!> Pictures and pages of modes, made by the Python script kschur-picture beside this program.
+!> Pictures and pages of modes, sweeps and responses, made by the Python script kschur-picture beside this program.
 module cli_picture
+   use cli_numbers, only: plain
    use cli_python, only: quoted, run_script
-   use kschur, only: add_context, error_library, error_type, new_error, text
+   use kschur, only: add_context, error_library, error_type, new_error, text, wp
    implicit none
    private
-   public :: draw_picture, make_page
+   public :: draw_picture, make_page, make_response_page, make_sweep_page
+
+   character(len=*), parameter :: for_pages = "NumPy and SciPy, and three.js"
 
 contains
 
@@ -16,7 +19,7 @@ contains
       character(len=*), intent(in) :: picture
       type(error_type), allocatable, intent(out) :: error
 
-      call draw("", result, modes, picture, "NumPy, SciPy and Matplotlib", error)
+      call draw(quoted(result)//" "//quoted(picture)//numbers(modes), picture, "NumPy, SciPy and Matplotlib", error)
    end subroutine draw_picture
 
    !> Makes a page for a browser of some modes of a result file.
@@ -27,20 +30,54 @@ contains
       character(len=*), intent(in) :: page
       type(error_type), allocatable, intent(out) :: error
 
-      call draw("--html ", result, modes, page, "NumPy and SciPy, and three.js", error)
+      call draw("--html "//quoted(result)//" "//quoted(page)//numbers(modes), page, for_pages, error)
    end subroutine make_page
 
-   subroutine draw(option, result, modes, picture, wants, error)
-      character(len=*), intent(in) :: option, result, picture, wants
-      integer, intent(in) :: modes(:)
+   !> Makes a page for a browser of a sweep, with lines of orders.
+   subroutine make_sweep_page(folder, orders, page, error)
+      !> With the sweep, sweep.h5, and the results of some points, point_1.h5 and so on.
+      character(len=*), intent(in) :: folder
+      real(wp), intent(in) :: orders(:)
+      character(len=*), intent(in) :: page
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: words
-      integer :: status, k
+      integer :: k
 
-      words = option//quoted(result)//" "//quoted(picture)
-      do k = 1, size(modes)
-         words = words//" "//text(modes(k))
+      words = "--sweep "//quoted(folder)//" "//quoted(page)
+      do k = 1, size(orders)
+         words = words//" "//plain(orders(k), "0")
       end do
+      call draw(words, page, for_pages, error)
+   end subroutine make_sweep_page
+
+   !> Makes a page for a browser of a response.
+   subroutine make_response_page(response, at, page, error)
+      !> Its file.
+      character(len=*), intent(in) :: response
+      !> Unknowns, counted from 1.
+      integer, intent(in) :: at(:)
+      character(len=*), intent(in) :: page
+      type(error_type), allocatable, intent(out) :: error
+
+      call draw("--response "//quoted(response)//" "//quoted(page)//numbers(at), page, "h5py, "//for_pages, error)
+   end subroutine make_response_page
+
+   pure function numbers(list) result(words)
+      integer, intent(in) :: list(:)
+      character(len=:), allocatable :: words
+      integer :: k
+
+      allocate (character(len=0) :: words)
+      do k = 1, size(list)
+         words = words//" "//text(list(k))
+      end do
+   end function numbers
+
+   subroutine draw(words, picture, wants, error)
+      character(len=*), intent(in) :: words, picture, wants
+      type(error_type), allocatable, intent(out) :: error
+      integer :: status
+
       call run_script("kschur-picture", words, status, error)
       if (allocated(error)) then
          call add_context(error, picture)

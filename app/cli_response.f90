@@ -6,11 +6,13 @@ module cli_response
    use cli_interrupt, only: catch_interrupts
    use cli_numbers, only: read_integer, read_list, read_range
    use cli_output, only: format_table, take_format
+   use cli_picture, only: make_response_page
    use cli_progress, only: new_progress, progress_type
    use cli_properties, only: read_directions
+   use cli_scratch, only: make_scratch, remove_scratch
    use cli_system, only: check_new_file, check_output, complain
-   use kschur, only: error_input, error_type, error_usage, frequency_response, index_of_name, modal_problem_type, new_error, &
-      rigid_motion_names, text, wp, write_hdf5_response
+   use kschur, only: error_input, error_type, error_usage, frequency_response, index_of_name, join_nodes, mesh_type, &
+      modal_problem_type, new_error, rigid_motion_names, text, wp, write_hdf5_response
    implicit none
    private
    public :: response_command
@@ -26,7 +28,7 @@ module cli_response
       character(len=:), allocatable :: force
       !> Unknowns that are printed; not allocated: the one where the force is largest.
       integer, allocatable :: at(:)
-      character(len=:), allocatable :: output
+      character(len=:), allocatable :: output, html
       integer :: format = format_table
       logical :: quiet = .false.
    end type request_type
@@ -47,6 +49,7 @@ contains
       complete = .false.
       call take_request(arguments, request, error)
       if (.not. allocated(error) .and. allocated(request%output)) call check_new_file(request%output, error)
+      if (.not. allocated(error) .and. allocated(request%html)) call check_new_file(request%html, error)
       if (.not. allocated(error)) call read_problem(request%input, problem, error)
       if (.not. allocated(error)) call make_force(request%force, problem, force, error)
       if (.not. (allocated(error) .or. allocated(request%at))) request%at = [maxloc(abs(force(:, 1)), 1)]
@@ -54,7 +57,7 @@ contains
       if (allocated(error)) return
       progress = new_progress(request%quiet)
       call catch_interrupts()
-      if (allocated(request%output)) then
+      if (allocated(request%output) .or. allocated(request%html)) then
          call frequency_response(problem, request%frequencies, force, response, error, multipliers, monitor=progress)
       else
          call frequency_response(problem, request%frequencies, force, response, error, unknowns=request%at, monitor=progress)
@@ -63,8 +66,8 @@ contains
       if (allocated(error)) return
       asked = size(request%frequencies)
       request%frequencies = request%frequencies(:size(response, 3))
-      if (allocated(request%output)) then
-         call write_hdf5_response(request%frequencies, force(:, 1), response(:, 1, :), multipliers(:, 1, :), request%output, error)
+      if (allocated(multipliers)) then
+         call write_files(request, problem, force(:, 1), response(:, 1, :), multipliers(:, 1, :), error)
          if (allocated(error)) return
          response = response(request%at, :, :)
       end if
@@ -74,6 +77,29 @@ contains
       if (.not. complete) call complain("the response was interrupted after "//text(size(request%frequencies))//" of "// &
          text(asked)//" frequencies")
    end subroutine response_command
+
+   ! The file and the page, as they were asked for.
+   subroutine write_files(request, problem, force, response, multipliers, error)
+      type(request_type), intent(in) :: request
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), intent(in) :: force(:), response(:, :), multipliers(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      type(mesh_type), allocatable :: mesh
+      character(len=:), allocatable :: folder
+
+      if (allocated(problem%mesh)) then
+         allocate (mesh, source=problem%mesh)
+         call join_nodes(mesh, problem%stiffness)
+      end if
+      if (allocated(request%output)) &
+         call write_hdf5_response(request%frequencies, force, response, multipliers, mesh, request%output, error)
+      if (allocated(error) .or. .not. allocated(request%html) .or. size(request%frequencies) == 0) return
+      call make_scratch(request%html, folder, error)
+      if (allocated(error)) return
+      call write_hdf5_response(request%frequencies, force, response, multipliers, mesh, folder//"/response.h5", error)
+      if (.not. allocated(error)) call make_response_page(folder//"/response.h5", request%at, request%html, error)
+      call remove_scratch(folder)
+   end subroutine write_files
 
    subroutine take_request(arguments, request, error)
       type(arguments_type), intent(inout) :: arguments
@@ -87,6 +113,7 @@ contains
       call arguments%take_text("--input", request%force, error, "an unknown, a direction of the mesh or a file")
       call arguments%take_text("--at", at, error, "unknowns, N1,N2,...")
       call arguments%take_text("--output", request%output, error)
+      call arguments%take_text("--html", request%html, error, "the name of a page, as response.html")
       call take_format(arguments, request%format, error)
       call arguments%take_flag("--quiet", request%quiet, error)
       call take_input(arguments, request%input, error)
@@ -106,10 +133,17 @@ contains
          if (.not. ok) call new_error(error, error_usage, "--at wants numbers of unknowns from 1, not '"//at//"'")
          if (ok) request%at = int(numbers)
       end if
-      if (allocated(error) .or. .not. allocated(request%output)) return
-      if (is_part_of(request%input, request%output)) &
-         call new_error(error, error_usage, "--output "//request%output//" would replace the problem")
+      if (.not. allocated(error) .and. allocated(request%output)) call check_apart(request%input, request%output, error)
+      if (.not. allocated(error) .and. allocated(request%html)) call check_apart(request%input, request%html, error)
    end subroutine take_request
+
+   subroutine check_apart(input, path, error)
+      type(input_type), intent(in) :: input
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+
+      if (is_part_of(input, path)) call new_error(error, error_usage, path//" would replace the problem")
+   end subroutine check_apart
 
    subroutine check_unknowns(numbers, n, error)
       integer, intent(in) :: numbers(:), n

@@ -8,6 +8,7 @@ module cli_sweep
    use cli_options, only: take_iteration, take_wanted
    use cli_output, only: format_csv, format_json, format_table, take_format
    use cli_progress, only: new_progress, progress_type
+   use cli_sweep_page, only: keep_shapes, make_page, page_type, prepare, take_page
    use cli_system, only: check_new_file, check_output, complain, print_line
    use kschur, only: error_type, error_usage, event_names, event_unsure, modal_options_type, modal_problem_type, &
       modal_result_type, new_error, new_sweep, problem_family_type, reason_converged, sweep_type, text, wp, write_hdf5_sweep
@@ -47,6 +48,7 @@ contains
       type(source_type) :: source
       type(progress_type) :: progress
       type(sweep_type) :: sweep
+      type(page_type) :: page
       character(len=:), allocatable :: output, unit
       logical :: quiet
       integer :: format
@@ -60,17 +62,21 @@ contains
       call arguments%take_integer("--threads", 1, options%threads, error)
       call arguments%take_flag("--quiet", quiet, error)
       call arguments%take_text("--unit", unit, error)
+      call take_page(arguments, page, error)
       call take_source(arguments, source, error)
       if (allocated(unit)) source%unit = unit
       if (.not. allocated(error) .and. allocated(output)) call check_place(source, output, error)
+      if (.not. allocated(error) .and. allocated(page%path)) call check_place(source, page%path, error)
+      if (.not. allocated(error)) call prepare(page, source%unit, error)
       if (allocated(error)) return
       progress = new_progress(quiet)
       call new_sweep(sweep, options)
       call catch_interrupts()
-      call solve_points(source, sweep, progress, complete, error)
+      call solve_points(source, sweep, progress, page, complete, error)
       call progress%finish()
+      if (.not. allocated(error)) call sweep%finish()
+      call make_page(page, sweep, source%parameter, source%unit, error)
       if (allocated(error)) return
-      call sweep%finish()
       if (allocated(output)) call write_hdf5_sweep(sweep, source%parameter, output, error, source%unit)
       call print_sweep(sweep, source, format)
       call check_output(error)
@@ -89,7 +95,7 @@ contains
       do i = 1, size(source%inputs)
          if (allocated(error)) return
          if (is_part_of(source%inputs(i), output)) &
-            call new_error(error, error_usage, "--output "//output//" would replace a problem")
+            call new_error(error, error_usage, output//" would replace a problem")
       end do
    end subroutine check_place
 
@@ -180,11 +186,12 @@ contains
       more(:size(words)) = words
    end function with_room
 
-   ! An interrupt ends the sweep after the last complete point.
-   subroutine solve_points(source, sweep, progress, complete, error)
+   ! An interrupt ends it with the points before.
+   subroutine solve_points(source, sweep, progress, page, complete, error)
       type(source_type), target, intent(inout) :: source
       type(sweep_type), intent(inout) :: sweep
       type(progress_type), intent(inout) :: progress
+      type(page_type), intent(in) :: page
       logical, intent(out) :: complete
       type(error_type), allocatable, intent(out) :: error
       type(scenes_type) :: scenes
@@ -203,6 +210,7 @@ contains
             call read_problem(source%inputs(i), problem, error)
             if (.not. allocated(error)) call sweep%add(source%values(i), problem, error, result, progress)
          end if
+         if (.not. allocated(error)) call keep_shapes(page, i, size(source%values), result, error)
          if (allocated(error)) return
          complete = complete .and. result%reason == reason_converged
          if (is_interrupted()) complete = .false.

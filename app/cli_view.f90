@@ -3,9 +3,9 @@ module cli_view
    use cli_arguments, only: arguments_type
    use cli_numbers, only: read_integer
    use cli_picture, only: draw_picture, make_page
-   use cli_system, only: check_new_file, check_new_folder, print_line
-   use kschur, only: add_context, error_input, error_type, error_usage, modal_result_type, new_error, read_hdf5_result, text, &
-      write_view, wp
+   use cli_system, only: check_new_file, check_new_folder, ends_with, print_line
+   use kschur, only: add_context, error_file, error_input, error_type, error_usage, modal_result_type, new_error, &
+      read_hdf5_result, text, write_view, wp
    implicit none
    private
    public :: view_command
@@ -30,7 +30,7 @@ contains
 
       call take_request(arguments, request, error)
       if (.not. allocated(error) .and. allocated(request%output)) call check_new_folder(request%output, error)
-      if (.not. allocated(error) .and. allocated(request%picture)) call check_new_file(request%picture, error)
+      if (.not. allocated(error) .and. allocated(request%picture)) call check_picture(request%picture, error)
       if (.not. allocated(error) .and. allocated(request%html)) call check_new_file(request%html, error)
       if (.not. allocated(error)) call read_hdf5_result(result, request%result, error, trial=.true.)
       if (.not. allocated(error)) call choose_modes(request, size(result%eigenvalues), modes, error)
@@ -78,7 +78,20 @@ contains
       end if
    end subroutine take_request
 
-   ! Requested modes; by default all.
+   ! What Matplotlib draws to.
+   subroutine check_picture(path, error)
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: endings(7) = [character(len=5) :: ".png", ".pdf", ".svg", ".jpg", ".jpeg", ".eps", ".tif"]
+      integer :: i
+
+      call check_new_file(path, error)
+      if (allocated(error)) return
+      if (.not. any([(ends_with(path, trim(endings(i))), i=1, size(endings))])) call new_error(error, error_file, path// &
+         ": a picture ends in .png, .pdf, .svg, .jpg, .eps or .tif; what moves is a page that saves films, --html FILE.html")
+   end subroutine check_picture
+
+   ! Those that were asked for, all where none were.
    subroutine choose_modes(request, found, modes, error)
       type(request_type), intent(in) :: request
       integer, intent(in) :: found

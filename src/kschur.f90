@@ -55,8 +55,8 @@ module kschur
    use kschur_matrix_market_problem, only: read_matrix_market_problem, read_matrix_market_files, write_matrix_market_problem
    use kschur_triplet_files, only: read_triplet_files
    use kschur_memory_estimate, only: estimate_memory, memory_estimate_type
-   use kschur_mesh, only: mesh_type, rigid_motion_names, settle_mesh, vtk_hexahedron, vtk_line, vtk_quadratic_tetrahedron, &
-      vtk_quadrilateral, vtk_tetrahedron, vtk_vertex
+   use kschur_mesh, only: join_nodes, mesh_type, rigid_motion_names, settle_mesh, vtk_hexahedron, vtk_line, &
+      vtk_quadratic_tetrahedron, vtk_quadrilateral, vtk_tetrahedron, vtk_vertex
    use kschur_monitor, only: monitor_type
    use kschur_mumps_complex, only: mumps_complex_type
    use kschur_mumps_real, only: mumps_real_type

@@ -127,6 +127,9 @@ int kschur_sweep_set_problem(kschur_sweep *sweep, kschur_problem_callback proble
  * not added, which is no failure. */
 int kschur_sweep_add(kschur_sweep *sweep, double value, kschur_problem *problem, const kschur_options *options);
 
+/* Copies the modes of the last point that was added into a result. KSCHUR_ERROR_ORDER where the sweep was read. */
+int kschur_sweep_get_result(kschur_sweep *sweep, kschur_result *result);
+
 /* How many branches, points and events there are; pointers may be NULL. */
 int kschur_sweep_get_size(kschur_sweep *sweep, int64_t *branches, int64_t *points, int64_t *events);
 

@@ -2,12 +2,13 @@
 module kschur_capi_sweep
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_null_funptr, c_null_ptr, c_ptr
-   use kschur, only: error_type, is_hdf5_sweep, modal_problem_type, new_error, new_sweep, problem_family_type, read_hdf5_sweep, &
-      sweep_type, wp, write_hdf5_sweep
+   use kschur, only: error_type, is_hdf5_sweep, modal_problem_type, modal_result_type, new_error, new_sweep, &
+      problem_family_type, read_hdf5_sweep, reason_cancelled, sweep_type, wp, write_hdf5_sweep
    use kschur_capi_arrays, only: give_array, put
    use kschur_capi_callbacks, only: progress_type
    use kschur_capi_options, only: options_handle_type, options_of
    use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
+   use kschur_capi_result, only: result_handle_type, keep, modes_of_problem, result_of
    use kschur_capi_status, only: handle_type, check_returned, get_message, fail, give_text, outcome, require, status_memory, &
       status_null, status_ok, status_order, status_usage
    use kschur_capi_text, only: take_text
@@ -34,6 +35,8 @@ module kschur_capi_sweep
    type, extends(handle_type) :: sweep_handle_type
       !> Not allocated before the first point.
       type(sweep_type), allocatable :: sweep
+      !> Of the last point; none where the sweep was read.
+      type(modal_result_type) :: result
       type(called_family_type) :: family
       !> Name and unit of the parameter, if the sweep was read from a file: then no points can be added.
       character(len=:), allocatable :: parameter, unit
@@ -82,6 +85,7 @@ contains
       type(problem_handle_type), pointer :: given
       type(options_handle_type), pointer :: wanted
       type(progress_type) :: progress
+      type(modal_result_type) :: result
       type(error_type), allocatable :: error
 
       status = status_null
@@ -105,14 +109,33 @@ contains
          end if
          progress = wanted%progress
          if (c_associated(handle%family%callback)) then
-            call handle%sweep%add(value, given%problem, error, monitor=progress, family=handle%family)
+            call handle%sweep%add(value, given%problem, error, result, progress, handle%family)
          else
-            call handle%sweep%add(value, given%problem, error, monitor=progress)
+            call handle%sweep%add(value, given%problem, error, result, progress)
          end if
       end if
       if (.not. allocated(error)) call handle%sweep%finish()
+      if (.not. allocated(error) .and. result%reason /= reason_cancelled) handle%result = result
       status = outcome(handle, error)
    end function kschur_sweep_add
+
+   integer(c_int) function kschur_sweep_get_result(address, result) bind(c) result(status)
+      type(c_ptr), value :: address, result
+      type(sweep_handle_type), pointer :: handle
+      type(result_handle_type), pointer :: last
+      type(error_type), allocatable :: error
+
+      if (.not. has_points(address, handle, status)) return
+      call require(result, "result", error)
+      last => result_of(result)
+      if (.not. (allocated(error) .or. allocated(handle%result%eigenvalues))) &
+         call new_error(error, status_order, "a sweep that was read has no results of its points")
+      if (.not. allocated(error)) then
+         last%result = handle%result
+         call keep(last, modes_of_problem)
+      end if
+      status = outcome(handle, error)
+   end function kschur_sweep_get_result
 
    integer(c_int) function kschur_sweep_get_size(address, branches, points, events) bind(c) result(status)
       type(c_ptr), value :: address, branches, points, events

@@ -13,22 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import table
-from .errors import UsageError
+from .branches import height_at, hertz, is_unstable, lying_on, numbers_of_orders, slopes
+from .saving import check_ending, save_figure
 
 # Red is for what is unstable, gray for orders.
 _COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown", "tab:pink", "tab:olive", "tab:cyan")
-_STYLES = ("-", "--", ":")
+_STYLES = ("-", "--", ":", "-.")
 # One within the other, where branches lie on each other.
 _MARKERS = (".", "o", "s", "D", "v", "^")
-# Revolutions per second of what a speed is given in.
-_TURNS = {"rpm": 1 / 60, "1/min": 1 / 60, "Hz": 1.0, "1/s": 1.0, "rad/s": 1 / (2 * np.pi)}
 _ROWS = 20
 
 
 def campbell(sweep: table.Branches, *, parameter: str = "", orders: Sequence[float] = (), first: int = 0,
              ax: Any = None) -> Any:
     """Draws damped frequencies of all branches; returns the axes. Unstable points are red crosses, onsets red triangles with their
-    value, crossings squares, veerings diamonds; dotted lines stand where it is unsure which mode is which. Of branches that lie on
+    value, and green ones where a branch is stable again; crossings squares, veerings diamonds; dotted lines stand where it is unsure which mode is which. Of branches that lie on
     each other each has a larger marker than the one below it, and the legend says so.
 
     parameter : what to call it; by default its name and unit in the sweep.
@@ -39,24 +38,25 @@ def campbell(sweep: table.Branches, *, parameter: str = "", orders: Sequence[flo
     from matplotlib import pyplot as plt
 
     ax = ax or plt.figure().add_subplot()
-    frequency = _hertz(sweep)
-    below = _lying_on(frequency)
+    frequency = hertz(sweep)
+    below = lying_on(frequency)
     for branch, values in enumerate(frequency.T):
         under = below[branch]
         name = str(first + branch) if under is None else f"{first + branch} (on {first + under})"
         ax.plot(sweep.values, values, label=name, **_style(branch, below))
-        unstable = _is_unstable(sweep.eigenvalues[:, branch])
+        unstable = is_unstable(sweep.eigenvalues[:, branch])
         ax.plot(sweep.values[unstable], values[unstable], "x", color="red", zorder=4)
     for event in sweep.events:
         if event.kind == "unsure":
             ax.axvline(event.value, color="gray", linestyle=":")
             continue
-        height = np.mean([_height(sweep, frequency, branch, event.value) for branch in (event.first, event.second)])
+        height = np.mean([height_at(sweep, branch, event.value) for branch in (event.first, event.second)])
         ax.plot(event.value, height, "s" if event.kind == "crossing" else "D", markersize=9, markerfacecolor="none", color="black")
     for onset in sweep.onsets:
-        height = _height(sweep, frequency, onset.branch, onset.value)
-        ax.plot(onset.value, height, "^", color="red", markersize=8, zorder=5)
-        ax.annotate(f"{onset.value:.5g}", (onset.value, height), xytext=(0, 7), textcoords="offset points", color="red",
+        height = height_at(sweep, onset.branch, onset.value)
+        color, marker = ("red", "^") if onset.unstable else ("green", "v")
+        ax.plot(onset.value, height, marker, color=color, markersize=8, zorder=5)
+        ax.annotate(f"{onset.value:.5g}", (onset.value, height), xytext=(0, 7), textcoords="offset points", color=color,
                     fontsize="small", ha="center")
     _draw_orders(ax, sweep, frequency, orders)
     ax.set(xlabel=parameter or table.name_of(sweep), ylabel="damped frequency (Hz)")
@@ -69,7 +69,7 @@ def roots(sweep: table.Branches, *, ax: Any = None) -> Any:
     from matplotlib import pyplot as plt
 
     ax = ax or plt.figure().add_subplot()
-    frequency = _hertz(sweep)
+    frequency = hertz(sweep)
     below: list[int | None] = [None] * frequency.shape[1]
     for branch, values in enumerate(frequency.T):
         growth = sweep.eigenvalues[:, branch].real
@@ -106,6 +106,7 @@ def main(words: list[str], program: Path, usage: str) -> None:
         import matplotlib
         matplotlib.use("Agg")
         *words, picture = words
+        check_ending(picture)
         if len(words) == 1:
             _draw_file(words[0], picture, orders)
             return
@@ -122,44 +123,14 @@ def main(words: list[str], program: Path, usage: str) -> None:
 def _draw_file(path: str, picture: str, orders: list[float]) -> None:
     from .sweeping import Sweep
     figure = draw(Sweep.read(path), orders)
-    # It appears under its name when it is whole.
-    place = Path(picture).absolute()
-    with tempfile.TemporaryDirectory(dir=place.parent, prefix=f"{place.name}.partial-") as staging:
-        whole = Path(staging, place.name)
-        figure.savefig(whole, dpi=120)
-        whole.replace(place)
+    save_figure(figure, picture, dpi=120)
 
 
 def _take_orders(words: list[str]) -> tuple[list[str], list[float]]:
     if "--orders" not in words:
         return words, []
     place = words.index("--orders")
-    listed = "".join(words[place + 1:place + 2])
-    try:
-        return words[:place] + words[place + 2:], [float(word) for word in listed.split(",")]
-    except ValueError:
-        raise UsageError(f"--orders wants numbers, N1,N2,..., not '{listed}'") from None
-
-
-def _hertz(sweep: table.Branches) -> NDArray[np.float64]:
-    hertz: NDArray[np.float64] = np.abs(sweep.eigenvalues.imag) / (2 * np.pi)
-    return hertz
-
-
-def _is_unstable(eigenvalue: NDArray[np.complex128]) -> NDArray[np.bool_]:
-    unstable: NDArray[np.bool_] = eigenvalue.real > 1e-11 * np.abs(eigenvalue)
-    return unstable
-
-
-def _lying_on(frequency: NDArray[np.float64]) -> list[int | None]:
-    """For each branch the one before it on which it lies wherever both are, within a line's width; None where there is none."""
-    width = 0.005 * (np.nanmax(frequency) - np.nanmin(frequency)) if np.any(~np.isnan(frequency)) else 0.0
-    below: list[int | None] = []
-    for branch, values in enumerate(frequency.T):
-        apart = np.abs(frequency[:, :branch] - values[:, None])
-        on = np.all(np.isnan(apart) | (apart <= width), axis=0) & np.any(~np.isnan(apart), axis=0)
-        below.append(int(np.flatnonzero(on)[-1]) if on.any() else None)
-    return below
+    return words[:place] + words[place + 2:], numbers_of_orders("".join(words[place + 1:place + 2]))
 
 
 def _style(branch: int, below: Sequence[int | None]) -> dict[str, Any]:
@@ -170,25 +141,18 @@ def _style(branch: int, below: Sequence[int | None]) -> dict[str, Any]:
             "marker": _MARKERS[min(level, len(_MARKERS) - 1)], "markersize": 5 + 2 * level, "markerfacecolor": None if level == 0 else "none"}
 
 
-def _height(sweep: table.Branches, frequency: NDArray[np.float64], branch: int, value: float) -> float:
-    there = np.flatnonzero(~np.isnan(frequency[:, branch]))
-    rising = there[np.argsort(sweep.values[there])]
-    return float(np.interp(value, sweep.values[rising], frequency[rising, branch]))
-
-
 def _draw_orders(ax: Any, sweep: table.Branches, frequency: NDArray[np.float64], orders: Sequence[float]) -> None:
     if not len(orders):
         return
-    if sweep.unit not in _TURNS:
-        raise UsageError(f"orders are of a speed in {', '.join(_TURNS)}, but the unit of the sweep is '{sweep.unit}': say --unit rpm")
     top = 1.05 * np.nanmax(frequency)
     first, last = min(sweep.values.min(), 0.0), sweep.values.max()
-    for order in orders:
-        slope = order * _TURNS[sweep.unit]
+    for order, slope in zip(orders, slopes(sweep, orders)):
         end = min(last, top / slope) if slope > 0 else last
         ax.plot([first, end], [slope * first, slope * end], color="gray", linestyle="--", linewidth=0.8, zorder=1)
-        ax.annotate(f"{order:g}P", (end, slope * end), color="gray", fontsize="small", ha="right", va="bottom")
-    ax.set_ylim(min(0.0, ax.get_ylim()[0]), top)
+        # Within the frame, on the line.
+        ax.annotate(f"{order:g}P", (end, slope * end), xytext=(-6, -6), textcoords="offset points", color="gray", fontsize="small",
+                    ha="center", va="center", bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5}, zorder=1.5)
+    ax.set_ylim(0.0, top)
 
 
 def _columns(branches: int) -> int:

@@ -80,14 +80,31 @@ class Geometry:
             coordinates = result.array("coordinates")
         except NotThereError:
             return None
-        offsets, nodes, types = (result.array(f"cells_{part}").astype(int) for part in ("offsets", "connectivity", "types"))
+        return cls.of_arrays(coordinates.reshape(-1, 3), result.array("unknown_node"), result.array("unknown_component"),
+                             *(result.array(f"cells_{part}").astype(int) for part in ("offsets", "connectivity", "types")))
+
+    @classmethod
+    def of_arrays(cls, coordinates: Any, unknown_node: Any, unknown_component: Any, offsets: Any, nodes: Any, types: Any) -> Geometry:
+        """One whose cells are given as files have them: see docs/view.md."""
         names = {number: name for name, number in _TYPES.items()}
         cells: dict[str, list[NDArray[Any]]] = {}
         for first, last, number in zip(offsets, offsets[1:], types):
             if number in names:
                 cells.setdefault(names[number], []).append(nodes[first:last])
-        return cls(coordinates.reshape(-1, 3), result.array("unknown_node"), result.array("unknown_component"),
-                   {name: np.array(rows) for name, rows in cells.items()})
+        return cls(coordinates, unknown_node, unknown_component, {name: np.array(rows) for name, rows in cells.items()})
+
+    def of_unknowns(self, n: int) -> Geometry:
+        """The same with the maps of n unknowns, which stand node after node where it has none."""
+        if self.unknown_node is not None:
+            if len(self.unknown_node) != n:
+                raise InputError(f"the geometry is that of {len(self.unknown_node)} unknowns, not of {n}")
+            return self
+        each, rest = divmod(n, len(self.coordinates))
+        if rest or each not in (1, 2, 3, 6):
+            raise InputError(f"{n} unknowns are not 1, 2, 3 or 6 for each of {len(self.coordinates)} nodes")
+        components = [2] if each == 1 else range(each)
+        return Geometry(self.coordinates, np.repeat(np.arange(len(self.coordinates)), each), np.tile(components, len(self.coordinates)),
+                        self.cells)
 
     def faces(self) -> list[NDArray[Any]]:
         """What can be seen: lines, shells and the outer faces of solids, an array of loops of nodes for each number of

@@ -13,6 +13,7 @@ from ._library import Handle
 from ._options import new_options
 from ._problem import new_problem
 from .errors import UsageError
+from .geometry import Geometry
 
 
 class Response(NamedTuple):
@@ -23,6 +24,16 @@ class Response(NamedTuple):
     frequency_hz: NDArray[np.float64]
     displacement: NDArray[np.complex128]
     multipliers: NDArray[np.complex128]
+
+    def view(self, unknowns: Any, geometry: Geometry | None = None) -> Any:
+        """A page of Bode and Nyquist plots of some unknowns, counted from 0, of one force, and of the deformed structure at each frequency
+        where all unknowns were kept and a geometry is given: see `kschur.pages.response.ResponsePage`. A notebook shows it; `save`
+        writes it."""
+        from .pages.response import ResponsePage
+        if self.displacement.ndim != 2:
+            raise UsageError("a page shows the response to one force: give Response one, as displacement[:, force]")
+        return ResponsePage(self.frequency_hz, self.displacement, np.atleast_1d(unknowns).tolist(),
+                            None if geometry is None else geometry.of_unknowns(self.displacement.shape[1]))
 
 
 def frequency_response(M: Any, K: Any, R: Any = None, Cq: Any = None, *, frequencies: Any, forces: Any,

@@ -176,9 +176,9 @@ class Result(Stored):
         return plot_shape(self.geometry, self.shape(mode), title=table.caption(self, mode), **options)
 
     def view(self, modes: Any = None) -> Any:
-        """A page of modes in motion, all or some, counted from 0: see `kschur.page.View`. A notebook shows it; `save` writes it."""
-        from .page import View
-        return View(self, modes)
+        """A page of modes in motion, all or some, counted from 0: see `kschur.pages.modes.ModesPage`. A notebook shows it; `save` writes it."""
+        from .pages.modes import ModesPage
+        return ModesPage(self, modes)
 
     def __repr__(self) -> str:
         return table.as_text(self)

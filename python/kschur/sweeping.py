@@ -15,6 +15,8 @@ from ._options import new_options
 from ._problem import new_problem
 from ._stored import Stored
 from .errors import UsageError
+from .geometry import Geometry
+from .result import Result
 
 _KINDS = ("crossing", "veering", "unsure")
 
@@ -46,11 +48,13 @@ class Sweep(Stored):
     share : what each mode shares with the one of its branch at the point before.
     events : crossings, veerings, and where it is unsure which mode is which.
     onsets : where branches become unstable, or stable again.
+    results : the modes of points, by the place of the point, where the sweep was given a geometry; files do not keep them.
     """
 
     def __init__(self, handle: Handle, parameter: str = "", unit: str = "") -> None:
         self._handle = handle
         self.parameter, self.unit = parameter, unit
+        self.results: dict[int, Result] = {}
         branches, points, events, onsets = c_int64(), c_int64(), c_int64(), c_int64()
         handle.call("get_size", byref(branches), byref(points), byref(events))
         handle.call("get_onsets", byref(onsets))
@@ -88,6 +92,12 @@ class Sweep(Stored):
         from .diagram import campbell
         return campbell(self, **options)
 
+    def view(self, orders: Sequence[float] = (), points: Any = None) -> Any:
+        """A page of the Campbell diagram, with lines of orders, and the root locus, and of the shapes at the points of `results`, all
+        or some: see `kschur.pages.sweep.SweepPage`. A notebook shows it; `save` writes it."""
+        from .pages.sweep import SweepPage
+        return SweepPage(self, orders, points)
+
     def __repr__(self) -> str:
         return table.sweep_as_text(self)
 
@@ -96,7 +106,7 @@ class Sweep(Stored):
 
 
 def sweep(matrices: Callable[[float], Any] | Sequence[Any], values: Iterable[float], modes: int | None = None,
-          target: complex | None = None, *, parameter: str = "", unit: str = "", symmetric: str | None = None,
+          target: complex | None = None, *, parameter: str = "", unit: str = "", symmetric: str | None = None, geometry: Geometry | None = None,
           progress: Callable[[int, int, int, float], Any] | None = None, **more: Any) -> Sweep:
     """The modes nearest to a target at each value of a parameter, followed from point to point.
 
@@ -106,6 +116,7 @@ def sweep(matrices: Callable[[float], Any] | Sequence[Any], values: Iterable[flo
     values : of the parameter, rising or falling.
     modes, target, symmetric, more : as for `kschur.solve`; with left=True modes of unsymmetric problems are followed by left vectors.
     parameter, unit : what it is called, and "rpm", "Hz", ..., for tables and diagrams.
+    geometry : where the unknowns stand; the sweep keeps the modes of its points then, and `Sweep.view` shows shapes.
     progress : as for `kschur.solve`; the sweep ends with the points before where it returns True.
     """
     points = np.asarray(list(values), float)
@@ -116,18 +127,25 @@ def sweep(matrices: Callable[[float], Any] | Sequence[Any], values: Iterable[flo
     options = new_options({"modes": modes, "target": target, **more})
     callbacks = Callbacks(options, progress, None)
     handle = Handle("sweep")
+    results: dict[int, Result] = {}
     if callable(matrices):
         family = Family(callbacks, matrices, symmetric)
         handle.call("set_problem", family.callback, None)
     for done, value in enumerate(points, 1):
         given = matrices(float(value)) if callable(matrices) else matrices[done - 1]
-        problem = new_problem(*given, symmetric=symmetric)
+        problem = new_problem(*given, geometry=geometry, symmetric=symmetric)
         with callbacks:
             status = handle.status("add", float(value), problem.address, options.address)
         handle.check(status)
         if _points(handle) < done:
             break
-    return Sweep(handle, parameter, unit)
+        if geometry is not None:
+            last = Handle("result")
+            handle.call("get_result", last.address)
+            results[done - 1] = Result(last)
+    found = Sweep(handle, parameter, unit)
+    found.results.update(results)
+    return found
 
 
 def _points(handle: Handle) -> int:

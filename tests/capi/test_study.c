@@ -204,7 +204,8 @@ static void sweep(void)
    const int32_t row[4] = {0, 0, 1, 1}, column[4] = {0, 1, 0, 1};
    const double mass[4] = {1, 0, 0, 1};
    double complex lambda[6][2];
-   double kind[3], first[3], at[3];
+   double kind[3], first[3], at[3], last[4];
+   kschur_result *result = NULL;
    int64_t branches, points, events;
    int stopped = 0;
 
@@ -240,6 +241,13 @@ static void sweep(void)
    CHECK_OK(kschur_sweep_get_numbers(swept, "event_first", first, 1));
    CHECK_OK(kschur_sweep_get_numbers(swept, "event_value", at, 1));
    CHECK(kind[0] == 1 && first[0] == 0 && fabs(at[0] - 0.5) < 0.11);
+   CHECK_STATUS(kschur_sweep_get_result(swept, NULL), KSCHUR_ERROR_NULL);
+   CHECK_OK(kschur_result_create(&result));
+   CHECK_OK(kschur_sweep_get_result(swept, result));
+   CHECK_OK(kschur_result_get_numbers(result, "eigenvalues", last, 4));
+   CHECK_NEAR(last[1], sqrt(1.5 - hypot(0.5, 0.02)), 1e-12);
+   CHECK_NEAR(last[3], sqrt(1.5 + hypot(0.5, 0.02)), 1e-12);
+   kschur_result_destroy(&result);
    CHECK_STATUS(kschur_sweep_get_numbers(swept, "colour", kind, 1), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_sweep_get_numbers(swept, "eigenvalues", kind, 1), KSCHUR_ERROR_LENGTH);
    CHECK_OK(kschur_sweep_destroy(&swept));
@@ -263,6 +271,7 @@ static void onset(void)
 {
    kschur_options *options = new_options(1);
    kschur_sweep *swept = NULL, *again = NULL;
+   kschur_result *result = NULL;
    const double at[2] = {2, 0.5};
    double value, within, unstable, branch;
    int64_t onsets = 0;
@@ -284,6 +293,9 @@ static void onset(void)
    CHECK_OK(kschur_sweep_create(&again));
    CHECK_STATUS(kschur_sweep_read_hdf5(again, "none.h5"), KSCHUR_ERROR_FILE);
    CHECK_OK(kschur_sweep_read_hdf5(again, "onset.h5"));
+   CHECK_OK(kschur_result_create(&result));
+   CHECK_STATUS(kschur_sweep_get_result(again, result), KSCHUR_ERROR_ORDER);
+   kschur_result_destroy(&result);
    CHECK_OK(kschur_sweep_get_parameter(again, text, 8));
    CHECK(strcmp(text, "p") == 0);
    CHECK_OK(kschur_sweep_get_unit(again, text, 8));

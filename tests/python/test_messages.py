@@ -104,7 +104,7 @@ def page(found):
     lines = [HEAD]
     for kind, (title, advice) in KINDS.items():
         lines += [f"## {title}", "", *([advice, ""] if advice else [])]
-        lines += [f"- {message}" for message in sorted(found[kind], key=lambda m: m.lstrip(".' ").lower())] + [""]
+        lines += [f"- {message}" for message in sorted(found[kind], key=lambda m: (m.lstrip(".' ").lower(), m))] + [""]
     return "\n".join(lines)
 
 

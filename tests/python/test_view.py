@@ -99,6 +99,12 @@ def test_own_model(folder):
 def test_picture(folder):
     matrices, mesh, _ = lattice()
     result, picture = folder/"modes.h5", folder/"it's modes.png"
+    run("solve", write(folder/"damped.h5", matrices, mesh), "--modes", 5, "--output", result)
+    done = run("view", result, "--picture", picture, "--modes", "1,2,5")
+    pixels = matplotlib.image.imread(picture)
+    dark = np.array([[pane.mean() for pane in np.array_split(row, 2, axis=1)] for row in np.array_split(pixels[:, :-200, :3].sum(2) < 2, 2)])
+    check("picture: three modes, two views of the one that whirls, in a square", done.returncode == 0 and (dark > 0.002).all(), dark)
+    del matrices["damping"]
     run("solve", write(folder/"own.h5", matrices, mesh), "--modes", 5, "--output", result)
     done = run("view", result, "--picture", picture, "--modes", "1,2,5")
     check("picture: is drawn", done.returncode == 0 and "3 modes" in done.stdout and done.stderr == "", done)
@@ -108,6 +114,9 @@ def test_picture(folder):
     done = run("view", result, "--picture", folder/"modes.nonsense")
     check("picture: an ending that is none", done.returncode == 4 and "nonsense" in done.stderr
           and not list(folder.glob("*nonsense*")) and not list(folder.glob(".*")), done)
+    done = run("view", result, "--picture", folder/"modes.gif")
+    check("picture: what moves is no picture", done.returncode == 4 and ".png, .pdf, .svg" in done.stderr and "--html" in done.stderr
+          and done.stderr.count("\n") == 1, done)
 
 
 def test_frames(folder):

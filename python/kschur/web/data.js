@@ -1,4 +1,5 @@
 // What the page holds: facts as JSON, numbers as compressed bytes.
+const by = id => document.getElementById(id);
 const facts = JSON.parse(document.getElementById("facts").textContent);
 
 async function unpackedBytes(id) {

@@ -1,5 +1,5 @@
-// What is written over a pane: its mode, the axes, a scale and the key of the colours.
-function drawOverlay(pen, pane, mode, camera, pixel, colour) {
+// What is written over a pane: what is seen, the axes, a scale and the key of the colours.
+function drawOverlay(pen, pane, seen, camera, pixel, colour) {
   pen.save();
   pen.translate(pane.x, pane.y);
   pen.strokeStyle = "#d5dae0";
@@ -7,9 +7,9 @@ function drawOverlay(pen, pane, mode, camera, pixel, colour) {
   pen.fillStyle = "#1d2733";
   pen.textBaseline = "middle";
   pen.font = "600 14px system-ui, 'DejaVu Sans', sans-serif";
-  pen.fillText(`Mode ${mode.number}: ${shown(mode.frequency)} Hz`, 12, 20);
+  pen.fillText(seen.title, 12, 20);
   pen.font = "12px system-ui, 'DejaVu Sans', sans-serif";
-  pen.fillText(mode.kind + (mode.damping ? `, damping ${shown(100 * mode.damping, 3)} %` : ""), 12, 38);
+  pen.fillText(seen.words, 12, 38);
   drawTriad(pen, camera, 46, pane.height - 46);
   drawScale(pen, pixel, pane.width / 2, pane.height - 18, pane.width / 3);
   drawKey(pen, pane.width - 34, pane.height - 128, colour);

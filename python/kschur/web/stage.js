@@ -1,50 +1,24 @@
-const by = id => document.getElementById(id);
+// The stage: shapes side by side, in motion, with what governs them. A shape is seen under a title and words below it.
 const model = new Model();
-const state = {chosen: [], shapes: [], playing: true, phase: 0, frames: 0, ready: false};
+const state = {seen: [], shapes: [], playing: true, phase: 0, frames: 0, ready: false};
 let renderer, camera, pixel = 1;
 
-function fillList() {
-  by("message").textContent = `${facts.message}. ${facts.nodes} nodes, ${facts.unknowns} unknowns.`;
-  const directions = Object.keys((facts.modes[0] || {}).masses || {});
-  const heads = ["", "mode", "Hz", "damping %", "kind", "backward error", ...directions.map(name => `mass ${name} %`)];
-  document.querySelector("#list thead").innerHTML = `<tr>${heads.map(head => `<th>${head}</th>`).join("")}</tr>`;
-  facts.modes.forEach((mode, k) => {
-    const row = document.querySelector("#list tbody").insertRow();
-    row.className = mode.kind;
-    row.title = `eigenvalue ${shown(mode.re)} ${mode.im < 0 ? "-" : "+"} ${shown(Math.abs(mode.im))} i (1/s), damped ${shown(mode.damped)} Hz`;
-    row.dataset.frequency = mode.frequency;
-    const box = document.createElement("input");
-    box.type = "checkbox";
-    row.insertCell().append(box);
-    const damping = mode.damping === null ? "–" : shown(100 * mode.damping, 3), masses = directions.map(name => (100 * mode.masses[name]).toFixed(1));
-    for (const text of [mode.number, shown(mode.frequency, 6), damping, mode.kind, mode.backward === null ? "–" : mode.backward.toExponential(1), ...masses])
-      row.insertCell().textContent = text;
-    row.addEventListener("click", event => choose(event.target === box || event.ctrlKey ? toggled(state.chosen, k) : [k]));
-  });
+async function see(seen) {
+  state.seen = seen;
+  const shapes = await Promise.all(seen.map(one => model.shape(one.shape)));
+  if (state.seen === seen) state.shapes = shapes;
+}
+
+function listParts() {
   const parts = [...new Set(model.parts)].sort((p, q) => p - q);
   by("parts").style.display = parts.length > 1 ? "" : "none";
   for (const part of parts) {
     const label = document.createElement("label"), box = document.createElement("input");
     Object.assign(box, {type: "checkbox", checked: true});
-    box.addEventListener("change", () => { model.hidden[box.checked ? "delete" : "add"](part); model.show(); choose(state.chosen); });
+    box.addEventListener("change", () => { model.hidden[box.checked ? "delete" : "add"](part); model.show(); see([...state.seen]); });
     label.append(box, `part ${part + 1}`);
     document.querySelector("#parts div").append(label);
   }
-  by("notes").style.display = facts.notes.length ? "" : "none";
-  for (const note of facts.notes) by("notes").append(Object.assign(document.createElement("p"), {textContent: note}));
-}
-
-const toggled = (list, k) => list.includes(k) ? list.filter(other => other !== k) : [...list, k].sort((p, q) => p - q);
-
-async function choose(modes) {
-  if (!modes.length) modes = state.chosen;
-  state.chosen = modes;
-  const shapes = await Promise.all(modes.map(k => model.shape(k)));
-  if (state.chosen === modes) state.shapes = shapes;
-  document.querySelectorAll("#list tbody tr").forEach((row, k) => {
-    row.classList.toggle("shown", modes.includes(k));
-    row.querySelector("input").checked = modes.includes(k);
-  });
 }
 
 // Panes that fill the stage with what is nearest to squares.
@@ -83,7 +57,7 @@ function draw() {
     renderer.setViewport(pane.x, height - pane.y - pane.height, pane.width, pane.height);
     renderer.setScissor(pane.x, height - pane.y - pane.height, pane.width, pane.height);
     renderer.render(shape.scene, camera.lens);
-    drawOverlay(pen, pane, facts.modes[state.chosen[k]], camera, pixel, colour);
+    drawOverlay(pen, pane, state.seen[k], camera, pixel, colour);
   });
 }
 
@@ -92,7 +66,7 @@ function step(now) {
   if (state.playing && last !== null) state.phase = (state.phase + 2 * Math.PI * Number(by("speed").value) * (now - last) / 1000) % (2 * Math.PI);
   last = now;
   if (state.playing) by("phase").value = state.phase * 180 / Math.PI;
-  if (state.shapes.length === state.chosen.length) draw();
+  if (state.shapes.length === state.seen.length) draw();
   state.composed?.();
   ++state.frames;
   requestAnimationFrame(step);
@@ -119,7 +93,7 @@ function save(blob, name) {
 function film() {
   const canvas = composed(), pieces = [], recorder = new MediaRecorder(canvas.captureStream(30), {mimeType: "video/webm"});
   recorder.ondataavailable = event => pieces.push(event.data);
-  recorder.onstop = () => { state.composed = null; by("film").disabled = false; save(new Blob(pieces, {type: "video/webm"}), "modes.webm"); };
+  recorder.onstop = () => { state.composed = null; by("film").disabled = false; save(new Blob(pieces, {type: "video/webm"}), "shapes.webm"); };
   const end = performance.now() + 2000 / Number(by("speed").value);
   let frames = 0;
   state.composed = () => {
@@ -131,24 +105,21 @@ function film() {
   recorder.start();
 }
 
-async function begin() {
+// Loads the model; `first` chooses what is seen first.
+async function beginStage(first) {
   await model.load();
   renderer = new THREE.WebGLRenderer({canvas: by("space"), antialias: true, preserveDrawingBuffer: true});
   renderer.autoClear = false;
   renderer.setClearColor(0xffffff, 1);
   camera = new Camera(model.box);
   camera.follow(by("overlay"), () => pixel);
-  fillList();
-  drawMac(by("mac"), by("mac-value"));
+  listParts();
   by("play").addEventListener("click", () => { state.playing = !state.playing; by("play").textContent = state.playing ? "Pause" : "Play"; });
   by("phase").addEventListener("input", () => { state.playing = false; by("play").textContent = "Play"; state.phase = by("phase").value * Math.PI / 180; });
   by("views").addEventListener("click", event => { if (event.target.dataset.view) camera.look(...event.target.dataset.view.split(",").map(Number)); });
-  by("picture").addEventListener("click", () => composed().toBlob(blob => save(blob, "modes.png")));
+  by("picture").addEventListener("click", () => composed().toBlob(blob => save(blob, "shapes.png")));
   by("film").addEventListener("click", film);
-  const first = facts.modes.findIndex(mode => mode.kind !== "rigid" && mode.kind !== "real");
-  await choose([Math.max(first, 0)]);
+  await first();
   state.ready = true;
   requestAnimationFrame(step);
 }
-window.kschur = {facts, state, model, choose, camera: () => camera};
-begin();
