@@ -14,7 +14,8 @@ from .response import Response, frequency_response
 from .result import Result
 from .solving import solve
 from .sweeping import Event, Onset, Sweep, sweep
+from .viscoelastic import Material, ViscoelasticModes, solve_viscoelastic
 
 __version__ = _version()
-__all__ = ["Error", "Event", "Geometry", "Onset", "Problem", "Response", "Result", "Sweep", "errors", "frequency_response",
-           "load", "read", "solve", "sweep"]
+__all__ = ["Error", "Event", "Geometry", "Material", "Onset", "Problem", "Response", "Result", "Sweep", "ViscoelasticModes", "errors",
+           "frequency_response", "load", "read", "solve", "solve_viscoelastic", "sweep"]

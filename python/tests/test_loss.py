@@ -260,8 +260,8 @@ def test_left_vectors_of_losses():
             assert np.linalg.norm(left.conj() @ matrix) < 1e-11 * size
 
 
-@pytest.mark.parametrize("options", [{"band": (0.0, 1.0)}, {"formulation": "low-rank"}, {"formulation": "damped"},
-                                     {"formulation": "symmetric"}, {"method": "arpack"}, {"properties": True}])
+@pytest.mark.parametrize("options", [{"formulation": "low-rank"}, {"formulation": "damped"}, {"formulation": "symmetric"},
+                                     {"method": "arpack"}])
 def test_what_does_not_know_of_losses_says_so(options):
     M, K = rod(20)
     with pytest.raises(UsageError, match="loss matrix H|all modes"):

@@ -1,5 +1,5 @@
 !> The determinant of a problem bordered by its constraints, as a function of lambda:
-!> det [P(lambda) Cq^T; Cq 0]. Its zeros are the finite eigenvalues with their multiplicities: with Z a basis of
+!> det [P(lambda) Cq^T; Cq 0], P with K + i H where there are losses. Its zeros are the finite eigenvalues with their multiplicities: with Z a basis of
 !> null(Cq) it is det(Z^T P(lambda) Z) times a constant. Redundant constraints would make it zero everywhere; a
 !> border of their own, [0 Cq^T 0; Cq 0 N; 0 N^T 0] with a column of N for each, keeps that from happening
 !> and changes nothing else if no combination of columns of N is one of Cq: Cq phi + N eta = 0 is Cq phi = 0 then,
@@ -14,7 +14,7 @@ module kschur_bordered_determinant
    use kschur_ordering, only: elimination_order
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
-   use kschur_saddle, only: saddle_blocks, saddle_structure
+   use kschur_saddle, only: enlarged, saddle_blocks, saddle_structure
    use kschur_sparse, only: complex_combination, csr_matrix_type, linear_combination, &
       new_csr_from_triplets
    use kschur_winding, only: analytic_function_type
@@ -29,8 +29,8 @@ module kschur_bordered_determinant
    !> Evaluated by a factorisation each time.
    type, extends(analytic_function_type) :: bordered_determinant_type
       type(effort_type) :: effort
-      ! Times lambda^2, lambda and 1.
-      type(csr_matrix_type), private :: blocks(3)
+      ! Times lambda^2, lambda, 1 and, where there are losses, i.
+      type(csr_matrix_type), allocatable, private :: blocks(:)
       type(matrix_structure_type), private :: structure
       class(complex_linear_solver_type), allocatable, private :: solver
       integer(long), private :: state = 1
@@ -38,6 +38,9 @@ module kschur_bordered_determinant
       class(monitor_type), pointer :: monitor => null()
    contains
       procedure :: evaluate
+      !> Whether it is of K + i H, and not real on the real axis.
+      procedure :: is_lossy
+      procedure, private :: coefficients
    end type bordered_determinant_type
 
 contains
@@ -53,18 +56,20 @@ contains
       !> A copy of it factors.
       class(complex_linear_solver_type), intent(in) :: solver
       type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: pattern
+      type(csr_matrix_type) :: pattern, blocks(3)
       integer, allocatable :: position(:)
       integer :: i
 
-      call saddle_blocks(problem, factors, determinant%blocks, error)
+      call saddle_blocks(problem, factors, blocks, error)
       if (allocated(error)) return
+      allocate (determinant%blocks, source=blocks)
+      if (allocated(problem%loss)) determinant%blocks = [blocks, enlarged(problem%loss, blocks(1)%rows)]
       allocate (determinant%solver, source=solver)
       associate (s => determinant%structure)
          s = saddle_structure(problem)
          ! The same for all points.
          if (.not. allocated(s%position)) then
-            pattern = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], determinant%blocks)
+            pattern = linear_combination(spread(1.0_wp, 1, size(determinant%blocks)), determinant%blocks)
             call elimination_order(pattern%row_start, pattern%column, s, position, error)
             if (allocated(error)) return
             call move_alloc(position, s%position)
@@ -78,7 +83,7 @@ contains
 
    ! Adds N and its transpose.
    subroutine border(blocks, unknowns, level, redundant, error)
-      type(csr_matrix_type), intent(inout) :: blocks(3)
+      type(csr_matrix_type), intent(inout) :: blocks(:)
       integer, intent(in) :: unknowns
       !> The size of each row of Cq.
       real(wp), intent(in) :: level(:)
@@ -111,7 +116,7 @@ contains
    !> The factors are those of A + E, and log det(A + E) - log det A is trace(A^{-1} E) to first order. For x with
    !> random entries of size one and y = (A + E)^{-1} A x, x - y is A^{-1} E x: its Euclidean norm is on average the
    !> Frobenius norm of A^{-1} E, and x^* (x - y) the trace (Hutchinson, Commun. Stat. 19 (1990)). A x is summed
-   !> from M x, R x, K x and Cq x, so that the rounding of A shows too.
+   !> from M x, R x, K x, H x and Cq x, so that the rounding of A shows too.
    subroutine evaluate(self, lambda, logarithm, doubt, reason)
       class(bordered_determinant_type), intent(inout) :: self
       complex(wp), intent(in) :: lambda
@@ -119,7 +124,7 @@ contains
       real(wp), intent(out) :: doubt
       character(len=*), intent(out) :: reason
       type(error_type), allocatable :: error
-      complex(wp), allocatable :: x(:, :), y(:, :)
+      complex(wp), allocatable :: x(:, :), y(:, :), coefficients(:)
       real(wp) :: before
       integer :: j
 
@@ -130,7 +135,7 @@ contains
          if (self%monitor%stops()) return
       end if
       before = self%solver%solve_seconds
-      call self%solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp)], self%blocks), self%structure, error)
+      call self%solver%factorize(complex_combination(self%coefficients(lambda), self%blocks), self%structure, error)
       call self%effort%add_factors(self%solver, for_count)
       if (.not. allocated(error)) then
          reason = "the solver does not tell determinants"
@@ -138,9 +143,10 @@ contains
          if (.not. self%solver%determinant%known) return
          call random_phases(self, x)
          allocate (y(size(x, 1), trials), source=(0.0_wp, 0.0_wp))
-         call self%blocks(1)%add_product(lambda**2, x, y)
-         call self%blocks(2)%add_product(lambda, x, y)
-         call self%blocks(3)%add_product((1.0_wp, 0.0_wp), x, y)
+         coefficients = self%coefficients(lambda)
+         do j = 1, size(coefficients)
+            call self%blocks(j)%add_product(coefficients(j), x, y)
+         end do
          call self%solver%solve(y, error)
          self%effort%seconds%solve = self%effort%seconds%solve + (self%solver%solve_seconds - before)
       end if
@@ -153,6 +159,23 @@ contains
       doubt = caution*maxval([(dznrm2(size(x, 1), x(:, j) - y(:, j), 1), j=1, trials)])
       logarithm = self%solver%determinant%logarithm()
    end subroutine evaluate
+
+   pure logical function is_lossy(self)
+      class(bordered_determinant_type), intent(in) :: self
+
+      is_lossy = size(self%blocks) > 3
+   end function is_lossy
+
+   ! Of the blocks.
+   pure function coefficients(self, lambda)
+      class(bordered_determinant_type), intent(in) :: self
+      complex(wp), intent(in) :: lambda
+      complex(wp) :: coefficients(size(self%blocks))
+      complex(wp) :: all(4)
+
+      all = [lambda**2, lambda, (1.0_wp, 0.0_wp), (0.0_wp, 1.0_wp)]
+      coefficients = all(:size(coefficients))
+   end function coefficients
 
    subroutine random_phases(self, x)
       class(bordered_determinant_type), intent(inout) :: self

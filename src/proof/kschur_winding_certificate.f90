@@ -45,7 +45,7 @@ contains
    !> Counts inside a curve that goes through the first wide gap between the distances of eigenvalues from the
    !> target, beyond those that are listed. Where that finds more than are known, they may be no nearer than the
    !> furthest that is listed: a second curve goes through a gap inside that, and a third one, if the two disagree,
-   !> just inside the furthest.
+   !> just inside the furthest. With losses what is above the real axis is counted, as what is below belongs to no mode.
    subroutine certify_by_winding(problem, solver, listed, beyond, zeros, target, resolution, certificate, zeros_at_least, &
       monitor)
       !> Presolved and balanced: where entries are of one size, the phase of the determinant is not lost in rounding.
@@ -127,12 +127,12 @@ contains
          integer, intent(out) :: number
          type(closed_curve_type) :: curve
 
-         curve = new_closed_curve(target, radius)
+         curve = new_closed_curve(target, radius, determinant%is_lossy())
          call count_unknown_zeros(determinant, curve, known, zeros, number, certificate%reason)
          certificate%reach = radius
          if (certificate%reason == "" .and. number < 0) &
             certificate%reason = "more eigenvalues are listed than there are, by "//text(-number)
-         if (curve%circle) number = 2*number
+         if (curve%closed) number = 2*number
          if (certificate%reason /= "") number = -1
       end subroutine count_within
    end subroutine compare
