@@ -118,3 +118,24 @@ def test_properties_of_one_material_are_those_without_losses():
                     for loss in (0.1, None))
     np.testing.assert_allclose(lossy.generalised_stiffness, plain.generalised_stiffness, rtol=1e-9)
     np.testing.assert_allclose(lossy.effective_mass, plain.effective_mass, rtol=1e-9)
+
+
+def test_modal_strain_energy():
+    M, K = rod(40)
+    core = part_of(K, 20)
+    parts = [core, K - core]
+    # To first order without losses.
+    plain, slightly = kschur.solve(M, K, modes=4), kschur.solve(M, K, modes=4, loss=1e-5 * core)
+    shares = kschur.strain_energy_shares(plain, parts)
+    np.testing.assert_allclose(shares.sum(axis=1), 1, rtol=1e-12)
+    np.testing.assert_allclose(shares @ [1e-5, 0], slightly.loss_factor, rtol=1e-6)
+    # phi^* (K + i H) phi = omega^2 phi^* M phi: of modes with losses exactly.
+    lossy = kschur.solve(M, K, modes=4, loss=0.5 * core + 0.1 * (K - core))
+    np.testing.assert_allclose(kschur.strain_energy_shares(lossy, parts) @ [0.5, 0.1], lossy.loss_factor, rtol=1e-9)
+    free = kschur.solve(np.eye(3), [[1, -1, 0], [-1, 2, -1], [0, -1, 1]], modes=2)
+    shares = kschur.strain_energy_shares(free, [np.array([[1, -1, 0], [-1, 1, 0], [0, 0, 0]]), np.array([[0, 0, 0], [0, 1, -1], [0, -1, 1]])])
+    assert np.isnan(shares[0]).all()
+    np.testing.assert_allclose(shares[1], 0.5, rtol=1e-12)
+    for parts in ([], [np.eye(2)]):
+        with pytest.raises(kschur.errors.UsageError, match="part"):
+            kschur.strain_energy_shares(free, parts)
