@@ -3,9 +3,10 @@
 process of its own.
 
 H = D K D, D diagonal with the root of the loss factor of the half that an unknown is in, so that H is symmetric and semidefinite.
-SLEPc is run in complex arithmetic (peers/slepc_losses.py), at the shift that kschur chose, for as many eigenvalues as are at least
-needed there to have all modes that kschur found: how many that is, is found out beforehand. One line a program: medians of seconds, from the matrices in
-memory to the modes in memory; the worst backward error, by one piece of code in extended precision; how far the eigenvalues are apart."""
+SLEPc is run in complex arithmetic (peers/slepc_losses.py), at the shift that kschur chose, for as many eigenvalues as are needed
+there to have all modes that kschur found, which is found out beforehand. One line a program: medians of seconds, from the matrices
+in memory to the modes in memory; the worst backward error, by one piece of code in extended precision. Last how far the
+eigenvalues are apart."""
 import argparse
 import json
 import os
@@ -54,16 +55,16 @@ def backward_error(problem, loss, value, shape, multipliers):
 
 
 def run_ours(arguments, path, output):
-    words = [arguments.program, "solve", str(path), "--modes", str(arguments.modes), "--threads", "1", "--tolerance", str(arguments.tolerance),
-             "--format", "json", "--output", str(output), "--quiet"]
+    words = [arguments.program, "solve", str(path), "--modes", str(arguments.modes), "--threads", "1", "--format", "json", "--quiet",
+             "--tolerance", str(arguments.tolerance), "--output", str(output)]
     told = json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout)
     return told["seconds"]["total"], told
 
 
 def run_slepc(arguments, path, output, count, shift):
     environment = {**os.environ, **slepc.environment("complex"), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    words = [sys.executable, str(HERE / "peers" / "slepc_losses.py"), str(path), "--eigenvalues", str(count), "--shift", *map(repr, shift),
-             "--tolerance", str(arguments.tolerance), "--output", str(output)]
+    words = [sys.executable, str(HERE / "peers" / "slepc_losses.py"), str(path), "--eigenvalues", str(count),
+             "--shift", *map(repr, shift), "--tolerance", str(arguments.tolerance), "--output", str(output)]
     subprocess.run(words, check=True, env=environment)
     with h5py.File(output) as file:
         return float(file.attrs["seconds"])
@@ -117,8 +118,8 @@ def main():
         for name, file, time, asked in (("kschur", ours, medians[0], arguments.modes), ("SLEPc", theirs, medians[1], count)):
             errors = [backward_error(problem, loss, *mode) for mode in zip(*read_modes(file))]
             print(f"{name:8} {asked:11d} {time:9.3f} {max(errors):15.1e}")
-        print(f"SLEPc / kschur {medians[1] / medians[0]:.2f}, eigenvalues apart by {furthest(expected, read_modes(theirs)[0]):.1e} at most; "
-              f"kschur: {told['formulation']}, {told['reason']}")
+        print(f"SLEPc / kschur {medians[1] / medians[0]:.2f}, eigenvalues apart by {furthest(expected, read_modes(theirs)[0]):.1e} "
+              f"at most; kschur: {told['formulation']}, {told['reason']}")
 
 
 main()

@@ -133,9 +133,33 @@ def test_modal_strain_energy():
     lossy = kschur.solve(M, K, modes=4, loss=0.5 * core + 0.1 * (K - core))
     np.testing.assert_allclose(kschur.strain_energy_shares(lossy, parts) @ [0.5, 0.1], lossy.loss_factor, rtol=1e-9)
     free = kschur.solve(np.eye(3), [[1, -1, 0], [-1, 2, -1], [0, -1, 1]], modes=2)
-    shares = kschur.strain_energy_shares(free, [np.array([[1, -1, 0], [-1, 1, 0], [0, 0, 0]]), np.array([[0, 0, 0], [0, 1, -1], [0, -1, 1]])])
+    shares = kschur.strain_energy_shares(free, [np.array([[1, -1, 0], [-1, 1, 0], [0, 0, 0]]),
+                                                np.array([[0, 0, 0], [0, 1, -1], [0, -1, 1]])])
     assert np.isnan(shares[0]).all()
     np.testing.assert_allclose(shares[1], 0.5, rtol=1e-12)
     for parts in ([], [np.eye(2)]):
         with pytest.raises(kschur.errors.UsageError, match="part"):
             kschur.strain_energy_shares(free, parts)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_certified_sets_of_proportional_problems_lack_nothing(seed):
+    random = np.random.default_rng(seed)
+    n = int(random.integers(8, 60))
+    root_of_mass, root_of_stiffness = random.standard_normal((2, n, n))
+    M, K = root_of_mass @ root_of_mass.T + n * np.eye(n), root_of_stiffness @ root_of_stiffness.T + 0.1 * np.eye(n)
+    squares = linalg.eigh(K, M, eigvals_only=True)
+    rate = np.sqrt(squares.max())
+    alpha, beta, eta = 10 ** random.uniform(-3, 1) * rate, 10 ** random.uniform(-3, 0) / rate, 10 ** random.uniform(-3, 1)
+    alpha, beta = alpha * random.integers(2), beta * random.integers(2)
+    target = complex(-abs(random.normal()), abs(random.normal())) * rate * random.integers(2)
+    upper = np.array([max(np.roots([1, alpha + beta * s, s * (1 + 1j * eta)]), key=lambda root: root.imag) for s in squares])
+    result = kschur.solve(M, K, alpha * M + beta * K if alpha or beta else None, loss=eta * K, modes=int(random.integers(1, n)),
+                          target=target, formulation="proportional")
+    found = result.eigenvalues
+    near = np.abs(upper[:, None] - found) <= 1e-6 * np.abs(upper[:, None])
+    assert near.any(axis=0).all()
+    if result.certified is not None:
+        assert result.certified
+        nearer = np.abs(upper - target) < (1 - 1e-6) * np.abs(found - target).max()
+        assert near[nearer].any(axis=1).all()

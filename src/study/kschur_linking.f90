@@ -1,16 +1,14 @@
 !> From one place of a sweep to the next: which mode is which, by places between where that is not clear, and where a mode
 !> becomes unstable.
 module kschur_linking
-   use kschur_error, only: error_cancelled, error_input, error_type, error_usage, new_error
+   use kschur_error, only: error_cancelled, error_type, error_usage, new_error
    use kschur_following, only: follow_modes, is_ambiguous, place_type, settle_spaces, swapping_pair
    use kschur_kinds, only: wp
    use kschur_modal_solver, only: modal_solver_type, new_modal_solver
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type
-   use kschur_problem, only: modal_problem_type, new_modal_problem
    use kschur_problem_family, only: interpolate, problem_family_type
    use kschur_result, only: reason_cancelled
-   use kschur_solver, only: solve_modes
    use kschur_symmetric_storage, only: symmetric_no
    use kschur_tolerances, only: onset_width, twelve_digits
    implicit none
@@ -31,8 +29,6 @@ module kschur_linking
       logical :: unsure = .false.
       type(modal_solver_type), private :: solver
       logical, private :: has_solved = .false.
-      ! Unknowns and constraints of the problems before; nothing is known of the first.
-      integer, private :: sizes(2) = -1
    contains
       !> A place as it is solved.
       procedure :: solve
@@ -40,7 +36,6 @@ module kschur_linking
       procedure :: link
       !> Where a mode becomes unstable, or stable.
       procedure :: find_onset
-      procedure, private :: solve_lossy
       procedure, private :: place_between
       procedure, private :: link_by_halves
    end type linker_type
@@ -55,18 +50,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
 
-      associate (problem => place%problem, sizes => [place%problem%unknowns(), place%problem%multipliers()])
-         if (any(self%sizes /= sizes) .and. self%sizes(1) >= 0) call new_error(error, error_input, &
-            "the matrices have other numbers of unknowns or constraints than those before")
-         if (allocated(error)) return
-         self%sizes = sizes
-         if (allocated(problem%loss)) then
-            call self%solve_lossy(place, error, monitor)
-            return
-         end if
+      associate (problem => place%problem)
          if (self%has_solved) then
             call self%solver%update_values(problem%mass, problem%stiffness, error, problem%damping, problem%constraints, &
-               symmetric_no)
+               symmetric_no, problem%loss)
          else
             call new_modal_solver(self%solver, problem)
          end if
@@ -74,21 +61,6 @@ contains
       if (.not. allocated(error)) call self%solver%solve(self%options, place%result, error, monitor)
       self%has_solved = self%has_solved .or. .not. allocated(error)
    end subroutine solve
-
-   ! A solver that remembers knows no losses. What is interpolated has to be judged again: whether it is symmetric, and H = g K.
-   subroutine solve_lossy(self, place, error, monitor)
-      class(linker_type), intent(in) :: self
-      type(place_type), intent(inout) :: place
-      type(error_type), allocatable, intent(out) :: error
-      class(monitor_type), target, intent(inout), optional :: monitor
-      type(modal_problem_type) :: judged
-
-      associate (given => place%problem)
-         call new_modal_problem(judged, given%mass, given%stiffness, error, given%damping, given%constraints, &
-            symmetric=symmetric_no, loss=given%loss)
-      end associate
-      if (.not. allocated(error)) call solve_modes(judged, self%options, place%result, error, monitor)
-   end subroutine solve_lossy
 
    ! A place that was not asked for: its end by the monitor is an error.
    subroutine place_between(self, value, before, after, place, error)
