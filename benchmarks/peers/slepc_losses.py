@@ -35,7 +35,7 @@ def main():
     with h5py.File(options.problem) as file:
         loss = read_matrix(file, "loss", (n, n))
     PETSc.Options()["st_mat_mumps_icntl_14"] = "300"
-    before, started = peak_memory_bytes(), time.perf_counter()
+    before, started, used = peak_memory_bytes(), time.perf_counter(), time.process_time()
     nothing = sp.csr_matrix((m, m))
     # The paper's factor of the constraints.
     factor = abs(problem.stiffness.data).mean() / abs(problem.constraints.data).mean() if m else 1.0
@@ -60,7 +60,7 @@ def main():
     solver.setFromOptions()
     transform.setFromOptions()
     solver.solve()
-    seconds = time.perf_counter() - started
+    seconds, used = time.perf_counter() - started, time.process_time() - used
     right = solver.getOperators()[0].createVecRight()
     values, vectors = [], []
     for i in range(solver.getConverged()):
@@ -70,7 +70,8 @@ def main():
     with h5py.File(options.output, "w") as file:
         file["eigenvalues"] = np.array(values, complex)
         file["eigenvectors"], file["multipliers"] = vectors[:, :n], factor * vectors[:, n:]
-        file.attrs["seconds"], file.attrs["memory"] = seconds, peak_memory_bytes() - before
+        file.attrs["seconds"], file.attrs["processor_seconds"] = seconds, used
+        file.attrs["memory"] = peak_memory_bytes() - before
 
 
 main()
