@@ -110,11 +110,12 @@ def main():
         add_losses(path, arguments.factors)
         _, told = run_ours(arguments, path, ours)
         expected = read_modes(ours)[0]
-        # What SLEPc need not do is not asked of it: the fewest eigenvalues at the shift with which all of ours are there.
+        # What SLEPc need not do is not asked of it: the fewest eigenvalues at the shift with which all of ours are there, to the
+        # digits that it has of small decays beside zeros.
         count = arguments.modes
         while True:
             run_slepc(arguments, path, theirs, count, told["shift"])
-            if matched(expected, read_modes(theirs)[0])[1] < 1e-6 or count > 8 * arguments.modes:
+            if matched(expected, read_modes(theirs)[0])[1] < 1e-4 or count > 8 * arguments.modes:
                 break
             count = int(1.25 * count) + 1
         seconds = [(run_ours(arguments, path, ours)[0], run_slepc(arguments, path, theirs, count, told["shift"]))
