@@ -240,6 +240,7 @@ contains
          "roots.", &
          "", &
          "  --values V1,V2,...     the parameter at each problem (1, 2, ...)", &
+         "  --loss-factor A:B:N    of one problem: H = g K at N values of g", &
          "  --unit NAME            that of the parameter, for tables and diagrams: rpm, Hz, ...", &
          "  --left                 left vectors of unsymmetric problems, in place of shapes", &
          "  --output SWEEP.h5      write values, branches, shares, events and onsets", &

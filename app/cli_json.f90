@@ -40,21 +40,33 @@ contains
    end subroutine print_json
 
    !> Prints a line of names and one line per mode on standard output; an
-   !> undefined damping ratio is empty, as are an infinite condition number and an error that is not known.
+   !> undefined damping ratio is empty, as are an infinite condition number and an error that is not known. Loss factors where
+   !> there are losses.
    subroutine print_csv(result)
       type(modal_result_type), intent(in) :: result
       integer :: i
 
       call print_line("mode,eigenvalue_re,eigenvalue_im,frequency_hz,damped_frequency_hz,damping_ratio,kind,"// &
-         "backward_error,error"//trim(merge(",condition_number", repeat(" ", 17), allocated(result%condition))))
+         "backward_error,error"//trim(merge(",condition_number", repeat(" ", 17), allocated(result%condition)))// &
+         trim(merge(",loss_factor", repeat(" ", 12), allocated(result%loss_factor))))
       do i = 1, size(result%eigenvalues)
          call print_line(text(i)//","//plain(real(result%eigenvalues(i), wp), "")//","// &
             plain(aimag(result%eigenvalues(i)), "")//","//plain(result%frequency_hz(i), "")//","// &
             plain(result%damped_frequency_hz(i), "")//","//plain(result%damping_ratio(i), "")//","// &
             trim(kind_names(result%kind(i)))//","//plain(result%backward_error(i), "")//","// &
-            plain(result%error_bound(i), "")//condition(result, i, ",", ""))
+            plain(result%error_bound(i), "")//condition(result, i, ",", "")//loss_factor(result, i))
       end do
    end subroutine print_csv
+
+   ! Nothing where there are no losses.
+   pure function loss_factor(result, i)
+      type(modal_result_type), intent(in) :: result
+      integer, intent(in) :: i
+      character(len=:), allocatable :: loss_factor
+
+      loss_factor = ""
+      if (allocated(result%loss_factor)) loss_factor = ","//plain(result%loss_factor(i), "")
+   end function loss_factor
 
    pure function mode(result, i) result(object)
       type(modal_result_type), intent(in) :: result

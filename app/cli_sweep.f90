@@ -103,7 +103,7 @@ contains
       type(arguments_type), intent(inout) :: arguments
       type(source_type), intent(out) :: source
       type(error_type), allocatable, intent(inout) :: error
-      character(len=:), allocatable :: range, values, word
+      character(len=:), allocatable :: range, values, factors, word
       type(input_type) :: input
       integer :: i
 
@@ -123,6 +123,7 @@ contains
       end if
       source%parameter = "point"
       call take_symmetric(arguments, input, error)
+      call arguments%take_text("--loss-factor", factors, error, "FIRST:LAST:POINTS")
       allocate (source%inputs(0))
       do
          call arguments%take_word(word)
@@ -131,12 +132,44 @@ contains
          source%inputs = [source%inputs, input]
       end do
       call arguments%check_all_taken(error)
-      if (.not. allocated(error) .and. size(source%inputs) < 2) &
+      if (allocated(error)) return
+      if (allocated(factors)) then
+         if (allocated(values)) call new_error(error, error_usage, "--values is for problem files, --loss-factor for one of them")
+         if (.not. allocated(error)) call take_loss_factors(factors, source, error)
+         return
+      end if
+      if (size(source%inputs) < 2) &
          call new_error(error, error_usage, "kschur sweep wants two problems or more, or a scene and --vary")
       if (allocated(error)) return
       allocate (source%values, source=[(real(i, wp), i=1, size(source%inputs))])
       if (allocated(values)) call take_values(values, source%values, error)
    end subroutine take_source
+
+   ! FIRST:LAST:POINTS, H = g K of one problem.
+   subroutine take_loss_factors(range, source, error)
+      character(len=*), intent(in) :: range
+      type(source_type), intent(inout) :: source
+      type(error_type), allocatable, intent(out) :: error
+      type(input_type) :: input
+      logical :: ok
+      integer :: i
+
+      call read_range(range, most_points, source%values, ok)
+      if (ok) ok = size(source%inputs) == 1
+      if (.not. ok) then
+         call new_error(error, error_usage, "--loss-factor wants one problem and FIRST:LAST:POINTS with two to "// &
+            text(most_points)//" points")
+         return
+      end if
+      source%parameter = "loss_factor"
+      input = source%inputs(1)
+      deallocate (source%inputs)
+      allocate (source%inputs(0))
+      do i = 1, size(source%values)
+         input%loss_factor = source%values(i)
+         source%inputs = [source%inputs, input]
+      end do
+   end subroutine take_loss_factors
 
    ! OPTION=FIRST:LAST:POINTS.
    subroutine take_range(range, option, values, error)

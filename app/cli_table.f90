@@ -57,33 +57,48 @@ contains
 
    subroutine print_modes(result)
       type(modal_result_type), intent(in) :: result
-      character(len=15) :: cells(size(result%eigenvalues), 5)
-      character(len=113) :: line
+      ! The last is of loss factors.
+      character(len=15) :: cells(-1:size(result%eigenvalues), 6)
       character(len=12) :: more(-1:size(result%eigenvalues))
-      integer :: i
+      character(len=5) :: place
+      integer :: i, k, columns
 
       more = ""
       if (allocated(result%condition)) more = ["   condition", "      number", condition(result%condition)]
-      cells(:, 1) = aligned(real(result%eigenvalues, wp))
-      cells(:, 2) = aligned(aimag(result%eigenvalues))
-      cells(:, 3) = aligned(result%frequency_hz)
-      cells(:, 4) = aligned(result%damped_frequency_hz)
-      cells(:, 5) = aligned(100*result%damping_ratio)
-      where (result%kind == kind_rigid) cells(:, 3) = repeat(" ", 14)//"0"
-      where (result%kind == kind_rigid) cells(:, 5) = repeat(" ", 14)//"-"
+      k = size(result%eigenvalues)
+      cells(-1, :) = adjustr([character(len=15) :: "Re", "Im", "frequency", "damped", "damping", "loss factor"])
+      cells(0, :) = adjustr([character(len=15) :: "1/s", "1/s", "Hz", "Hz", "%", "%"])
+      cells(1:, 1) = aligned(real(result%eigenvalues, wp))
+      cells(1:, 2) = aligned(aimag(result%eigenvalues))
+      cells(1:, 3) = aligned(result%frequency_hz)
+      cells(1:, 4) = aligned(result%damped_frequency_hz)
+      cells(1:, 5) = aligned(100*result%damping_ratio)
+      where (result%kind == kind_rigid) cells(1:, 3) = repeat(" ", 14)//"0"
+      where (result%kind == kind_rigid) cells(1:, 5) = repeat(" ", 14)//"-"
+      columns = 5
+      if (allocated(result%loss_factor)) then
+         columns = 6
+         cells(1:, 6) = aligned(100*result%loss_factor)
+      end if
 
       call print_line("")
-      write (line, "(5x, 5a15, 2x, a11, 2a10)") "Re", "Im", "frequency", "damped", "damping", "kind       ", "backward", "error"
-      call print_line(line//trim(more(-1)))
-      write (line, "(5x, 5a15, 2x, a11, 2a10)") "1/s", "1/s", "Hz", "Hz", "%", "", "error", "1/s"
-      call print_line(line//trim(more(0)))
-      do i = 1, size(result%eigenvalues)
-         write (line, "(i5, 5a15, 2x, a11, 2a10)") i, cells(i, :), kind_names(result%kind(i)), &
-            exponential(result%backward_error(i), 10, 1), error_bound(result%error_bound(i))
-         call print_line(line//trim(more(i)))
+      call print_row("     ", cells(-1, :columns), "kind       ", "  backward", "     error", more(-1))
+      call print_row("     ", cells(0, :columns), "           ", "     error", "       1/s", more(0))
+      do i = 1, k
+         write (place, "(i5)") i
+         call print_row(place, cells(i, :columns), kind_names(result%kind(i)), exponential(result%backward_error(i), 10, 1), &
+            error_bound(result%error_bound(i)), more(i))
       end do
       call print_line("")
    end subroutine print_modes
+
+   subroutine print_row(place, cells, kind, backward_error, bound, more)
+      character(len=*), intent(in) :: place, cells(:), kind, backward_error, bound, more
+      character(len=len(place) + size(cells)*len(cells)) :: line
+
+      write (line, "(*(a))") place, cells
+      call print_line(line//"  "//kind//backward_error//bound//trim(more))
+   end subroutine print_row
 
    ! `-` where there is no left vector to tell.
    elemental function error_bound(bound) result(cell)

@@ -155,7 +155,7 @@ int kschur_result_get_history(kschur_result *result, int64_t *converged, int64_t
 
 /* Numbers by name, all as doubles, complex ones as pairs. Of modes: "eigenvalues", "eigenvectors", "multipliers",
  * "left_eigenvectors", "left_multipliers", "frequency_hz", "damped_frequency_hz", "damping_ratio", "backward_error", "error",
- * "kind", "condition_number". Of the solve: "n", "m", "modes", "modes_asked", "reason", "certified", "missing",
+ * "kind", "condition_number", "loss_factor" (none without a loss matrix). Of the solve: "n", "m", "modes", "modes_asked", "reason", "certified", "missing",
  * "redundant_constraints", "target", "shift", "operator_applications", "restarts", "factorizations" and, by what they were
  * for, "factorizations_for_mass", ..._rigid_motions, ..._iteration, ..._refinement, ..._count, ..._left, "wanted_after" (0
  * where not all that was wanted converged), "factored_order",

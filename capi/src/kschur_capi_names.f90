@@ -60,6 +60,9 @@ contains
          if (allocated(result%damped_frequency_hz)) numbers = result%damped_frequency_hz
       case ("damping_ratio")
          if (allocated(result%damping_ratio)) numbers = result%damping_ratio
+      case ("loss_factor")
+         allocate (numbers(0))
+         if (allocated(result%loss_factor)) numbers = result%loss_factor
       case ("backward_error")
          if (allocated(result%backward_error)) numbers = result%backward_error
       case ("error")

@@ -10,7 +10,6 @@ module kschur_capi_solver
    use kschur_capi_result, only: result_handle_type, clear, keep, modes_of_problem, result_of
    use kschur_capi_status, only: handle_type, get_message, outcome, require, status_memory, status_null, status_ok, &
       status_order, status_usage
-   use kschur_problem, only: refuse_loss
    implicit none
    private
 
@@ -44,9 +43,7 @@ contains
       if (.not. allocated(error)) then
          if (allocated(handle%solver)) then
             associate (p => given%problem)
-               call refuse_loss(p, "a solver that keeps what it knows for other solves", error)
-               if (.not. allocated(error)) &
-                  call handle%solver%update_values(p%mass, p%stiffness, error, p%damping, p%constraints, symmetric_no)
+               call handle%solver%update_values(p%mass, p%stiffness, error, p%damping, p%constraints, symmetric_no, p%loss)
             end associate
          else
             allocate (handle%solver)

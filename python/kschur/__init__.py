@@ -7,6 +7,7 @@
 from . import errors
 from ._library import version as _version
 from .convert import Problem, read
+from .energies import strain_energy_shares
 from .errors import Error
 from .geometry import Geometry
 from .loading import load
@@ -14,7 +15,9 @@ from .response import Response, frequency_response
 from .result import Result
 from .solving import solve
 from .sweeping import Event, Onset, Sweep, sweep
+from .viscoelastic import Material, ViscoelasticModes, solve_viscoelastic
 
 __version__ = _version()
-__all__ = ["Error", "Event", "Geometry", "Onset", "Problem", "Response", "Result", "Sweep", "errors", "frequency_response",
-           "load", "read", "solve", "sweep"]
+__all__ = ["Error", "Event", "Geometry", "Material", "Onset", "Problem", "Response", "Result", "Sweep", "ViscoelasticModes", "errors",
+           "frequency_response", "load", "read", "solve", "solve_viscoelastic", "strain_energy_shares",
+           "sweep"]

@@ -51,6 +51,7 @@ class Result(Stored):
         self.damping_ratio: NDArray[np.float64] = array("damping_ratio")
         self.backward_error: NDArray[np.float64] = array("backward_error")
         self.error: NDArray[np.float64] = array("error")
+        self._has_losses = len(array("loss_factor")) > 0
         self.kind: list[str] = [name_of("kind", kind) for kind in array("kind")]
         self.reason: str = self._text("reason")
         self.certified: bool | None = (None, True, False)[number("certified")]
@@ -86,6 +87,11 @@ class Result(Stored):
         real part is not positive."""
         square = -self.eigenvalues**2
         return np.divide(square.imag, square.real, out=np.full(len(self), np.nan), where=square.real > 0)
+
+    @property
+    def has_losses(self) -> bool:
+        """Whether the problem had a loss matrix."""
+        return self._has_losses
 
     @cached_property
     def shapes(self) -> NDArray[Any]:

@@ -39,7 +39,7 @@ def solve(M: Any, K: Any, R: Any = None, Cq: Any = None, modes: int | None = Non
         motions of the geometry, if there is one: see `Result.directions`.
     geometry : where the unknowns stand in space, for `Result.plot_shape` and files.
     loss : the real n x n loss matrix H of structural damping: the modes are those above the real axis with K + i H in the place
-        of K. A number g stands for H = g K. A complex K is the same: its imaginary part is H. Excludes band and properties.
+        of K. A number g stands for H = g K. A complex K is the same: its imaginary part is H.
     symmetric : "lower" or "upper" where M, R and K hold this half of symmetric matrices; "no" where they are meant as they are.
         Absent, "check": the same, but an InputError where a matrix looks like a half.
     progress : called as progress(restart, converged, wanted, residual); the solve ends with what has converged where it

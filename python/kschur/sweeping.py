@@ -110,8 +110,8 @@ def sweep(matrices: Callable[[float], Any] | Sequence[Any], values: Iterable[flo
           progress: Callable[[int, int, int, float], Any] | None = None, **more: Any) -> Sweep:
     """The modes nearest to a target at each value of a parameter, followed from point to point.
 
-    matrices : called with a value; gives (M, K), (M, K, R) or (M, K, R, Cq), as for `kschur.solve`. It is called between the values
-        as well, where it is not clear which mode is which, where two cross and where one becomes unstable. Or a sequence of
+    matrices : called with a value; gives (M, K), (M, K, R), (M, K, R, Cq) or (M, K, R, Cq, loss), as for `kschur.solve`. It is
+        called between the values as well, where it is not clear which mode is which, where two cross and where one becomes unstable. Or a sequence of
         such tuples, one for each value: then matrices between are interpolated.
     values : of the parameter, rising or falling.
     modes, target, symmetric, more : as for `kschur.solve`; with left=True modes of unsymmetric problems are followed by left vectors.

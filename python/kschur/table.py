@@ -13,6 +13,8 @@ class Modes(Protocol):
     frequency_hz: Any
     damped_frequency_hz: Any
     damping_ratio: Any
+    loss_factor: Any
+    has_losses: bool
     backward_error: Any
     error: Any
     kind: list[str]
@@ -45,12 +47,12 @@ MOST_ROWS = 60
 
 def as_text(result: Modes) -> str:
     """Lines of columns, after a line that says how the solve ended."""
-    return "\n".join([result.message, *_lines([HEADINGS, *_rows(result)]), *_remarks(result)])
+    return "\n".join([result.message, *_lines(_rows(result)), *_remarks(result)])
 
 
 def as_html(result: Modes) -> str:
     """The same for a notebook."""
-    return _html(result.message, [HEADINGS, *_rows(result)], _remarks(result))
+    return _html(result.message, _rows(result), _remarks(result))
 
 
 def sweep_as_text(sweep: Branches) -> str:
@@ -109,10 +111,14 @@ def _sweep_remarks(sweep: Branches) -> list[str]:
 
 
 def _rows(result: Modes) -> list[tuple[str, ...]]:
-    return [(str(k), _number(result.eigenvalues[k].real), _number(result.eigenvalues[k].imag),
-             _number(result.frequency_hz[k]), _number(result.damped_frequency_hz[k]), _number(100 * result.damping_ratio[k]),
-             result.kind[k], _number(result.backward_error[k], ".1e"), _number(result.error[k], ".1e"))
-            for k in range(min(len(result), MOST_ROWS))]
+    rows = [HEADINGS, *((str(k), _number(result.eigenvalues[k].real), _number(result.eigenvalues[k].imag),
+                         _number(result.frequency_hz[k]), _number(result.damped_frequency_hz[k]),
+                         _number(100 * result.damping_ratio[k]), result.kind[k], _number(result.backward_error[k], ".1e"),
+                         _number(result.error[k], ".1e")) for k in range(min(len(result), MOST_ROWS)))]
+    if not result.has_losses:
+        return rows
+    losses = ("loss factor (%)", *(_number(100 * factor) for factor in result.loss_factor))
+    return [(*row[:6], loss, *row[6:]) for row, loss in zip(rows, losses)]
 
 
 def _remarks(result: Modes) -> list[str]:

@@ -76,6 +76,7 @@ contains
       call write_dataset(file, "/frequency_hz", result%frequency_hz, error)
       call write_dataset(file, "/damped_frequency_hz", result%damped_frequency_hz, error)
       call write_dataset(file, "/damping_ratio", result%damping_ratio, error)
+      if (allocated(result%loss_factor)) call write_dataset(file, "/loss_factor", result%loss_factor, error)
       call write_dataset(file, "/backward_error", result%backward_error, error)
       call write_dataset(file, "/error", result%error_bound, error)
       call write_dataset(file, "/kind", words, error)
@@ -203,6 +204,7 @@ contains
       call read_dataset(result%frequency_hz, file, "/frequency_hz", error)
       call read_dataset(result%damped_frequency_hz, file, "/damped_frequency_hz", error)
       call read_dataset(result%damping_ratio, file, "/damping_ratio", error)
+      if (exists(file, "/loss_factor", error)) call read_dataset(result%loss_factor, file, "/loss_factor", error)
       call read_dataset(result%backward_error, file, "/backward_error", error)
       if (exists(file, "/error", error)) then
          call read_dataset(result%error_bound, file, "/error", error)
@@ -239,12 +241,14 @@ contains
    subroutine check_shapes(result, error)
       type(modal_result_type), intent(in) :: result
       type(error_type), allocatable, intent(inout) :: error
-      integer :: modes
+      integer :: modes, losses
 
       modes = size(result%eigenvalues)
+      losses = modes
+      if (allocated(result%loss_factor)) losses = size(result%loss_factor)
       if (any([size(result%eigenvectors, 2), size(result%multipliers, 2), size(result%frequency_hz), &
          size(result%damped_frequency_hz), size(result%damping_ratio), size(result%backward_error), size(result%error_bound), &
-         size(result%kind)] /= modes)) then
+         size(result%kind), losses] /= modes)) then
          call new_error(error, error_input, "the datasets of modes differ in their number of modes")
       else if (any([size(result%eigenvectors, 1), size(result%multipliers, 1)] /= &
          [result%unknowns, result%constraints])) then

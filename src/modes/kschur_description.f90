@@ -3,6 +3,7 @@ module kschur_description
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesv
+   use kschur_loss, only: loss_factor_of
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type, kind_overdamped, kind_real, kind_rigid, kind_undamped, &
       kind_underdamped, kind_unstable
@@ -16,7 +17,7 @@ module kschur_description
 
 contains
 
-   !> Frequencies, damping ratios and kinds, eqs. (26) to (28).
+   !> Frequencies, damping ratios and kinds, eqs. (26) to (28), and loss factors where there are losses.
    subroutine describe(problem, rigid, result)
       type(modal_problem_type), intent(in) :: problem
       !> Its rigid motions, n x k.
@@ -51,6 +52,7 @@ contains
          result%frequency_hz(j) = omega/(2*pi)
          result%damping_ratio(j) = zeta
       end do
+      if (allocated(problem%loss)) result%loss_factor = loss_factor_of(result%eigenvalues)
    end subroutine describe
 
    ! Whether a real root belongs to an overdamped oscillator: its shape stores

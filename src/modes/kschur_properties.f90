@@ -19,7 +19,8 @@ module kschur_properties
       !> over all modes there are. Of an undamped mode phi^T M d/(phi^T M phi).
       complex(wp), allocatable :: participation(:, :)
       !> Effective masses Re(factor d^T M phi), modes x directions; over all modes they add up to the total. The slower root
-      !> of an overdamped oscillator has a negative one: only the sum of its two is a mass.
+      !> of an overdamped oscillator has a negative one: only the sum of its two is a mass. With losses the sum is the total
+      !> where H = g K and there is no damping beside it: else modes with losses do not make up a system of real motions.
       real(wp), allocatable :: effective_mass(:, :)
       !> Names of the directions: x, y, z, rx, ry, rz of a mesh, numbers of those given.
       character(len=direction_length), allocatable :: direction(:)

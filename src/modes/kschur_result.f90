@@ -49,6 +49,8 @@ module kschur_result
       real(wp), allocatable :: damped_frequency_hz(:)
       !> Damping ratio, eq. (28); NaN where undefined, as for a rigid-body mode.
       real(wp), allocatable :: damping_ratio(:)
+      !> Loss factor, of `loss_factor_of`; not allocated where the problem has no loss matrix.
+      real(wp), allocatable :: loss_factor(:)
       !> Backward error: the larger of the normwise residual of the problem as
       !> given and of the violation of its constraints.
       real(wp), allocatable :: backward_error(:)
@@ -144,6 +146,7 @@ contains
       self%frequency_hz = self%frequency_hz(modes)
       self%damped_frequency_hz = self%damped_frequency_hz(modes)
       self%damping_ratio = self%damping_ratio(modes)
+      if (allocated(self%loss_factor)) self%loss_factor = self%loss_factor(modes)
       self%backward_error = self%backward_error(modes)
       self%error_bound = self%error_bound(modes)
       self%kind = self%kind(modes)

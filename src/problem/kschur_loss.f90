@@ -6,7 +6,7 @@ module kschur_loss
    use kschur_tolerances, only: rounding_of_row
    implicit none
    private
-   public :: factor_of_loss, loss_factor_of, times_factor
+   public :: factor_of_loss, loss_factor_of, loss_or_none, times_factor
 
 contains
 
@@ -38,8 +38,21 @@ contains
       end do
    end function factor_of_loss
 
+   !> H; zeros where there is none.
+   pure function loss_or_none(stiffness, loss) result(matrix)
+      type(csr_matrix_type), intent(in) :: stiffness
+      type(csr_matrix_type), allocatable, intent(in) :: loss
+      type(csr_matrix_type) :: matrix
+
+      if (allocated(loss)) then
+         matrix = loss
+      else
+         matrix = times_factor(stiffness, 0.0_wp)
+      end if
+   end function loss_or_none
+
    !> g A.
-   function times_factor(matrix, factor) result(product)
+   pure function times_factor(matrix, factor) result(product)
       type(csr_matrix_type), intent(in) :: matrix
       real(wp), intent(in) :: factor
       type(csr_matrix_type) :: product

@@ -8,7 +8,7 @@ module kschur_saddle
    use kschur_sparse, only: complex_combination, complex_csr_matrix_type, csr_matrix_type, linear_combination, transpose_csr
    implicit none
    private
-   public :: bordered, order_elimination, saddle_blocks, saddle_structure, shifted_saddle, symmetric_saddle
+   public :: bordered, enlarged, order_elimination, saddle_blocks, saddle_structure, shifted_saddle, symmetric_saddle
 
 contains
 
@@ -154,7 +154,7 @@ contains
       whole%row_start(i + 1) = place
    end subroutine append
 
-   ! [A 0; 0 0].
+   !> [A 0; 0 0], so many rows and columns.
    pure function enlarged(matrix, order) result(block)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: order

@@ -1,6 +1,7 @@
 !> Map between the eigenvalue theta of a formulation and lambda of the modal problem.
 module kschur_spectral_map
    use kschur_kinds, only: wp
+   use kschur_lossy_curve, only: distance_to_lossy
    implicit none
    private
    public :: spectral_map_type
@@ -23,7 +24,6 @@ module kschur_spectral_map
       procedure :: lambdas
       !> Smallest distance of the lambdas of an interval of theta from a target.
       procedure :: distance_to
-      procedure, private :: lossy_distance_to
       !> Factor from multipliers of the undamped problem to those at lambda.
       procedure :: reaction
    end type spectral_map_type
@@ -73,12 +73,13 @@ contains
    end function lambdas
 
    !> Smallest distance of `target` from the lambdas of all real theta in [first,
-   !> last], `huge` being infinite; of oscillators with theta = omega^2.
+   !> last], `huge` being infinite; of oscillators with theta = omega^2. With losses
+   !> that of kschur_lossy_curve; without:
    !>
    !> The lambdas are real or lie on a circle about -1/beta, for beta = 0 on a
    !> line. The nearest ones on either are the projection of the target, if it is
    !> in the interval, or an end: of the interval, or where circle and axis meet.
-   pure real(wp) function distance_to(self, first, last, target)
+   real(wp) function distance_to(self, first, last, target)
       class(spectral_map_type), intent(in) :: self
       real(wp), intent(in) :: first, last
       complex(wp), intent(in) :: target
@@ -86,7 +87,7 @@ contains
       real(wp) :: discriminant, root, meeting
 
       if (abs(self%loss) > 0) then
-         distance_to = self%lossy_distance_to(first, last, target)
+         distance_to = distance_to_lossy(self%alpha, self%beta, self%loss, first, last, target)
          return
       end if
       distance_to = huge(1.0_wp)
@@ -131,34 +132,4 @@ contains
       end subroutine consider_if_inside
    end function distance_to
 
-   ! With losses only, the lambdas of theta > 0 lie on one ray from zero, those of theta < 0 on another. With viscous damping
-   ! too, the distance is unknown: zero.
-   pure real(wp) function lossy_distance_to(self, first, last, target) result(distance)
-      class(spectral_map_type), intent(in) :: self
-      real(wp), intent(in) :: first, last
-      complex(wp), intent(in) :: target
-
-      distance = 0
-      if (max(abs(self%alpha), abs(self%beta)) > 0) return
-      distance = huge(1.0_wp)
-      if (last > 0) distance = min(distance, to_ray(1.0_wp, max(first, 0.0_wp), last))
-      if (first < 0) distance = min(distance, to_ray(-1.0_wp, max(-last, 0.0_wp), -first))
-
-   contains
-
-      ! Distance from the ray for |theta| from `least` to `most`; the target is mirrored as the modes are.
-      pure real(wp) function to_ray(side, least, most) result(distance)
-         real(wp), intent(in) :: side, least, most
-         complex(wp) :: direction(2)
-         real(wp) :: along, length
-
-         direction = self%lambdas(cmplx(side, 0, wp))
-         length = abs(direction(1))
-         associate (mirrored => cmplx(real(target, wp), abs(aimag(target)), wp))
-            along = real(conjg(direction(1))*mirrored, wp)/length
-            along = min(max(along, sqrt(least)*length), sqrt(most)*length)
-            distance = abs(mirrored - along*direction(1)/length)
-         end associate
-      end function to_ray
-   end function lossy_distance_to
 end module kschur_spectral_map

@@ -13,7 +13,7 @@ module kschur_bordered_determinant
    use kschur_ordering, only: elimination_order
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
-   use kschur_saddle, only: saddle_blocks, saddle_structure
+   use kschur_saddle, only: enlarged, saddle_blocks, saddle_structure
    use kschur_sparse, only: complex_combination, csr_matrix_type, linear_combination, &
       new_csr_from_triplets
    use kschur_winding, only: analytic_function_type
@@ -29,7 +29,7 @@ module kschur_bordered_determinant
    type, extends(analytic_function_type) :: bordered_determinant_type
       type(effort_type) :: effort
       ! Coefficients of lambda^2, lambda and 1.
-      type(csr_matrix_type), private :: blocks(3)
+      type(csr_matrix_type), allocatable, private :: blocks(:)
       type(matrix_structure_type), private :: structure
       class(complex_linear_solver_type), allocatable, private :: solver
       integer(long), private :: state = 1
@@ -37,6 +37,9 @@ module kschur_bordered_determinant
       class(monitor_type), pointer :: monitor => null()
    contains
       procedure :: evaluate
+      !> Whether it is of K + i H, and not real on the real axis.
+      procedure :: is_lossy
+      procedure, private :: coefficients
    end type bordered_determinant_type
 
 contains
@@ -52,18 +55,20 @@ contains
       !> Prototype of the solver.
       class(complex_linear_solver_type), intent(in) :: solver
       type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: pattern
+      type(csr_matrix_type) :: pattern, blocks(3)
       integer, allocatable :: position(:)
       integer :: i
 
-      call saddle_blocks(problem, factors, determinant%blocks, error)
+      call saddle_blocks(problem, factors, blocks, error)
       if (allocated(error)) return
+      allocate (determinant%blocks, source=blocks)
+      if (allocated(problem%loss)) determinant%blocks = [blocks, enlarged(problem%loss, blocks(1)%rows)]
       allocate (determinant%solver, source=solver)
       associate (s => determinant%structure)
          s = saddle_structure(problem)
          ! One order for all points.
          if (.not. allocated(s%position)) then
-            pattern = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], determinant%blocks)
+            pattern = linear_combination(spread(1.0_wp, 1, size(determinant%blocks)), determinant%blocks)
             call elimination_order(pattern%row_start, pattern%column, s, position, error)
             if (allocated(error)) return
             call move_alloc(position, s%position)
@@ -77,7 +82,7 @@ contains
 
    ! Adds N and its transpose.
    subroutine border(blocks, unknowns, level, redundant, error)
-      type(csr_matrix_type), intent(inout) :: blocks(3)
+      type(csr_matrix_type), intent(inout) :: blocks(:)
       integer, intent(in) :: unknowns
       !> Norm of each row of Cq.
       real(wp), intent(in) :: level(:)
@@ -118,7 +123,7 @@ contains
       real(wp), intent(out) :: doubt
       character(len=*), intent(out) :: reason
       type(error_type), allocatable :: error
-      complex(wp), allocatable :: x(:, :), y(:, :)
+      complex(wp), allocatable :: x(:, :), y(:, :), coefficients(:)
       real(wp) :: before
       integer :: j
 
@@ -129,7 +134,7 @@ contains
          if (self%monitor%stops()) return
       end if
       before = self%solver%solve_seconds
-      call self%solver%factorize(complex_combination([lambda**2, lambda, (1.0_wp, 0.0_wp)], self%blocks), self%structure, error)
+      call self%solver%factorize(complex_combination(self%coefficients(lambda), self%blocks), self%structure, error)
       call self%effort%add_factors(self%solver, for_count)
       if (.not. allocated(error)) then
          reason = "the solver does not tell determinants"
@@ -137,9 +142,10 @@ contains
          if (.not. self%solver%determinant%known) return
          call random_phases(self, x)
          allocate (y(size(x, 1), trials), source=(0.0_wp, 0.0_wp))
-         call self%blocks(1)%add_product(lambda**2, x, y)
-         call self%blocks(2)%add_product(lambda, x, y)
-         call self%blocks(3)%add_product((1.0_wp, 0.0_wp), x, y)
+         coefficients = self%coefficients(lambda)
+         do j = 1, size(coefficients)
+            call self%blocks(j)%add_product(coefficients(j), x, y)
+         end do
          call self%solver%solve(y, error)
          self%effort%seconds%solve = self%effort%seconds%solve + (self%solver%solve_seconds - before)
       end if
@@ -152,6 +158,23 @@ contains
       doubt = caution*maxval([(dznrm2(size(x, 1), x(:, j) - y(:, j), 1), j=1, trials)])
       logarithm = self%solver%determinant%logarithm()
    end subroutine evaluate
+
+   pure logical function is_lossy(self)
+      class(bordered_determinant_type), intent(in) :: self
+
+      is_lossy = size(self%blocks) > 3
+   end function is_lossy
+
+   ! Of the blocks.
+   pure function coefficients(self, lambda)
+      class(bordered_determinant_type), intent(in) :: self
+      complex(wp), intent(in) :: lambda
+      complex(wp) :: coefficients(size(self%blocks))
+      complex(wp) :: all(4)
+
+      all = [lambda**2, lambda, (1.0_wp, 0.0_wp), (0.0_wp, 1.0_wp)]
+      coefficients = all(:size(coefficients))
+   end function coefficients
 
    subroutine random_phases(self, x)
       class(bordered_determinant_type), intent(inout) :: self

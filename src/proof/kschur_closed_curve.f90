@@ -14,9 +14,11 @@ module kschur_closed_curve
       !> The target, Im >= 0, and the distance (1/s).
       complex(wp) :: center = (0.0_wp, 0.0_wp)
       real(wp) :: radius = 0
-      !> Whether the path is a circle in the upper half plane; else it is half of a curve symmetric about the real axis, from
-      !> its right to its left end on that axis.
-      logical :: circle = .false.
+      !> Whether the path ends where it begins, in the upper half plane; else it is the half of a curve symmetric about the
+      !> real axis, from the right end on that axis to the left one.
+      logical :: closed = .false.
+      ! Whether it is that half and the axis back.
+      logical, private :: returns = .false.
       ! Angle of the right end, negative.
       real(wp), private :: start = 0
    contains
@@ -29,36 +31,51 @@ module kschur_closed_curve
 contains
 
    !> Creates the boundary for a target and a radius (1/s).
-   pure function new_closed_curve(target, radius) result(curve)
+   pure function new_closed_curve(target, radius, upper) result(curve)
       complex(wp), intent(in) :: target
       real(wp), intent(in) :: radius
+      !> Around what of it is above the real axis, as what is below is not its conjugate. Absent: no.
+      logical, optional, intent(in) :: upper
       type(closed_curve_type) :: curve
 
       curve%center = cmplx(real(target, wp), abs(aimag(target)), wp)
       curve%radius = radius
-      curve%circle = aimag(curve%center) > radius
-      if (.not. curve%circle) curve%start = -asin(aimag(curve%center)/radius)
+      curve%closed = aimag(curve%center) > radius
+      if (curve%closed) return
+      curve%start = -asin(aimag(curve%center)/radius)
+      if (.not. present(upper)) return
+      curve%closed = upper
+      curve%returns = upper
    end function new_closed_curve
 
    elemental complex(wp) function point(self, part)
       class(closed_curve_type), intent(in) :: self
       real(wp), intent(in) :: part
-      real(wp) :: angle
+      ! What of the path is the arc where it goes back along the axis.
+      real(wp), parameter :: arc = 0.6_wp
+      real(wp) :: angle, along
 
-      if (self%circle) then
-         angle = 2*pi*part
+      along = part
+      if (self%returns) along = part/arc
+      if (along > 1) then
+         along = 2*(part - arc)/(1 - arc) - 1
+         point = cmplx(real(self%center, wp) + along*self%radius*cos(self%start), 0, wp)
+         return
+      end if
+      if (self%closed .and. .not. self%returns) then
+         angle = 2*pi*along
       else
-         angle = self%start + (pi - 2*self%start)*part
+         angle = self%start + (pi - 2*self%start)*along
       end if
       point = self%center + self%radius*cmplx(cos(angle), sin(angle), wp)
-      if (.not. self%circle .and. (part <= 0 .or. part >= 1)) point = real(point, wp)
+      if (.not. self%closed .and. (along <= 0 .or. along >= 1)) point = real(point, wp)
    end function point
 
    elemental complex(wp) function variable(self, lambda)
       class(closed_curve_type), intent(in) :: self
       complex(wp), intent(in) :: lambda
 
-      if (self%circle) then
+      if (self%closed .and. .not. self%returns) then
          variable = (lambda - self%center)/self%radius
       else
          variable = (lambda - real(self%center, wp))/(aimag(self%center) + self%radius)

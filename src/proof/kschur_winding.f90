@@ -36,7 +36,7 @@ module kschur_winding
    ! Coefficients of p, per sample.
    integer, parameter :: samples_per_coefficient = 3
 
-   !> A function whose zeros are counted, real on the real axis.
+   !> A function whose zeros are counted, real on the real axis where the curve is half of one symmetric about it.
    type, abstract :: analytic_function_type
    contains
       procedure(evaluate), deferred :: evaluate
@@ -103,7 +103,7 @@ contains
       associate (p => samples%panels)
          turned = sum(phase(logarithms(p(2, :)) - logarithms(p(1, :))) + phase(logarithms(p(3, :)) - logarithms(p(2, :))))
       end associate
-      if (curve%circle) turned = turned/2
+      if (curve%closed) turned = turned/2
       unknown = nint(turned/pi)
       if (abs(turned/pi - unknown) > integer_tolerance) reason = "the phase of the determinant is rounding on the real axis"
    end subroutine count_unknown_zeros
@@ -118,7 +118,7 @@ contains
       integer :: panels, j
       real(wp), allocatable :: part(:)
 
-      panels = merge(panels_of_circle, panels_of_half, curve%circle)
+      panels = merge(panels_of_circle, panels_of_half, curve%closed)
       allocate (part(0:2*panels), source=0.0_wp)
       do j = 1, 2*panels
          part(j) = part(j - 1) + uneven(j)
@@ -184,8 +184,8 @@ contains
          return
       end if
       lambda = curve%point(part)
-      ! A circle is closed.
-      if (curve%circle .and. part >= 1) then
+      ! A closed curve ends where it began.
+      if (curve%closed .and. part >= 1) then
          logarithm = samples%logarithm(1)
          lambda = samples%lambda(1)
       else
@@ -217,10 +217,10 @@ contains
       allocate (logarithms, source=samples%logarithm(:samples%count))
       degree = 0
       most = samples%count/samples_per_coefficient - 1
-      if (curve%circle) most = most/2
+      if (curve%closed) most = most/2
       do
          less = samples%logarithm(:samples%count) - fitted(samples, curve, degree)
-         associate (pass => test_panels(samples, curve%circle, less))
+         associate (pass => test_panels(samples, curve%closed, less))
             if (count(pass) > count(passed)) then
                passed = pass
                logarithms = less
@@ -275,15 +275,15 @@ contains
          powers(:, k) = powers(:, k - 1)*curve%variable(samples%lambda(:n))
       end do
       columns = degree + 1
-      if (curve%circle) columns = 2*degree + 1
+      if (curve%closed) columns = 2*degree + 1
       allocate (matrix(n, columns), rhs(n, 1), work(64*(n + columns)))
       allocate (pivot(columns), source=0)
       matrix(:, :degree + 1) = real(powers, wp)
-      if (curve%circle) matrix(:, degree + 2:) = -aimag(powers(:, 1:))
+      if (curve%closed) matrix(:, degree + 2:) = -aimag(powers(:, 1:))
       rhs(:, 1) = real(samples%logarithm(:n), wp)
       call dgelsy(n, columns, 1, matrix, n, rhs, n, pivot, dependent, rank, work, size(work), info)
       values = matmul(powers, rhs(:degree + 1, 1))
-      if (curve%circle) values = values + (0.0_wp, 1.0_wp)*matmul(powers(:, 1:), rhs(degree + 2:columns, 1))
+      if (curve%closed) values = values + (0.0_wp, 1.0_wp)*matmul(powers(:, 1:), rhs(degree + 2:columns, 1))
    end function fitted
 
    ! The imaginary part in [-pi, pi).

@@ -125,12 +125,12 @@ contains
          integer, intent(out) :: number
          type(closed_curve_type) :: curve
 
-         curve = new_closed_curve(target, radius)
+         curve = new_closed_curve(target, radius, determinant%is_lossy())
          call count_unknown_zeros(determinant, curve, known_zeros, zeros, number, certificate%reason)
          certificate%reach = radius
          if (certificate%reason == "" .and. number < 0) &
             certificate%reason = "more eigenvalues are listed than there are, by "//text(-number)
-         if (curve%circle) number = 2*number
+         if (curve%closed) number = 2*number
          if (certificate%reason /= "") number = -1
       end subroutine count_within
    end subroutine compare

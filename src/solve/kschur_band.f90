@@ -19,7 +19,7 @@ module kschur_band
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, &
       method_krylov_schur
    use kschur_preparation, only: examine, reduce
-   use kschur_problem, only: modal_problem_type, refuse_loss
+   use kschur_problem, only: modal_problem_type
    use kschur_processes, only: join_processes, processes_type
    use kschur_report, only: report
    use kschur_result, only: modal_result_type
@@ -43,10 +43,10 @@ contains
    !>
    !> Undamped and proportionally damped symmetric problems with nothing unstable are
    !> counted, cut into parts at gaps of the spectrum and solved part by part:
-   !> `certified` says whether what was found is what was counted. Of other problems all
+   !> `certified` says whether what was found is what was counted. Of other problems, and of those with losses, all
    !> modes with |lambda| <= 2 pi last are computed, nearest to zero first, and those in
    !> the band kept: what is below the band costs as much as what is in it, the faster root
-   !> of an overdamped oscillator may be outside, and `certified` is unknown.
+   !> of an overdamped oscillator may be outside, and `certified` is unknown, but for H = g K.
    !> The shift, the solver and its factors are those of the last part or attempt.
    !>
    !> Fails as `solve_modes` does, and where there are more than 10,000 modes in the
@@ -83,7 +83,6 @@ contains
          allocate (s)
          call band_options(first, last, options, own, error)
          if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers, processes)
-         call refuse_loss(problem, "a band", error)
          if (.not. allocated(error)) call begin_checkpoint(s, [first, last], checkpoint, error)
          if (.not. allocated(error)) then
             ! A caller's own solvers are in this process only.

@@ -35,7 +35,7 @@ contains
       type(solve_context_type), intent(in) :: s
 
       can_be_counted = any(s%formulation == [formulation_symmetric, formulation_proportional]) .and. &
-         min(s%problem%alpha, s%problem%beta) >= 0 .and. allocated(s%inner%counting)
+         min(s%problem%alpha, s%problem%beta) >= 0 .and. allocated(s%inner%counting) .and. .not. s%is_lossy()
    end function can_be_counted
 
    !> All modes with band(1) <= omega <= band(2) (rad/s): the undamped modes of each part, from which the damped ones follow.

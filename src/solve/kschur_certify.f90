@@ -24,10 +24,6 @@ contains
 
       if (modes%certified == certified_yes) modes%missing = 0
       if (modes%certified == certified_yes .or. modes%reason == reason_cancelled) return
-      if (allocated(s%work%loss)) then
-         call s%add_note("the eigenvalues were not counted: along a curve that is known with a loss matrix H for none but H = g K")
-         return
-      end if
       call s%announce_phase("count of eigenvalues")
       call certify_by_winding(s%work, s%inner%complex, modes%lambda, none, s%known%deflation%zeros(), s%options%target, &
          nearly_zero*s%reference(), certificate, monitor=s%monitor)

@@ -9,7 +9,7 @@ module kschur_formulation
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, formulation_names, &
       formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped, formulation_undamped_constrained
    use kschur_pencil, only: check_fit
-   use kschur_problem, only: modal_problem_type, damping_general, damping_none, refuse_loss
+   use kschur_problem, only: modal_problem_type, damping_general, damping_none
    implicit none
    private
    public :: choose_formulation, is_structured, likely_formulation
@@ -68,7 +68,9 @@ contains
       if (any(asked == [formulation_auto, formulation_dense])) formulation = smallest_formulation(problem)
       if (asked == formulation_dense .and. .not. is_structured(formulation)) formulation = formulation_quadratic
       if (.not. is_structured(formulation)) then
-         call refuse_loss(problem, "the formulation "//trim(formulation_names(formulation)), error)
+         if (allocated(problem%loss)) call new_error(error, error_usage, "the formulation "// &
+            trim(formulation_names(formulation))//" is of real matrices, and there is a loss matrix H: quadratic and dense "// &
+            "take it, proportional where H = g K")
          if (.not. allocated(error)) call check_fit(problem, formulation, error)
          if (allocated(error)) return
       end if

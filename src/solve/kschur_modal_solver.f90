@@ -12,7 +12,7 @@ module kschur_modal_solver
    use kschur_options, only: modal_options_type, formulation_low_rank, formulation_proportional, &
       formulation_quadratic, formulation_symmetric
    use kschur_preparation, only: reduce_again
-   use kschur_problem, only: modal_problem_type, new_modal_problem, damping_general, refuse_loss
+   use kschur_problem, only: modal_problem_type, new_modal_problem, damping_general
    use kschur_outcome, only: reason_cancelled, reason_converged
    use kschur_result, only: modal_result_type, note_length
    use kschur_shift, only: scale_of
@@ -162,15 +162,16 @@ contains
    end subroutine end_context
 
    !> Puts other matrices in the place of those of the problem. Where their patterns, mass and constraints are the same,
-   !> and nothing is rigid or without mass, what is known stays known. Fails as `new_modal_problem`, and on other numbers
-   !> of unknowns or constraints; the problem stays as it was then.
-   subroutine update_values(self, mass, stiffness, error, damping, constraints, symmetric)
+   !> there is no loss matrix, and nothing is rigid or without mass, what is known stays known. Fails as `new_modal_problem`,
+   !> and on other numbers of unknowns or constraints; the problem stays as it was then.
+   subroutine update_values(self, mass, stiffness, error, damping, constraints, symmetric, loss)
       class(modal_solver_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: mass, stiffness
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type), intent(in), optional :: damping, constraints
       !> As that of `new_modal_problem`.
       integer, intent(in), optional :: symmetric
+      type(csr_matrix_type), intent(in), optional :: loss
       type(modal_problem_type), allocatable :: problem
       type(modal_problem_type) :: kind_of
       integer :: storage
@@ -178,14 +179,14 @@ contains
       allocate (problem)
       storage = symmetric_check
       if (present(symmetric)) storage = symmetric
-      if (stays_general(self, damping) .and. .not. mass%is_zero()) then
+      if (stays_general(self, damping) .and. .not. (mass%is_zero() .or. present(loss))) then
          kind_of%damping_kind = damping_general
          kind_of%symmetric = any(storage == [symmetric_lower, symmetric_upper])
          if (.not. kind_of%symmetric) &
             kind_of%symmetric = mass%is_symmetric() .and. stiffness%is_symmetric() .and. damping%is_symmetric()
          call new_modal_problem(problem, mass, stiffness, error, damping, constraints, kind_of, storage)
       else
-         call new_modal_problem(problem, mass, stiffness, error, damping, constraints, symmetric=storage)
+         call new_modal_problem(problem, mass, stiffness, error, damping, constraints, symmetric=storage, loss=loss)
       end if
       if (allocated(error)) return
       if (any([problem%unknowns(), problem%multipliers()] /= [self%problem%unknowns(), self%problem%multipliers()])) then
@@ -247,7 +248,7 @@ contains
       type(modal_problem_type), intent(in) :: before, now
 
       associate (known => s%known)
-         may_stay = before%symmetric .eqv. now%symmetric
+         may_stay = (before%symmetric .eqv. now%symmetric) .and. .not. (allocated(before%loss) .or. allocated(now%loss))
          may_stay = may_stay .and. before%damping_kind == now%damping_kind .and. s%formulation /= formulation_low_rank .and. &
             same_matrix(before%mass, now%mass) .and. same_matrix(before%constraints, now%constraints) .and. &
             s%plan%unknowns_after > 0 .and. known%redundant == 0 .and. .not. allocated(s%plan%replaced) .and. &
@@ -300,7 +301,6 @@ contains
          allocate (self%context)
          call begin(self%context, self%problem, options, error, monitor, self%solvers)
          self%context%remembers = .true.
-         call refuse_loss(self%problem, "a solver that keeps what it knows for other solves", error)
          if (.not. allocated(error)) then
             if (for_band) then
                call prepare_band(self%context, error)

@@ -7,7 +7,6 @@ module kschur_linking
    use kschur_modal_solver, only: modal_solver_type, new_modal_solver
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type
-   use kschur_problem, only: modal_problem_type, refuse_loss
    use kschur_problem_family, only: interpolate, problem_family_type
    use kschur_result, only: reason_cancelled
    use kschur_symmetric_storage, only: symmetric_no
@@ -50,12 +49,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
 
-      call refuse_loss(place%problem, "a sweep", error)
-      if (allocated(error)) return
       associate (problem => place%problem)
          if (self%has_solved) then
             call self%solver%update_values(problem%mass, problem%stiffness, error, problem%damping, problem%constraints, &
-               symmetric_no)
+               symmetric_no, problem%loss)
          else
             call new_modal_solver(self%solver, problem)
          end if

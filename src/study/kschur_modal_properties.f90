@@ -8,7 +8,7 @@ module kschur_modal_properties
    use kschur_memory, only: complex_bytes, require_memory
    use kschur_mesh, only: rigid_motion_names
    use kschur_mode_groups, only: bytes_of_groups, check_modes_of, form_between, group_of, mode_group_type, solve_small
-   use kschur_problem, only: modal_problem_type, refuse_loss
+   use kschur_problem, only: modal_problem_type
    use kschur_properties, only: direction_length, modal_properties_type
    use kschur_result, only: modal_result_type
    use kschur_text, only: text
@@ -40,7 +40,6 @@ contains
 
       if (allocated(result%properties)) deallocate (result%properties)
       call check_modes_of(problem, result, error)
-      call refuse_loss(problem, "modal properties", error)
       if (allocated(error)) return
       d = 6
       if (present(directions)) d = size(directions, 2)

@@ -2,6 +2,7 @@
 module kschur_problem_family
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
+   use kschur_loss, only: loss_or_none
    use kschur_problem, only: modal_problem_type
    use kschur_sparse, only: csr_matrix_type, linear_combination
    implicit none
@@ -39,6 +40,8 @@ contains
       problem%damping = between(from%damping, to%damping, part)
       problem%stiffness = between(from%stiffness, to%stiffness, part)
       problem%constraints = between(from%constraints, to%constraints, part)
+      if (.not. (allocated(from%loss) .or. allocated(to%loss))) return
+      allocate (problem%loss, source=between(loss_or_none(from%stiffness, from%loss), loss_or_none(to%stiffness, to%loss), part))
    end subroutine interpolate
 
    ! Equal entries are copied exactly.

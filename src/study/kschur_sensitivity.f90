@@ -6,7 +6,8 @@ module kschur_sensitivity
    use kschur_lapack, only: zgees
    use kschur_memory, only: require_memory
    use kschur_mode_groups, only: bytes_of_groups, check_modes_of, form_between, group_of, mode_group_type, solve_small
-   use kschur_problem, only: modal_problem_type, refuse_loss
+   use kschur_loss, only: loss_or_none
+   use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
    use kschur_sparse, only: csr_matrix_type, linear_combination
    use kschur_text, only: text
@@ -15,9 +16,9 @@ module kschur_sensitivity
    private
    public :: problem_rate_type, eigenvalue_rates, rate_between
 
-   !> Derivatives of M, R, K and Cq with respect to a parameter; not allocated: zero.
+   !> The derivatives of M, R, K, Cq and H by a parameter; what is not allocated does not depend on it.
    type :: problem_rate_type
-      type(csr_matrix_type), allocatable :: mass, damping, stiffness, constraints
+      type(csr_matrix_type), allocatable :: mass, damping, stiffness, constraints, loss
    end type problem_rate_type
 
 contains
@@ -36,8 +37,6 @@ contains
       else if (.not. abs(step) > 0) then
          call new_error(error, error_usage, "the step of the parameter is zero")
       end if
-      call refuse_loss(problem, "a rate of change", error)
-      call refuse_loss(changed, "a rate of change", error)
       if (.not. allocated(error)) &
          call require_memory(2*(problem%bytes() + changed%bytes()), "the derivatives of the matrices", error)
       if (allocated(error)) return
@@ -45,6 +44,9 @@ contains
       allocate (rate%damping, source=linear_combination(1/step, changed%damping, -1/step, problem%damping))
       allocate (rate%stiffness, source=linear_combination(1/step, changed%stiffness, -1/step, problem%stiffness))
       allocate (rate%constraints, source=linear_combination(1/step, changed%constraints, -1/step, problem%constraints))
+      if (.not. (allocated(problem%loss) .or. allocated(changed%loss))) return
+      allocate (rate%loss, source=linear_combination(1/step, loss_or_none(changed%stiffness, changed%loss), &
+         -1/step, loss_or_none(problem%stiffness, problem%loss)))
    end subroutine rate_between
 
    !> Computes d lambda/d p of each mode (1/s for a unit of the parameter), -(psi^* (lambda^2 dM + lambda dR + dK) phi + psi^*
@@ -63,7 +65,6 @@ contains
       integer :: j, threads_before
 
       call check_modes_of(problem, result, error)
-      call refuse_loss(problem, "a rate of change", error)
       if (.not. allocated(error)) call check_rate(problem, rate, error)
       call require_memory(bytes_of_groups(problem, result), "the rates of the eigenvalues", error)
       if (allocated(error)) return
@@ -89,6 +90,7 @@ contains
       call check(rate%damping, problem%damping, "damping matrix R")
       call check(rate%stiffness, problem%stiffness, "stiffness matrix K")
       call check(rate%constraints, problem%constraints, "constraint Jacobian Cq")
+      call check(rate%loss, problem%stiffness, "loss matrix H")
 
    contains
 
@@ -120,6 +122,7 @@ contains
       if (allocated(rate%mass)) change = change + group%lambda**2*form_between(group%chi, rate%mass, group%phi)
       if (allocated(rate%damping)) change = change + group%lambda*form_between(group%chi, rate%damping, group%phi)
       if (allocated(rate%stiffness)) change = change + form_between(group%chi, rate%stiffness, group%phi)
+      if (allocated(rate%loss)) change = change + (0.0_wp, 1.0_wp)*form_between(group%chi, rate%loss, group%phi)
       if (allocated(rate%constraints)) change = change + form_between(group%eta, rate%constraints, group%phi) + &
          transpose(form_between(group%xi, rate%constraints, group%chi))
       call solve_small(group%derivative(problem), change, singular)

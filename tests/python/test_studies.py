@@ -234,7 +234,12 @@ def test_sweep_of_files(folder):
         with h5py.File(folder + "/s.h5") as file:
             check(kind + ": the file", np.allclose(file["eigenvalues"][:].imag, expected) and
                   np.allclose(file["values"][:], values) and file["events/kind"][0].decode().strip() == kind)
-    for words, message in ((problems[:1], "two problems or more"), ([*problems, "--values", "1,2"], "a number for each problem"),
+    sweep = json.loads(kschur("sweep", problems[0], "--loss-factor", "0:0.4:3", "--modes", 2, "--format", "json").stdout)
+    found = np.array([[complex(point[f"eigenvalue_re_{b}"], point[f"eigenvalue_im_{b}"]) for b in (1, 2)] for point in sweep["points"]])
+    check("a sweep over the loss factor", np.allclose(found, [1j * np.sqrt(np.array([1, 2]) * (1 + 1j * g)) for g in (0, 0.2, 0.4)], rtol=1e-12,
+                                                      atol=0), found)
+    for words, message in ((problems[:1], "two problems or more"), ([*problems[:2], "--loss-factor", "0:1:3"], "wants one problem"),
+                           ([problems[0], "--loss-factor", "0.1"], "FIRST:LAST:POINTS"), ([*problems, "--values", "1,2"], "a number for each problem"),
                            ([*problems[:3], "--values", "1,3,2"], "rising or falling"),
                            ([*problems[:2], "--vary", "p=1:2:3", "--values", "1,2"], "for problem files"),
                            (["rotor", "--vary", "speed=1:2"], "OPTION=FIRST:LAST:POINTS"),
