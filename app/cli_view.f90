@@ -75,8 +75,26 @@ contains
          call new_error(error, error_usage, "no result is given; see kschur help view")
       else if (.not. (allocated(request%output) .or. allocated(request%picture) .or. allocated(request%html))) then
          call new_error(error, error_usage, "kschur view wants --output FOLDER, --picture FILE.png or --html FILE.html")
+      else if (allocated(request%picture)) then
+         if (.not. is_picture(request%picture)) call new_error(error, error_usage, "--picture wants a file that ends in .png, "// &
+            ".pdf or .svg, not '"//request%picture//"'; modes move on the page of --html, which saves films of them")
       end if
    end subroutine take_request
+
+   ! Whether Matplotlib knows the ending of a name.
+   pure logical function is_picture(name)
+      character(len=*), intent(in) :: name
+      character(len=*), parameter :: endings(11) = [character(len=5) :: ".png", ".pdf", ".svg", ".svgz", ".eps", ".ps", ".jpg", &
+         ".jpeg", ".tif", ".tiff", ".webp"]
+      character(len=:), allocatable :: ending
+      integer :: i
+
+      ending = name(max(1, index(name, ".", back=.true.)):)
+      do i = 1, len(ending)
+         if (lge(ending(i:i), "A") .and. lle(ending(i:i), "Z")) ending(i:i) = achar(iachar(ending(i:i)) + 32)
+      end do
+      is_picture = any(endings == ending)
+   end function is_picture
 
    ! Those that were asked for, all where none were.
    subroutine choose_modes(request, found, modes, error)

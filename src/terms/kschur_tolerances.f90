@@ -62,6 +62,10 @@ module kschur_tolerances
    !> A diagonal entry this many times above the other rows, and above what stands beside it, is a penalty. Chosen.
    real(wp), parameter, public :: penalty = 1.0e6_wp
 
+   !> A matrix that differs from its transpose by less than this part of the entries is likely meant to be symmetric, and was
+   !> rounded, or printed with few digits. Chosen.
+   real(wp), parameter, public :: nearly_symmetric = 1.0e-3_wp
+
    ! Real.
 
    !> An imaginary part below this, relative to the eigenvalue, is rounding: two real eigenvalues that meet leave the axis by
