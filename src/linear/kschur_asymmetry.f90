@@ -11,8 +11,8 @@ module kschur_asymmetry
       !> 1-based; 0 where the matrix is its transpose.
       integer :: row = 0, column = 0
       real(wp) :: entry = 0, mirrored = 0
-      !> Their difference, relative to the largest entry of that of the two rows whose largest is smaller: what is compared
-      !> with rounding where a matrix is taken for symmetric.
+      !> Their difference, relative to the largest entry of that of the two rows whose largest is smaller, if it has any: what is
+      !> compared with rounding where a matrix is taken for symmetric.
       real(wp) :: part = 0
    end type asymmetry_type
 
@@ -22,7 +22,7 @@ contains
    pure function largest_asymmetry(matrix) result(largest)
       type(csr_matrix_type), intent(in) :: matrix
       type(asymmetry_type) :: largest
-      real(wp) :: maxima(matrix%rows), mirrored, part
+      real(wp) :: maxima(matrix%rows), mirrored, part, least
       integer :: i, k, place
 
       maxima = matrix%row_maxima()
@@ -33,9 +33,8 @@ contains
                place = matrix%place_of(j, i)
                if (place > 0) mirrored = matrix%value(place)
                if (.not. abs(entry - mirrored) > 0) cycle
-               ! A row of zeros has none that are smaller.
-               part = huge(part)
-               if (min(maxima(i), maxima(j)) > 0) part = abs(entry - mirrored)/min(maxima(i), maxima(j))
+               least = min(maxima(i), maxima(j))
+               part = abs(entry - mirrored)/merge(least, max(maxima(i), maxima(j)), least > 0)
                if (part > largest%part) largest = asymmetry_type(i, j, entry, mirrored, part)
             end associate
          end do
