@@ -17,7 +17,7 @@ module kschur_notes
    private
    ! What lies within one per cent is one crowd.
    real(wp), parameter :: same_within = 0.01_wp
-   public :: either, named, note_dependence, note_inaccurate, note_modes, note_penalties, note_problem
+   public :: named, note_dependence, note_inaccurate, note_modes, note_penalties, note_problem
 
 contains
 
@@ -269,7 +269,6 @@ contains
       names = list
    end function named
 
-   !> One of two texts.
    pure function either(condition, yes, no) result(words)
       logical, intent(in) :: condition
       character(len=*), intent(in) :: yes, no

@@ -1,7 +1,7 @@
 !> What in the matrices of a problem is likely not meant, in sentences.
 module kschur_suspicions
    use kschur_asymmetry, only: asymmetry_type, largest_asymmetry
-   use kschur_notes, only: either, named
+   use kschur_notes, only: named
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: append_note, note_length
    use kschur_sparse, only: csr_matrix_type
@@ -21,12 +21,11 @@ contains
       logical :: chosen(problem%unknowns())
 
       chosen = problem%mass%diagonal() < 0
-      if (any(chosen)) call append_note(notes, "the mass matrix M is negative at "//trim(named("unknown", chosen, &
-         problem%index_base))//", on the diagonal: a sign that is wrong makes modes that grow")
+      if (any(chosen)) call append_note(notes, "the mass matrix M is negative on the diagonal, which makes modes that grow: "// &
+         named("unknown", chosen, problem%index_base))
       chosen = are_loose(problem)
       if (any(chosen)) call append_note(notes, "neither stiffness, damping nor a constraint holds "// &
-         trim(named("unknown", chosen, problem%index_base))//": "//either(count(chosen) == 1, "it moves", &
-         "each moves")//" alone, at no frequency")
+         named("unknown", chosen, problem%index_base))
       if (.not. problem%symmetric) call note_asymmetry(problem, notes)
    end subroutine note_suspicions
 
@@ -39,7 +38,7 @@ contains
       call asymmetry_of(problem, largest, name)
       if (largest%part < nearly_symmetric) call append_note(notes, "the "//name//" is symmetric but for "// &
          magnitude(largest%part)//" of the entries, most at "//trim(places(largest, problem%index_base))// &
-         ": if that is rounding, its symmetric part is solved faster, and can be certified")
+         "; if that is rounding, take its symmetric part: it is solved faster")
    end subroutine note_asymmetry
 
    !> The largest asymmetry of the matrices of a problem.
