@@ -2,12 +2,13 @@
 module cli_info
    use cli_arguments, only: arguments_type
    use cli_input, only: input_type, read_problem, take_input
-   use cli_json, only: boolean, string
+   use cli_json, only: boolean, number, string
    use cli_numbers, only: rounded
    use cli_output, only: format_csv, format_json, format_table, print_result, take_format
    use cli_properties, only: print_properties
    use cli_system, only: print_line
-   use kschur, only: choose_formulation, csr_matrix_type, damping_names, damping_proportional, description_of, &
+   use kschur, only: asymmetry_of, asymmetry_type, choose_formulation, csr_matrix_type, damping_names, &
+      damping_proportional, description_of, &
       error_memory, error_type, error_usage, estimate_memory, formulation_auto, formulation_names, inner_names, &
       is_hdf5_result, kschur_version, long, memory_estimate_type, modal_options_type, modal_problem_type, &
       modal_result_type, new_error, presolve, presolve_type, read_hdf5_result, text, wp
@@ -103,7 +104,7 @@ contains
 
       call print_line("unknowns     "//text(problem%unknowns()))
       call print_line("constraints  "//text(problem%multipliers()))
-      call print_line("symmetric    "//trim(merge("yes", "no ", problem%symmetric)))
+      call print_line("symmetric    "//symmetry_text(problem))
       call print_line("damping      "//damping_text(problem))
       if (allocated(problem%loss)) call print_line("losses       "//losses_text(problem))
       associate (plan => facts%plan)
@@ -132,7 +133,8 @@ contains
 
       call print_line('{"kschur": '//string(kschur_version)//',')
       call print_line(' "problem": {"n": '//text(problem%unknowns())//', "m": '//text(problem%multipliers())// &
-         ', "symmetric": '//boolean(problem%symmetric)//', "damping": '//string(damping_names(problem%damping_kind))// &
+         ', "symmetric": '//boolean(problem%symmetric)//asymmetry_object(problem)//', "damping": '// &
+         string(damping_names(problem%damping_kind))// &
          trim(merge(', "loss": true', repeat(" ", 14), allocated(problem%loss)))//'},')
       call print_line(' "presolve": {"n": '//text(facts%plan%unknowns_after)//', "m": '// &
          text(facts%plan%constraints_after)//'},')
@@ -145,6 +147,40 @@ contains
             text(nint(memory%vectors, long))//'}}')
       end associate
    end subroutine print_object
+
+   ! Where it is not: the two entries that differ most.
+   function symmetry_text(problem)
+      type(modal_problem_type), intent(in) :: problem
+      character(len=:), allocatable :: symmetry_text, name, entry, mirrored
+      type(asymmetry_type) :: largest
+
+      symmetry_text = "yes"
+      if (problem%symmetric) return
+      call asymmetry_of(problem, largest, name)
+      entry = rounded(largest%entry)
+      mirrored = rounded(largest%mirrored)
+      if (entry == mirrored) then
+         entry = number(largest%entry)
+         mirrored = number(largest%mirrored)
+      end if
+      symmetry_text = "no: the "//name//" has "//entry//" at ("//text(largest%row)//", "//text(largest%column)//") and "// &
+         mirrored//" at ("//text(largest%column)//", "//text(largest%row)//"), which differ by "//rounded(largest%part)// &
+         " of the largest entry there"
+   end function symmetry_text
+
+   ! The same in JSON.
+   function asymmetry_object(problem) result(member)
+      type(modal_problem_type), intent(in) :: problem
+      character(len=:), allocatable :: member, name
+      type(asymmetry_type) :: largest
+
+      member = ""
+      if (problem%symmetric) return
+      call asymmetry_of(problem, largest, name)
+      member = ', "asymmetry": {"matrix": '//string(name)//', "row": '//text(largest%row)//', "column": '// &
+         text(largest%column)//', "entry": '//number(largest%entry)//', "mirrored": '//number(largest%mirrored)// &
+         ', "part": '//number(largest%part)//'}'
+   end function asymmetry_object
 
    pure function megabytes(bytes)
       real(wp), intent(in) :: bytes

@@ -3,7 +3,7 @@ module cli_view
    use cli_arguments, only: arguments_type
    use cli_numbers, only: read_integer
    use cli_picture, only: draw_picture, make_page
-   use cli_system, only: check_new_file, check_new_folder, ends_with, print_line
+   use cli_system, only: check_new_file, check_new_folder, print_line
    use kschur, only: add_context, error_file, error_input, error_type, error_usage, modal_result_type, new_error, &
       read_hdf5_result, text, write_view, wp
    implicit none
@@ -30,7 +30,7 @@ contains
 
       call take_request(arguments, request, error)
       if (.not. allocated(error) .and. allocated(request%output)) call check_new_folder(request%output, error)
-      if (.not. allocated(error) .and. allocated(request%picture)) call check_picture(request%picture, error)
+      if (.not. allocated(error) .and. allocated(request%picture)) call check_new_file(request%picture, error)
       if (.not. allocated(error) .and. allocated(request%html)) call check_new_file(request%html, error)
       if (.not. allocated(error)) call read_hdf5_result(result, request%result, error, trial=.true.)
       if (.not. allocated(error)) call choose_modes(request, size(result%eigenvalues), modes, error)
@@ -75,21 +75,26 @@ contains
          call new_error(error, error_usage, "no result is given; see kschur help view")
       else if (.not. (allocated(request%output) .or. allocated(request%picture) .or. allocated(request%html))) then
          call new_error(error, error_usage, "kschur view wants --output FOLDER, --picture FILE.png or --html FILE.html")
+      else if (allocated(request%picture)) then
+         if (.not. is_picture(request%picture)) call new_error(error, error_usage, "--picture wants a file that ends in .png, "// &
+            ".pdf or .svg, not '"//request%picture//"'; modes move on the page of --html, which saves films of them")
       end if
    end subroutine take_request
 
-   ! What Matplotlib draws to.
-   subroutine check_picture(path, error)
-      character(len=*), intent(in) :: path
-      type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: endings(7) = [character(len=5) :: ".png", ".pdf", ".svg", ".jpg", ".jpeg", ".eps", ".tif"]
+   ! Whether Matplotlib knows the ending of a name.
+   pure logical function is_picture(name)
+      character(len=*), intent(in) :: name
+      character(len=*), parameter :: endings(11) = [character(len=5) :: ".png", ".pdf", ".svg", ".svgz", ".eps", ".ps", ".jpg", &
+         ".jpeg", ".tif", ".tiff", ".webp"]
+      character(len=:), allocatable :: ending
       integer :: i
 
-      call check_new_file(path, error)
-      if (allocated(error)) return
-      if (.not. any([(ends_with(path, trim(endings(i))), i=1, size(endings))])) call new_error(error, error_file, path// &
-         ": a picture ends in .png, .pdf, .svg, .jpg, .eps or .tif; what moves is a page that saves films, --html FILE.html")
-   end subroutine check_picture
+      ending = name(max(1, index(name, ".", back=.true.)):)
+      do i = 1, len(ending)
+         if (lge(ending(i:i), "A") .and. lle(ending(i:i), "Z")) ending(i:i) = achar(iachar(ending(i:i)) + 32)
+      end do
+      is_picture = any(endings == ending)
+   end function is_picture
 
    ! Those that were asked for, all where none were.
    subroutine choose_modes(request, found, modes, error)

@@ -28,6 +28,7 @@
 !> sentence. The library never stops and never prints. Not converging is not
 !> an error: `result%reason` tells.
 module kschur
+   use kschur_asymmetry, only: asymmetry_type
    use kschur_band, only: solve_band
    use kschur_bands, only: solve_bands
    use kschur_build, only: built_with
@@ -92,6 +93,7 @@ module kschur
    use kschur_solver, only: solve_modes
    use kschur_sparse, only: csr_matrix_type, complex_csr_matrix_type, new_csr_matrix, new_csr_from_triplets, &
       empty_csr_matrix
+   use kschur_suspicions, only: asymmetry_of
    use kschur_symmetric_storage, only: symmetric_check, symmetric_lower, symmetric_names, symmetric_no, symmetric_upper
    use kschur_sweep, only: sweep_type, sweep_event_type, sweep_onset_type, new_sweep, event_names, event_crossing, event_veering, &
       event_unsure

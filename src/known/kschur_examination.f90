@@ -43,6 +43,8 @@ module kschur_examination
       integer :: unfollowed = 0
       !> Motions without stiffness in which H loses energy: they are no rigid ones.
       integer :: lossy = 0
+      !> A motion with neither mass, damping nor stiffness, n; not allocated: none was met.
+      real(wp), allocatable :: nothing(:)
       !> The null space of the stiffness and its factors, whose solves are not accounted for yet; not allocated where it was
       !> not looked for rigid motions.
       type(null_space_type), allocatable :: stiffness
@@ -73,7 +75,7 @@ contains
       allocate (rigid)
       call find_null_space(rigid, problem, problem%stiffness, inner, for_rigid_motions, effort, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
-      if (.not. allocated(error)) call check_inertia(problem, rigid%motions, error)
+      if (.not. allocated(error)) call check_inertia(problem, rigid%motions, known%nothing, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (allocated(error)) return
       known%doubtful = rigid%doubtful
@@ -174,13 +176,15 @@ contains
    end subroutine rigid_motions
 
    ! Fails where a rigid motion has neither mass nor damping: then the problem is singular for every lambda.
-   subroutine check_inertia(problem, motions, error)
+   subroutine check_inertia(problem, motions, nothing, error)
       type(modal_problem_type), intent(in) :: problem
       !> A basis of all rigid motions, n x k.
       real(wp), intent(in) :: motions(:, :)
+      !> That motion, n.
+      real(wp), allocatable, intent(out) :: nothing(:)
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: forces(:, :), force(:), rotation(:, :), least(:, :)
-      logical :: nothing(2)
+      logical :: vanish(2)
       integer :: n, k
 
       n = size(motions, 1)
@@ -194,8 +198,10 @@ contains
       call right_singular_vectors(forces, force, rotation, error)
       if (allocated(error)) return
       least = matmul(motions, rotation(:, k:))
-      nothing = [vanishes(problem%mass), vanishes(problem%damping)]
-      if (all(nothing)) call new_error(error, error_singular, &
+      vanish = [vanishes(problem%mass), vanishes(problem%damping)]
+      if (.not. all(vanish)) return
+      allocate (nothing, source=least(:, 1))
+      call new_error(error, error_singular, &
          "the problem is singular for every lambda: some motion has neither mass, damping nor stiffness; give it one of them, "// &
          "or a constraint that holds it")
 

@@ -22,7 +22,7 @@ contains
    !> it does not, by the signs of the pivots of a factorisation, which prove it; where no solver tells
    !> them, by the least Ritz value, to which a matrix with eigenvalues next to zero is
    !> not semidefinite either.
-   subroutine examine_mass(mass, inner, semidefinite, nullity, error, effort)
+   subroutine examine_mass(mass, inner, semidefinite, nullity, poor, error, effort)
       !> Symmetric.
       type(csr_matrix_type), intent(in) :: mass
       type(inner_solvers_type), intent(in) :: inner
@@ -30,6 +30,8 @@ contains
       logical, intent(out) :: semidefinite
       !> How many are zero.
       integer, intent(out) :: nullity
+      !> Whether the bound was not enough: then it is conditioned worse than masses are.
+      logical, intent(out) :: poor
       type(error_type), allocatable, intent(out) :: error
       class(effort_type), optional, intent(inout) :: effort
       class(real_linear_solver_type), allocatable :: solver
@@ -37,11 +39,13 @@ contains
       logical :: seems
 
       seems = .false.
+      poor = .false.
       nullity = count(.not. mass%row_maxima() > 0)
       semidefinite = mass%is_zero()
       if (semidefinite) return
       if (works_alone(inner)) call bound_least(mass, semidefinite, seems)
       if (semidefinite) return
+      poor = works_alone(inner)
       if (.not. allocated(inner%counting)) then
          semidefinite = seems
          return

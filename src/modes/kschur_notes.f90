@@ -17,7 +17,7 @@ module kschur_notes
    private
    ! What lies within one per cent is one crowd.
    real(wp), parameter :: same_within = 0.01_wp
-   public :: note_dependence, note_inaccurate, note_modes, note_penalties, note_problem
+   public :: named, note_dependence, note_inaccurate, note_modes, note_penalties, note_problem
 
 contains
 
@@ -240,9 +240,11 @@ contains
          " found too inaccurately to be listed; another shift may help")
    end subroutine note_inaccurate
 
-   ! "modes 1, 2 and 5"; of many the first ones.
+   !> "modes 1, 2 and 5"; of many the first ones.
    pure function named(noun, chosen, base) result(names)
+      !> "mode"
       character(len=*), intent(in) :: noun
+      !> Which of them.
       logical, intent(in) :: chosen(:)
       !> What they are counted from; it is said where that is not 1.
       integer, intent(in) :: base

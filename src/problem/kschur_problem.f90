@@ -113,6 +113,7 @@ contains
          if (.not. allocated(error)) call check_matrix(problem%mass, n, n, base, "mass matrix M", error)
          if (.not. allocated(error)) call check_matrix(problem%stiffness, n, n, base, "stiffness matrix K", error)
          if (.not. allocated(error)) call check_matrix(problem%damping, n, n, base, "damping matrix R", error)
+         if (.not. allocated(error)) call check_columns(problem%constraints, n, error)
          if (.not. allocated(error)) &
             call check_matrix(problem%constraints, problem%constraints%rows, n, base, "constraint Jacobian Cq", error)
          if (allocated(problem%loss) .and. .not. allocated(error)) &
@@ -209,6 +210,20 @@ contains
       if (total >= huge(1)) call new_error(error, error_input, "the matrices are too large together: a sum of M, R and K with "// &
          "Cq and its transpose has up to "//text(total)//" entries, and only "//text(huge(1) - 1)//" can be counted")
    end subroutine check_sums
+
+   ! Fails where Cq has not a column for each unknown.
+   subroutine check_columns(constraints, unknowns, error)
+      type(csr_matrix_type), intent(in) :: constraints
+      integer, intent(in) :: unknowns
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: advice
+
+      if (constraints%columns == unknowns) return
+      advice = "a row for each constraint"
+      if (constraints%rows == unknowns) advice = advice//": it is given transposed"
+      call new_error(error, error_input, "the constraint Jacobian Cq is "//text(constraints%rows)//" x "// &
+         text(constraints%columns)//" but must have "//text(unknowns)//" columns, one for each unknown, and "//advice)
+   end subroutine check_columns
 
    subroutine check_matrix(matrix, rows, columns, base, name, error)
       type(csr_matrix_type), intent(in) :: matrix

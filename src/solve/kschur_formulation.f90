@@ -5,7 +5,7 @@ module kschur_formulation
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_solver_choice, only: inner_solvers_type, choose_inner_solvers
    use kschur_local_forces, only: description_of, local_forces_type, new_local_forces
-   use kschur_mass, only: examine_mass
+   use kschur_mass, only: examine_mass, is_definite
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, formulation_names, &
       formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped, formulation_undamped_constrained
    use kschur_pencil, only: check_fit
@@ -63,6 +63,7 @@ contains
       class(effort_type), intent(inout), optional :: effort
       type(inner_solvers_type) :: own
       character(len=:), allocatable :: obstacle
+      logical :: poor
 
       formulation = asked
       if (any(asked == [formulation_auto, formulation_dense])) formulation = smallest_formulation(problem)
@@ -79,7 +80,7 @@ contains
       else
          call choose_inner_solvers(modal_options_type(), own, error)
       end if
-      call find_obstacle(problem, formulation, own, obstacle, error, effort)
+      call find_obstacle(problem, formulation, own, obstacle, poor, error, effort)
       if (allocated(error)) return
       if (asked == formulation_auto .and. may_be_low_rank(problem)) &
          call try_low_rank(problem, formulation, own, decision, error, effort)
@@ -104,7 +105,18 @@ contains
       else
          decision = "the damping is a combination of mass and stiffness, so that the undamped modes give the damped ones"
       end if
+      if (allocated(error) .or. .not. poor) return
+      if (seem_swapped(problem, own)) decision = decision//"; are mass and stiffness swapped?"
    end subroutine choose_formulation
+
+   ! Whether a stiffness is conditioned as well as masses are, beside a mass that is not, though it has no negative entry.
+   logical function seem_swapped(problem, inner)
+      type(modal_problem_type), intent(in) :: problem
+      type(inner_solvers_type), intent(in) :: inner
+
+      seem_swapped = all(problem%mass%diagonal() >= 0)
+      if (seem_swapped) seem_swapped = is_definite(problem%stiffness, inner)
+   end function seem_swapped
 
    ! Of a symmetric problem that has an H.
    pure function decision_of_loss(problem) result(decision)
@@ -158,8 +170,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(effort_type), intent(inout), optional :: effort
       character(len=:), allocatable :: obstacle
+      logical :: poor
 
-      call find_obstacle(problem, formulation_low_rank, inner, obstacle, error, effort)
+      call find_obstacle(problem, formulation_low_rank, inner, obstacle, poor, error, effort)
       if (allocated(error) .or. len(obstacle) > 0) return
       formulation = formulation_low_rank
       decision = trim(description_of(problem))
@@ -191,17 +204,20 @@ contains
    end subroutine find_distributed
 
    ! What keeps a problem from a formulation for symmetric matrices; empty where nothing does.
-   subroutine find_obstacle(problem, formulation, inner, obstacle, error, effort)
+   subroutine find_obstacle(problem, formulation, inner, obstacle, poor, error, effort)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation
       type(inner_solvers_type), intent(in) :: inner
       character(len=:), allocatable, intent(out) :: obstacle
+      !> Whether the mass was looked at, and is conditioned worse than masses are.
+      logical, intent(out) :: poor
       type(error_type), allocatable, intent(out) :: error
       class(effort_type), intent(inout), optional :: effort
       logical :: semidefinite
       integer :: nullity
 
       obstacle = ""
+      poor = .false.
       if (all(formulation /= [formulation_symmetric, formulation_proportional, formulation_low_rank])) return
       if (allocated(problem%loss) .and. formulation /= formulation_proportional) then
          obstacle = "it has a loss matrix H"
@@ -218,12 +234,11 @@ contains
          obstacle = "its damping is not proportional"
       end if
       if (len(obstacle) == 0) then
-         call examine_mass(problem%mass, inner, semidefinite, nullity, error, effort)
+         call examine_mass(problem%mass, inner, semidefinite, nullity, poor, error, effort)
          if (allocated(error)) return
-         if (.not. (semidefinite .or. allocated(inner%counting))) then
-            obstacle = "its mass matrix has eigenvalues that are negative or next to zero"
-         else if (.not. semidefinite) then
-            obstacle = "its mass matrix has negative eigenvalues"
+         if (.not. semidefinite) then
+            ! Constraints may leave none of these motions.
+            obstacle = "its mass matrix as given has eigenvalues that are negative or next to zero"
          else if (nullity > 0 .and. abs(problem%beta) > 0) then
             obstacle = "its mass matrix is singular, so that damping by stiffness makes modes that it lacks without"
          else if (nullity > count(.not. problem%mass%row_maxima() > 0)) then

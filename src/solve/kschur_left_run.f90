@@ -4,7 +4,7 @@ module kschur_left_run
    use kschur_context, only: solve_context_type, whole_both
    use kschur_effort, only: for_left
    use kschur_eigenpairs, only: eigenpairs_type, normalize
-   use kschur_error, only: error_type, take_cancelled
+   use kschur_error, only: error_convergence, error_singular, error_type, take_cancelled
    use kschur_examination, only: find_rigid, suppose_none
    use kschur_left, only: find_left_pairs, set_left_modes
    use kschur_kinds, only: wp
@@ -55,22 +55,28 @@ contains
          modes%reason = merge(reason_cancelled, reason_inaccurate, found%reason == reason_cancelled)
    end subroutine find_left_modes
 
-   ! The modes of the transposed problem; none where nothing was iterated, or no longer is.
+   ! The modes of the transposed problem; none where nothing was iterated, or no longer is, or where solves with the transposed
+   ! matrix fail as those with a singular one do: what is missing is polished.
    subroutine find_modes_of(s, adjoint, found, error)
       type(solve_context_type), target, intent(inout) :: s
       type(solve_context_type), target, intent(inout) :: adjoint
       type(modes_type), intent(out) :: found
       type(error_type), allocatable, intent(out) :: error
-      logical :: cancelled
+      logical :: cancelled, iterated
 
       cancelled = .false.
-      if (allocated(s%transform)) then
+      iterated = allocated(s%transform)
+      if (iterated) then
          call transpose_transform(s, adjoint, error)
          if (.not. allocated(error)) call find_modes(adjoint, found, error)
          call take_cancelled(error, cancelled)
-         if (allocated(error)) return
+         if (allocated(error)) then
+            if (all(error%code /= [error_singular, error_convergence])) return
+            deallocate (error)
+            iterated = .false.
+         end if
       end if
-      if (allocated(s%transform) .and. .not. cancelled) return
+      if (iterated .and. .not. cancelled) return
       found = no_modes(adjoint%problem%unknowns(), adjoint%problem%multipliers())
       if (cancelled) found%reason = reason_cancelled
    end subroutine find_modes_of

@@ -6,20 +6,22 @@ module kschur_preparation
    use kschur_dense_choice, only: consider_dense, settle_dense
    use kschur_eigenpairs, only: eigenpairs_type, move_pairs
    use kschur_eigenvalue_count, only: count_eigenvalues
-   use kschur_error, only: error_type, error_input
+   use kschur_error, only: error_input, error_singular, error_type, new_error
    use kschur_examination, only: find_rigid, suppose_none
    use kschur_formulation, only: is_structured
-   use kschur_kinds, only: long
+   use kschur_kinds, only: long, wp
    use kschur_memory, only: require_memory
    use kschur_modes, only: modes_type, no_modes
-   use kschur_notes, only: note_dependence, note_penalties, note_problem
+   use kschur_notes, only: named, note_dependence, note_penalties, note_problem
    use kschur_presolve, only: presolve
    use kschur_problem, only: modal_problem_type
    use kschur_redundancy, only: dependence_type, find_dependence
    use kschur_saddle, only: order_elimination
    use kschur_shapes, only: orthonormalize_zeros
    use kschur_sparse, only: same_pattern
+   use kschur_suspicions, only: note_suspicions
    use kschur_text, only: text
+   use kschur_tolerances, only: blurred_entry
    implicit none
    private
    public :: examine, reduce, reduce_again
@@ -80,6 +82,7 @@ contains
 
       s%known%redundant = s%plan%redundant
       call note_penalties(s%problem, s%notes)
+      call note_suspicions(s%problem, s%notes)
       if (s%plan%unknowns_after == 0) then
          none = no_modes(s%problem%unknowns(), s%problem%multipliers())
          s%known%rigid = none%eigenpairs_type
@@ -113,6 +116,7 @@ contains
          call consider_dense(s)
          call find_rigid(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, error, &
             s%monitor)
+         if (allocated(s%known%nothing)) call name_motion(s, error)
          if (s%known%unfollowed > 0) call s%add_note("there are "//text(s%known%unfollowed)// &
             " rigid motions, too many to look for what damping makes of them: modes near zero may be missing, or too many")
          if (s%known%lossy > 0) call s%add_note("the loss matrix H acts on "//text(s%known%lossy)// &
@@ -131,6 +135,23 @@ contains
       call announce_number(s)
       s%known%redundant = s%plan%redundant + s%known%redundant
    end subroutine examine
+
+   ! Names the unknowns of a motion that makes the problem singular.
+   subroutine name_motion(s, error)
+      type(solve_context_type), intent(in) :: s
+      type(error_type), allocatable, intent(inout) :: error
+      type(eigenpairs_type) :: motion
+
+      allocate (motion%lambda(1), source=(0.0_wp, 0.0_wp))
+      allocate (motion%real_phi, source=reshape(s%known%nothing, [size(s%known%nothing), 1]))
+      allocate (motion%xi(s%work%multipliers(), 1), source=(0.0_wp, 0.0_wp))
+      call s%plan%expand_shapes(motion)
+      associate (sizes => abs(motion%real_phi(:, 1)))
+         call new_error(error, error_singular, "the problem is singular for every lambda: the motion of "// &
+            trim(named("unknown", sizes > blurred_entry*maxval(sizes), s%problem%index_base))// &
+            " has neither mass, damping nor stiffness; give it one of them, or a constraint that holds it")
+      end associate
+   end subroutine name_motion
 
    subroutine announce_number(s)
       type(solve_context_type), intent(inout) :: s

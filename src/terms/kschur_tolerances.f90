@@ -62,6 +62,10 @@ module kschur_tolerances
    !> A diagonal entry larger than other rows and its off-diagonal entries by this factor is a penalty. Chosen.
    real(wp), parameter, public :: penalty = 1.0e6_wp
 
+   !> A matrix that differs from its transpose by less than this part of the entries is likely meant to be symmetric, and was
+   !> rounded, or printed with few digits. Chosen.
+   real(wp), parameter, public :: nearly_symmetric = 1.0e-3_wp
+
    ! Real eigenvalues.
 
    !> Relative imaginary part that is a rounding error: two real eigenvalues that meet leave the axis by the square root of
