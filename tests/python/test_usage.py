@@ -1,11 +1,15 @@
 """What the program says of itself, and of words that it does not know: test_usage.py PATH_OF_KSCHUR."""
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 from checks import check, run_tests
-from program import check_refused, kschur
+from program import KSCHUR, check_refused, kschur
 
-APP = Path(__file__).resolve().parents[2] / "app"
+SOURCE = Path(__file__).resolve().parents[2]
+APP = SOURCE / "app"
 COMMANDS = re.findall(r"^  kschur (?!help)(\w+)", kschur("help").stdout, re.M)
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]+")
 
@@ -80,4 +84,24 @@ def test_help_names_every_option(folder):
     check("help: the short options", pairs | {("-h", "--help"), ("-V", "--version")} == set(zip(short, long)), pairs ^ set(zip(short, long)))
 
 
-run_tests(test_suggestions, test_short_options, test_help_names_every_option)
+def test_help_of_scripts(folder):
+    """With what Python has alone: a reader of help may have installed no more."""
+    (folder / "numpy.py").write_text("raise ImportError('NumPy is not here')")
+    bare = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    scripts = [path for path in Path(KSCHUR).parent.glob("kschur-*") if path.read_bytes()[:2] == b"#!"]
+    check("scripts beside the program", {"kschur-campbell", "kschur-convert", "kschur-picture"} <= {path.name for path in scripts}, scripts)
+    for path in [*scripts, SOURCE / "docs/offline.py", SOURCE / "docs/scenes/pictures.py", SOURCE / "packaging/wheel/make_wheel.py",
+                 SOURCE / "bootstrap"]:
+        start = [sys.executable] if path.suffix == ".py" else []
+        environment = None if path.name == "kschur-report" else bare
+        for word in ("--help", "-h"):
+            run = subprocess.run([*start, path, word], capture_output=True, text=True, env=environment)
+            check(f"{path.name} {word}: explains", run.returncode == 0 and path.name in run.stdout and not run.stderr, run)
+    for path in scripts:
+        if path.name in ("kschur-campbell", "kschur-picture"):
+            run = subprocess.run([path], capture_output=True, text=True)
+            check(f"{path.name} without words: says what it wants", run.returncode == 1 and path.name in run.stderr
+                  and "Traceback" not in run.stderr, run)
+
+
+run_tests(test_suggestions, test_short_options, test_help_names_every_option, test_help_of_scripts)
