@@ -75,7 +75,9 @@ contains
          "  kschur --version, kschur -V", &
          "", &
          "Beside it: kschur-report, speed against accuracy on your problem, beside ARPACK, SLEPc and", &
-         "SciPy; kschur-campbell, diagrams of a sweep; kschur-mpi, the same on several processes.", &
+         "SciPy; kschur-campbell, diagrams of a sweep; kschur-mpi, the same on several processes,", &
+         "as mpirun -np 4 kschur-mpi solve PROBLEM (docs/distributed.md; Open MPI wants", &
+         "--allow-run-as-root of root, and --oversubscribe for more processes than cores).", &
          "", &
          "PROBLEM is an HDF5 file with the groups /mass, /stiffness and, where there is", &
          "any, /damping, /constraints and /loss, or a folder of Matrix Market files M.mtx, K.mtx", &

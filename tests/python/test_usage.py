@@ -104,4 +104,18 @@ def test_help_of_scripts(folder):
                   and "Traceback" not in run.stderr, run)
 
 
-run_tests(test_suggestions, test_short_options, test_help_names_every_option, test_help_of_scripts)
+def test_paper_with_an_installation(folder):
+    """Which has no examples: figure 4b does without, and what cannot says so."""
+    programs = folder / "bin"
+    programs.mkdir()
+    (programs / "kschur").symlink_to(KSCHUR)
+    words = [sys.executable, SOURCE / "benchmarks/paper.py", "--programs", programs, "--output", folder / "paper"]
+    run = subprocess.run([*words, "4b"], capture_output=True, text=True)
+    rows = run.stdout.splitlines()
+    check("paper.py 4b: three speeds, none unstable", run.returncode == 0 and len(rows) == 4 and all(row.endswith(" 0") for row in rows[1:]), run)
+    check("paper.py 4b: a picture", (folder / "paper/figure-4b.png").exists())
+    run = subprocess.run([*words, "4a"], capture_output=True, text=True)
+    check("paper.py 4a: what it lacks", run.returncode == 1 and "example_turbine_scaling" in run.stderr and "Traceback" not in run.stderr, run)
+
+
+run_tests(test_suggestions, test_short_options, test_help_names_every_option, test_help_of_scripts, test_paper_with_an_installation)
