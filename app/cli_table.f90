@@ -1,8 +1,9 @@
 !> A result as a table for people.
 module cli_table
+   use cli_colour, only: bold, coloured, green, red, yellow
    use cli_numbers, only: aligned, exponential, rounded
    use cli_system, only: print_line
-   use kschur, only: certified_no, certified_yes, damping_names, formulation_names, kind_names, kind_rigid, &
+   use kschur, only: certified_no, certified_yes, damping_names, formulation_names, kind_names, kind_rigid, kind_unstable, &
       modal_result_type, phase_names, reason_names, text, wp
    implicit none
    private
@@ -41,18 +42,19 @@ contains
          ", "//trim(reason_names(result%reason))//certified_text(result))
       if (.not. allocated(result%notes)) return
       do i = 1, size(result%notes)
-         call print_line("note     "//trim(result%notes(i)))
+         call print_line(coloured("note     ", yellow)//trim(result%notes(i)))
       end do
    end subroutine print_header
 
-   pure function certified_text(result)
+   function certified_text(result)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: certified_text
 
       certified_text = ""
-      if (result%certified == certified_yes) certified_text = ", certified: no mode is missing"
-      if (result%certified == certified_no) certified_text = ", not certified: a mode may be missing"
-      if (result%missing > 0) certified_text = ", not certified: eigenvalues are missing, "//text(result%missing)//" of them"
+      if (result%certified == certified_yes) certified_text = ", "//coloured("certified", green)//": no mode is missing"
+      if (result%certified == certified_no) certified_text = ", "//coloured("not certified", red)//": a mode may be missing"
+      if (result%missing > 0) certified_text = ", "//coloured("not certified", red)//": eigenvalues are missing, "// &
+         text(result%missing)//" of them"
    end function certified_text
 
    subroutine print_modes(result)
@@ -74,13 +76,17 @@ contains
 
       call print_line("")
       write (line, "(5x, 5a15, 2x, a11, 2a10)") "Re", "Im", "frequency", "damped", "damping", "kind       ", "backward", "error"
-      call print_line(line//trim(more(-1)))
+      call print_line(coloured(line//trim(more(-1)), bold))
       write (line, "(5x, 5a15, 2x, a11, 2a10)") "1/s", "1/s", "Hz", "Hz", "%", "", "error", "1/s"
-      call print_line(line//trim(more(0)))
+      call print_line(coloured(line//trim(more(0)), bold))
       do i = 1, size(result%eigenvalues)
          write (line, "(i5, 5a15, 2x, a11, 2a10)") i, cells(i, :), kind_names(result%kind(i)), &
             exponential(result%backward_error(i), 10, 1), error_bound(result%error_bound(i))
-         call print_line(line//trim(more(i)))
+         if (result%kind(i) == kind_unstable) then
+            call print_line(coloured(line//trim(more(i)), red))
+         else
+            call print_line(line//trim(more(i)))
+         end if
       end do
       call print_line("")
    end subroutine print_modes
