@@ -3,6 +3,7 @@ module cli_help
    use cli_system, only: print_line
    use kschur, only: did_you_mean, error_type, error_usage, kschur_version, new_error
    use kschur_scenes, only: scene_help, scene_names, unknown_scene
+   use kschur, only: built_with
    implicit none
    private
    public :: print_help, print_version
@@ -13,9 +14,10 @@ module cli_help
 
 contains
 
-   !> Prints the name and the version of the program.
+   !> Prints the name and the version of the program, and what it was built with.
    subroutine print_version()
       call print_line("kschur "//kschur_version)
+      call print_line("built with "//trim(built_with()))
    end subroutine print_version
 
    !> Prints the help on a command, or on the program where `topic` is empty.

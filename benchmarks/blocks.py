@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""blocks.py PROGRAM [PROBLEM ...]: what blocks of vectors cost and bring, on problem files or on the models of docs/blocks.md.
+"""blocks.py PROGRAM [PROBLEM ...]: what blocks of vectors cost and bring, on problem files or on the models of docs/performance.md.
 
 One line a block: vectors that the operator was applied to, seconds in solves, orthogonalisation and in total (of the run
 with the least total), memory. Runs of different blocks take turns. What follows `--` goes to the program."""

@@ -1,4 +1,4 @@
-!> What each formulation costs on the scene `grid`: prints the tables of docs/formulations.md.
+!> What each formulation costs on the scene `grid`: prints the tables of docs/performance.md.
 !>
 !>     benchmark_formulations [--cells NXxNY] [--modes N] [--repeat K]
 !>

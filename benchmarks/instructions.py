@@ -1,4 +1,4 @@
-"""Instructions that solves of small scenes take, beside those kept in docs/instructions.md: no clock, no noise.
+"""Instructions that solves of small scenes take, beside those kept in docs/performance.md: no clock, no noise.
 
     python3 benchmarks/instructions.py build/release/bin/kschur             # the cases of the page
     python3 benchmarks/instructions.py build/release/bin/kschur turbine     # some
@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-PAGE = pathlib.Path(__file__).resolve().parent.parent / "docs" / "instructions.md"
+PAGE = pathlib.Path(__file__).resolve().parent.parent / "docs" / "performance.md"
 ROW = re.compile(r"^\| (?P<scene>[\w -]+) \| `(?P<options>[^`]*)` \|(?P<counts>[\d, |]+)\|$", re.MULTILINE)
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 

@@ -2,7 +2,7 @@
 
 Solves a problem on each number of processes in turns, one thread each, matrices of any size distributed (a band: in groups),
 and prints the least seconds of each phase, the most memory that factors take in a process, and the most that a process held.
-Without a problem: the fine crank and a band of 2,092 modes of a grid, with what docs/distributed.md says of them. To be run on
+Without a problem: the fine crank and a band of 2,092 modes of a grid, with the ratios that they are to reach. To be run on
 a machine that does nothing else.
 """
 import argparse

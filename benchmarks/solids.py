@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """solids.py PROGRAM: kschur and SLEPc on solids, in turns, each run a process of its own.
 
-By default cubes of bricks, clamped at a face (docs/scenes/block.md); --scene names any other scene. SLEPc is run as who knows it
+By default cubes of bricks, clamped at a face (docs/scenes.md); --scene names any other scene. SLEPc is run as who knows it
 runs it: real arithmetic, the shift that kschur chose, MUMPS with its own ordering; where the damping is none or proportional
 the symmetric problem K phi = omega^2 M phi (EPS, Krylov-Schur, Cholesky), else the quadratic one with its scaling (PEP, TOAR),
 Cholesky where the matrices are symmetric, LU where they are not. One line a problem and program: medians of seconds, from the

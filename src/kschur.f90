@@ -30,6 +30,7 @@
 module kschur
    use kschur_band, only: solve_band
    use kschur_bands, only: solve_bands
+   use kschur_build, only: built_with
    use kschur_direct_operator, only: direct_operator_type, new_direct_operator
    use kschur_error, only: error_type, new_error, add_context, error_usage, error_input, error_file, &
       error_memory, error_singular, error_library, error_convergence, error_cancelled

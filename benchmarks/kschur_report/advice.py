@@ -46,13 +46,14 @@ def summary(campaign):
 
 
 def paragraphs(campaign):
-    """Which method to use when: a paragraph a problem, one about size, one about hard cases."""
-    found = [
-        *(about_problem(*item) for item in runs_by_problem(campaign).items()),
-        about_size(campaign),
-        about_solids(campaign),
-        about_hard_cases(campaign),
-    ]
+    """Which method to use when: a paragraph a problem, then what all problems say together."""
+    found = [about_problem(*item) for item in runs_by_problem(campaign).items()]
+    return [" ".join(sentences) for sentences in found if sentences] + across(campaign)
+
+
+def across(campaign):
+    """A paragraph about size, one about solids, one about hard cases."""
+    found = [about_size(campaign), about_solids(campaign), about_hard_cases(campaign)]
     return [" ".join(sentences) for sentences in found if sentences]
 
 

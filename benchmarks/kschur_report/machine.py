@@ -33,7 +33,7 @@ def describe(kschur):
         "memory": memory(),
         "system": distribution(),
         "load": f"{os.getloadavg()[0]:.1f} processes at the start",
-        "kschur": output_of([str(kschur), "--version"]),
+        "kschur": output_of([str(kschur), "--version"]).splitlines()[0],
         "Python": platform.python_version(),
         "NumPy": numpy.__version__,
         "SciPy": scipy.__version__,

@@ -1,4 +1,4 @@
-"""Writes the page, its figures, their data, and the same tables as Markdown."""
+"""Writes the page, its figures, their data, and the most of its tables in short as Markdown."""
 
 import csv
 import html
@@ -9,6 +9,7 @@ from . import advice
 from .figures import blocks_and_threads, conditions, constraint_scaling, dampers, phases, residuals, scaling, solids, stability, work_precision
 from .figures.picture import plt
 from .plan import ACCURACY
+from .summary import summary_tables
 from .tables import headline_table, tables
 
 DRAWERS = (
@@ -143,7 +144,7 @@ def how_measured(campaign):
 
 
 def markdown(campaign):
-    """The chart and what it says in half a page, then the advice in full and the tables."""
+    """The chart and what it says in half a page, then the advice and the tables in short."""
     lines = [f"# {campaign.title}", "", *paragraph(advice.summary(campaign))]
     if campaign.study(ACCURACY):
         lines += [f"![{work_precision.TITLE}]({work_precision.NAME}.svg)", "", *markdown_table(headline_table(campaign))]
@@ -154,13 +155,14 @@ def markdown(campaign):
         "",
         *(f"    {line}" for line in campaign.settings["command"].splitlines()),
         "",
-        "which writes these tables to results.md in its folder, beside a page with the same numbers in pictures.",
+        "which writes these tables to results.md in its folder, beside index.html with every run and its pictures.",
         "",
     ]
-    advised = advice.paragraphs(campaign)
+    # Of several problems the table above says which to use.
+    advised = advice.across(campaign) if len(advice.runs_by_problem(campaign)) > 1 else advice.paragraphs(campaign)
     if advised:
         lines += ["## Which to use", "", *(line for words in advised for line in paragraph(words))]
-    for table in tables(campaign):
+    for table in summary_tables(campaign):
         lines += [f"## {table.title}", "", *paragraph(table.note), *markdown_table(table)]
     return "\n".join(lines)
 

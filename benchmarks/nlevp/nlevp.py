@@ -220,9 +220,21 @@ def summary(rows):
     return f"{len(rows)} runs: {right} right, {honest} that say what they miss, {len(rows) - right - honest} wrong."
 
 
+PROBLEMS_HEADER = "| problem | n | runs | right | error / tolerance | backward error |\n|" + "---|" * 6
+
+
+def problem_line(runs):
+    """All runs on a problem; of the error the worst part of its tolerance."""
+    judged = [run for run in runs if run.verdict.found]
+    parts = [run.verdict.error / run.verdict.tolerance for run in judged]
+    cells = [runs[0].name.replace("_", "\\_"), runs[0].n, len(runs), sum(run.right for run in runs)]
+    cells += [f"{max(parts):.1e}", f"{max(run.backward for run in judged):.1e}"] if judged else ["refused", ""]
+    return "| " + " | ".join(str(c) for c in cells) + " |"
+
+
 def page(rows, version, left_out):
     without = f" Without the problems whose data were not at hand: {', '.join(left_out)}." if left_out else ""
-    remarkable = [r for r in rows if r.remark]
+    by_problem = {name: [r for r in rows if r.name == name] for name in dict.fromkeys(r.name for r in rows)}
     return f"""# The quadratic problems of NLEVP
 
 The square quadratic problems with real matrices of the collection NLEVP (Betcke, Higham, Mehrmann, Schröder and Tisseur,
@@ -235,23 +247,22 @@ kschur {version}, {datetime.date.today().isoformat()}: {summary(rows)}{without} 
 
     python3 benchmarks/nlevp/nlevp.py --data FOLDER --page docs/nlevp.md
 
-Reference: for n <= {EXACT} the whole spectrum in {DIGITS} digits, for n <= {DENSE} dense, above by ARPACK about two shifts, the
-latter two corrected with residuals in extended precision. The tolerance of an eigenvalue is {BACKWARD:g} times its condition
-number (Tisseur 2000, in the norms of M, R and K), at most the c-th root where c eigenvalues nearly meet, and 1e-12 at least.
-"Worst error" is that of the mode nearest to its tolerance or farthest beyond it, relative, of zeros absolute. "Backward
-error": the larger of what kschur prints and the smallest change of M, R and K, relative to their norms, of which the
-eigenvalue is one. Where a problem has fewer modes than were asked for, all there are and exit status 3 are right. "Told":
-not all that was asked for, but what is listed is right, and the exit status says so.
+which prints every run. Targets are zero, a real and a complex number; for n <= {EXACT} all modes are asked for as well, and one more, where
+exit status 3 is right. Reference: for n <= {EXACT} the whole spectrum in {DIGITS} digits, for n <= {DENSE} dense, above by ARPACK about two
+shifts, the latter two corrected with residuals in extended precision. The tolerance of an eigenvalue is {BACKWARD:g} times its
+condition number (Tisseur 2000, in the norms of M, R and K), at most the c-th root where c eigenvalues nearly meet, and 1e-12
+at least. "Backward error": the larger of what kschur prints and the smallest change of M, R and K, relative to their norms, of which
+the eigenvalue is one. "Told": not all that was asked for, but what is listed is right, and the exit status says so.
 
-## With a remark
-
-{HEADER}
-{lines(remarkable)}
-
-## All others
+## Runs with a remark
 
 {HEADER}
-{lines(r for r in rows if not r.remark)}
+{lines(r for r in rows if r.remark)}
+
+## All problems
+
+{PROBLEMS_HEADER}
+{chr(10).join(problem_line(runs) for runs in by_problem.values())}
 """
 
 
@@ -289,7 +300,7 @@ def main():
             rows.append(row)
     print(f"\n{summary(rows)}" + (f" Left out for want of data: {', '.join(left_out)}." if left_out else ""))
     if options.page:
-        version = subprocess.run([options.kschur, "--version"], capture_output=True, text=True).stdout.split()[-1]
+        version = subprocess.run([options.kschur, "--version"], capture_output=True, text=True).stdout.split()[1]
         options.page.write_text(page(rows, version, left_out))
     return 0 if all(r.right or r.honest for r in rows) else 1
 

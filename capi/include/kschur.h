@@ -60,7 +60,7 @@ extern "C" {
 /* ---- Version ---------------------------------------------------------------------------------------------------- */
 
 #define KSCHUR_VERSION_MAJOR 0
-#define KSCHUR_VERSION_MINOR 1
+#define KSCHUR_VERSION_MINOR 2
 #define KSCHUR_VERSION_PATCH 0
 /* One number that grows with the version: 10000 major + 100 minor + patch. */
 #define KSCHUR_VERSION (10000 * KSCHUR_VERSION_MAJOR + 100 * KSCHUR_VERSION_MINOR + KSCHUR_VERSION_PATCH)

@@ -6,7 +6,7 @@ class Kschur(CMakePackage):
 
     license("BSD-3-Clause")
 
-    version("0.1.0")
+    version("0.2.0")
 
     variant("shared", default=True, description="Shared libraries")
     variant("openmp", default=True, description="All cores, by OpenMP")

@@ -67,7 +67,7 @@ library = _load()
 
 
 def version() -> str:
-    """The version of the library that runs, as "0.1.0"."""
+    """The version of the library that runs, as "0.2.0"."""
     parts = [c_int() for _ in range(3)]
     library.kschur_version(*map(ctypes.byref, parts))
     return ".".join(str(part.value) for part in parts)

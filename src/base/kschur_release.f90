@@ -4,5 +4,5 @@ module kschur_release
    private
 
    !> Semantic version, here and nowhere else in the sources; the same as in fpm.toml.
-   character(len=*), parameter, public :: kschur_version = "0.1.0"
+   character(len=*), parameter, public :: kschur_version = "0.2.0"
 end module kschur_release

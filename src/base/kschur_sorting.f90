@@ -1,9 +1,9 @@
-!> Orders of short lists.
+!> Orders of short lists, and positions in them.
 module kschur_sorting
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: ascending_order
+   public :: ascending_order, positions
 
 contains
 
@@ -24,4 +24,13 @@ contains
          order(j + 1) = i
       end do
    end function ascending_order
+
+   !> The positions at which a mask is true, in order.
+   pure function positions(mask)
+      logical, intent(in) :: mask(:)
+      integer :: positions(count(mask))
+      integer :: i
+
+      positions = pack([(i, i=1, size(mask))], mask)
+   end function positions
 end module kschur_sorting

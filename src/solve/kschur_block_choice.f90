@@ -1,7 +1,7 @@
 !> How many vectors an iteration takes at a time: what was asked for, or what costs least by counts of words that are read.
 !>
 !> No clock is asked, so that the same problem has the same digits each time: the entries of the factors and of the
-!> basis are counted, and what blocks do to both was measured once (docs/blocks.md).
+!> basis are counted, and what blocks do to both was measured once (docs/performance.md).
 module kschur_block_choice
    use kschur_context, only: solve_context_type
    use kschur_kinds, only: wp, long

@@ -42,7 +42,7 @@ contains
    end subroutine weigh_low_rank
 
    !> Whether it reads fewer words. The vectors that both forms took on grids, and how long an eigenproblem of the projected
-   !> order takes, were measured (docs/formulations.md).
+   !> order takes, were measured (docs/performance.md).
    pure logical function low_rank_is_cheaper(unknowns, factor_entries, modes, rank) result(cheaper)
       integer, intent(in) :: unknowns
       !> Of the triangular factors.

@@ -6,6 +6,7 @@ module kschur_following
    use kschur_principal_pairs, only: pair_spaces
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
+   use kschur_sorting, only: positions
    use kschur_tolerances, only: dependent_state, equal_value
    implicit none
    private
@@ -164,14 +165,6 @@ contains
 
       is_zero = .not. abs(lambda) > 0
    end function is_zero
-
-   pure function positions(mask)
-      logical, intent(in) :: mask(:)
-      integer :: positions(count(mask))
-      integer :: i
-
-      positions = pack([(i, i=1, size(mask))], mask)
-   end function positions
 
    ! left_i^T ((lambda_i + lambda_j) M + R) phi_j of some modes j.
    function states_between(problem, left, lambda, result, modes) result(form)

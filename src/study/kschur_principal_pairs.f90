@@ -3,6 +3,7 @@
 module kschur_principal_pairs
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgesvd
+   use kschur_sorting, only: positions
    implicit none
    private
    public :: pair_spaces
@@ -153,12 +154,4 @@ contains
          identity(i, i) = 1
       end do
    end function identity
-
-   pure function positions(mask)
-      logical, intent(in) :: mask(:)
-      integer :: positions(count(mask))
-      integer :: i
-
-      positions = pack([(i, i=1, size(mask))], mask)
-   end function positions
 end module kschur_principal_pairs
