@@ -2,16 +2,24 @@
 !> after many is enough.
 module cli_arguments
    use cli_numbers, only: read_integer, read_real
-   use kschur, only: error_type, error_usage, index_of_name, long, new_error, text, wp
+   use kschur, only: did_you_mean, error_type, error_usage, index_of_name, long, new_error, text, wp
    implicit none
    private
    public :: arguments_type, command_arguments
+
+   integer, parameter :: longest_name = 24
+   ! Options that a letter stands for, in every command that has them.
+   character(len=*), parameter :: short_names(*) = [character(len=2) :: "-h", "-V", "-m", "-b", "-o", "-f", "-t", "-q", "-v"]
+   character(len=*), parameter :: long_names(*) = [character(len=longest_name) :: "--help", "--version", "--modes", "--band", &
+      "--output", "--format", "--threads", "--quiet", "--verbose"]
 
    !> Remaining words of a command line.
    type :: arguments_type
       private
       character(len=:), allocatable :: words(:)
       logical, allocatable :: taken(:)
+      ! Of the options that were looked for.
+      character(len=longest_name), allocatable :: names(:)
    contains
       !> Takes the option `--name`, which has no value.
       procedure :: take_flag
@@ -51,25 +59,36 @@ contains
          call get_command_argument(i, length=length)
          longest = max(longest, length)
       end do
+      ! A short name may become a long one.
+      longest = longest + longest_name
       allocate (character(len=longest) :: arguments%words(command_argument_count()))
       allocate (arguments%taken(size(arguments%words)), source=.false.)
       do i = 1, size(arguments%words)
          call get_command_argument(i, arguments%words(i))
       end do
+      allocate (arguments%names(0))
    end function command_arguments
 
-   ! Position of option `name`, 0 if it was not given; marks it as taken.
+   ! Position of option `name`, 0 if it was not given; marks it as taken, and writes its long name in place of a short one.
    subroutine find(self, name, place, error)
       class(arguments_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, intent(out) :: place
       type(error_type), allocatable, intent(inout) :: error
-      integer :: i
+      character(len=longest_name) :: known
+      integer :: i, k
 
       place = 0
       if (allocated(error)) return
+      known = name
+      self%names = [self%names, known]
+      k = findloc(long_names, name, 1)
       do i = 1, size(self%words)
          if (self%taken(i)) cycle
+         if (k > 0) then
+            if (self%words(i)(:2) == short_names(k) .and. scan(self%words(i)(3:3), " =") == 1) &
+               self%words(i) = name//self%words(i)(3:)
+         end if
          if (self%words(i) /= name .and. index(self%words(i), name//"=") /= 1) cycle
          if (place /= 0) call new_error(error, error_usage, name//" is given twice")
          if (allocated(error)) return
@@ -128,7 +147,7 @@ contains
       if (self%words(place) /= name) then
          value = trim(self%words(place)(len(name) + 2:))
       else if (place < size(self%words)) then
-         if (.not. self%taken(place + 1) .and. index(self%words(place + 1), "--") /= 1) then
+         if (.not. (self%taken(place + 1) .or. is_option(self%words(place + 1)))) then
             value = trim(self%words(place + 1))
             self%taken(place + 1) = .true.
          end if
@@ -141,6 +160,13 @@ contains
          call new_error(error, error_usage, name//" wants a file name")
       end if
    end subroutine take_text
+
+   ! Whether a word cannot be the value of an option: numbers may begin with one dash, and a dash alone is standard input.
+   pure logical function is_option(word)
+      character(len=*), intent(in) :: word
+
+      is_option = index(word, "--") == 1 .or. any(short_names == word)
+   end function is_option
 
    subroutine take_integer(self, name, smallest, value, error, zero)
       class(arguments_type), intent(inout) :: self
@@ -260,7 +286,8 @@ contains
       call self%take_text(name, word, error, "one of "//possible)
       if (allocated(error) .or. .not. allocated(word)) return
       value = index_of_name(word, choices)
-      if (value < 0) call new_error(error, error_usage, name//" wants one of "//possible//", not '"//word//"'")
+      if (value < 0) call new_error(error, error_usage, name//" wants one of "//possible//", not '"//word//"'"// &
+         did_you_mean(word, choices))
    end subroutine take_choice
 
    subroutine take_word(self, word)
@@ -293,13 +320,16 @@ contains
    subroutine check_all_taken(self, error)
       class(arguments_type), intent(in) :: self
       type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: hint
       integer :: i
 
       if (allocated(error)) return
       do i = 1, size(self%words)
          if (self%taken(i)) cycle
          if (index(self%words(i), "-") == 1) then
-            call new_error(error, error_usage, "unknown option "//trim(self%words(i))//"; see kschur help")
+            hint = did_you_mean(self%words(i)(:index(self%words(i)//"=", "=") - 1), self%names)
+            if (hint == "") hint = "; see kschur help"
+            call new_error(error, error_usage, "unknown option "//trim(self%words(i))//hint)
          else
             call new_error(error, error_usage, "one word too many: '"//trim(self%words(i))//"'; see kschur help")
          end if

@@ -1,5 +1,6 @@
 !> Columns of numbers with names, as a table, JSON or comma-separated values.
 module cli_columns
+   use cli_colour, only: bold, coloured
    use cli_numbers, only: aligned, plain
    use cli_output, only: format_csv, format_json
    use cli_system, only: print_line
@@ -82,14 +83,14 @@ contains
          cells(0, j) = adjustr(heading(units(j)))
          cells(1:, j) = aligned(values(:, j))
       end do
-      call print_row(what//repeat(" ", max(0, 5 - len(what))), cells(-1, :))
-      call print_row("     ", cells(0, :))
+      call print_line(coloured(row(what//repeat(" ", max(0, 5 - len(what))), cells(-1, :)), bold))
+      call print_line(coloured(row("     ", cells(0, :)), bold))
       do i = 1, size(values, 1)
-         call print_row(repeat(" ", max(0, 5 - len(text(i))))//text(i), cells(i, :))
+         call print_line(row(repeat(" ", max(0, 5 - len(text(i))))//text(i), cells(i, :)))
       end do
    end subroutine print_table
 
-   subroutine print_row(first, cells)
+   pure function row(first, cells) result(line)
       character(len=*), intent(in) :: first
       character(len=15), intent(in) :: cells(:)
       character(len=:), allocatable :: line
@@ -99,8 +100,8 @@ contains
       do j = 1, size(cells)
          line = line//cells(j)
       end do
-      call print_line(trim(line))
-   end subroutine print_row
+      line = trim(line)
+   end function row
 
    pure function heading(name)
       character(len=*), intent(in) :: name

@@ -1,12 +1,16 @@
 !> Help texts.
 module cli_help
    use cli_system, only: print_line
-   use kschur, only: error_type, error_usage, kschur_version, new_error
+   use kschur, only: did_you_mean, error_type, error_usage, kschur_version, new_error
    use kschur_scenes, only: scene_help, scene_names, unknown_scene
    use kschur, only: built_with
    implicit none
    private
    public :: print_help, print_version
+
+   !> What the program does, in the order of its help.
+   character(len=*), parameter, public :: command_names(11) = [character(len=12) :: &
+      "solve", "compare", "convert", "mac", "sensitivity", "response", "sweep", "scene", "info", "view", "help"]
 
 contains
 
@@ -48,7 +52,8 @@ contains
          call print_view_help()
       case default
          call new_error(error, error_usage, "there is no help on '"//topic// &
-            "', only on solve, compare, convert, mac, sensitivity, response, sweep, scene, info and view")
+            "', only on solve, compare, convert, mac, sensitivity, response, sweep, scene, info and view"// &
+            did_you_mean(topic, command_names))
       end select
    end subroutine print_help
 
@@ -69,10 +74,12 @@ contains
          "  kschur view RESULT --output FOLDER           its shapes for ParaView, or as a picture", &
          "  kschur help COMMAND                          more on one of them", &
          "  kschur help scene NAME                       what a scene is, and its options", &
-         "  kschur --version", &
+         "  kschur --version, kschur -V", &
          "", &
          "Beside it: kschur-report, speed against accuracy on your problem, beside ARPACK, SLEPc and", &
-         "SciPy; kschur-campbell, diagrams of a sweep; kschur-mpi, the same on several processes.", &
+         "SciPy; kschur-campbell, diagrams of a sweep; kschur-mpi, the same on several processes,", &
+         "as mpirun -np 4 kschur-mpi solve PROBLEM (docs/distributed.md; Open MPI wants", &
+         "--allow-run-as-root of root, and --oversubscribe for more processes than cores).", &
          "", &
          "PROBLEM is an HDF5 file with the groups /mass, /stiffness and, where there is", &
          "any, /damping, /constraints and /loss, or a folder of Matrix Market files M.mtx, K.mtx", &
@@ -92,32 +99,37 @@ contains
          "", &
          "A file named - is standard input; a file may be a pipe.", &
          "", &
-         "  --loss FILE            the loss matrix H of structural damping, one more of these files", &
+         "  --mass FILE            M, in the form of Matrix Market", &
+         "  --stiffness FILE       K", &
+         "  --damping FILE         R", &
+         "  --constraints FILE     Cq", &
+         "  --loss FILE            the loss matrix H of structural damping", &
          "  --loss-factor G        H = G K, of any problem", &
          "  --triplets             the files named have no header: row, column, value a line, from 1", &
-         "  --symmetric NAME       M, R, K and H hold one half: lower or upper; no: as they are;", &
-         "                         check: the same, but what looks like a half is an error (check)", &
-         "  --modes N              how many; a complex-conjugate pair is one (10)", &
+         "  --symmetric NAME       check, no, lower, upper (check): M, R, K and H hold one half,", &
+         "                         lower or upper; no: as they are; check: the same, but what looks", &
+         "                         like a half is an error", &
+         "  -m, --modes N          how many; a complex-conjugate pair is one (10)", &
          "  --target RE[,IM]       the modes nearest to this lambda, in 1/s (0)", &
          "  --frequency HZ         the same as --target 0,(2 pi HZ)", &
-         "  --band F1,F2           all modes whose natural frequency is in this band, in Hz", &
+         "  -b, --band F1,F2       all modes whose natural frequency is in this band, in Hz", &
          "  --shift RE[,IM]        where to factor, in 1/s (chosen near the target)", &
          "  --method NAME          auto, krylov-schur, arpack (auto)", &
-         "  --arpack NAME          fair: in the place of Krylov-Schur; plain: as the paper", &
-         "                         compares with it (fair)", &
+         "  --arpack NAME          fair, plain (fair): in the place of Krylov-Schur, or as the", &
+         "                         paper compares with it", &
          "  --formulation NAME     auto, undamped, undamped-negative, undamped-constrained,", &
          "                         undamped-constrained-zero, damped, damped-constrained,", &
          "                         damped-constrained-zero, quadratic, symmetric,", &
          "                         proportional, low-rank, dense (auto)", &
-         "  --inner NAME           auto, mumps, ldl, iterative: half of the memory (auto)", &
+         "  --inner NAME           auto, mumps, ldl, iterative (auto); iterative: half of the memory", &
          "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &
          "  --block B              vectors that the Krylov space grows by at a time, or auto:", &
          "                         as many as cost least (auto)", &
          "  --subspace M           largest dimension of the Krylov space (chosen)", &
          "  --tolerance T          relative residual of a converged mode (1e-12)", &
          "  --max-restarts K       (200)", &
-         "  --constraint-scaling   row, scalar, none (row)", &
-         "  --normalise NAME       shapes of unit length, mass or displacement (length)", &
+         "  --constraint-scaling NAME  row, scalar, none (row)", &
+         "  --normalise NAME       length, mass, displacement (length): the unit that shapes have", &
          "  --properties           generalised mass, damping, stiffness and modal a of each mode", &
          "                         and, where the file has /coordinates, participation factors and", &
          "                         effective masses along x, y, z and about them (rx, ry, rz)", &
@@ -126,13 +138,13 @@ contains
          "  --left                 left eigenvectors and condition numbers as well", &
          "  --certify              count the eigenvalues, for a proof that no mode is missing", &
          "  --certify off          leave out the factorisation that counts where there would be one", &
-         "  --output RESULT.h5     write values, vectors and multipliers", &
+         "  -o, --output RESULT.h5 write values, vectors and multipliers", &
          "  --checkpoint FILE      write the state of the iteration now and then", &
          "  --resume FILE          go on from there: the same problem, options and digits", &
-         "  --format NAME          table, json, csv (table)", &
-         "  --verbose              more at the end of the table", &
-         "  --quiet                no progress on the terminal", &
-         "  --threads N            threads (as many as there are cores); any number gives the same", &
+         "  -f, --format NAME      table, json, csv (table)", &
+         "  -v, --verbose          more at the end of the table", &
+         "  -q, --quiet            no progress on the terminal", &
+         "  -t, --threads N        threads (as many as there are cores); any number gives the same", &
          "                         digits but for what MUMPS factors", &
          "  --memory LIMIT         refuse what is estimated to take more bytes, as 800M or 4G,", &
          "                         before anything is factored (kschur info tells the estimate)", &
@@ -158,9 +170,9 @@ contains
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
          "  --constraint-scaling NAME, --mass FILE, --stiffness FILE, --damping FILE,", &
          "  --constraints FILE, --loss FILE, --loss-factor G, --triplets, --symmetric NAME,", &
-         "  --quiet, --threads N", &
+         "  --quiet, --threads N, --memory LIMIT, --distribute ROWS, --groups N", &
          "                                               as for kschur solve", &
-         "  --format NAME                                table, json (table)"])
+         "  -f, --format NAME      table, json (table)"])
    end subroutine print_compare_help
 
    subroutine print_convert_help()
@@ -171,23 +183,29 @@ contains
          "(.mat), NumPy (.npz), Harwell-Boeing (.hb, .rua, .rsa) and PETSc (.petsc), by Python with", &
          "NumPy, SciPy and h5py. Halves of symmetric matrices are completed (docs/convert.md).", &
          "", &
-         "  --mass NAME, --stiffness NAME, --damping NAME, --constraints NAME", &
-         "                         which matrix is which, where the names are not the usual ones;", &
-         "                         a file that holds one matrix names it by its own name"])
+         "Which matrix is which, where the names are not the usual ones; a file that holds one", &
+         "matrix names it by its own name:", &
+         "", &
+         "  --mass MATRIX          M", &
+         "  --stiffness MATRIX     K", &
+         "  --damping MATRIX       R", &
+         "  --constraints MATRIX   Cq"])
    end subroutine print_convert_help
 
    subroutine print_mac_help()
       call print_lines([character(len=90) :: &
-         "kschur mac RESULT.h5 OTHER.h5 [--format table|json|csv]", &
+         "kschur mac RESULT.h5 OTHER.h5 [options]", &
          "", &
          "The modal assurance criterion |phi_i^* phi_j|^2/(|phi_i|^2 |phi_j|^2) of the modes i of", &
          "a result and j of another one, which kschur solve --output wrote: 1 where the shapes", &
-         "are the same, 0 where they are orthogonal."])
+         "are the same, 0 where they are orthogonal.", &
+         "", &
+         "  -f, --format NAME      table, json, csv (table)"])
    end subroutine print_mac_help
 
    subroutine print_sensitivity_help()
       call print_lines([character(len=90) :: &
-         "kschur sensitivity PROBLEM CHANGED [--step H] [options]", &
+         "kschur sensitivity PROBLEM CHANGED [options]", &
          "", &
          "The rates at which eigenvalues, natural frequencies and damping ratios of a problem", &
          "change with a parameter p. CHANGED is the same problem where p is larger by H (1): the", &
@@ -195,11 +213,13 @@ contains
          "the rates of what it splits into, in no order; - where there is none, as of a rigid", &
          "motion that nothing damps.", &
          "", &
+         "  --step H               the change of p (1)", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
-         "  --constraint-scaling NAME, --symmetric NAME, --quiet, --threads N", &
+         "  --constraint-scaling NAME, --symmetric NAME, --quiet, --threads N, --memory LIMIT,", &
+         "  --distribute ROWS, --groups N", &
          "                                                      as for kschur solve", &
-         "  --format NAME                                       table, json, csv (table)"])
+         "  -f, --format NAME      table, json, csv (table)"])
    end subroutine print_sensitivity_help
 
    subroutine print_response_help()
@@ -216,11 +236,11 @@ contains
          "                         acceleration of 1, -M d, x being relative to it (the file has", &
          "                         /coordinates); a Matrix Market file with one column, for f", &
          "  --at N1,N2,...         the unknowns that are printed (where the force is largest)", &
-         "  --output FILE.h5       write the response of all unknowns and the multipliers", &
+         "  -o, --output FILE.h5   write the response of all unknowns and the multipliers", &
          "  --html FILE.html       a page for a browser: Bode and Nyquist plots, and the deformed", &
          "                         structure at each frequency, where the file has /coordinates", &
-         "  --format NAME          table: amplitude and phase; json, csv: real and imaginary part", &
-         "                         (table)", &
+         "  -f, --format NAME      table, json, csv (table): amplitude and phase; of json and csv", &
+         "                         real and imaginary part", &
          "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --loss FILE,", &
          "  --loss-factor G, --triplets, --symmetric NAME, --quiet     as for kschur solve"])
    end subroutine print_response_help
@@ -239,19 +259,21 @@ contains
          "branch is unstable, known to 0.1 %. kschur-campbell draws the Campbell diagram and the", &
          "roots.", &
          "", &
+         "  --vary OPTION=A:B:N    an option of the scene, at N values from A to B", &
          "  --values V1,V2,...     the parameter at each problem (1, 2, ...)", &
          "  --loss-factor A:B:N    of one problem: H = g K at N values of g", &
-         "  --unit NAME            that of the parameter, for tables and diagrams: rpm, Hz, ...", &
+         "  --unit UNIT            that of the parameter, for tables and diagrams: rpm, Hz, ...", &
          "  --left                 left vectors of unsymmetric problems, in place of shapes", &
-         "  --output SWEEP.h5      write values, branches, shares, events and onsets", &
+         "  -o, --output SWEEP.h5  write values, branches, shares, events and onsets", &
          "  --html FILE.html       a page for a browser: Campbell diagram and root locus, and shapes", &
          "                         where problems say where they stand", &
          "  --orders N1,N2,...     lines in it at multiples of the speed, in rpm, 1/min, Hz, 1/s, rad/s", &
-         "  --format NAME          table: damped frequencies in Hz; json, csv: all of them (table)", &
+         "  -f, --format NAME      table, json, csv (table): damped frequencies in Hz; of json and", &
+         "                         csv all of them", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
          "  --presolve on|off, --block B, --subspace M, --tolerance T, --max-restarts K,", &
-         "  --constraint-scaling NAME, --quiet, --threads N and, of problems,", &
-         "  --symmetric NAME       as for kschur solve"])
+         "  --constraint-scaling NAME, --quiet, --threads N, --memory LIMIT, --distribute ROWS,", &
+         "  --groups N, --symmetric NAME (not of a scene)       as for kschur solve"])
    end subroutine print_sweep_help
 
    subroutine print_scene_help(scene, error)
@@ -269,6 +291,8 @@ contains
       call print_lines([character(len=90) :: &
          "kschur scene NAME [options of the scene] --output PROBLEM", &
          "", &
+         "  -o, --output PROBLEM   where to write", &
+         "", &
          "Writes an HDF5 file where PROBLEM ends in .h5 or .hdf5, else a folder of Matrix", &
          "Market files. kschur help scene NAME is about one of them. All, with options and defaults:"])
       do i = 1, size(scene_names)
@@ -280,7 +304,7 @@ contains
    subroutine print_info_help()
       call print_lines([character(len=90) :: &
          "kschur info PROBLEM [options]", &
-         "kschur info RESULT.h5 [--format table|json|csv] [--verbose]", &
+         "kschur info RESULT.h5 [options]", &
          "", &
          "What a problem is: its size, symmetry, damping, matrices, the formulation that auto", &
          "takes, and about how much memory kschur solve takes; or the modes of a result that", &
@@ -289,7 +313,8 @@ contains
          "  --modes N, --formulation NAME, --inner NAME     of a solve whose memory is estimated", &
          "  --mass FILE, --stiffness FILE, --damping FILE, --constraints FILE, --loss FILE,", &
          "  --loss-factor G, --triplets, --symmetric NAME   as for kschur solve", &
-         "  --format NAME                                   table, json; of a result csv (table)"])
+         "  -f, --format NAME      table, json, csv (table); csv: of a result only", &
+         "  -v, --verbose          more at the end of the table of a result"])
    end subroutine print_info_help
 
    subroutine print_view_help()
@@ -301,13 +326,15 @@ contains
          "/unknown_node, from 0, and /unknown_component, 0 to 5 (docs/view.md). Those of kschur", &
          "scene do.", &
          "", &
+         "  -o, --output FOLDER    files for ParaView, which are:", &
+         "", &
          "  modes.pvd              the modes one after the other", &
          "  mode_3.vtu             one of them: mode_3_real and mode_3_imaginary on the mesh at rest", &
          "  mode_3.pvd             one period of its motion, as mode_3_1.vtu, mode_3_2.vtu, ...", &
          "", &
          "  --html FILE.html       a page for a browser: a list of modes, and the model in motion", &
          "  --picture FILE.png     the modes side by side; .pdf and .svg as well", &
-         "  --modes 1,3,7          which modes (all)", &
+         "  -m, --modes 1,3,7      which modes (all)", &
          "  --frames N             pictures of a period; 0: no motion (12)", &
          "  --amplitude A          largest displacement in it, relative to the structure (0.1)"])
    end subroutine print_view_help

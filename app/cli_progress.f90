@@ -20,7 +20,9 @@ module cli_progress
       character(len=:), allocatable :: title, step
       ! Modes of earlier parts, of this part, of all (0: unknown), and largest number so far.
       integer :: found = 0, part = 0, asked = 0, seen = 0
-      integer(long) :: started = 0
+      ! Ticks of the clock: where the program began, where what is estimated began, where `reached` of it was done.
+      integer(long) :: started = 0, since = 0, reached_at = 0
+      real(wp) :: reached = 0
    contains
       !> Shows a step.
       procedure :: show
@@ -48,6 +50,7 @@ contains
       progress%title = ""
       progress%step = ""
       call system_clock(progress%started)
+      progress%since = progress%started
    end function new_progress
 
    subroutine show(self, step)
@@ -78,6 +81,7 @@ contains
 
       ! New solve: within one, restarted iterations never show fewer modes than before.
       if (found == 0 .and. asked /= self%asked) self%seen = 0
+      if (found == 0 .and. share_of(self%title) < 0) call begin_estimate(self)
       self%found = found
       self%part = part
       self%asked = asked
@@ -127,8 +131,63 @@ contains
       modes = ""
       if (self%asked > 0) modes = ", "//text(min(self%seen, self%asked))//" of "//text(self%asked)//" modes"
       if (self%asked == 0 .and. self%seen > 0) modes = ", "//text(self%seen)//" modes"
-      call put(self, text((now - self%started)/rate)//" s, "//self%title//self%step//modes)
+      call put(self, text((now - self%started)/rate)//" s, "//self%title//self%step//modes//time_left(self, now, rate))
    end subroutine refresh
+
+   subroutine begin_estimate(self)
+      type(progress_type), intent(inout) :: self
+
+      call system_clock(self%since)
+      self%reached = 0
+   end subroutine begin_estimate
+
+   ! As long as what is done took, for what is not: of points, of frequencies, or of modes. Not known where nothing is done, or where
+   ! it takes longer than was expected. Empty in the first seconds.
+   function time_left(self, now, rate) result(words)
+      class(progress_type), intent(inout) :: self
+      integer(long), intent(in) :: now, rate
+      character(len=:), allocatable :: words
+      integer, parameter :: patience = 10, minute = 60
+      real(wp) :: done, left
+
+      words = ""
+      done = share_of(self%title)
+      if (done < 0) done = share_of(self%step)
+      if (done < 0 .and. self%asked > 0) done = real(min(self%seen, self%asked), wp)/self%asked
+      if (done < self%reached) self%reached = 0
+      if (done > self%reached) then
+         self%reached = done
+         self%reached_at = now
+      end if
+      if (now - self%started < patience*rate) return
+      left = 0
+      if (self%reached > 0) left = (real(self%reached_at - self%since, wp)*(1 - self%reached)/self%reached &
+         - real(now - self%reached_at, wp))/real(rate, wp)
+      if (left < 1) then
+         words = ", time left unknown"
+      else if (left < 2*minute) then
+         words = ", about "//text(nint(left))//" s left"
+      else
+         words = ", about "//text(nint(left/minute))//" min left"
+      end if
+   end function time_left
+
+   ! What is done where words say "I of N", the one that begins: (I - 1)/N; below zero where they do not.
+   pure real(wp) function share_of(words)
+      character(len=*), intent(in) :: words
+      character(len=*), parameter :: digits = "0123456789"
+      integer :: at, first, last, i, n
+
+      share_of = -1
+      at = index(words, " of ")
+      if (at < 2) return
+      first = verify(words(:at - 1), digits, back=.true.) + 1
+      last = at + 2 + verify(words(at + 4:)//" ", digits)
+      if (first >= at .or. last < at + 4 .or. at - first > 8 .or. last - at > 11) return
+      read (words(first:at - 1), *) i
+      read (words(at + 4:last), *) n
+      if (n > 0) share_of = real(i - 1, wp)/n
+   end function share_of
 
    ! Replaces the current line; an empty one clears it.
    subroutine put(self, line)

@@ -1,6 +1,7 @@
 !> kschur sweep: modes as functions of a parameter, of a scene or of problem files.
 module cli_sweep
    use cli_arguments, only: arguments_type
+   use cli_colour, only: coloured, red
    use cli_columns, only: print_columns
    use cli_input, only: input_type, is_part_of, read_problem, take_symmetric
    use cli_interrupt, only: catch_interrupts, is_interrupted
@@ -359,13 +360,14 @@ contains
       integer :: first, i
 
       first = findloc(sweep%mode(branch, :) > 0, .true., 1)
-      if (sweep%is_unstable(branch, first)) call print_line("unstable   branch "//text(branch)//" from its first point, "// &
-         parameter//" "//rounded(sweep%values(first))//unit)
+      if (sweep%is_unstable(branch, first)) call print_line(coloured("unstable", red)// &
+         "   branch "//text(branch)//" from its first point, "//parameter//" "//rounded(sweep%values(first))//unit)
       do i = 1, size(sweep%onsets)
          associate (o => sweep%onsets(i))
             if (o%branch /= branch) cycle
-            line = merge("unstable   branch ", "stable     branch ", o%unstable)//text(branch)//" from "//parameter//" "// &
-               rounded(significant(o%value))//unit
+            line = "stable  "
+            if (o%unstable) line = coloured("unstable", red)
+            line = line//"   branch "//text(branch)//" from "//parameter//" "//rounded(significant(o%value))//unit
             if (o%within > accuracy*abs(o%value)) line = line//", known to "//rounded(significant(o%within))
             call print_line(line)
          end associate

@@ -2,6 +2,7 @@
 module cli_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_intptr_t, c_null_char, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: error_unit
+   use cli_colour, only: coloured_error, red
    use cli_processes, only: end_processes
    use kschur, only: error_file, error_library, error_type, long, new_error, wp
    implicit none
@@ -120,7 +121,7 @@ contains
          end do
          line = line(:first)//gap//line(last:)
       end if
-      write (error_unit, "(2a)") name, line
+      write (error_unit, "(2a)") coloured_error(name, red), line
    end subroutine complain
 
    function escaped(message) result(line)

@@ -1,8 +1,9 @@
 !> A result as a table for people.
 module cli_table
+   use cli_colour, only: bold, coloured, green, red, yellow
    use cli_numbers, only: aligned, exponential, rounded
    use cli_system, only: print_line
-   use kschur, only: certified_no, certified_yes, damping_names, formulation_names, kind_names, kind_rigid, &
+   use kschur, only: certified_no, certified_yes, damping_names, formulation_names, kind_names, kind_rigid, kind_unstable, &
       modal_result_type, phase_names, reason_names, text, wp
    implicit none
    private
@@ -41,18 +42,19 @@ contains
          ", "//trim(reason_names(result%reason))//certified_text(result))
       if (.not. allocated(result%notes)) return
       do i = 1, size(result%notes)
-         call print_line("note     "//trim(result%notes(i)))
+         call print_line(coloured("note     ", yellow)//trim(result%notes(i)))
       end do
    end subroutine print_header
 
-   pure function certified_text(result)
+   function certified_text(result)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: certified_text
 
       certified_text = ""
-      if (result%certified == certified_yes) certified_text = ", certified: no mode is missing"
-      if (result%certified == certified_no) certified_text = ", not certified: a mode may be missing"
-      if (result%missing > 0) certified_text = ", not certified: eigenvalues are missing, "//text(result%missing)//" of them"
+      if (result%certified == certified_yes) certified_text = ", "//coloured("certified", green)//": no mode is missing"
+      if (result%certified == certified_no) certified_text = ", "//coloured("not certified", red)//": a mode may be missing"
+      if (result%missing > 0) certified_text = ", "//coloured("not certified", red)//": eigenvalues are missing, "// &
+         text(result%missing)//" of them"
    end function certified_text
 
    subroutine print_modes(result)
@@ -82,22 +84,22 @@ contains
       end if
 
       call print_line("")
-      call print_row("     ", cells(-1, :columns), "kind       ", "  backward", "     error", more(-1))
-      call print_row("     ", cells(0, :columns), "           ", "     error", "       1/s", more(0))
+      call print_row("     ", cells(-1, :columns), "kind       ", "  backward", "     error", more(-1), bold)
+      call print_row("     ", cells(0, :columns), "           ", "     error", "       1/s", more(0), bold)
       do i = 1, k
          write (place, "(i5)") i
          call print_row(place, cells(i, :columns), kind_names(result%kind(i)), exponential(result%backward_error(i), 10, 1), &
-            error_bound(result%error_bound(i)), more(i))
+            error_bound(result%error_bound(i)), more(i), merge(red, "  ", result%kind(i) == kind_unstable))
       end do
       call print_line("")
    end subroutine print_modes
 
-   subroutine print_row(place, cells, kind, backward_error, bound, more)
-      character(len=*), intent(in) :: place, cells(:), kind, backward_error, bound, more
+   subroutine print_row(place, cells, kind, backward_error, bound, more, style)
+      character(len=*), intent(in) :: place, cells(:), kind, backward_error, bound, more, style
       character(len=len(place) + size(cells)*len(cells)) :: line
 
       write (line, "(*(a))") place, cells
-      call print_line(line//"  "//kind//backward_error//bound//trim(more))
+      call print_line(coloured(line//"  "//kind//backward_error//bound//trim(more), trim(style)))
    end subroutine print_row
 
    ! `-` where there is no left vector to tell.

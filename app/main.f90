@@ -4,7 +4,7 @@ program kschur_program
    use cli_compare, only: compare_command
    use cli_convert, only: convert_command
    use cli_environment, only: keep_one_blas_thread
-   use cli_help, only: print_help, print_version
+   use cli_help, only: command_names, print_help, print_version
    use cli_interrupt, only: let_signals
    use cli_info, only: info_command
    use cli_mac, only: mac_command
@@ -16,7 +16,7 @@ program kschur_program
    use cli_solve, only: solve_command
    use cli_system, only: check_output, complain, end_program, ignore_size_signal
    use cli_view, only: view_command
-   use kschur, only: error_input, error_type, error_usage, new_error
+   use kschur, only: did_you_mean, error_input, error_type, error_usage, new_error
    implicit none
 
    integer, parameter :: status_usage = 1, status_input = 2, status_incomplete = 3, status_failure = 4
@@ -53,16 +53,12 @@ program kschur_program
 contains
 
    subroutine take_flags()
-      logical :: short_help
-
       call arguments%take_flag("--help", help, error)
-      call arguments%take_flag("-h", short_help, error)
       call arguments%take_flag("--version", version, error)
-      help = help .or. short_help
    end subroutine take_flags
 
    subroutine do_command()
-      character(len=:), allocatable :: topic
+      character(len=:), allocatable :: hint, topic
 
       if (version) then
          call print_version()
@@ -98,7 +94,9 @@ contains
             call arguments%check_all_taken(error)
             if (.not. allocated(error)) call new_error(error, error_usage, "no command is given; see kschur help")
          case default
-            call new_error(error, error_usage, "unknown command '"//command//"'; see kschur help")
+            hint = did_you_mean(command, command_names)
+            if (hint == "") hint = "; see kschur help"
+            call new_error(error, error_usage, "unknown command '"//command//"'"//hint)
          end select
       end if
    end subroutine do_command

@@ -40,6 +40,9 @@ class Bench:
         self.output.mkdir(parents=True, exist_ok=True)
 
     def run(self, program, *words):
+        if not (self.programs / program).exists():
+            sys.exit(f"paper.py: there is no {program} in {self.programs}: a build has the examples, an installation has not; "
+                     "take --programs build/release/bin")
         return subprocess.run([self.programs / program, *map(str, words)], check=True, capture_output=True, text=True).stdout
 
     def scene(self, *words):
@@ -224,17 +227,19 @@ def figure4a(bench):
 
 def figure4b(bench):
     """Damping ratios of the turbine over its speed."""
-    table = bench.example("turbine", 25)
-    count = (table.shape[1] - 2)//2
+    speeds = np.linspace(0, 12.1, 25)
+    modes = [bench.solve(bench.scene("turbine", "--speed", speed), "--modes", 11)[0]["modes"] for speed in speeds]
+    frequencies, ratios = (np.array([[mode[name] for mode in some] for some in modes]) for name in ("damped_frequency_hz", "damping_ratio"))
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.4))
-    axes[0].plot(table[:, 0], table[:, 1:1 + count], ".", color="tab:blue", markersize=4)
+    axes[0].plot(speeds, frequencies, ".", color="tab:blue", markersize=4)
     axes[0].set(xlabel="speed (rpm)", ylabel="damped frequency (Hz)")
-    axes[1].plot(table[:, 0], 100*table[:, 1 + count:-1], ".", color="tab:blue", markersize=4)
+    axes[1].plot(speeds, 100*ratios, ".", color="tab:blue", markersize=4)
     axes[1].set(xlabel="speed (rpm)", ylabel="damping ratio (%)", ylim=(0, None))
     bench.save(figure, "4b")
     print("# speed (rpm)  smallest and largest damping ratio of 11 modes (%)  unstable ones")
-    for row in table[::12]:
-        print(f"{row[0]:8.2f} {100*row[1 + count:-1].min():8.3f} {100*row[1 + count:-1].max():8.3f} {int(row[-1]):4d}")
+    for k in range(0, len(speeds), 12):
+        unstable = sum(mode["kind"] == "unstable" for mode in modes[k])
+        print(f"{speeds[k]:8.2f} {100*ratios[k].min():8.3f} {100*ratios[k].max():8.3f} {unstable:4d}")
 
 
 def figure5(bench):

@@ -8,6 +8,9 @@ import shutil
 import sys
 from pathlib import Path
 
+if len(sys.argv) != 3:
+    print(__doc__, end="", file=sys.stdout if sys.argv[1:] in (["-h"], ["--help"]) else sys.stderr)
+    sys.exit(sys.argv[1:] not in (["-h"], ["--help"]))
 pages, bootstrap = map(Path, sys.argv[1:])
 FILES = {"css": "bootstrap.min.css", "js": "bootstrap.bundle.min.js"}
 ELEMENT = r'<{0} (?:href|src)="https://[^"]*/{1}"[^>]*>'

@@ -98,6 +98,7 @@ module kschur
    use kschur_sweep, only: sweep_type, sweep_event_type, sweep_onset_type, new_sweep, event_names, event_crossing, event_veering, &
       event_unsure
    use kschur_targets, only: solve_targets
+   use kschur_suggestion, only: did_you_mean
    use kschur_text, only: text
    use kschur_view, only: write_view
    use kschur_vtu, only: write_vtu

@@ -9,6 +9,10 @@ import sys
 import tempfile
 import xml.etree.ElementTree as ElementTree
 
+if len(sys.argv) != 2 or sys.argv[1] in ("-h", "--help"):
+    print(__doc__, end="", file=sys.stdout if len(sys.argv) == 2 else sys.stderr)
+    sys.exit(len(sys.argv) != 2)
+
 import h5py
 import matplotlib
 import numpy as np

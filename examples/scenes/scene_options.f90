@@ -1,7 +1,7 @@
 !> The options of a scene: their defaults, what the command line makes of
 !> them, and their values.
 module scene_options
-   use kschur, only: error_type, error_usage, new_error, text, wp
+   use kschur, only: did_you_mean, error_type, error_usage, new_error, text, wp
    implicit none
    private
    public :: listed, option_type, options_type
@@ -73,7 +73,8 @@ contains
          end if
          k = place(self%list, name)
          if (k == 0) then
-            call new_error(error, error_usage, "this scene has no option '"//name//"', only "//listed(names, "and"))
+            call new_error(error, error_usage, "this scene has no option '"//name//"', only "//listed(names, "and")// &
+               did_you_mean(name, names))
          else if (self%list(k)%given) then
             call new_error(error, error_usage, "option "//name//" is given twice")
          else if (value == "") then
@@ -95,7 +96,7 @@ contains
 
       if (allocated(error)) return
       choice = self%value_of(name)
-      if (all(choices /= choice)) call refuse(name, listed(choices, "or"), choice, error)
+      if (all(choices /= choice)) call refuse(name, listed(choices, "or"), choice, error, did_you_mean(choice, choices))
    end subroutine read_choice
 
    subroutine read_integer(self, name, lowest, highest, number, error)
@@ -244,11 +245,16 @@ contains
       valid = status == 0 .and. number >= lowest .and. number <= highest
    end subroutine parse_integer
 
-   pure subroutine refuse(name, wanted, word, error)
+   pure subroutine refuse(name, wanted, word, error, hint)
       character(len=*), intent(in) :: name, wanted, word
       type(error_type), allocatable, intent(inout) :: error
+      !> What else the word may have been meant for.
+      character(len=*), optional, intent(in) :: hint
+      character(len=:), allocatable :: ending
 
-      call new_error(error, error_usage, "option "//name//" wants "//wanted//", not '"//word//"'")
+      ending = ""
+      if (present(hint)) ending = hint
+      call new_error(error, error_usage, "option "//name//" wants "//wanted//", not '"//word//"'"//ending)
    end subroutine refuse
 
    !> The words as "one, two or three".

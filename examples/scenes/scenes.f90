@@ -1,6 +1,6 @@
 !> The scenes by name: models that end in M, R, K, Cq, each with a few options.
 module kschur_scenes
-   use kschur, only: error_type, error_usage, modal_problem_type, new_error
+   use kschur, only: did_you_mean, error_type, error_usage, modal_problem_type, new_error
    use scene_assembly, only: assembly_type
    use scene_beam_body, only: beam_body_options, build_beam_body
    use scene_block, only: block_options, build_block
@@ -68,7 +68,7 @@ contains
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: sentence
 
-      sentence = "there is no scene '"//trim(name)//"', only "//listed(scene_names, "and")
+      sentence = "there is no scene '"//trim(name)//"', only "//listed(scene_names, "and")//did_you_mean(name, scene_names)
    end function unknown_scene
 
    pure function options_of(name) result(options)

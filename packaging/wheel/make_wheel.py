@@ -15,6 +15,10 @@ import tempfile
 import zipfile
 from pathlib import Path
 
+if len(sys.argv) != 3 or sys.argv[1] in ("-h", "--help"):
+    print(__doc__, end="", file=sys.stdout if len(sys.argv) == 2 else sys.stderr)
+    sys.exit(len(sys.argv) != 2)
+
 from scikit_build_core.build import prepare_metadata_for_build_wheel
 
 HERE = Path(__file__).resolve().parent

@@ -77,6 +77,12 @@ build_by_pkg_config(kschur "${Fortran_COMPILER}" consumer.f90)
 
 if(EXISTS "${prefix}/bin/kschur")
   run("${prefix}/bin/kschur" --version)
+  foreach(file man/man1/kschur.1 man/man1/kschur-solve.1 bash-completion/completions/kschur zsh/site-functions/_kschur
+          fish/vendor_completions.d/kschur.fish)
+    if(NOT EXISTS "${prefix}/share/${file}")
+      message(FATAL_ERROR "share/${file} is not installed")
+    endif()
+  endforeach()
   run("${prefix}/bin/kschur" scene grid --cells 2x1 --output "${WORK_DIR}/grid")
   run("${prefix}/bin/kschur" solve "${WORK_DIR}/grid")
   run(ldd "${prefix}/bin/kschur")
