@@ -6,6 +6,7 @@
 """
 from . import errors
 from ._library import version as _version
+from .codes import from_exudyn, from_opensees
 from .convert import Problem, read
 from .errors import Error
 from .geometry import Geometry
@@ -17,4 +18,4 @@ from .sweeping import Event, Onset, Sweep, sweep
 
 __version__ = _version()
 __all__ = ["Error", "Event", "Geometry", "Onset", "Problem", "Response", "Result", "Sweep", "errors", "frequency_response",
-           "load", "read", "solve", "sweep"]
+           "from_exudyn", "from_opensees", "load", "read", "solve", "sweep"]
