@@ -66,8 +66,9 @@ class View:
 
 
 def _three() -> str:
-    """three.js, as KSCHUR_THREE names it, or as Debian's libjs-three has it."""
-    place = Path(os.environ.get("KSCHUR_THREE", "/usr/share/javascript/three/three.min.js"))
+    """three.js, as KSCHUR_THREE names it, as a wheel has it, or as Debian's libjs-three."""
+    bundled = WEB / "three.min.js"
+    place = Path(os.environ.get("KSCHUR_THREE", bundled if bundled.exists() else "/usr/share/javascript/three/three.min.js"))
     try:
         return place.read_text(encoding="utf-8").replace("</script", "<\\/script")
     except OSError:
