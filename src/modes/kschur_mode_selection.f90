@@ -12,7 +12,7 @@ module kschur_mode_selection
    use kschur_tolerances, only: equal_value, may_be_anything, nearly_zero, real_tolerance, same_value, spurious
    implicit none
    private
-   public :: accept_pairs, distances, drop_spurious, highest, judge_pairs, nearest_first, wanted_type
+   public :: accept_pairs, distances, drop_spurious, highest, judge_pairs, keep_nearer_unlisted, nearest_first, wanted_type
 
    ! Infinite eigenvalues are further off than the modes by this factor, whatever rounding made of them.
    real(wp), parameter :: far = 10
@@ -95,12 +95,10 @@ contains
       if (allocated(problem%loss)) accepted(:k) = accepted(:k) .and. aimag(pairs%lambda(:k)) >= 0
       call leave_infinite(problem, wanted, pairs%lambda, modes, accepted, badly)
       call rank(wanted, pairs%lambda, accepted, order)
-      ! Beyond the furthest of all that are wanted they do not matter.
-      if (size(order) == wanted%modes) badly = badly .and. distances(pairs%lambda, wanted%target) <= &
-         maxval(distances(pairs%lambda(order), wanted%target))
-      modes%inaccurate = count(badly)
-      ! What is neither known well nor listed will never be looked at.
+      modes%unlisted = pack(pairs%lambda, badly)
+      ! What is neither known well nor listed will never be looked at, so it is not counted either.
       accepted = accepted .and. modes%backward_error <= spurious
+      accepted(:k) = accepted(:k) .and. .not. modes%uncertainty(:k) > may_be_anything*abs(pairs%lambda(:k))
       accepted(order) = .true.
       modes%found = eigenvalues_of(pairs%lambda, accepted)
       allocate (motion, source=[spread(0, 1, k), (j, j=1, wanted%rigid), spread(0, 1, size(pairs%lambda) - k - wanted%rigid)])
@@ -164,10 +162,20 @@ contains
       type(modes_type), intent(inout) :: modes
 
       associate (badly => modes%backward_error > spurious)
-         modes%inaccurate = modes%inaccurate + count(badly)
+         modes%unlisted = [modes%unlisted, pack(modes%lambda, badly)]
          call modes%drop(badly)
       end associate
    end subroutine drop_spurious
+
+   !> Of what is too inaccurate to be listed, keeps what may be nearer to the target than the furthest of a full list.
+   subroutine keep_nearer_unlisted(wanted, modes)
+      type(wanted_type), intent(in) :: wanted
+      type(modes_type), intent(inout) :: modes
+
+      if (size(modes%lambda) < wanted%modes) return
+      modes%unlisted = pack(modes%unlisted, distances(modes%unlisted, wanted%target) <= &
+         maxval(distances(modes%lambda, wanted%target)))
+   end subroutine keep_nearer_unlisted
 
    ! The wanted ones of those that are accepted and so near that none can lie between them.
    subroutine rank(wanted, lambda, accepted, order)

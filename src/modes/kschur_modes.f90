@@ -28,12 +28,10 @@ module kschur_modes
       integer, allocatable :: motion(:)
       !> How many eigenvalues are known, both of a conjugate pair counted, whether listed or not.
       integer :: found = 0
-      !> How many pairs among the modes are too inaccurate to be listed.
-      integer :: inaccurate = 0
+      !> Eigenvalues of pairs that were too inaccurate to be listed; at the end of a search, of those that may belong in the list.
+      complex(wp), allocatable :: unlisted(:)
       !> Whether some pair lies where infinite eigenvalues are, so that no finite one is left.
       logical :: beyond = .false.
-      !> Whether some modes are listed that may be anything by their error bounds, because the count says that they are.
-      logical :: unsure = .false.
       !> As in the result.
       integer :: reason = reason_converged, certified = certified_unknown, missing = -1
       real(wp) :: locking_error = 0
@@ -98,7 +96,7 @@ contains
       integer, intent(in) :: unknowns, constraints
       type(modes_type) :: modes
 
-      allocate (modes%lambda(0), modes%phi(unknowns, 0), modes%xi(constraints, 0), modes%backward_error(0), &
+      allocate (modes%unlisted(0), modes%lambda(0), modes%phi(unknowns, 0), modes%xi(constraints, 0), modes%backward_error(0), &
          modes%error_bound(0), modes%uncertainty(0), modes%motion(0))
       allocate (modes%history%converged(0), modes%history%operator_applications(0), modes%history%residual(0))
    end function no_modes

@@ -8,7 +8,7 @@ module kschur_finishing
    use kschur_hidden, only: are_known, feel_inertia
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
-   use kschur_mode_selection, only: distances, judge_pairs, nearest_first, wanted_type
+   use kschur_mode_selection, only: judge_pairs, wanted_type
    use kschur_modes, only: modes_type
    use kschur_outcome, only: certified_yes, inaccurate_above
    use kschur_polish, only: polished_type, polisher_type
@@ -40,27 +40,23 @@ contains
    !> Polishes each cluster in which a mode is inaccurate, in doubt, or no other than its neighbours: once
    !> factored beside and iterated, what lies where it is takes its place, whatever that is. A mode in doubt that is not
    !> found there is no eigenvalue, unless all were computed at once: these are as many after as before.
-   subroutine finish_modes(s, modes, aside, error)
+   subroutine finish_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       !> Of what is iterated, in the units that balance has found: in those as given, errors may hide behind a few large entries.
       type(modes_type), intent(inout) :: modes
-      !> Grows by those in doubt that were not found again although they have small backward errors.
-      type(eigenpairs_type), intent(inout) :: aside
       type(error_type), allocatable, intent(out) :: error
       type(judgement_type) :: judgement
       type(polisher_type) :: polisher
       type(cluster_type), allocatable :: clusters(:)
       type(eigenpairs_type) :: found
       logical, dimension(size(modes%lambda)) :: gone, nowhere
-      complex(wp), allocatable :: badly(:)
-      integer, allocatable :: order(:)
-      real(wp) :: reach
+      complex(wp), allocatable :: lost(:)
       logical :: done
-      integer :: lost, i
+      integer :: i
 
       call judge(s, modes, judgement, error)
       if (allocated(error)) return
-      lost = 0
+      allocate (lost(0))
       gone = .false.
       nowhere = .false.
       call find_suspects(modes, judgement, clusters)
@@ -78,14 +74,9 @@ contains
          call keep_number(s, gone, nowhere, found, modes, done)
          if (done) return
       end if
-      call put_aside(modes, nowhere .and. modes%backward_error <= inaccurate_above, aside)
-      allocate (badly, source=pack(modes%lambda, nowhere .and. judgement%errors > inaccurate_above))
+      ! Infinite eigenvalues that rounding blurred, or modes.
+      modes%unlisted = [modes%unlisted, lost, pack(modes%lambda, nowhere)]
       call replace(s, gone .or. nowhere, found, modes)
-      ! Infinite eigenvalues that rounding blurred, or modes. Beyond the furthest of all that are wanted they do not matter.
-      allocate (order, source=nearest_first(modes%lambda, s%options%target))
-      reach = huge(1.0_wp)
-      if (size(order) >= s%options%modes) reach = distances(modes%lambda(order(s%options%modes)), s%options%target)
-      modes%inaccurate = modes%inaccurate + lost + count(distances(badly, s%options%target) <= reach)
    end subroutine finish_modes
 
    ! The same where all eigenvalues are known: with those that were not found again, or as they were, if so many they are and none
@@ -141,22 +132,6 @@ contains
 
       call keep_pairs(pairs, [(rest_beside(known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
    end subroutine leave_out_known
-
-   ! Those among some modes that are not there yet, from another shift.
-   subroutine put_aside(modes, chosen, aside)
-      type(modes_type), intent(in) :: modes
-      logical, intent(in) :: chosen(:)
-      type(eigenpairs_type), intent(inout) :: aside
-      integer :: i, j
-
-      if (.not. any(chosen)) return
-      if (.not. allocated(aside%lambda)) aside = chosen_pairs(modes, spread(.false., 1, size(chosen)))
-      do j = 1, size(chosen)
-         if (.not. chosen(j)) cycle
-         if (rest_beside(aside, modes, j, half) <= same_shape) cycle
-         call append_pairs(aside, chosen_pairs(modes, [(i == j, i=1, size(chosen))]))
-      end do
-   end subroutine put_aside
 
    subroutine judge(s, modes, judgement, error)
       type(solve_context_type), intent(inout) :: s
@@ -273,7 +248,7 @@ contains
       !> Members whose place is taken, and those that are no eigenvalues.
       logical, intent(inout) :: gone(:), nowhere(:)
       !> Grows by what should be there and is not.
-      integer, intent(inout) :: lost
+      complex(wp), allocatable, intent(inout) :: lost(:)
       type(error_type), allocatable, intent(out) :: error
       ! Copies that may not be known, beside one or several members.
       integer, parameter :: guards(2) = [2, 4]
@@ -302,7 +277,7 @@ contains
       end if
       if (is_accepted()) then
          gone(cluster%members) = .true.
-         lost = lost + max(0, least_of_members() - polished%eigenvalues)
+         lost = [lost, spread(cluster%centre, 1, max(0, least_of_members() - polished%eigenvalues))]
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          if (allocated(found%lambda)) then
             ! Eigenvalues known so badly that they were not near to each other may be found beside both.

@@ -65,7 +65,7 @@ contains
             end if
          end associate
       end do
-      modes%inaccurate = modes%inaccurate + count(unknown)
+      modes%unlisted = [modes%unlisted, pack(modes%lambda, unknown)]
       call modes%drop(unknown)
    end subroutine refine_modes
 end module kschur_refining

@@ -49,7 +49,7 @@ contains
       call s%known%rigid_motions(rigid)
       call describe(s%problem, rigid, result)
       if (present(by_frequency)) call order_by_frequency(result)
-      call note_inaccurate(s%problem, modes%inaccurate, result)
+      call note_inaccurate(s%problem, size(modes%unlisted), result)
       if (size(result%eigenvalues) > 0) call note_modes(s%problem, merge(huge(1), s%known%deflation%coasting(), &
          s%options%is_plain()), result, error)
       if (.not. allocated(error)) call normalise_shapes(s%problem, result)

@@ -1,6 +1,6 @@
 !> The search for the wanted modes: it ends when they are there, or when it is known that there are no more.
 module kschur_search
-   use kschur_backward_error, only: backward_errors, judge_as_given
+   use kschur_backward_error, only: judge_as_given
    use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type, whole_given, whole_iterated
    use kschur_effort, only: phase_judge, phase_recover
@@ -11,7 +11,8 @@ module kschur_search
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_finishing, only: are_good, finish_modes
-   use kschur_mode_selection, only: accept_pairs, distances, drop_spurious, highest, judge_pairs, nearest_first, wanted_type
+   use kschur_mode_selection, only: accept_pairs, distances, drop_spurious, highest, judge_pairs, &
+      keep_nearer_unlisted, nearest_first, wanted_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
@@ -35,28 +36,25 @@ contains
       type(error_type), allocatable, intent(out) :: error
       ! Whether it is certain that the iteration has no more modes to give.
       logical :: complete
-      ! Pairs that may be anything.
-      type(eigenpairs_type) :: aside
       integer, allocatable :: order(:)
 
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
-      call search_here(s, modes, aside, complete, error)
+      call search_here(s, modes, complete, error)
       if (allocated(error)) return
       if (.not. s%options%is_plain() .and. modes%reason /= reason_cancelled) then
          ! What polishing could not mend may be infinite.
          if (fewer(s, modes) .and. s%known%total%exact) call modes%drop(modes%backward_error > inaccurate_above)
          if (fewer(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
-            call search_elsewhere(s, modes, aside, error)
+            call search_elsewhere(s, modes, error)
          if (allocated(error)) return
-         if (fewer(s, modes) .and. allocated(aside%lambda) .and. complete) call take_back(s, aside, modes)
       end if
       if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled)) call refine_modes(s, modes)
       if (.not. allocated(error)) call give_shapes(s, modes, error)
       if (allocated(error)) return
-      if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled .or. modes%unsure .or. are_good(s, modes))) then
+      if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled .or. are_good(s, modes))) then
          ! What is accurate in even units may not be so as given.
          call take_shapes(s, modes, error)
-         if (.not. allocated(error)) call finish_modes(s, modes, aside, error)
+         if (.not. allocated(error)) call finish_modes(s, modes, error)
          if (.not. allocated(error)) call give_shapes(s, modes, error)
          if (allocated(error)) return
       end if
@@ -64,9 +62,8 @@ contains
       call modes%take(order(:min(size(order), s%options%modes)))
       call drop_spurious(modes)
       if (s%is_stopped()) modes%reason = reason_cancelled
-      if (allocated(aside%lambda) .and. .not. all_known(s, modes)) modes%inaccurate = modes%inaccurate + &
-         count(distances(aside%lambda, s%options%target) < maxval([0.0_wp, distances(modes%lambda, s%options%target)]))
-      if (all_known(s, modes)) modes%inaccurate = 0
+      if (all_known(s, modes)) modes%unlisted = [complex(wp) ::]
+      call keep_nearer_unlisted(wanted_type(s%options%modes, s%options%target), modes)
       call give_reason(s, complete, modes)
       call certify_by_count(s, modes)
       call s%end_step(phase_judge)
@@ -102,11 +99,9 @@ contains
 
    ! Ritz values near zero cannot be told apart while they iterate: where they make fewer modes
    ! than they seemed to, more are asked for, as long as that helps.
-   subroutine search_here(s, modes, aside, complete, error)
+   subroutine search_here(s, modes, complete, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
-      !> Pairs that may be anything and were dropped.
-      type(eigenpairs_type), intent(out) :: aside
       logical, intent(out) :: complete
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: rounds = 5
@@ -148,8 +143,7 @@ contains
             round == rounds .or. missing >= before
          if (.not. s%options%is_plain() .and. statistics%reason /= reason_cancelled .and. (ends .or. .not. fewer(s, modes))) then
             call s%announce_phase("refinement")
-            aside = eigenpairs_type()
-            call finish_modes(s, modes, aside, error)
+            call finish_modes(s, modes, error)
             if (allocated(error)) return
          end if
          call drop_spurious(modes)
@@ -170,11 +164,9 @@ contains
 
    ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as
    ! the problem has: what is far from the first shift is filtered out there as infinite eigenvalues are.
-   subroutine search_elsewhere(s, modes, aside, error)
+   subroutine search_elsewhere(s, modes, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
-      !> Pairs that may be anything and were dropped.
-      type(eigenpairs_type), intent(inout) :: aside
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: steps(8) = [1.0_wp, 1.0e2_wp, 1.0e-2_wp, 1.0e4_wp, 1.0e-4_wp, 1.0e6_wp, 1.0e-6_wp, 1.0e8_wp]
       ! Off the first shift itself; beyond so many times the spectrum all eigenvalues look alike.
@@ -213,7 +205,7 @@ contains
          if (allocated(error)) exit
          call s%end_step(phase_recover)
          call add_pairs(s, more, scale, modes)
-         call finish_modes(s, modes, aside, error)
+         call finish_modes(s, modes, error)
          if (allocated(error)) exit
          call drop_spurious(modes)
       end do
@@ -311,22 +303,6 @@ contains
       call modes%append(others)
    end subroutine add_pairs
 
-   ! What may be anything is what is missing, where it is an eigenpair, nothing else was found anywhere and one eigenvalue is
-   ! missing; of several nobody knows which they are.
-   subroutine take_back(s, aside, modes)
-      type(solve_context_type), intent(inout) :: s
-      type(eigenpairs_type), intent(inout) :: aside
-      type(modes_type), intent(inout) :: modes
-
-      if (.not. s%known%total%exact .or. modes%found + 1 /= s%known%total%number) return
-      if (eigenvalues_of(aside%lambda, spread(.true., 1, size(aside%lambda))) /= 1) return
-      if (any(backward_errors(s%work, aside) > inaccurate_above)) return
-      allocate (aside%paired(1), source=.false.)
-      call add_pairs(s, aside, s%reference(), modes)
-      modes%unsure = .true.
-      call s%add_note("an eigenvalue may be anything by its error bound; that there is one more than the others is known")
-   end subroutine take_back
-
    ! Why the search ended.
    subroutine give_reason(s, complete, modes)
       type(solve_context_type), intent(inout) :: s
@@ -335,14 +311,14 @@ contains
       logical :: all_found
 
       associate (total => s%known%total)
-         all_found = complete .and. modes%inaccurate == 0
-         if (total%exact) all_found = modes%found == total%number .and. .not. modes%unsure
+         all_found = complete .and. size(modes%unlisted) == 0
+         if (total%exact) all_found = modes%found == total%number
          if (any(modes%reason == [reason_max_restarts, reason_cancelled]) .and. .not. (total%exact .and. all_found)) then
             ! Those that converged need not be the nearest.
             return
          else if (.not. fewer(s, modes)) then
             modes%reason = merge(reason_inaccurate, reason_converged, &
-               modes%inaccurate > 0 .or. modes%unsure .or. any(modes%backward_error > inaccurate_above))
+               size(modes%unlisted) > 0 .or. any(modes%backward_error > inaccurate_above))
          else
             modes%reason = merge(reason_fewer_modes, reason_inaccurate, all_found)
             if (total%exact .and. modes%found /= total%number) call s%add_note(text(total%number)//" eigenvalues exist and "// &
