@@ -179,9 +179,10 @@ contains
       call print_lines([character(len=90) :: &
          "kschur convert IN [IN ...] OUT.h5 [options]", &
          "", &
-         "A problem out of matrices of other codes: CalculiX (.sti, .mas), Abaqus (.mtx), MATLAB", &
-         "(.mat), NumPy (.npz), Harwell-Boeing (.hb, .rua, .rsa) and PETSc (.petsc), by Python with", &
-         "NumPy, SciPy and h5py. Halves of symmetric matrices are completed (docs/convert.md).", &
+         "A problem out of matrices of other codes: CalculiX (.sti, .mas), Abaqus (.mtx), Nastran", &
+         "(.op4, .pch, .dmig), MATLAB (.mat), NumPy (.npz), Harwell-Boeing (.hb, .rua, .rsa) and", &
+         "PETSc (.petsc), by Python with NumPy, SciPy and h5py; Nastran's with pyyeti or pyNastran", &
+         "too. Halves of symmetric matrices are completed (docs/convert.md).", &
          "", &
          "Which matrix is which, where the names are not the usual ones; a file that holds one", &
          "matrix names it by its own name:", &

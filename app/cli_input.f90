@@ -160,8 +160,8 @@ contains
    ! Whether the file name ending belongs to kschur convert; .mtx is Matrix Market.
    logical function is_of_another_code(path)
       character(len=*), intent(in) :: path
-      character(len=*), parameter :: endings(8) = [character(len=6) :: ".sti", ".mas", ".mat", ".npz", ".hb", ".rua", ".rsa", &
-         ".petsc"]
+      character(len=*), parameter :: endings(11) = [character(len=6) :: ".sti", ".mas", ".mat", ".npz", ".hb", ".rua", ".rsa", &
+         ".petsc", ".op4", ".pch", ".dmig"]
       integer :: i
 
       is_of_another_code = any([(ends_with(path, trim(endings(i))), i=1, size(endings))])

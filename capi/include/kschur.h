@@ -95,8 +95,9 @@ int kschur_status_text(int status, char *text, int64_t length);
 typedef struct kschur_problem kschur_problem;
 
 /* Which matrix. Mass and stiffness must be set; without damping R is zero, without constraints m is 0. The loss matrix H adds
- * i H to the stiffness above the real axis (structural damping); without it there are no losses. */
-enum kschur_matrix { KSCHUR_MASS = 0, KSCHUR_STIFFNESS = 1, KSCHUR_DAMPING = 2, KSCHUR_CONSTRAINTS = 3, KSCHUR_LOSS = 4 };
+ * i H to the stiffness above the real axis (structural damping); without it there are no losses. The transformation T, N x n, is that of kschur_problem_set_nodes. */
+enum kschur_matrix { KSCHUR_MASS = 0, KSCHUR_STIFFNESS = 1, KSCHUR_DAMPING = 2, KSCHUR_CONSTRAINTS = 3, KSCHUR_LOSS = 4,
+                     KSCHUR_TRANSFORMATION = 5 };
 
 /* Makes a problem without matrices; *problem is overwritten. KSCHUR_ERROR_MEMORY. */
 int kschur_problem_create(kschur_problem **problem);
@@ -141,7 +142,9 @@ int kschur_problem_set_symmetric(kschur_problem *problem, const char *name);
  * x, y, z of one node after the other. Of each of the n unknowns `node` is the node it belongs to, counted from the index
  * base, or the number before the first for none, and `component` what it is there: 0, 1, 2 translations along x, y, z; 3,
  * 4, 5 rotations about them. Both may be NULL: the unknowns stand node after node then, 6, 3, 2 (x and y) or 1 (z) of
- * each. Whether this fits the matrices is looked at when they are used. KSCHUR_ERROR_USAGE, KSCHUR_ERROR_INPUT. */
+ * each. Whether this fits the matrices is looked at when they are used. Where unknowns were eliminated, as slaves of rigid
+ * parts, a matrix KSCHUR_TRANSFORMATION that is set afterwards makes of the n unknowns the N that move the nodes, u = T q:
+ * `node` and `component` are of those then, and cells must be given. KSCHUR_ERROR_USAGE, KSCHUR_ERROR_INPUT. */
 int kschur_problem_set_nodes(kschur_problem *problem, int64_t nodes, const double *coordinates, int64_t unknowns,
                              int index_base, const int32_t *node, const int32_t *component);
 

@@ -162,7 +162,7 @@ int kschur_result_get_history(kschur_result *result, int64_t *converged, int64_t
  * "factor_entries", "seconds_total", "seconds_analyze", "seconds_factorize", "seconds_solve", "seconds_orthogonalize" and,
  * beside these four, "seconds_examine", "seconds_place", "seconds_iterate", "seconds_recover", "seconds_judge", "seconds_left".
  * Where the problem stands, nodes from 0: "coordinates", "unknown_node", "unknown_component", "cells_offsets", "cells_connectivity",
- * "cells_types". After kschur_result_find_properties: "generalised_mass", "generalised_damping",
+ * "cells_types", "transformation_indptr", "transformation_indices", "transformation_data". After kschur_result_find_properties: "generalised_mass", "generalised_damping",
  * "generalised_stiffness", "modal_a", "modal_b", "participation_factors", "effective_mass", "total_mass". KSCHUR_ERROR_USAGE for
  * another name. */
 int kschur_result_get_numbers(kschur_result *result, const char *name, double *values, int64_t length);

@@ -167,8 +167,9 @@ contains
       character(len=*), intent(in) :: name
       real(wp), allocatable, intent(inout) :: numbers(:)
       logical, intent(out) :: known
-      character(len=*), parameter :: names(6) = [character(len=18) :: "coordinates", "unknown_node", "unknown_component", &
-         "cells_offsets", "cells_connectivity", "cells_types"]
+      character(len=*), parameter :: names(9) = [character(len=22) :: "coordinates", "unknown_node", "unknown_component", &
+         "cells_offsets", "cells_connectivity", "cells_types", "transformation_indptr", "transformation_indices", &
+         "transformation_data"]
 
       known = any(names == name)
       if (.not. (known .and. allocated(result%mesh))) return
@@ -186,6 +187,15 @@ contains
             numbers = real(mesh%connectivity - 1, wp)
          case ("cells_types")
             numbers = real(mesh%types, wp)
+         end select
+         if (.not. allocated(mesh%transformation)) return
+         select case (name)
+         case ("transformation_indptr")
+            numbers = real(mesh%transformation%row_start - 1, wp)
+         case ("transformation_indices")
+            numbers = real(mesh%transformation%column - 1, wp)
+         case ("transformation_data")
+            numbers = mesh%transformation%value
          end select
       end associate
    end subroutine gather_mesh

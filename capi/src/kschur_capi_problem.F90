@@ -19,17 +19,17 @@ module kschur_capi_problem
    type, extends(handle_type) :: problem_handle_type
       !> Matrices are stored as they are set; the rest is valid if `checked`.
       type(modal_problem_type) :: problem
-      !> Matrices that were set.
-      logical :: given(0:4) = .false.
+      !> Which matrices were set.
+      logical :: given(0:5) = .false.
       logical :: checked = .false.
       !> Storage of symmetric ones: `symmetric_check` and its like.
       integer :: symmetric = symmetric_check
    end type problem_handle_type
 
    ! Enumeration kschur_matrix.
-   integer, parameter :: mass = 0, stiffness = 1, damping = 2, constraints = 3, loss = 4
-   character(len=*), parameter :: names(0:4) = [character(len=22) :: "mass matrix M", "stiffness matrix K", &
-      "damping matrix R", "constraint Jacobian Cq", "loss matrix H"]
+   integer, parameter :: mass = 0, stiffness = 1, damping = 2, constraints = 3, loss = 4, transformation = 5
+   character(len=*), parameter :: names(0:5) = [character(len=22) :: "mass matrix M", "stiffness matrix K", &
+      "damping matrix R", "constraint Jacobian Cq", "loss matrix H", "transformation T"]
 
 contains
 
@@ -125,9 +125,11 @@ contains
       status = status_null
       handle => problem_of(problem)
       if (.not. associated(handle)) return
-      if (matrix < mass .or. matrix > loss) then
+      if (matrix < mass .or. matrix > transformation) then
          call new_error(error, status_usage, "there is no matrix number "//text(int(matrix))// &
-            "; KSCHUR_MASS and its like are numbers from 0 to 4")
+            "; KSCHUR_MASS and its like are numbers from 0 to 5")
+      else if (matrix == transformation .and. .not. allocated(handle%problem%mesh)) then
+         call new_error(error, status_order, "the transformation is that of nodes: call kschur_problem_set_nodes first")
       else
          call make_matrix(made, rows, columns, entries, int(base), row, column, value, compressed, wide, error)
          call add_context(error, "the "//trim(names(matrix)))
@@ -146,8 +148,11 @@ contains
       case (loss)
          if (.not. allocated(handle%problem%loss)) allocate (handle%problem%loss)
          handle%problem%loss = made
+      case (transformation)
+         if (.not. allocated(handle%problem%mesh%transformation)) allocate (handle%problem%mesh%transformation)
+         handle%problem%mesh%transformation = made
       end select
-      handle%problem%index_base = base
+      if (matrix /= transformation) handle%problem%index_base = base
       handle%given(matrix) = .true.
       handle%checked = .false.
    end function set_matrix

@@ -1,7 +1,7 @@
 """A wheel that needs nothing but NumPy and SciPy and what every Linux has: make_wheel.py BUILD_FOLDER FOLDER_OF_WHEELS
 
-Takes libraries and program out of a build of CMake, bundles what they load (auditwheel, patchelf) with its licences, which
-dpkg names, and writes kschur-VERSION-py3-none-manylinux_GLIBC_MACHINE.whl. The working folder is that of the sources.
+Takes libraries and program out of a build of CMake, bundles what they load (auditwheel, patchelf) and three.js with their licences,
+which dpkg names, and writes kschur-VERSION-py3-none-manylinux_GLIBC_MACHINE.whl. The working folder is that of the sources.
 """
 import base64
 import hashlib
@@ -24,6 +24,8 @@ from scikit_build_core.build import prepare_metadata_for_build_wheel
 HERE = Path(__file__).resolve().parent
 # The packages of libraries that every system has, as manylinux says.
 OF_EVERY_SYSTEM = ("libc6", "libgcc-s1", "zlib1g")
+# What pages are drawn with.
+THREE = Path("/usr/share/javascript/three/build/three.min.js")
 NO_NET = {"libcurl.so.4": ("LIBCURL", "CURL_OPENSSL_4"), "libcrypto.so.3": ("LIBCRYPTO", "OPENSSL_3.0.0")}
 
 
@@ -61,7 +63,7 @@ def package_of(path):
 
 
 def add_licences(libraries, folder):
-    """Of each bundled library the licence, the general ones that it names, and a table of what comes from where."""
+    """Of each bundled library, those of C and Fortran and that of pages, the licence, the general ones that it names, and a table of what comes from where."""
     folder.mkdir(parents=True)
     lines = ["Libraries in this wheel, unmodified from these Debian packages; `apt-get source PACKAGE=VERSION` brings the sources.", ""]
     general = set()
@@ -103,6 +105,7 @@ def main():
         stage, stand_ins = Path(work, "stage"), Path(work, "stand_ins")
         run("cmake", "--install", build, "--component", "python", "--prefix", stage, "--strip")
         shutil.copytree("python/kschur", stage / "kschur", dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copyfile(THREE, stage / "kschur/web" / THREE.name)
         info = stage / prepare_metadata_for_build_wheel(str(stage))
         data = stage / info.name.replace(".dist-info", ".data")
         data.mkdir()
@@ -118,7 +121,7 @@ def main():
         environment = dict(os.environ, LD_LIBRARY_PATH=str(stand_ins), PATH=f"{tools}:{os.environ['PATH']}")
         libraries = {name: path for name, path in loaded_by(ours, environment).items()
                      if stage not in path.parents and stand_ins not in path.parents}
-        add_licences(libraries, info / "licenses" / "bundled")
+        add_licences({**libraries, THREE.name: THREE}, info / "licenses" / "bundled")
 
         wheel = Path(work, f"{info.name.removesuffix('.dist-info')}-py3-none-linux_{machine}.whl")
         pack(stage, wheel)

@@ -6,6 +6,7 @@
 """
 from . import errors
 from ._library import version as _version
+from .codes import from_exudyn, from_opensees
 from .convert import Problem, read
 from .energies import strain_energy_shares
 from .errors import Error
@@ -19,5 +20,5 @@ from .viscoelastic import Material, ViscoelasticModes, solve_viscoelastic
 
 __version__ = _version()
 __all__ = ["Error", "Event", "Geometry", "Material", "Onset", "Problem", "Response", "Result", "Sweep", "ViscoelasticModes", "errors",
-           "frequency_response", "load", "read", "solve", "solve_viscoelastic", "strain_energy_shares",
+           "frequency_response", "from_exudyn", "from_opensees", "load", "read", "solve", "solve_viscoelastic", "strain_energy_shares",
            "sweep"]

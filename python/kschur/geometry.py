@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sparse
 from numpy.typing import NDArray
 
 from ._library import Handle
@@ -20,6 +21,8 @@ _FACES: dict[int, list[tuple[int, ...]]] = {
     13: [(0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)],
     14: [(0, 1, 2, 3), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]}
 _FACES.update({21: _FACES[3], 22: _FACES[5], 23: _FACES[9], 24: _FACES[10], 25: _FACES[12]})
+# Of the enumeration kschur_matrix of the C library.
+_TRANSFORMATION = 5
 _SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid", "tetra10", "hexahedron20")
 
 
@@ -32,6 +35,8 @@ class Geometry:
     unknown_component : for each unknown what it is: 0, 1, 2 translations along x, y, z, 3, 4, 5 rotations about them.
     cells : arrays of nodes, a cell a row, by the name of the kind of cell, as the `cells_dict` of meshio: "line",
         "triangle", "quad", "tetra", "hexahedron", ...; lines that the stiffness matrix joins, where absent.
+    transformation : T, N x n, where unknowns were eliminated, as slaves of rigid parts: of the n unknowns q of the problem
+        it makes the N unknowns u = T q that move the nodes. The two maps are of u then, and cells must be given.
 
     Without the two maps the unknowns are taken node after node: 6 of each are translations and rotations, 3 are
     translations, 2 those along x and y, 1 the one along z.
@@ -40,6 +45,7 @@ class Geometry:
     unknown_node: Any = None
     unknown_component: Any = None
     cells: dict[str, Any] | None = None
+    transformation: Any = None
 
     def __post_init__(self) -> None:
         given = np.atleast_2d(np.asarray(self.coordinates, float))
@@ -65,6 +71,12 @@ class Geometry:
         coordinates = np.ascontiguousarray(self.coordinates)
         problem.call("set_nodes", len(coordinates), coordinates.ctypes.data, 0 if maps[0] is None else len(maps[0]), 0,
                      *[None if given is None else given.ctypes.data for given in maps])
+        if self.transformation is not None:
+            given = sparse.csr_matrix(self.transformation, dtype=float)
+            start, column, value = (np.ascontiguousarray(part, kind) for part, kind in
+                                    ((given.indptr, np.int32), (given.indices, np.int32), (given.data, np.float64)))
+            problem.call("set_csr", _TRANSFORMATION, *given.shape, len(value), 0, start.ctypes.data, column.ctypes.data,
+                         value.ctypes.data)
         if self.cells is None:
             return
         rows = [(kind, row) for kind, nodes in self.cells.items() for row in nodes]
@@ -80,24 +92,32 @@ class Geometry:
             coordinates = result.array("coordinates")
         except NotThereError:
             return None
-        return cls.of_arrays(coordinates.reshape(-1, 3), result.array("unknown_node"), result.array("unknown_component"),
-                             *(result.array(f"cells_{part}").astype(int) for part in ("offsets", "connectivity", "types")))
+        node = result.array("unknown_node")
+        try:
+            data, indices, start = (result.array(f"transformation_{part}") for part in ("data", "indices", "indptr"))
+            transformation = sparse.csr_matrix((data, indices.astype(int), start.astype(int)), (len(node), result.number("n")))
+        except NotThereError:
+            transformation = None
+        return cls.of_arrays(coordinates.reshape(-1, 3), node, result.array("unknown_component"),
+                             *(result.array(f"cells_{part}").astype(int) for part in ("offsets", "connectivity", "types")), transformation)
 
     @classmethod
-    def of_arrays(cls, coordinates: Any, unknown_node: Any, unknown_component: Any, offsets: Any, nodes: Any, types: Any) -> Geometry:
+    def of_arrays(cls, coordinates: Any, unknown_node: Any, unknown_component: Any, offsets: Any, nodes: Any, types: Any,
+                  transformation: Any = None) -> Geometry:
         """One whose cells are given as files have them: see docs/view.md."""
         names = {number: name for name, number in _TYPES.items()}
         cells: dict[str, list[NDArray[Any]]] = {}
         for first, last, number in zip(offsets, offsets[1:], types):
             if number in names:
                 cells.setdefault(names[number], []).append(nodes[first:last])
-        return cls(coordinates, unknown_node, unknown_component, {name: np.array(rows) for name, rows in cells.items()})
+        return cls(coordinates, unknown_node, unknown_component, {name: np.array(rows) for name, rows in cells.items()}, transformation)
 
     def of_unknowns(self, n: int) -> Geometry:
         """The same with the maps of n unknowns, which stand node after node where it has none."""
         if self.unknown_node is not None:
-            if len(self.unknown_node) != n:
-                raise InputError(f"the geometry is that of {len(self.unknown_node)} unknowns, not of {n}")
+            known = len(self.unknown_node) if self.transformation is None else self.transformation.shape[1]
+            if known != n:
+                raise InputError(f"the geometry is that of {known} unknowns, not of {n}")
             return self
         each, rest = divmod(n, len(self.coordinates))
         if rest or each not in (1, 2, 3, 6):
@@ -128,6 +148,8 @@ class Geometry:
 
     def displacements(self, shape: NDArray[Any]) -> NDArray[Any]:
         """Displacements of the nodes, nodes x 3, of a shape of n unknowns."""
+        if self.transformation is not None:
+            shape = self.transformation @ shape
         moved = np.zeros((len(self.coordinates), 3), shape.dtype)
         there = (self.unknown_node >= 0) & (self.unknown_component < 3)
         moved[self.unknown_node[there], self.unknown_component[there]] = shape[there]

@@ -135,7 +135,37 @@ def test_calculix_has_whole_matrices_with_names(tmp_path):
     assert along @ problem.mass @ along == pytest.approx(7.8e-9*4/3, rel=1e-10)
 
 
-WRITERS = [write_mat, write_mat73, write_npz, write_npz_each, write_petsc, write_hb, write_abaqus, ccx]
+def write_op4(folder):
+    """Binary and sparse, text and dense."""
+    op4 = pytest.importorskip("pyyeti.nastran.op4")
+    op4.write(folder / "k.op4", {"KAA": K, "BAA": R})
+    op4.write(folder / "m.op4", ["MAA"], [M.toarray()], binary=False, forms=[6])
+    return [folder / "k.op4", folder / "m.op4"]
+
+
+def test_op4(tmp_path):
+    same(kschur.read(*write_op4(tmp_path)), damping=R)
+
+
+def write_dmig(folder):
+    """Halves of symmetric matrices, and a whole unsymmetric one."""
+    bdf = pytest.importorskip("pyNastran.bdf.bdf")
+    model = bdf.BDF(debug=None)
+    unknowns = [(7, 1), (7, 2), (12, 1)]
+    for name, matrix, form in (("KAA", sparse.tril(K), 6), ("MAA", sparse.tril(M), 6), ("BAA", R, 1)):
+        entries = sparse.coo_matrix(matrix)
+        model.add_dmig(name, form, 2, 0, 0, 3, [unknowns[k] for k in entries.col], [unknowns[k] for k in entries.row], entries.data)
+    model.write_bdf(folder / "p.pch", size=16, is_double=True)
+    return [folder / "p.pch"]
+
+
+def test_dmig_keeps_names(tmp_path):
+    problem = kschur.read(*write_dmig(tmp_path))
+    same(problem, damping=R)
+    assert problem.labels == ["7.1", "7.2", "12.1"]
+
+
+WRITERS = [write_op4, write_dmig, write_mat, write_mat73, write_npz, write_npz_each, write_petsc, write_hb, write_abaqus, ccx]
 
 
 def run(*words):

@@ -39,6 +39,23 @@ def test_what_does_not_fit(arguments, words):
         kschur.solve(*chain(12), modes=1, geometry=kschur.Geometry(*arguments))
 
 
+def test_eliminated_unknowns_move(tmp_path):
+    # Three nodes that move along z; the middle one was eliminated, half of its neighbours.
+    T = sparse.csr_matrix([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]])
+    M, K = np.diag([1.0, 2.0, 3.0]), np.array([[4.0, -1, 0], [-1, 3, -1], [0, -1, 2]])
+    geometry = kschur.Geometry([[0, 0, 0], [1, 0, 0], [2, 0, 0]], cells={"line": [[0, 1], [1, 2]]}, transformation=T)
+    result = kschur.solve(T.T @ M @ T, T.T @ K @ T, modes=2, geometry=geometry, properties=True)
+    result.save(tmp_path / "modes.h5")
+    for again in (result, kschur.load(tmp_path / "modes.h5")):
+        moved = again.geometry.displacements(again.shapes[:, 1])[:, 2]
+        assert np.array_equal(moved[[0, 2]], again.shapes[:, 1]) and moved[1] == moved[[0, 2]].mean()
+        assert again.geometry.transformation.toarray().tolist() == T.toarray().tolist()
+    # All of it moves along z by 1: 6 kg.
+    assert result.total_mass[list(result.directions).index("z")] == pytest.approx(6.0)
+    with pytest.raises(InputError, match="column for each of 3 unknowns"):
+        kschur.solve(M, K, modes=1, geometry=geometry)
+
+
 def test_cells(tmp_path):
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]])
     geometry = kschur.Geometry(corners, cells={"quad": [[0, 1, 2, 3]], "triangle": [[1, 4, 5]]})

@@ -11,6 +11,7 @@ module kschur_notes
    use kschur_redundancy, only: dependence_type
    use kschur_result, only: modal_result_type, append_note, certified_unknown, kind_rigid, inaccurate_above, note_length, &
       reason_converged, reason_max_restarts
+   use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: magnitude, text
    use kschur_tolerances, only: cancelled, noted_above, noted_below, same_frequency
    implicit none
@@ -99,6 +100,7 @@ contains
       if (free > 0) call result%add_note(text(free)//either(free == 1, &
          " rigid motion is a double zero (Jordan block): nothing damps it", &
          " rigid motions are double zeros (Jordan blocks): nothing damps them"))
+      call note_joints(problem, result)
       call note_defective(problem, result)
       call note_accumulation(problem, result)
       if (result%options%method == method_arpack .and. result%certified == certified_unknown) call result%add_note( &
@@ -107,6 +109,58 @@ contains
          result%certified == certified_unknown) call result%add_note("all undamped modes this near were counted, and the modes "// &
          "come from them; that the local forces make no further ones is not proved by that: certify does")
    end subroutine note_modes
+
+   ! A rigid motion that turns a joint under load, as a pendulum's, has a stiffness, d(Cq^T xi)/dq, which codes often leave out of K.
+   ! Whether a joint is loaded the matrices do not say. What is looked at is whether motions without any stiffness move what
+   ! constraints tie: Cq phi = 0 with terms that are not zero. What floats, as its mesh tells, carries no weight.
+   subroutine note_joints(problem, result)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(inout) :: result
+      integer :: i, turning
+
+      turning = 0
+      do i = 1, size(result%kind)
+         if (result%kind(i) == kind_rigid) then
+            if (moves_joints(problem%constraints, real(result%eigenvectors(:, i), wp))) turning = turning + 1
+         end if
+      end do
+      if (turning == 0) return
+      if (floats(problem)) return
+      call result%add_note(text(turning)//either(turning == 1, " rigid motion moves", " rigid motions move")// &
+         " joints: where these carry load, as the weight of a pendulum, K must hold the stiffness of their reactions, "// &
+         "d(Cq^T xi)/dq, which many codes leave out")
+   end subroutine note_joints
+
+   ! Whether neither stiffness nor constraints hold any translation of the whole. Not known without a mesh.
+   logical function floats(problem)
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), allocatable :: motions(:, :), forces(:, :), gaps(:, :)
+
+      floats = .false.
+      if (.not. allocated(problem%mesh)) return
+      call problem%mesh%rigid_motions(motions)
+      allocate (forces(problem%unknowns(), 3), gaps(problem%multipliers(), 3), source=0.0_wp)
+      call problem%stiffness%add_product(1.0_wp, motions(:, :3), forces)
+      call problem%constraints%add_product(1.0_wp, motions(:, :3), gaps)
+      floats = .not. (any(abs(forces) > cancelled*problem%stiffness%infinity_norm()) .or. &
+         any(abs(gaps) > cancelled*problem%constraints%infinity_norm()))
+   end function floats
+
+   pure logical function moves_joints(constraints, motion)
+      type(csr_matrix_type), intent(in) :: constraints
+      real(wp), intent(in) :: motion(:)
+      integer :: row
+
+      moves_joints = .false.
+      do row = 1, constraints%rows
+         associate (first => constraints%row_start(row), last => constraints%row_start(row + 1) - 1)
+            associate (row_of => constraints%value(first:last), moved => motion(constraints%column(first:last)))
+               moves_joints = maxval(abs(row_of*moved)) > cancelled*maxval(abs(row_of))*norm2(motion)
+            end associate
+         end associate
+         if (moves_joints) return
+      end do
+   end function moves_joints
 
    ! Where damping is proportional to stiffness the slower root of each stiff motion is next to -K/R: far too many to be told
    ! apart, and nearer than what is missing once the modes reach as far.

@@ -15,9 +15,12 @@ module kschur_mesh
    type :: mesh_type
       !> Positions (m in SI), 3 x nodes.
       real(wp), allocatable :: coordinates(:, :)
-      !> Node of each unknown, n; 0: none.
+      !> T of u = T q, of the n unknowns q of the problem the N that move the nodes, slaves that were eliminated among
+      !> them: what follows is said of u. Not allocated: u is q.
+      type(csr_matrix_type), allocatable :: transformation
+      !> Node of each unknown, n or N; 0 where it has none.
       integer, allocatable :: unknown_node(:)
-      !> Component of each unknown, n: 0, 1, 2 translations along x, y, z, 3, 4, 5 rotations about them.
+      !> What each unknown is there, n or N: 0, 1, 2 translations along x, y, z, 3, 4, 5 rotations about them.
       integer, allocatable :: unknown_component(:)
       !> Cells in VTK's layout: cell c has the nodes connectivity(offsets(c) + 1:offsets(c + 1)), counted from 1, and
       !> VTK's number types(c). Not allocated where the problem came without.
@@ -41,14 +44,21 @@ module kschur_mesh
 
 contains
 
-   !> Checks a mesh for a problem of n unknowns. If it does not describe the unknowns, they are numbered node by node: three
-   !> translations and three rotations, or three translations, or those along x and y, or that along z.
+   !> Checks a mesh for a problem of n unknowns, which its transformation, if it has one, makes more. Where it says nothing of the unknowns, they stand node after node: of
+   !> each node three translations and three rotations, or three translations, or those along x and y, or that along z.
    subroutine settle_mesh(mesh, n, error)
       type(mesh_type), intent(inout) :: mesh
       integer, intent(in) :: n
       type(error_type), allocatable, intent(inout) :: error
+      integer :: moving
 
       if (allocated(error)) return
+      moving = n
+      if (allocated(mesh%transformation)) then
+         call check_transformation(mesh, n, error)
+         if (allocated(error)) return
+         moving = mesh%transformation%rows
+      end if
       if (size(mesh%coordinates, 1) /= 3 .or. mesh%nodes() < 1) then
          call new_error(error, error_input, "the coordinates must be those of one node or more, three for each")
       else if (.not. all(ieee_is_finite(mesh%coordinates))) then
@@ -56,12 +66,30 @@ contains
       else if (allocated(mesh%unknown_node) .neqv. allocated(mesh%unknown_component)) then
          call new_error(error, error_input, "of the unknowns' nodes and components one is missing: give both or none")
       else if (.not. allocated(mesh%unknown_node)) then
-         call number_in_order(mesh, n, error)
+         call number_in_order(mesh, moving, error)
       else
-         call check_unknowns(mesh, n, error)
+         call check_unknowns(mesh, moving, error)
       end if
       if (.not. allocated(error) .and. allocated(mesh%types)) call check_cells(mesh, error)
    end subroutine settle_mesh
+
+   subroutine check_transformation(mesh, n, error)
+      type(mesh_type), intent(in) :: mesh
+      integer, intent(in) :: n
+      type(error_type), allocatable, intent(inout) :: error
+
+      associate (t => mesh%transformation)
+         if (t%columns /= n) then
+            call new_error(error, error_input, "the transformation is "//text(t%rows)//" x "//text(t%columns)// &
+               " but must have a column for each of "//text(n)//" unknowns")
+         else if (.not. all(ieee_is_finite(t%value))) then
+            call new_error(error, error_input, "the transformation holds what is not a finite number")
+         else if (.not. allocated(mesh%types)) then
+            call new_error(error, error_input, "with a transformation the cells must be given: the stiffness matrix does not "// &
+               "join nodes whose unknowns were eliminated")
+         end if
+      end associate
+   end subroutine check_transformation
 
    subroutine number_in_order(mesh, n, error)
       type(mesh_type), intent(inout) :: mesh
@@ -215,30 +243,65 @@ contains
 
       allocate (moved(3, self%nodes()))
       moved = 0
-      do i = 1, size(shape)
+      do i = 1, size(self%unknown_node)
          if (self%unknown_node(i) > 0 .and. self%unknown_component(i) < 3) &
-            moved(1 + self%unknown_component(i), self%unknown_node(i)) = shape(i)
+            moved(1 + self%unknown_component(i), self%unknown_node(i)) = of_unknown(i)
       end do
+
+   contains
+
+      pure complex(wp) function of_unknown(i)
+         integer, intent(in) :: i
+
+         if (.not. allocated(self%transformation)) then
+            of_unknown = shape(i)
+         else
+            associate (t => self%transformation, first => self%transformation%row_start(i), &
+               last => self%transformation%row_start(i + 1) - 1)
+               of_unknown = sum(t%value(first:last)*shape(t%column(first:last)))
+            end associate
+         end if
+      end function of_unknown
    end subroutine displacements
 
-   !> Rigid motions of all unknowns, n x 6: translations by 1 m along x, y, z and rotations by 1 rad about the axes through the
-   !> origin; zero for unknowns without a node.
+   !> The motions of all unknowns, n x 6, where all moves by 1 m along x, y, z, and turns by 1 rad about the axes through the
+   !> origin; zero where an unknown has no node. With a transformation an unknown moves as the row of T that has it alone, as 1.
    pure subroutine rigid_motions(self, motions)
       class(mesh_type), intent(in) :: self
       real(wp), allocatable, intent(out) :: motions(:, :)
-      integer :: i, c
+      integer :: i
 
-      allocate (motions(size(self%unknown_node), 6), source=0.0_wp)
-      do i = 1, size(motions, 1)
-         if (self%unknown_node(i) == 0) cycle
-         c = self%unknown_component(i)
-         motions(i, 1 + c) = 1
-         if (c > 2) cycle
-         ! Component c of e x p, e along the next axis and the one after that.
-         associate (next => modulo(c + 1, 3), last => modulo(c + 2, 3), p => self%coordinates(:, self%unknown_node(i)))
-            motions(i, 4 + next) = p(1 + last)
-            motions(i, 4 + last) = -p(1 + next)
-         end associate
-      end do
+      if (.not. allocated(self%transformation)) then
+         allocate (motions(size(self%unknown_node), 6), source=0.0_wp)
+         do i = 1, size(motions, 1)
+            if (self%unknown_node(i) > 0) motions(i, :) = rigid_motion(self, i)
+         end do
+         return
+      end if
+      associate (t => self%transformation)
+         allocate (motions(t%columns, 6), source=0.0_wp)
+         do i = 1, t%rows
+            if (self%unknown_node(i) == 0 .or. t%row_start(i + 1) /= t%row_start(i) + 1) cycle
+            if (.not. abs(t%value(t%row_start(i)) - 1) > 0) motions(t%column(t%row_start(i)), :) = rigid_motion(self, i)
+         end do
+      end associate
    end subroutine rigid_motions
+
+   ! Of an unknown that has a node.
+   pure function rigid_motion(mesh, i) result(motion)
+      type(mesh_type), intent(in) :: mesh
+      integer, intent(in) :: i
+      real(wp) :: motion(6)
+      integer :: c
+
+      motion = 0
+      c = mesh%unknown_component(i)
+      motion(1 + c) = 1
+      if (c > 2) return
+      ! Component c of e x p, e along the next axis and the one after that.
+      associate (next => modulo(c + 1, 3), last => modulo(c + 2, 3), p => mesh%coordinates(:, mesh%unknown_node(i)))
+         motion(4 + next) = p(1 + last)
+         motion(4 + last) = -p(1 + next)
+      end associate
+   end function rigid_motion
 end module kschur_mesh

@@ -191,7 +191,7 @@ static void nodes_and_cells(void)
    const int32_t offset[] = {0, 2, 4}, corner[] = {1, 2, 2, 3}, type[] = {3, 3};
    int32_t node[n], component[n] = {0};
    double coordinates[3 * n] = {0}, found[3 * n];
-   kschur_problem *problem = new_chain(n, 0, 0), *read = NULL;
+   kschur_problem *problem = new_chain(n, 0, 0), *read = NULL, *bare = NULL;
    kschur_options *options = new_options(1);
    kschur_result *result = new_result();
 
@@ -218,6 +218,32 @@ static void nodes_and_cells(void)
    CHECK(found[0] == 0 && found[1] == 1 && found[2] == 1 && found[3] == 2);
    CHECK_OK(kschur_result_get_numbers(result, "cells_types", found, 2));
    CHECK(found[1] == 3);
+
+   /* Of n unknowns n + 1 that move nodes, the last as the first. */
+   {
+      int32_t row_start[n + 2], column[n + 1], more[n + 1] = {0}, kind[n + 1] = {0};
+      double value[n + 1];
+
+      for (int i = 0; i <= n; i++) {
+         row_start[i + 1] = i + 2;
+         column[i] = i == n ? 1 : i + 1;
+         value[i] = 2 + i;
+      }
+      row_start[0] = 1;
+      CHECK_OK(kschur_problem_create(&bare));
+      CHECK_STATUS(kschur_problem_set_csr(bare, KSCHUR_TRANSFORMATION, n + 1, n, n + 1, 1, row_start, column, value), KSCHUR_ERROR_ORDER);
+      kschur_problem_destroy(&bare);
+      CHECK_OK(kschur_problem_set_nodes(problem, n, coordinates, n + 1, 1, more, kind));
+      CHECK_OK(kschur_problem_set_csr(problem, KSCHUR_TRANSFORMATION, n + 1, n, n + 1, 1, row_start, column, value));
+      CHECK_STATUS(kschur_solve(problem, options, result), KSCHUR_ERROR_INPUT);
+      CHECK_MESSAGE(result, result, "the cells must be given");
+      CHECK_OK(kschur_problem_set_cells(problem, 2, 1, offset, corner, type));
+      CHECK_OK(kschur_solve(problem, options, result));
+      CHECK_OK(kschur_result_get_numbers(result, "transformation_data", found, n + 1));
+      CHECK(memcmp(found, value, sizeof value) == 0);
+      CHECK_OK(kschur_result_get_numbers(result, "transformation_indices", found, n + 1));
+      CHECK(found[0] == 0 && found[n - 1] == n - 1 && found[n] == 0);
+   }
 
    component[3] = 6;
    CHECK_STATUS(kschur_problem_set_nodes(problem, n, coordinates, n, 1, node, component), KSCHUR_ERROR_INPUT);

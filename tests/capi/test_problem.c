@@ -134,8 +134,8 @@ static void wrong_arrays(void)
    kschur_problem *problem = new_chain(3, 0, 0);
    int64_t n;
 
-   CHECK_STATUS(kschur_problem_set_csr(problem, 5, 3, 3, 3, 0, start, index, value), KSCHUR_ERROR_USAGE);
-   CHECK_MESSAGE(problem, problem, "no matrix number 5");
+   CHECK_STATUS(kschur_problem_set_csr(problem, 6, 3, 3, 3, 0, start, index, value), KSCHUR_ERROR_USAGE);
+   CHECK_MESSAGE(problem, problem, "no matrix number 6");
    CHECK_STATUS(kschur_problem_set_csr(problem, -1, 3, 3, 3, 0, start, index, value), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_problem_set_csr(problem, KSCHUR_MASS, 3, 3, 3, 2, start, index, value), KSCHUR_ERROR_USAGE);
    CHECK_MESSAGE(problem, problem, "the mass matrix M: the index base is 2");

@@ -45,6 +45,7 @@ for order in 'h5py, kschur' 'kschur, h5py'; do
 kschur.load('modes.h5').save('again.h5')
 assert (h5py.File('again.h5')['eigenvalues'][:] == h5py.File('modes.h5')['eigenvalues'][:]).all()"
 done
+env/bin/kschur view modes.h5 --html modes.html
 env/bin/python -m pytest -q python/tests
 env/bin/python tests/python/test_docs.py env/bin . README.md docs/tutorial.md docs/python.md
 env/bin/python tests/python/test_view.py env/bin/kschur

@@ -68,6 +68,51 @@ def series(path):
     return [(float(item.get("timestep")), item.get("file")) for item in collection]
 
 
+def test_eliminated_unknowns(folder):
+    """Slaves of a rigid slab: eliminated by hand, they move in pictures as those that constraints tie."""
+    matrices, mesh, neighbours = lattice()
+    n = len(mesh["unknown_node"])
+    where = {(a, c): k for k, (a, c) in enumerate(zip(mesh["unknown_node"], mesh["unknown_component"]))}
+    # Nodes 8 to 11 stand in a row; they follow the two ends of it, across it alone.
+    slaves = {where[a, 2]: {where[8, 2]: 1 - (a - 8)/3, where[11, 2]: (a - 8)/3} for a in (9, 10)}
+    kept = [k for k in range(n) if k not in slaves]
+    transformation, rows = sparse.lil_matrix((n, len(kept))), sparse.lil_matrix((2, n))
+    for column, k in enumerate(kept):
+        transformation[k, column] = 1
+    for row, (slave, masters) in enumerate(slaves.items()):
+        rows[row, slave] = -1
+        for k, share in masters.items():
+            transformation[slave, kept.index(k)] = rows[row, k] = share
+    T = transformation.tocsr()
+    cells = {"cells/types": np.full(len(neighbours), 3), "cells/offsets": np.arange(0, 2*len(neighbours) + 1, 2),
+             "cells/connectivity": np.ravel(neighbours)}
+    tied = write(folder/"tied.h5", matrices | {"constraints": rows.tocsr()}, mesh | cells)
+    reduced = write(folder/"reduced.h5", {name: (T.T @ matrix @ T).tocsr() for name, matrix in matrices.items()} | {"transformation": T},
+                    mesh | cells)
+    pictures = []
+    for problem in (tied, reduced):
+        result, view = problem.with_suffix(".modes.h5"), problem.with_suffix(".view")
+        done = run("solve", problem, "--modes", 3, "--properties", "--format", "json", "--output", result)
+        check("eliminated: is solved", done.returncode == 0, done)
+        check("eliminated: is drawn", run("view", result, "--output", view, "--frames", 0).returncode == 0)
+        shapes = meshio.read(view/"mode_2.vtu").point_data
+        pictures.append(shapes["mode_2_real"] + 1j*shapes["mode_2_imaginary"])
+    # Phases are those of the largest unknown, which is the same here.
+    check("eliminated: the same picture", np.abs(pictures[0][[9, 10]]).max() > 1e-3 and np.abs(pictures[0] - pictures[1]).max() < 1e-8,
+          pictures)
+    with h5py.File(reduced.with_suffix(".modes.h5")) as file:
+        check("eliminated: the result keeps it", tuple(file["transformation"].attrs["shape"]) == T.shape
+              and np.array_equal(file["transformation/data"][:], T.data))
+    for name, damage, words in (
+            ("columns", {"transformation": sparse.identity(n, format="csr")}, f"must have a column for each of {n - 2} unknowns"),
+            ("finite", {"transformation": T*np.inf}, "not a finite number")):
+        done = run("info", write(folder/f"{name}.h5", {key: (T.T @ matrix @ T).tocsr() for key, matrix in matrices.items()} | damage, mesh | cells))
+        check(f"eliminated: {name}", done.returncode == 2 and words in done.stderr, done)
+    bare = write(folder/"bare.h5", {key: (T.T @ matrix @ T).tocsr() for key, matrix in matrices.items()} | {"transformation": T}, mesh)
+    done = run("info", bare)
+    check("eliminated: without cells", done.returncode == 2 and "cells must be given" in done.stderr, done)
+
+
 def test_own_model(folder):
     matrices, mesh, neighbours = lattice()
     result = folder/"modes.h5"
@@ -207,7 +252,7 @@ def test_scenes(folder):
                     check(f"{scene}: a rotation keeps the ties", abs(matrix(file, "constraints") @ turn).max() < 1e-9)
 
 
-tests = [test_own_model, test_frames, test_cells_and_order, test_refusals, test_scenes]
+tests = [test_own_model, test_eliminated_unknowns, test_frames, test_cells_and_order, test_refusals, test_scenes]
 if "--without-picture" not in sys.argv:
     tests.append(test_picture)
 for test in tests:

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """What is in a wheel: test_wheel.py WHEEL
 
-Tags, program and scripts that may be run, a licence of each bundled library, no executable stack, no library that is neither
+Tags, program and scripts that may be run, three.js, a licence of each bundled library, no executable stack, no library that is neither
 bundled nor of every Linux, no folder of the machine that built it.
 """
 import re
@@ -63,6 +63,8 @@ def main():
     table = [line.split() for line in contents[licences + "bundled/bundled.txt"].decode().splitlines()]
     package_of = {words[0]: words[1] for words in table if len(words) == 3}
     check("kschur's own licence", b"Redistribution" in contents[licences + "LICENSE"])
+    check("three.js, which pages are drawn with", b"WebGLRenderer" in contents.get("kschur/web/three.min.js", b""))
+    check("and its licence", b"Permission is hereby granted" in contents.get(f"{licences}bundled/{package_of.get('three.min.js', '')}", b""))
     for name, (executable, needed, folders) in binaries.items():
         check(f"{name}: no executable stack", not executable)
         check(f"{name}: all it needs is there", all(other in known or OF_EVERY_SYSTEM.fullmatch(other) for other in needed))

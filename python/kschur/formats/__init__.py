@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Callable
 
 from ..errors import FileError, InputError
-from . import abaqus, calculix, harwell_boeing, matlab, numpy_archive, petsc
+from . import abaqus, calculix, harwell_boeing, matlab, nastran, numpy_archive, petsc
 
 # What a reader gives: matrices by name, and names of the unknowns where the file has them.
 Content = tuple[dict[str, Any], list[str] | None]
@@ -16,6 +16,8 @@ READERS: dict[str, Callable[[Path], Content]] = {
     ".npz": numpy_archive.read,
     ".hb": harwell_boeing.read, ".rua": harwell_boeing.read, ".rsa": harwell_boeing.read,
     ".petsc": petsc.read,
+    ".op4": nastran.read_op4,
+    ".pch": nastran.read_dmig, ".dmig": nastran.read_dmig,
 }
 
 
@@ -27,7 +29,7 @@ def read_file(path: Path) -> Content:
     try:
         return reader(path)
     except ImportError as error:
-        raise FileError(f"{path}: reading it takes {error.name}: pip install kschur[convert]") from error
+        raise FileError(f"{path}: reading it takes {error.name}: pip install {error.name}") from error
     except OSError as error:
         raise FileError(f"{path}: {error.strerror or 'it is damaged, or no file of this format'}") from error
     except Exception as error:

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 from ..geometry import Geometry
 from ..result import Result
@@ -36,11 +37,20 @@ def _sweep(folder: str, orders: list[float]) -> Page:
     return SweepPage(sweep, orders)
 
 
+def _transformation(file: Any) -> Any:
+    from scipy.sparse import csr_matrix
+
+    if "transformation" not in file:
+        return None
+    group = file["transformation"]
+    return csr_matrix(tuple(group[part][()] for part in ("data", "indices", "indptr")), tuple(group.attrs["shape"]))
+
+
 def _response(path: str, numbers: list[float]) -> Page:
     import h5py
 
     with h5py.File(path) as file:
         geometry = Geometry.of_arrays(*(file[name][()] if name in file else None for name in (
-            "coordinates", "unknown_node", "unknown_component", "cells/offsets", "cells/connectivity", "cells/types"))) \
-            if "coordinates" in file else None
+            "coordinates", "unknown_node", "unknown_component", "cells/offsets", "cells/connectivity", "cells/types")),
+            transformation=_transformation(file)) if "coordinates" in file else None
         return ResponsePage(file["frequency_hz"][()], file["response"][()], [int(number) - 1 for number in numbers], geometry)

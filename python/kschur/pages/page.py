@@ -53,8 +53,9 @@ def _part(name: str) -> str:
 
 
 def _three() -> str:
-    """three.js with its licence, as KSCHUR_THREE names it, or as Debian's libjs-three has it."""
-    place = Path(os.environ.get("KSCHUR_THREE", "/usr/share/javascript/three/three.min.js"))
+    """three.js with its licence, as KSCHUR_THREE names it, as a wheel has it, or as Debian's libjs-three."""
+    bundled = WEB / "three.min.js"
+    place = Path(os.environ.get("KSCHUR_THREE", bundled if bundled.exists() else "/usr/share/javascript/three/three.min.js"))
     try:
         script = place.read_text(encoding="utf-8").replace("</script", "<\\/script")
     except OSError:

@@ -48,6 +48,6 @@ def _shaped(x: NDArray[np.complex128], most: int) -> list[int]:
 
 def _name(unknown: int, geometry: Geometry | None) -> str:
     name = f"unknown {unknown + 1}"
-    if geometry is None or geometry.unknown_node[unknown] < 0:
+    if geometry is None or geometry.transformation is not None or geometry.unknown_node[unknown] < 0:
         return name
     return f"{name}: node {geometry.unknown_node[unknown] + 1}, {('x', 'y', 'z', 'rx', 'ry', 'rz')[geometry.unknown_component[unknown]]}"
