@@ -40,8 +40,7 @@ contains
       if (allocated(problem%position)) allocate (structure%position, source=problem%position)
    end function saddle_structure
 
-   !> Finds one order for all matrices that are made of M, R, K and Cq, that of the pattern of all. Without constraints
-   !> it is left to the solvers: what is definite LDL orders quicker by itself.
+   !> Finds one order for all matrices that are made of M, R, K and Cq, that of the pattern of all.
    subroutine order_elimination(problem, error)
       !> Its `position` is set.
       type(modal_problem_type), intent(inout) :: problem
@@ -49,7 +48,6 @@ contains
       type(csr_matrix_type) :: pattern
       integer, allocatable :: position(:)
 
-      if (problem%multipliers() == 0) return
       pattern = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], [problem%stiffness, problem%mass, problem%damping])
       if (allocated(problem%loss)) pattern = linear_combination(1.0_wp, pattern, 1.0_wp, problem%loss)
       pattern = bordered(pattern, problem%constraints, spread(1.0_wp, 1, problem%multipliers()))
