@@ -18,6 +18,8 @@ from cases import ENVIRONMENT
 
 SECONDS = 120
 LONGEST = 240
+# MAX_ARG_STRLEN of Linux, without the zero at its end: no program is begun with a longer one.
+LONGEST_WORD = 2**17 - 1
 MOVES_CURSOR = re.compile(rb"[\x00-\x1f\x7f]|\xc2[\x80-\x9f]|(?<![\x80-\xff])[\x80-\xbf]")
 NUMBERS = (b"0", b"1", b"2", b"3", b"6", b"-1", b"+1", b"1.5", b"1e3", b"-1e-3", b"1e308", b"1e309", b"-1e308", b"1e-320", b"nan", b"inf",
            b"2147483647", b"2147483648", b"-2147483648", b"4294967297", b"9223372036854775807", b"9223372036854775808",
@@ -65,7 +67,7 @@ def make(seed, number, options):
             words.append(draw.choice(draw.choice((NUMBERS, NUMBERS, PAIRS, WORDS))))
     for _ in range(draw.choice((0, 0, 0, 1, 2))):
         change_words(draw, words, options)
-    return [word.replace(b"\0", b"") for word in words]
+    return [word.replace(b"\0", b"")[:LONGEST_WORD] for word in words]
 
 
 def change_words(draw, words, options):
