@@ -35,7 +35,8 @@ contains
       integer :: i, letters, changes, fewest
 
       letters = len_trim(word) - verify(word//" ", "-") + 1
-      fewest = max(1, letters/3) + 1
+      ! A word of which every letter differs is not misspelt.
+      fewest = min(max(1, letters/3), letters - 1) + 1
       place = 0
       do i = 1, size(names)
          changes = huge(changes)
