@@ -77,7 +77,7 @@ contains
          rounding = epsilon(1.0_wp)*level_of(lambda, [norms(:2), merge(0.0_wp, norms(3), is_motion)])*products%length(l)
          ! Reactions take part in the balance of a motion that has constraints.
          if (is_motion) residual = merge(0.0_wp, products%residual_of_decay(l, lambda), norms(4) > 0)
-         bound = bound_of(products, l, lambda, max(residual, rounding)*products%length(l) + products%effect(l))
+         bound = bound_of(products, l, lambda, max(residual, rounding)*products%length(l) + products%constraints%effect(l))
       end if
    end subroutine judge
 
@@ -166,7 +166,7 @@ contains
       real(wp), intent(in) :: residual, norms(4)
       real(wp) :: level
 
-      level = max(level_of(lambda, norms)*products%length(l), blurred_entry*products%reaction(l))
+      level = max(level_of(lambda, norms)*products%length(l), blurred_entry*products%constraints%reaction(l))
       error = residual
       if (level > 0) error = error/level
       if (.not. error >= 0) error = huge(1.0_wp)
@@ -179,7 +179,7 @@ contains
 
       error = 0
       if (.not. norms(4) > 0) return
-      error = products%violation(l)/(norms(4)*products%length(l))
+      error = products%constraints%violation(l)/(norms(4)*products%length(l))
       if (.not. error >= 0) error = huge(1.0_wp)
    end function violation_of
 end module kschur_backward_error

@@ -2,6 +2,7 @@
 !> Forces are summed in more than the working precision where Rayleigh's functional is asked for: of a low mode of a stiff
 !> structure the working one leaves nothing but rounding. What a residual has of that is below the rounding of its matrices.
 module kschur_products
+   use kschur_constraint_products, only: constraint_products_type, multiply_constraints
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
    use kschur_problem, only: damping_general, modal_problem_type
@@ -23,13 +24,11 @@ module kschur_products
       real(wp), allocatable :: phi(:, :), mass(:, :), damping(:, :)
       !> K phi + i H phi + Cq^T xi, n x 2 for each pair.
       real(wp), allocatable :: rest(:, :)
-      !> ||phi|| and ||Cq phi|| of each pair.
-      real(wp), allocatable :: length(:), violation(:)
-      !> What constraints exert on each: the norm of |xi_r| ||Cq_r|| over the rows r; and what its eigenvalue owes to errors of
-      !> constraints, times phi^T P'(lambda) phi: the sum of |xi_r| (|(Cq phi)_r| + epsilon (|Cq| |phi|)_r).
-      real(wp), allocatable :: reaction(:), effect(:)
-      !> Of a symmetric problem phi^T M phi, phi^T R phi and, of forces that were summed closely, phi^T (K phi + Cq^T xi),
-      !> 3 x pairs.
+      !> ||phi|| of each pair.
+      real(wp), allocatable :: length(:)
+      type(constraint_products_type) :: constraints
+      !> Of a symmetric problem phi^T M phi, phi^T R phi and, of forces that were summed closely,
+      !> phi^T (K phi + i H phi + Cq^T xi) + xi^T Cq phi, 3 x pairs.
       complex(xp), allocatable :: forms(:, :)
    contains
       !> phi^T phi of pair l.
@@ -152,8 +151,8 @@ contains
       complex(xp), allocatable :: forms(:, :)
       integer :: l
 
-      call measure_constraints(problem%constraints, phi, xi, pairs, products)
       associate (parts => products%parts)
+         call multiply_constraints(problem%constraints, phi, xi, parts, pairs, products%constraints)
          allocate (length(pairs), forms(3, pairs))
          forms = 0
          !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
@@ -166,53 +165,6 @@ contains
       call move_alloc(length, products%length)
       call move_alloc(forms, products%forms)
    end subroutine measure
-
-   ! What constraints do to each pair: the sums of panels are added up in order.
-   subroutine measure_constraints(constraints, phi, xi, pairs, products)
-      type(csr_matrix_type), intent(in) :: constraints
-      real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
-      integer, intent(in) :: pairs
-      type(products_type), intent(inout) :: products
-      ! Squares of violations and of reactions, and effects.
-      real(xp), allocatable :: sums(:, :, :)
-      real(wp), dimension(lanes) :: terms, total, magnitude
-      real(xp) :: row, violation, reaction
-      integer :: panels, first, last, i, j, k, l
-
-      panels = (constraints%rows + panel_rows - 1)/panel_rows
-      allocate (sums(pairs, 3, panels), source=0.0_xp)
-      associate (parts => products%parts)
-         !$omp parallel do schedule(static) private(first, last, j, k, l, terms, total, magnitude, row, violation, reaction) &
-         !$omp    if (panels > 1)
-         do i = 1, panels
-            do k = (i - 1)*panel_rows + 1, min(i*panel_rows, constraints%rows)
-               row = 0
-               total = 0
-               magnitude = 0
-               do j = constraints%row_start(k), constraints%row_start(k + 1) - 1
-                  terms = constraints%value(j)*phi(:, constraints%column(j))
-                  total = total + terms
-                  magnitude = magnitude + abs(terms)
-                  row = row + real(constraints%value(j), xp)**2
-               end do
-               do l = 1, pairs
-                  first = parts*(l - 1) + 1
-                  last = parts*l
-                  violation = sum(real(total(first:last), xp)**2)
-                  reaction = sum(real(xi(first:last, k, :), xp)**2)
-                  sums(l, :, i) = sums(l, :, i) + [violation, reaction*row, sqrt(reaction)*(sqrt(violation) + &
-                     epsilon(1.0_wp)*norm2(magnitude(first:last)))]
-               end do
-            end do
-         end do
-         !$omp end parallel do
-      end associate
-      if (allocated(products%violation)) deallocate (products%violation, products%reaction, products%effect)
-      allocate (products%violation(pairs), products%reaction(pairs), products%effect(pairs))
-      products%violation = real(sqrt(sum(sums(:, 1, :), 2)), wp)
-      products%reaction = real(sqrt(sum(sums(:, 2, :), 2)), wp)
-      products%effect = real(sum(sums(:, 3, :), 2), wp)
-   end subroutine measure_constraints
 
    pure subroutine make_room(products, n, parts)
       type(products_type), intent(inout) :: products
@@ -331,7 +283,8 @@ contains
          forms(1) = bilinear(products%phi(:, first:last), products%mass(:, first:last))
          forms(2) = bilinear(products%phi(:, first:last), products%damping(:, first:last))
          forms(3) = 0
-         if (closely) forms(3) = bilinear(products%phi(:, first:last), products%rest(:, 2*l - 1:2*l))
+         if (closely) forms(3) = bilinear(products%phi(:, first:last), products%rest(:, 2*l - 1:2*l)) + &
+            products%constraints%work_of(l)
       end associate
    end function forms_of
 
@@ -471,9 +424,7 @@ contains
       allocate (part%mass, source=real_of(factor, self%mass(:, first:last)))
       allocate (part%damping, source=real_of(factor, self%damping(:, first:last)))
       allocate (part%rest(size(part%phi, 1), 2), source=0.0_wp)
-      allocate (part%violation, source=abs(factor)*self%violation(l:l))
-      allocate (part%reaction, source=abs(factor)*self%reaction(l:l))
-      allocate (part%effect, source=abs(factor)**2*self%effect(l:l))
+      part%constraints = self%constraints%real_part(l, factor)
       part%rest(:, 1:1) = real_of(factor, self%rest(:, 2*l - 1:2*l))
       allocate (part%length(1), source=norm_of(part%phi))
       allocate (part%forms(3, 1))

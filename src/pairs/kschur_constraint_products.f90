@@ -1,0 +1,108 @@
+!> What constraints make of eigenpairs, several at a time: how far shapes violate them, and what multipliers do there.
+module kschur_constraint_products
+   use kschur_kinds, only: wp, xp
+   use kschur_sparse, only: csr_matrix_type
+   use kschur_threads, only: panel_rows
+   implicit none
+   private
+   public :: constraint_products_type, multiply_constraints
+
+   !> Of a few pairs.
+   type :: constraint_products_type
+      !> ||Cq phi|| of each pair.
+      real(wp), allocatable :: violation(:)
+      !> What constraints exert on each: the norm of |xi_r| ||Cq_r|| over the rows r.
+      real(wp), allocatable :: reaction(:)
+      !> What its eigenvalue owes to rounding of the entries of constraints, times phi^T P'(lambda) phi: the sum of
+      !> epsilon |xi_r| (|Cq| |phi|)_r. What it owes to their violation Rayleigh's functional takes out.
+      real(wp), allocatable :: effect(:)
+      ! xi^T Cq phi, of each part of phi and of xi: parts x 2 x pairs.
+      real(xp), allocatable, private :: work(:, :, :)
+   contains
+      !> xi^T Cq phi of pair l, summed in more than the working precision.
+      procedure :: work_of
+      !> The products of the real part of a multiple of pair l.
+      procedure :: real_part
+   end type constraint_products_type
+
+contains
+
+   !> The sums of panels are added up in order.
+   subroutine multiply_constraints(constraints, phi, xi, parts, pairs, products)
+      !> Cq, m x n.
+      type(csr_matrix_type), intent(in) :: constraints
+      !> The parts of each entry side by side: of shapes (lanes x n) the real and, of complex ones, the imaginary part; of
+      !> multipliers (lanes x m x 2/parts) both, the imaginary ones of real shapes behind the real ones.
+      real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
+      !> Of each shape.
+      integer, intent(in) :: parts
+      integer, intent(in) :: pairs
+      type(constraint_products_type), intent(out) :: products
+      ! Squares of violations and of reactions, and effects.
+      real(xp), allocatable :: sums(:, :, :), work(:, :, :, :)
+      real(wp) :: magnitude(size(phi, 1))
+      real(xp) :: total(size(phi, 1)), terms(size(phi, 1)), multiplier(2)
+      real(xp) :: row, violation, reaction
+      integer :: panels, first, last, i, j, k, l
+
+      panels = (constraints%rows + panel_rows - 1)/panel_rows
+      allocate (sums(pairs, 3, panels), work(parts, 2, pairs, panels), source=0.0_xp)
+      !$omp parallel do schedule(static) &
+      !$omp    private(first, last, j, k, l, terms, total, magnitude, multiplier, row, violation, reaction) if (panels > 1)
+      do i = 1, panels
+         do k = (i - 1)*panel_rows + 1, min(i*panel_rows, constraints%rows)
+            row = 0
+            total = 0
+            magnitude = 0
+            do j = constraints%row_start(k), constraints%row_start(k + 1) - 1
+               terms = real(constraints%value(j), xp)*phi(:, constraints%column(j))
+               total = total + terms
+               magnitude = magnitude + real(abs(terms), wp)
+               row = row + real(constraints%value(j), xp)**2
+            end do
+            do l = 1, pairs
+               first = parts*(l - 1) + 1
+               last = parts*l
+               multiplier = reshape(xi(first:last, k, :), [2])
+               violation = sum(total(first:last)**2)
+               reaction = sum(multiplier**2)
+               sums(l, :, i) = sums(l, :, i) + [violation, reaction*row, sqrt(reaction)*epsilon(1.0_wp)* &
+                  norm2(magnitude(first:last))]
+               do j = 1, 2
+                  work(:, j, l, i) = work(:, j, l, i) + multiplier(j)*total(first:last)
+               end do
+            end do
+         end do
+      end do
+      !$omp end parallel do
+      allocate (products%violation(pairs), products%reaction(pairs), products%effect(pairs), products%work(parts, 2, pairs))
+      products%violation = real(sqrt(sum(sums(:, 1, :), 2)), wp)
+      products%reaction = real(sqrt(sum(sums(:, 2, :), 2)), wp)
+      products%effect = real(sum(sums(:, 3, :), 2), wp)
+      products%work = sum(work, 4)
+   end subroutine multiply_constraints
+
+   pure complex(xp) function work_of(self, l) result(work)
+      class(constraint_products_type), intent(in) :: self
+      integer, intent(in) :: l
+
+      work = cmplx(self%work(1, 1, l), self%work(1, 2, l), xp)
+      if (size(self%work, 1) == 2) work = work + cmplx(-self%work(2, 2, l), self%work(2, 1, l), xp)
+   end function work_of
+
+   pure function real_part(self, l, factor) result(part)
+      class(constraint_products_type), intent(in) :: self
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: factor
+      type(constraint_products_type) :: part
+      ! Of the real and the imaginary part of a vector.
+      real(xp) :: weights(2)
+
+      weights = [real(factor, xp), -real(aimag(factor), xp)]
+      allocate (part%violation, source=abs(factor)*self%violation(l:l))
+      allocate (part%reaction, source=abs(factor)*self%reaction(l:l))
+      allocate (part%effect, source=abs(factor)**2*self%effect(l:l))
+      allocate (part%work(1, 2, 1), source=0.0_xp)
+      part%work(1, 1, 1) = dot_product(weights(:size(self%work, 1)), matmul(self%work(:, :, l), weights))
+   end function real_part
+end module kschur_constraint_products
