@@ -81,7 +81,7 @@ contains
       place = 0
       if (allocated(error)) return
       known = name
-      self%names = [self%names, known]
+      self%names = [character(len=longest_name) :: self%names, known]
       k = findloc(long_names, name, 1)
       do i = 1, size(self%words)
          if (self%taken(i)) cycle

@@ -2,6 +2,7 @@
 module kschur_hdf5_response
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
+   use kschur_mesh, only: mesh_type
    implicit none
    private
    public :: write_hdf5_response
@@ -9,9 +10,10 @@ module kschur_hdf5_response
 contains
 
    !> Fails with `error_usage`.
-   subroutine write_hdf5_response(frequencies, force, response, multipliers, path, error)
+   subroutine write_hdf5_response(frequencies, force, response, multipliers, mesh, path, error)
       real(wp), intent(in) :: frequencies(:)
       complex(wp), intent(in) :: force(:), response(:, :), multipliers(:, :)
+      type(mesh_type), allocatable, intent(in) :: mesh
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
 
