@@ -61,8 +61,9 @@ contains
 
       call saddle_blocks(problem, factors, blocks, error)
       if (allocated(error)) return
-      allocate (determinant%blocks, source=blocks)
-      if (allocated(problem%loss)) determinant%blocks = [blocks, enlarged(problem%loss, blocks(1)%rows)]
+      allocate (determinant%blocks(merge(4, 3, allocated(problem%loss))))
+      determinant%blocks(:3) = blocks
+      if (allocated(problem%loss)) determinant%blocks(4) = enlarged(problem%loss, blocks(1)%rows)
       allocate (determinant%solver, source=solver)
       associate (s => determinant%structure)
          s = saddle_structure(problem)
