@@ -87,7 +87,7 @@ def test_grids_fill_the_page():
 def test_formats(tmp_path):
     figure = draw(whirling(), [0])
     with pytest.raises(FileError, match=r"\.png, \.pdf, \.svg"):
-        save_figure(figure, tmp_path / "modes.gif")
+        save_figure(figure, tmp_path / "modes.mp4")
     assert not list(tmp_path.iterdir())
     save_figure(figure, tmp_path / "modes.svg")
     assert "<svg" in (tmp_path / "modes.svg").read_text()
