@@ -8,7 +8,7 @@ module kschur_iterative_complex
    use kschur_processes, only: processes_type
    use kschur_sparse, only: complex_csr_matrix_type, csr_matrix_type
    use kschur_text, only: magnitude
-   use kschur_tolerances, only: contraction, rounding_of_sums
+   use kschur_tolerances, only: contraction, cycle_reduction, rounding_of_sums
    implicit none
    private
    public :: iterative_complex_type

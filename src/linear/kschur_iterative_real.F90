@@ -8,7 +8,7 @@ module kschur_iterative_real
    use kschur_processes, only: processes_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: magnitude
-   use kschur_tolerances, only: contraction, rounding_of_sums
+   use kschur_tolerances, only: contraction, cycle_reduction, rounding_of_sums
    implicit none
    private
    public :: iterative_real_type

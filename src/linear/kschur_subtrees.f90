@@ -22,8 +22,9 @@ module kschur_subtrees
       integer :: columns = 0
    end type subtrees_type
 
-   ! Factors with fewer entries are not partitioned; no leaf has more than 1/`leaves` of all entries.
-   real(wp), parameter :: least_entries = 3.0e5_wp
+   ! Factors with fewer entries are not partitioned: 8 bytes each, read twice, are a solve of half a millisecond at 10 GB/s, which
+   ! starting tasks would lengthen. No leaf has more than 1/`leaves` of all entries.
+   integer, parameter :: least_entries = 300000
    integer, parameter :: leaves = 24
    ! A subtree smaller than a leaf by this factor may be merged into the part above.
    integer, parameter :: small_part = 16

@@ -34,6 +34,9 @@ module kschur_tolerances
    real(wp), parameter, public :: same_value = 1.0e-5_wp
    !> Relative difference of frequencies that users regard as equal: the edge of a band includes them. Chosen.
    real(wp), parameter, public :: same_frequency = 1.0e-6_wp
+   !> Change of a sort key, relative to that of the last wanted value, that alters no order users would notice: a tenth of
+   !> `same_frequency`. Chosen.
+   real(wp), parameter, public :: negligible_change = 1.0e-7_wp
    !> Relative difference of eigenvalues of accepted modes that are equal to rounding: as `inaccurate_above`.
    real(wp), parameter, public :: equal_value = 1.0e-8_wp
    !> Error of numbers with twelve digits (formatted input, vectors at the default tolerance): ten units of the last digit.
@@ -112,6 +115,9 @@ module kschur_tolerances
    !> Refinement has stagnated at rounding when a correction exceeds this fraction of the previous one (Higham 2002, section
    !> 12.1).
    real(wp), parameter, public :: slow_refinement = 0.5_wp
+   !> Reduction of a residual that one cycle of GMRES attempts: its backward error is some epsilon (Paige, Rozloznik, Strakos,
+   !> SIAM J. Matrix Anal. Appl. 28 (2006)), times the largest condition number that single precision preconditions, 1e8.
+   real(wp), parameter, public :: cycle_reduction = 1.0e-8_wp
    !> A fixed-point iteration with a larger contraction factor is abandoned.
    real(wp), parameter, public :: contraction = 0.1_wp
 
