@@ -12,10 +12,10 @@ module kschur_hdf5_datasets
    use kschur_text, only: text
    implicit none
    private
-   public :: read_dataset, write_dataset, word_length
+   public :: read_dataset, write_dataset, kind_length
 
    !> Length of strings in a dataset, blank-padded.
-   integer, parameter :: word_length = 16
+   integer, parameter :: kind_length = 16
 
    !> Reads a whole dataset of the rank of `values`; extents are in Fortran order, the reverse of h5py's.
    interface read_dataset
@@ -181,14 +181,14 @@ contains
    end subroutine read_complex_block
 
    subroutine read_words(values, file, name, error)
-      character(len=word_length), allocatable, target, intent(out) :: values(:)
+      character(len=kind_length), allocatable, target, intent(out) :: values(:)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: name
       type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: dataset, type
       integer :: extents(1), status, ignored
 
-      call new_word_type(type, error)
+      call new_text_type(type, error)
       call open_dataset(dataset, extents, file, name, type, error)
       if (.not. allocated(error)) then
          allocate (values(extents(1)), stat=status)
@@ -270,17 +270,17 @@ contains
    subroutine write_words(file, name, values, error)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: name
-      character(len=word_length), target, contiguous, intent(in) :: values(:)
+      character(len=kind_length), target, contiguous, intent(in) :: values(:)
       type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: type
       integer :: ignored
 
-      call new_word_type(type, error)
+      call new_text_type(type, error)
       call write_values(file, name, type, shape(values), c_loc(values), error)
       if (type >= 0) call h5tclose_f(type, ignored)
    end subroutine write_words
 
-   subroutine new_word_type(type, error)
+   subroutine new_text_type(type, error)
       integer(hid_t), intent(out) :: type
       type(error_type), allocatable, intent(inout) :: error
       integer :: status
@@ -288,7 +288,7 @@ contains
       type = -1
       if (allocated(error)) return
       call h5tcopy_f(H5T_FORTRAN_S1, type, status)
-      if (status == 0) call h5tset_size_f(type, int(word_length, c_size_t), status)
+      if (status == 0) call h5tset_size_f(type, int(kind_length, c_size_t), status)
       if (status < 0) call new_error(error, error_library, "HDF5 cannot make a string type")
-   end subroutine new_word_type
+   end subroutine new_text_type
 end module kschur_hdf5_datasets

@@ -7,7 +7,7 @@ module kschur_hdf5_result
    use kschur_hdf5_attributes, only: has_attribute
    use kschur_hdf5_basics, only: output_type, printing_type, silence_hdf5, restore_printing, forbid_external_links, &
       open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
-   use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
+   use kschur_hdf5_datasets, only: read_dataset, write_dataset, kind_length
    use kschur_hdf5_facts, only: position_of, read_facts, read_options, write_facts, write_options
    use kschur_hdf5_mesh, only: bytes_of_mesh, read_mesh, write_mesh
    use kschur_hdf5_properties, only: read_properties, write_properties
@@ -67,7 +67,7 @@ contains
       integer(hid_t), intent(in) :: file
       type(modal_result_type), intent(in) :: result
       type(error_type), allocatable, intent(inout) :: error
-      character(len=word_length) :: words(size(result%kind))
+      character(len=kind_length) :: words(size(result%kind))
 
       words = kind_names(result%kind)
       call write_dataset(file, "/eigenvalues", result%eigenvalues, error)
@@ -195,7 +195,7 @@ contains
       type(modal_result_type), intent(inout) :: result
       integer(hid_t), intent(in) :: file
       type(error_type), allocatable, intent(inout) :: error
-      character(len=word_length), allocatable :: words(:)
+      character(len=kind_length), allocatable :: words(:)
       integer :: k
 
       call read_dataset(result%eigenvalues, file, "/eigenvalues", error)

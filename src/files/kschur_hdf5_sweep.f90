@@ -5,7 +5,7 @@ module kschur_hdf5_sweep
    use kschur_hdf5_attributes, only: has_attribute, read_attribute, write_attribute
    use kschur_hdf5_basics, only: output_type, printing_type, close_hdf5_file, create_hdf5_file, finish_hdf5_file, create_group, &
       open_hdf5_file, restore_printing, silence_hdf5
-   use kschur_hdf5_datasets, only: read_dataset, write_dataset, word_length
+   use kschur_hdf5_datasets, only: read_dataset, write_dataset, kind_length
    use kschur_hdf5_facts, only: position_of
    use kschur_kinds, only: long, wp
    use kschur_release, only: kschur_version
@@ -28,7 +28,7 @@ contains
       !> Unit of the parameter. Absent or empty: unknown.
       character(len=*), intent(in), optional :: unit
       integer(long), parameter :: bytes_of_a_mode = 40
-      character(len=word_length), allocatable :: kinds(:)
+      character(len=kind_length), allocatable :: kinds(:)
       type(output_type) :: output
 
       if (.not. allocated(sweep%eigenvalues)) then
@@ -112,7 +112,7 @@ contains
       type(sweep_type), intent(inout) :: sweep
       integer(hid_t), intent(in) :: file
       type(error_type), allocatable, intent(inout) :: error
-      character(len=word_length), allocatable :: kinds(:)
+      character(len=kind_length), allocatable :: kinds(:)
       integer, allocatable :: first(:), second(:)
       real(wp), allocatable :: value(:)
       integer :: i

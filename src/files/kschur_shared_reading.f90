@@ -2,7 +2,7 @@
 module kschur_shared_reading
    use kschur_error, only: add_context, error_type
    use kschur_hdf5_problem, only: read_hdf5_rows
-   use kschur_help, only: help
+   use kschur_worker_loop, only: worker_loop
    use kschur_problem, only: settle_modal_problem
    use kschur_processes, only: join_processes, processes_type
    use kschur_shared_problem, only: shared_problem_type
@@ -45,7 +45,7 @@ contains
       call processes%agree(error)
       if (.not. allocated(error)) then
          if (processes%rank > 0) then
-            call help(processes, shared)
+            call worker_loop(processes, shared)
          else
             if (together) call shared%assemble(processes, error)
             if (.not. allocated(error)) call settle_modal_problem(shared%problem, error, symmetric=symmetric)

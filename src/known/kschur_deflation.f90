@@ -26,10 +26,10 @@ module kschur_deflation
       !> k numbers (1/s).
       real(wp), allocatable :: decay(:)
       !> Rounding of K hides an eigenvalue below this (1/s): motions that are not deflated have zeros there.
-      real(wp) :: blur = 0
+      real(wp) :: zero_noise = 0
       !> How many rigid motions cannot be deflated so: all or none; what is known of the eigenvalues zero, with these
       !> motions first, and infinity.
-      integer :: others = 0
+      integer :: not_deflated = 0
       type(root_space_type) :: zero, infinite
       logical :: infinite_is_known = .false.
       !> Whether these are root spaces in theta, the square of lambda.
@@ -87,12 +87,12 @@ contains
          separate = separate .and. maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) <= level(i)
       end do
       if (.not. separate) k = 0
-      deflation%others = size(motions, 2) - k
+      deflation%not_deflated = size(motions, 2) - k
       allocate (deflation%shapes, source=both(:n, :k))
       allocate (deflation%reactions, source=both(n + 1:, :k))
       allocate (deflation%images, source=masses(:, :k))
       allocate (deflation%decay, source=decay(:k))
-      if (k < size(motions, 2)) deflation%blur = blur(problem, motions)
+      if (k < size(motions, 2)) deflation%zero_noise = zero_noise(problem, motions)
    end subroutine new_deflation
 
    !> Makes motions M-orthonormal such that damping couples none of them with another.
@@ -121,8 +121,8 @@ contains
    end subroutine separate_by_damping
 
    ! lambda^2 phi^T M phi a million times the rounding of phi^T K phi. A motion whose inertia is rounding has none: its zero
-   ! is not double, and little blurred.
-   real(wp) function blur(problem, motions)
+   ! is not double, and rounding of K moves it little.
+   real(wp) function zero_noise(problem, motions)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: motions(:, :)
       real(wp), dimension(size(motions, 1), size(motions, 2)) :: forces, of_masses, of_springs
@@ -135,20 +135,20 @@ contains
       call problem%mass%add_product(1.0_wp, motions, forces)
       call add_magnitudes(problem%mass, abs(motions), of_masses)
       call add_magnitudes(problem%stiffness, abs(motions), of_springs)
-      blur = 0
+      zero_noise = 0
       do j = 1, size(motions, 2)
          inertia = dot_product(motions(:, j), forces(:, j))
-         if (inertia > cancelled*dot_product(abs(motions(:, j)), of_masses(:, j))) blur = max(blur, &
+         if (inertia > cancelled*dot_product(abs(motions(:, j)), of_masses(:, j))) zero_noise = max(zero_noise, &
             sqrt(hidden_inertia*epsilon(1.0_wp)*dot_product(abs(motions(:, j)), of_springs(:, j))/inertia))
       end do
-   end function blur
+   end function zero_noise
 
    pure function eigenvalues(self)
       class(deflation_type), intent(in) :: self
       complex(wp), allocatable :: eigenvalues(:)
 
       allocate (eigenvalues, source=cmplx([0*self%decay, -pack(self%decay, abs(self%decay) > 0), &
-         spread(0.0_wp, 1, self%others)], 0, wp))
+         spread(0.0_wp, 1, self%not_deflated)], 0, wp))
       if (allocated(self%zero%beside)) eigenvalues = [eigenvalues, self%zero%beside]
    end function eigenvalues
 
@@ -163,8 +163,8 @@ contains
       class(deflation_type), intent(in) :: self
 
       coasting = count(.not. abs(self%decay) > 0)
-      if (self%others == 0) return
-      coasting = merge(self%others, max(self%zero%multiplicity() - self%others, 0), self%oscillator)
+      if (self%not_deflated == 0) return
+      coasting = merge(self%not_deflated, max(self%zero%multiplicity() - self%not_deflated, 0), self%oscillator)
    end function coasting
 
    subroutine project_real(self, x)

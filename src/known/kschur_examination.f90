@@ -238,9 +238,9 @@ contains
       associate (deflation => known%deflation)
          deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_low_rank, formulation_damped, &
             formulation_damped_constrained, formulation_damped_constrained_zero])
-         if (deflation%others > most_null_vectors) then
-            known%unfollowed = deflation%others
-         else if (deflation%others > 0) then
+         if (deflation%not_deflated > most_null_vectors) then
+            known%unfollowed = deflation%not_deflated
+         else if (deflation%not_deflated > 0) then
             call complete(deflation%zero, rigid, problem%mass)
             if (.not. allocated(error) .and. problem%symmetric .and. .not. deflation%oscillator) &
                call add_decays(problem, rigid, known, error)
@@ -286,8 +286,8 @@ contains
 
       n = problem%unknowns()
       associate (deflation => known%deflation)
-         call find_rigid_decays(problem, rigid, 2*deflation%others - deflation%zero%multiplicity(), deflation%blur, lambda, x, &
-            error)
+         call find_rigid_decays(problem, rigid, 2*deflation%not_deflated - deflation%zero%multiplicity(), &
+            deflation%zero_noise, lambda, x, error)
          if (allocated(error) .or. size(lambda) == 0) return
          call deflation%zero%add_eigenpairs(cmplx(lambda, kind=wp), cmplx(x(:n, :), kind=wp))
       end associate

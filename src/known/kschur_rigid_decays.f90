@@ -24,14 +24,14 @@ contains
    !> X = N A + W with M X S^2 + R X S + K X + Cq^T Xi = 0 and a regular S satisfy N^T (M X S + R X) = 0, which the stiffness
    !> has no part in, and K W + Cq^T Xi = -(M X S + R X) S, which is small: solved in turns. None where that does not
    !> converge fast, and where none is hidden.
-   subroutine find_rigid_decays(problem, rigid, number, blur, lambda, x, error)
+   subroutine find_rigid_decays(problem, rigid, number, zero_noise, lambda, x, error)
       type(modal_problem_type), intent(in) :: problem
       !> N, the null space of the stiffness.
       type(null_space_type), intent(inout) :: rigid
       !> So many there are: p.
       integer, intent(in) :: number
       !> Rounding of the stiffness hides what is below (1/s).
-      real(wp), intent(in) :: blur
+      real(wp), intent(in) :: zero_noise
       !> p numbers (1/s), real, and motions above multipliers, (n + m) x p; none: p = 0.
       real(wp), allocatable, intent(out) :: lambda(:), x(:, :)
       type(error_type), allocatable, intent(out) :: error
@@ -57,7 +57,7 @@ contains
       end do
       slowest = minval(abs(rates), decays)
       ! It has to be clear which of them decay.
-      if (slowest > blur .or. any(abs(rates) > dependent*slowest .and. .not. decays)) return
+      if (slowest > zero_noise .or. any(abs(rates) > dependent*slowest .and. .not. decays)) return
       decaying = states_of(problem, all(:, pack([(i, i=1, size(rates))], decays)))
       coasting = states_of(problem, all(:, pack([(i, i=1, size(rates))], .not. decays)))
       allocate (w(size(x, 1), number), source=0.0_wp)

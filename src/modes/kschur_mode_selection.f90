@@ -10,7 +10,7 @@ module kschur_mode_selection
    use kschur_sorting, only: ascending_order
    use kschur_split, only: match_conjugates
    use kschur_threads, only: panel_rows
-   use kschur_tolerances, only: equal_value, may_be_anything, nearly_zero, real_tolerance, same_value, spurious
+   use kschur_tolerances, only: equal_value, no_correct_digits, nearly_zero, real_tolerance, same_value, spurious
    implicit none
    private
    public :: accept_pairs, distances, drop_spurious, highest, judge_pairs, keep_nearer_unlisted, nearest_first, wanted_type
@@ -34,7 +34,7 @@ module kschur_mode_selection
       !> Eigenvalues are known as far as this from the target (1/s).
       real(wp) :: reach = huge(1.0_wp)
       !> Of motions whose zeros have a root space that is not known, what rounding hides (1/s).
-      real(wp) :: blur = 0
+      real(wp) :: zero_noise = 0
    end type wanted_type
 
 contains
@@ -90,7 +90,7 @@ contains
       call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound, modes%uncertainty)
       ! Real shapes stayed as they were.
       if (.not. pairs%is_real()) call normalize_first(pairs, k)
-      allocate (repeated, source=repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference, wanted%blur))
+      allocate (repeated, source=repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference, wanted%zero_noise))
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. (mirrored .or. repeated)
       if (allocated(problem%loss)) accepted(:k) = accepted(:k) .and. aimag(pairs%lambda(:k)) >= 0
@@ -99,7 +99,7 @@ contains
       modes%unlisted = pack(pairs%lambda, badly)
       ! What is neither known well nor listed will never be looked at, so it is not counted either.
       accepted = accepted .and. modes%backward_error <= spurious
-      accepted(:k) = accepted(:k) .and. .not. modes%uncertainty(:k) > may_be_anything*abs(pairs%lambda(:k))
+      accepted(:k) = accepted(:k) .and. .not. modes%uncertainty(:k) > no_correct_digits*abs(pairs%lambda(:k))
       accepted(order) = .true.
       modes%found = eigenvalues_of(pairs%lambda, accepted)
       allocate (motion, source=[spread(0, 1, k), (j, j=1, wanted%rigid), spread(0, 1, size(pairs%lambda) - k - wanted%rigid)])
@@ -217,7 +217,7 @@ contains
 
       dropped = .false.
       do while (eigenvalues_of(lambda, accepted) > most)
-         doubtful = accepted .and. uncertainty > may_be_anything*abs(lambda)
+         doubtful = accepted .and. uncertainty > no_correct_digits*abs(lambda)
          if (any(doubtful)) then
             accepted(maxloc(uncertainty/max(abs(lambda), tiny(1.0_wp)), 1, doubtful)) = .false.
          else

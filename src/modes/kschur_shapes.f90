@@ -41,7 +41,7 @@ contains
 
    !> Which of the first k pairs are a zero that the rigid motions, the others, stand for already. Such a motion has the
    !> roots 0 and -r/m of lambda^2 m + lambda r = 0: it is the nearer one that an iteration blurred.
-   function repeats_zero(problem, pairs, k, rigid, reference, blur) result(repeats)
+   function repeats_zero(problem, pairs, k, rigid, reference, zero_noise) result(repeats)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
       !> The rigid motions are the next `rigid` pairs.
@@ -49,7 +49,7 @@ contains
       !> A size of lambda (1/s), as the shift, against which zeros are seen.
       real(wp), intent(in) :: reference
       !> Below this (1/s) no eigenvalue of such a motion is told from zero, whatever its shape tells.
-      real(wp), intent(in) :: blur
+      real(wp), intent(in) :: zero_noise
       logical :: repeats(k)
       integer :: zeros(count(.not. abs(pairs%lambda(k + 1:k + rigid)) > 0))
       complex(wp) :: shape(pairs%rows())
@@ -81,7 +81,7 @@ contains
       largest = reference
       if (smallest < huge(1.0_wp)) largest = max(reference, smallest)
       do j = 1, size(repeats)
-         if (.not. repeats(j) .or. abs(pairs%lambda(j)) < blur) cycle
+         if (.not. repeats(j) .or. abs(pairs%lambda(j)) < zero_noise) cycle
          shape = pairs%column(j)
          call form(problem%mass, shape, m, m_terms)
          call form(problem%damping, shape, r, r_terms)

@@ -18,7 +18,7 @@ module kschur_certificate
    use kschur_row_problem, only: row_problem_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: known_well, may_be_anything, nearly_zero, same_value
+   use kschur_tolerances, only: known_well, no_correct_digits, nearly_zero, same_value
    implicit none
    private
    public :: certificate_type, indistinct, inertia_census_type, new_inertia_census
@@ -300,7 +300,7 @@ contains
       widest = same_value
       upper = last
       converged = .true.
-      do while (converged .and. widest < may_be_anything)
+      do while (converged .and. widest < no_correct_digits)
          lower = 0
          converged = .false.
          i = maxloc(values, 1, values < upper .and. values > 0)

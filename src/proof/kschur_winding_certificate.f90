@@ -18,7 +18,7 @@ module kschur_winding_certificate
    use kschur_redundancy, only: count_redundant
    use kschur_scaling, only: constraint_factors
    use kschur_text, only: text
-   use kschur_tolerances, only: blurred_value, may_be_anything
+   use kschur_tolerances, only: blurred_value, no_correct_digits
    use kschur_winding, only: count_unknown_zeros, reason_length
    implicit none
    private
@@ -166,7 +166,7 @@ contains
       radius = reach
       widest = 0
       lower = reach
-      do while (any(further > lower) .and. widest < may_be_anything)
+      do while (any(further > lower) .and. widest < no_correct_digits)
          upper = minval(further, further > lower)
          if (upper - lower > widest*upper) then
             widest = (upper - lower)/upper
@@ -174,7 +174,7 @@ contains
          end if
          lower = upper
       end do
-      if (widest < may_be_anything/2) radius = (1 + may_be_anything/2)*lower
+      if (widest < no_correct_digits/2) radius = (1 + no_correct_digits/2)*lower
    end function radius_beyond
 
    ! Middle of the first wide gap within, or of the widest one.
@@ -186,7 +186,7 @@ contains
       radius = (1 - blurred_value)*reach
       widest = 0
       upper = reach
-      do while (any(nearer < upper) .and. widest < may_be_anything)
+      do while (any(nearer < upper) .and. widest < no_correct_digits)
          lower = maxval(nearer, nearer < upper)
          if (upper - lower > widest*upper) then
             widest = (upper - lower)/upper

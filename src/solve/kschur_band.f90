@@ -10,7 +10,7 @@ module kschur_band
    use kschur_context, only: begin, solve_context_type
    use kschur_effort, only: phase_examine, phase_judge, phase_left
    use kschur_error, only: error_type, new_error, error_usage, take_cancelled
-   use kschur_help, only: help
+   use kschur_worker_loop, only: worker_loop
    use kschur_kinds, only: wp, long
    use kschur_left_run, only: find_left_modes
    use kschur_low_rank_choice, only: leave_low_rank
@@ -78,7 +78,7 @@ contains
       call enter_solve(processes%threads(options%threads), problem%unknowns(), threads_before, error)
       call processes%agree(error)
       if (processes%rank > 0 .and. .not. allocated(error)) then
-         call help(processes)
+         call worker_loop(processes)
       else if (.not. allocated(error)) then
          allocate (s)
          call band_options(first, last, options, own, error)

@@ -93,7 +93,7 @@ contains
       expected = part%below_to - part%below_from
       call s%drop_transform()
       before = s%effort
-      ! Where a part is factored is nobody's matter.
+      ! Notes on the shift of a part are internal: they are discarded.
       allocate (notes, source=s%notes)
       if (allocated(s%options%shift)) deallocate (s%options%shift)
       if (part%is_lowest()) then

@@ -17,7 +17,7 @@ module kschur_finishing
    use kschur_shapes, only: rest_beside, rests_of_states
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: above_all_rounding, cancelled, dependent_state, may_be_anything, same_shape, same_value, uneven
+   use kschur_tolerances, only: above_all_rounding, cancelled, dependent_state, no_correct_digits, same_shape, same_value, uneven
    implicit none
    private
    public :: are_good, finish_modes, good_enough_of
@@ -151,9 +151,9 @@ contains
       ! Rigid motions and their decays are known.
       allocate (open, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
       ! What has a larger backward error is not near to an eigenpair, unless units hide that it is, or all there are were found.
-      if (.not. evenly) open = open .and. judgement%errors <= may_be_anything
+      if (.not. evenly) open = open .and. judgement%errors <= no_correct_digits
       allocate (judgement%poor, source=open .and. judgement%errors > good_enough_of(s))
-      allocate (judgement%doubtful, source=open .and. judgement%uncertainty > may_be_anything*abs(modes%lambda))
+      allocate (judgement%doubtful, source=open .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
       if (.not. any(judgement%doubtful)) return
       call bound_in_given_units(s, modes, judgement, error)
       if (allocated(error)) return
@@ -178,7 +178,7 @@ contains
       call judge_as_given(s%problem, given, spread(.false., 1, size(errors)), errors, bounds)
       where (.not. bounds >= 0) bounds = huge(1.0_wp)
       judgement%uncertainty = min(judgement%uncertainty, unpack(bounds, judgement%doubtful, huge(1.0_wp)))
-      judgement%doubtful = judgement%doubtful .and. judgement%uncertainty > may_be_anything*abs(modes%lambda)
+      judgement%doubtful = judgement%doubtful .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda)
       call s%hold(whole_iterated, error)
    end subroutine bound_in_given_units
 
@@ -187,7 +187,7 @@ contains
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(in) :: modes
 
-      are_good = all(modes%backward_error <= good_enough_of(s) .or. modes%backward_error > may_be_anything .or. modes%motion > 0)
+      are_good = all(modes%backward_error <= good_enough_of(s) .or. modes%backward_error > no_correct_digits .or. modes%motion > 0)
    end function are_good
 
    !> The backward error that is good enough.
@@ -208,7 +208,7 @@ contains
       integer :: i, j
 
       allocate (discs, source=same_value*abs(modes%lambda))
-      where (judgement%poor) discs = max(discs, min(judgement%uncertainty, may_be_anything*abs(modes%lambda)))
+      where (judgement%poor) discs = max(discs, min(judgement%uncertainty, no_correct_digits*abs(modes%lambda)))
       call split(modes%lambda, discs, clusters)
       allocate (suspect, source=[(is_suspect(clusters(i)), i=1, size(clusters))])
       allocate (suspects(count(suspect)))
@@ -218,7 +218,7 @@ contains
          j = j + 1
          suspects(j) = clusters(i)
          associate (members => clusters(i)%members)
-            if (any(judgement%poor(members))) call suspects(j)%widen(may_be_anything)
+            if (any(judgement%poor(members))) call suspects(j)%widen(no_correct_digits)
             if (any(judgement%doubtful(members))) call suspects(j)%widen(half)
          end associate
       end do

@@ -253,7 +253,7 @@ contains
             same_matrix(before%mass, now%mass) .and. same_matrix(before%constraints, now%constraints) .and. &
             s%plan%unknowns_after > 0 .and. known%redundant == 0 .and. .not. allocated(s%plan%replaced) .and. &
             size(known%rigid%lambda) == 0 .and. &
-            known%deflation%others == 0 .and. known%deflation%infinite%multiplicity() == 0 .and. &
+            known%deflation%not_deflated == 0 .and. known%deflation%infinite%multiplicity() == 0 .and. &
             (known%deflation%infinite_is_known .or. any(s%formulation == [formulation_symmetric, formulation_proportional]))
       end associate
    end function may_stay

@@ -9,7 +9,7 @@ module kschur_refining
    use kschur_pair_refinement, only: refine_pair
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type, split
-   use kschur_tolerances, only: equal_value, may_be_anything, same_value
+   use kschur_tolerances, only: equal_value, no_correct_digits, same_value
    implicit none
    private
    public :: refine_modes
@@ -53,9 +53,9 @@ contains
             call pair%make_complex()
             ! Where some may be missing, what is another one is not the one that was to be found.
             reach = clusters(i)%gap/2
-            if (.not. complete) reach = min(reach, may_be_anything*abs(modes%lambda(j)))
+            if (.not. complete) reach = min(reach, no_correct_digits*abs(modes%lambda(j)))
             call refine_pair(s%work, transposed, pair, reach, change)
-            unknown(j) = change > may_be_anything
+            unknown(j) = change > no_correct_digits
             modes%lambda(j) = pair%lambda(1)
             modes%xi(:, j) = pair%xi(:, 1)
             if (modes%is_real()) then

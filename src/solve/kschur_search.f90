@@ -20,7 +20,7 @@ module kschur_search
    use kschur_shapes, only: rest_beside, rests_of_states
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_text, only: text
-   use kschur_tolerances, only: dependent_state, may_be_anything, same_shape, same_value
+   use kschur_tolerances, only: dependent_state, no_correct_digits, same_shape, same_value
    use kschur_options, only: formulation_quadratic
    use kschur_transform, only: transform_type
    implicit none
@@ -136,7 +136,7 @@ contains
          if (allocated(error)) return
          call append_pairs(pairs, s%contract(s%known%rigid))
          call judge_pairs(s%work, wanted_type(s%options%modes, s%options%target, merge(huge(1), s%known%total%number, &
-            s%is_lossy()), size(s%known%rigid%lambda), s%reference(), reach, merge(s%known%deflation%blur, 0.0_wp, &
+            s%is_lossy()), size(s%known%rigid%lambda), s%reference(), reach, merge(s%known%deflation%zero_noise, 0.0_wp, &
             s%is_lossy())), pairs, modes)
          missing = s%options%modes - size(modes%lambda)
          ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
@@ -297,7 +297,7 @@ contains
       do j = 1, size(again)
          if (others%motion(j) > 0) again(j) = again(j) .or. any(modes%motion == others%motion(j))
          ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape.
-         if (.not. again(j)) again(j) = rest_beside(modes, others, j, may_be_anything) <= same_shape
+         if (.not. again(j)) again(j) = rest_beside(modes, others, j, no_correct_digits) <= same_shape
       end do
       call others%drop(again)
       call modes%append(others)

@@ -52,7 +52,7 @@ contains
       if (allocated(error)) return
       suggested = first_scale(s%work)
       scale = s%scale
-      if (.not. scale > 0) scale = max(suggested, s%known%deflation%blur)
+      if (.not. scale > 0) scale = max(suggested, s%known%deflation%zero_noise)
       if (.not. (allocated(s%options%shift) .or. serves_all(s)) .and. abs(s%options%target) <= suggested) then
          if (may_stay_at_zero(s)) then
             call try_zero(s, scale, placed, error)
@@ -104,7 +104,7 @@ contains
    pure logical function may_stay_at_zero(s)
       type(solve_context_type), intent(in) :: s
 
-      may_stay_at_zero = allocated(s%known%stiffness) .and. s%work%symmetric .and. s%known%deflation%others == 0 .and. &
+      may_stay_at_zero = allocated(s%known%stiffness) .and. s%work%symmetric .and. s%known%deflation%not_deflated == 0 .and. &
          s%options%inner == inner_auto .and. .not. (s%dense .or. allocated(s%last)) .and. any(s%formulation == &
          [formulation_symmetric, formulation_proportional, formulation_quadratic, formulation_low_rank]) .and. &
          .not. (s%is_lossy() .and. s%formulation == formulation_quadratic)
@@ -197,8 +197,8 @@ contains
 
       ! Whether rounding does not tell it from the eigenvalue zero.
       hidden = size(s%known%rigid%lambda) > 0 .and. .not. abs(shift) > 0
-      if (is_structured(s%formulation)) hidden = hidden .or. abs(shift) < s%known%deflation%blur
-      visible = max(0.01_wp*first_scale(s%work), s%known%deflation%blur)
+      if (is_structured(s%formulation)) hidden = hidden .or. abs(shift) < s%known%deflation%zero_noise
+      visible = max(0.01_wp*first_scale(s%work), s%known%deflation%zero_noise)
       allocate (shifts(6))
       shifts(1) = shift
       shifts(2:) = shift*(1 + steps)
@@ -271,7 +271,7 @@ contains
             return
          end if
          if (.not. observed > 0) return
-         observed = max(observed, s%known%deflation%blur)
+         observed = max(observed, s%known%deflation%zero_noise)
          if (observed >= scale/close_enough .and. observed <= scale*close_enough) return
          if (serves_all(s) .and. observed >= enough_below*scale) return
          previous = scale
@@ -299,7 +299,7 @@ contains
 
       if (.not. allocated(s%known%stiffness)) return
       ! Rigid motions that stay in the iteration are all that it would see.
-      if (s%known%deflation%others == 0) then
+      if (s%known%deflation%not_deflated == 0) then
          call find_lowest_frequencies(s%work, s%known, s%options%modes, s%options%seed, s%processes, frequencies, s%effort, &
             error)
          if (allocated(error)) then
@@ -367,7 +367,7 @@ contains
       type(solve_context_type), intent(in) :: s
 
       associate (deflation => s%known%deflation)
-         slow_decays = max(2*deflation%others - deflation%zero%states(), 0)
+         slow_decays = max(2*deflation%not_deflated - deflation%zero%states(), 0)
       end associate
    end function slow_decays
 

@@ -10,7 +10,7 @@ module kschur_solver
    use kschur_effort, only: phase_examine, phase_judge, phase_left, phase_place
    use kschur_error, only: error_type, error_singular, take_cancelled
    use kschur_examination, only: examination_type, suppose_none
-   use kschur_help, only: help
+   use kschur_worker_loop, only: worker_loop
    use kschur_kinds, only: wp, long
    use kschur_left_run, only: find_left_modes
    use kschur_long_list, only: find_long_list, is_long_list
@@ -92,7 +92,7 @@ contains
       call processes%agree(error)
       if (.not. allocated(error)) then
          if (processes%rank > 0) then
-            call help(processes, shared)
+            call worker_loop(processes, shared)
          else
             call solve(problem, options, processes, result, error, monitor, solvers, shared)
          end if
@@ -205,7 +205,7 @@ contains
          call place_shift(s, error)
          call s%end_step(phase_place)
          if (.not. allocated(error)) call find_modes(s, modes, error)
-         if (.not. gives_way(s, modes, error)) exit
+         if (.not. should_fall_back(s, modes, error)) exit
          if (allocated(error)) deallocate (error)
          call s%drop_transform()
          call move_alloc(notes, s%notes)
@@ -281,23 +281,23 @@ contains
    end subroutine report_none
 
    ! A set that was found dense is kept where it is known to be complete, one of low rank where it converged.
-   logical function gives_way(s, modes, error)
+   logical function should_fall_back(s, modes, error)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(in) :: modes
       type(error_type), allocatable, intent(in) :: error
 
-      gives_way = s%options%formulation == formulation_auto .and. (s%dense .or. s%formulation == formulation_low_rank)
-      if (.not. gives_way) return
+      should_fall_back = s%options%formulation == formulation_auto .and. (s%dense .or. s%formulation == formulation_low_rank)
+      if (.not. should_fall_back) return
       if (allocated(error)) then
-         gives_way = error%code == error_singular
+         should_fall_back = error%code == error_singular
       else if (modes%reason == reason_cancelled) then
-         gives_way = .false.
+         should_fall_back = .false.
       else if (s%dense) then
          ! With losses nothing counts them.
-         gives_way = modes%certified /= certified_yes .and. modes%reason /= reason_fewer_modes .and. &
+         should_fall_back = modes%certified /= certified_yes .and. modes%reason /= reason_fewer_modes .and. &
             .not. (s%is_lossy() .and. modes%reason == reason_converged)
       else
-         gives_way = modes%reason /= reason_converged
+         should_fall_back = modes%reason /= reason_converged
       end if
-   end function gives_way
+   end function should_fall_back
 end module kschur_solver

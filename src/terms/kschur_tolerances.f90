@@ -111,7 +111,7 @@ module kschur_tolerances
    !> Eigenvalue Problem, 1998, section 11.7), refinement has settled, and above which a singular system is inconsistent.
    real(wp), parameter, public :: known_well = 1.0e-6_wp
    !> A number with a larger relative error has no correct digits; also a sufficient relative gap for a count. Chosen.
-   real(wp), parameter, public :: may_be_anything = 1.0e-2_wp
+   real(wp), parameter, public :: no_correct_digits = 1.0e-2_wp
    !> Refinement has stagnated at rounding when a correction exceeds this fraction of the previous one (Higham 2002, section
    !> 12.1).
    real(wp), parameter, public :: slow_refinement = 0.5_wp

@@ -68,7 +68,7 @@ program check_basis
    use checks_complex, only: check_complex => check_basis
    use checks_real, only: check_real => check_basis
    use kschur_error, only: error_type
-   use kschur_help, only: help
+   use kschur_worker_loop, only: worker_loop
    use kschur_processes, only: join_processes, processes_type
    use mpi_f08, only: MPI_COMM_WORLD, MPI_Finalize, MPI_Init
    implicit none
@@ -87,7 +87,7 @@ program check_basis
    call join_processes(communicator, 1, processes, error)
    all => processes
    if (processes%rank > 0) then
-      call help(processes)
+      call worker_loop(processes)
    else
       do i = 1, size(lengths)
          write (length, "(i0)") lengths(i)

@@ -178,7 +178,7 @@ program check_quadratic
    use quadratic_checks_real, only: check_real => check_states
    use dense_problem, only: check, conclude, dense_problem_type, new_dense_problem
    use kschur_error, only: error_type
-   use kschur_help, only: help
+   use kschur_worker_loop, only: worker_loop
    use kschur_processes, only: join_processes, processes_type
    use mpi_f08, only: MPI_COMM_WORLD, MPI_Finalize, MPI_Init
    implicit none
@@ -198,7 +198,7 @@ program check_quadratic
    call join_processes(communicator, 1, processes, error)
    all => processes
    if (processes%rank > 0) then
-      call help(processes)
+      call worker_loop(processes)
    else
       do i = 1, size(extents, 2)
          do j = 1, size(blocks)

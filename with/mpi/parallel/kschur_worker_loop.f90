@@ -1,5 +1,5 @@
 !> Worker loop of all processes but the first: receives and serves its requests.
-module kschur_help
+module kschur_worker_loop
    use kschur_band_groups, only: lead_group
    use kschur_basis_help, only: basis_instance_type, help_basis
    use kschur_error, only: error_type
@@ -16,11 +16,11 @@ module kschur_help
    use mpi_f08, only: MPI_Comm
    implicit none
    private
-   public :: help
+   public :: worker_loop
 
 contains
 
-   recursive subroutine help(processes, shared)
+   recursive subroutine worker_loop(processes, shared)
       type(processes_type), target, intent(inout) :: processes
       !> The problem, if it is distributed.
       type(shared_problem_type), intent(inout), optional :: shared
@@ -61,7 +61,7 @@ contains
             exit
          end select
       end do
-   end subroutine help
+   end subroutine worker_loop
 
    ! Splits the processes into groups, each of which works as all did before.
    recursive subroutine work_in_group(processes, groups)
@@ -75,8 +75,8 @@ contains
       if (group%rank == 0) then
          call lead_group(group, leaders)
       else
-         call help(group)
+         call worker_loop(group)
       end if
       call group%leave(none)
    end subroutine work_in_group
-end module kschur_help
+end module kschur_worker_loop
