@@ -10,7 +10,7 @@ module kschur_ldl
    use kschur_memory, only: real_bytes, require_memory
    use kschur_monitor, only: ask_monitor
    use kschur_sparse, only: csr_matrix_type
-   use kschur_substitution, only: block, substitute
+   use kschur_substitution, only: sides_at_once, substitute
    use kschur_subtrees, only: cut_subtrees, subtrees_type
    use kschur_supernodal, only: eliminate
    use kschur_symbolic, only: analyze, symbolic_type
@@ -163,14 +163,20 @@ contains
       end if
       if (allocated(error)) return
       started = clock()
-      joint = merge(block, 1, size(x, 2) > 1)
-      allocate (y(joint, size(x, 1)), stat=status)
-      if (status /= 0) then
-         call new_error(error, error_memory, "no memory for the right-hand sides")
-         return
-      end if
-      do first = 1, size(x, 2), joint
-         last = min(first + joint - 1, size(x, 2))
+      last = 0
+      do while (last < size(x, 2))
+         first = last + 1
+         joint = sides_at_once(size(x, 2) - last)
+         last = min(last + joint, size(x, 2))
+         if (allocated(y)) then
+            if (size(y, 1) /= joint) deallocate (y)
+         end if
+         status = 0
+         if (.not. allocated(y)) allocate (y(joint, size(x, 1)), stat=status)
+         if (status /= 0) then
+            call new_error(error, error_memory, "no memory for the right-hand sides")
+            return
+         end if
          call gather(self%symbolic%position, x(:, first:last), y)
          call substitute(self%symbolic, self%subtrees, self%factors, y, error)
          if (allocated(error)) return

@@ -53,8 +53,8 @@ module kschur_left_looking
       integer, allocatable :: relative(:)
    end type workspace_type
 
-   ! Rows of a tile; larger than the widest supernode.
-   integer, parameter :: tile_rows = 384
+   ! No tile has more.
+   integer, parameter :: most_tile_rows = 384
 
 contains
 
@@ -92,13 +92,14 @@ contains
       !> One for each thread.
       type(workspace_type), intent(inout) :: work(:)
       logical, intent(out) :: stopped
-      integer :: tile, last_row
+      integer :: tile, last_row, high
 
       associate (first => symbolic%first(s), last => symbolic%first(s + 1) - 1)
          call fill_panel(symbolic, s, shared, panel)
+         high = tile_rows(panel%rows, panel%columns)
          !$omp taskloop grainsize(1) default(shared) private(last_row)
-         do tile = 1, panel%rows, tile_rows
-            last_row = min(tile + tile_rows - 1, panel%rows)
+         do tile = 1, panel%rows, high
+            last_row = min(tile + high - 1, panel%rows)
             call subtract_descendants(symbolic, factors, shared, tile, last_row, panel, work(thread_number()))
          end do
          !$omp end taskloop
@@ -108,9 +109,10 @@ contains
          if (stopped) return
          call add_weights(panel, factors%pivot(first:last), first, shared)
          call store_triangle(panel%rows, panel%columns, panel%entries, factors%lower(factors%offset(s):))
+         high = tile_rows(panel%rows - panel%columns, panel%columns)
          !$omp taskloop grainsize(1) default(shared) private(last_row)
-         do tile = panel%columns + 1, panel%rows, tile_rows
-            last_row = min(tile + tile_rows - 1, panel%rows)
+         do tile = panel%columns + 1, panel%rows, high
+            last_row = min(tile + high - 1, panel%rows)
             call factor_rows(tile, last_row, panel%columns, panel%entries, panel%rows, factors%pivot(first:last), &
                work(thread_number())%scaled)
             call store_rows(panel, tile, last_row, factors%lower(factors%offset(s):))
@@ -118,6 +120,17 @@ contains
          !$omp end taskloop
       end associate
    end subroutine eliminate_in_tiles
+
+   ! Of each tile, as equal as may be, so that threads end together, and an even number of them. The first one has all rows of
+   ! the diagonal block.
+   pure integer function tile_rows(rows, columns)
+      integer, intent(in) :: rows, columns
+      integer :: tiles
+
+      tiles = min(2*((rows + 2*most_tile_rows - 1)/(2*most_tile_rows)), rows/columns)
+      tile_rows = max(rows, 1)
+      if (tiles > 1) tile_rows = (rows + tiles - 1)/tiles
+   end function tile_rows
 
    !> Moves supernode s, and each that updated it, to the list of the supernode of its next row.
    subroutine schedule_updates(symbolic, s, t, shared)

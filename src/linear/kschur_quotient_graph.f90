@@ -7,7 +7,7 @@ module kschur_quotient_graph
    use kschur_text, only: text
    implicit none
    private
-   public :: graph_type, merge_nodes, quotient_graph, stable_order
+   public :: contract, graph_type, merge_nodes, quotient_graph, stable_order
 
    !> The neighbours of vertex v are neighbour(start(v):start(v+1)-1).
    type :: graph_type
@@ -117,7 +117,7 @@ contains
       integer, intent(inout) :: vertices, vertex(:)
       type(graph_type), intent(out) :: graph
       type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: from(:), to(:), members(:), touching_start(:), touching(:)
+      integer, allocatable :: from(:), to(:), members(:), touching_start(:), touching(:), marked_by(:)
       integer(long) :: edges
       integer :: n, pass, i, j, k
 
@@ -130,13 +130,18 @@ contains
          end if
       end do
 
+      allocate (marked_by(vertices))
       do pass = 1, 2
          edges = 0
+         marked_by = 0
          do i = 1, n
             if (vertex(i) == 0) cycle
             do k = row_start(i), row_start(i + 1) - 1
-               j = column(k)
-               if (vertex(j) > 0) call add_edge(vertex(i), vertex(j))
+               j = vertex(column(k))
+               if (j == 0) cycle
+               ! Most are seen from the unknown before, of the same vertex.
+               if (marked_by(j) /= vertex(i)) call add_edge(vertex(i), j)
+               marked_by(j) = vertex(i)
             end do
          end do
          do i = unknowns + 1, n
@@ -155,7 +160,7 @@ contains
                text(huge(1_c_int32_t))//" entries")
             return
          end if
-         allocate (from(2*edges), to(2*edges))
+         allocate (from(edges), to(edges))
       end do
 
       call new_graph(graph, vertices, from, to)
@@ -168,43 +173,109 @@ contains
          if (a == b) return
          edges = edges + 1
          if (pass == 1) return
-         from(2*edges - 1) = a
-         to(2*edges - 1) = b
-         from(2*edges) = b
-         to(2*edges) = a
+         from(edges) = a
+         to(edges) = b
       end subroutine add_edge
    end subroutine quotient_graph
 
-   ! Builds a graph from its edges, with duplicates removed.
+   ! The graph of edges, each of which may be there several times, in one direction or in both.
    subroutine new_graph(graph, vertices, from, to)
       type(graph_type), intent(out) :: graph
       integer, intent(in) :: vertices
-      integer, intent(inout) :: from(:), to(:)
-      integer, allocatable :: order(:), last(:)
-      integer :: edges, k, v
+      integer, intent(in) :: from(:), to(:)
+      type(graph_type) :: both
+      integer, allocatable :: next(:), last(:)
+      integer :: k, v, p, edges
 
-      call stable_order(to, vertices, order)
-      to = to(order)
-      from = from(order)
-      call stable_order(from, vertices, order)
-      allocate (graph%start(vertices + 1), last(vertices), source=0)
-      allocate (graph%neighbour(size(order)))
+      allocate (both%start(vertices + 1), next(vertices), last(vertices), source=0)
+      do k = 1, size(from)
+         next(from(k)) = next(from(k)) + 1
+         next(to(k)) = next(to(k)) + 1
+      end do
+      call begin_lists(both%start, next)
+      allocate (both%neighbour(2*size(from)))
+      do k = 1, size(from)
+         call append(both, from(k), to(k))
+         call append(both, to(k), from(k))
+      end do
+      ! Each once.
       edges = 0
-      do k = 1, size(order)
-         associate (a => from(order(k)), b => to(order(k)))
-            if (last(a) == b) cycle
-            last(a) = b
-            edges = edges + 1
-            graph%neighbour(edges) = b
-            graph%start(a + 1) = graph%start(a + 1) + 1
-         end associate
-      end do
-      graph%neighbour = graph%neighbour(:edges)
-      graph%start(1) = 1
       do v = 1, vertices
-         graph%start(v + 1) = graph%start(v + 1) + graph%start(v)
+         associate (first => both%start(v))
+            next(v) = 0
+            do p = first, both%start(v + 1) - 1
+               if (last(both%neighbour(p)) == v) cycle
+               last(both%neighbour(p)) = v
+               both%neighbour(first + next(v)) = both%neighbour(p)
+               next(v) = next(v) + 1
+            end do
+         end associate
+         edges = edges + next(v)
       end do
+      ! In ascending order, as they are appended by ascending vertices.
+      last = next
+      allocate (graph%start(vertices + 1), graph%neighbour(edges))
+      call begin_lists(graph%start, next)
+      do v = 1, vertices
+         do p = both%start(v), both%start(v) + last(v) - 1
+            call append(graph, both%neighbour(p), v)
+         end do
+      end do
+
+   contains
+
+      ! Of lists that have so many entries; `count` becomes where each begins.
+      subroutine begin_lists(start, count)
+         integer, intent(out) :: start(:)
+         integer, intent(inout) :: count(:)
+         integer :: i
+
+         start(1) = 1
+         do i = 1, size(count)
+            start(i + 1) = start(i) + count(i)
+         end do
+         count = start(:size(count))
+      end subroutine begin_lists
+
+      subroutine append(lists, v, w)
+         type(graph_type), intent(inout) :: lists
+         integer, intent(in) :: v, w
+
+         lists%neighbour(next(v)) = w
+         next(v) = next(v) + 1
+      end subroutine append
    end subroutine new_graph
+
+   !> The graph of groups of vertices.
+   subroutine contract(graph, groups, group, contracted)
+      type(graph_type), intent(in) :: graph
+      !> How many there are, and the one of each vertex.
+      integer, intent(in) :: groups, group(:)
+      type(graph_type), intent(out) :: contracted
+      integer, allocatable :: from(:), to(:), marked_by(:)
+      integer :: v, p, edges, pass
+
+      allocate (marked_by(groups))
+      do pass = 1, 2
+         edges = 0
+         marked_by = 0
+         do v = 1, size(group)
+            marked_by(group(v)) = group(v)
+            do p = graph%start(v), graph%start(v + 1) - 1
+               associate (other => group(graph%neighbour(p)))
+                  if (marked_by(other) == group(v)) cycle
+                  marked_by(other) = group(v)
+                  edges = edges + 1
+                  if (pass == 1) cycle
+                  from(edges) = group(v)
+                  to(edges) = other
+               end associate
+            end do
+         end do
+         if (pass == 1) allocate (from(edges), to(edges))
+      end do
+      call new_graph(contracted, groups, from, to)
+   end subroutine contract
 
    ! The unknowns of each constraint, from its row and column.
    subroutine constraint_members(row_start, column, unknowns, start, member)

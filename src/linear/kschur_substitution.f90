@@ -11,10 +11,10 @@ module kschur_substitution
    use kschur_threads, only: team_size, thread_number
    implicit none
    private
-   public :: substitute, block
+   public :: substitute, sides_at_once
 
-   !> Right-hand sides that share one pass over L.
-   integer, parameter :: block = 4
+   ! Sides that instructions work on at once.
+   integer, parameter :: lanes = 4
 
    ! Entries of a block below which a loop is faster than a call of BLAS.
    integer, parameter :: small = 600
@@ -29,26 +29,36 @@ module kschur_substitution
       real(wp), allocatable :: rows(:, :), above(:, :)
    end type workspace_type
 
-   ! As `forward_one` and `backward_one`, for a block.
+   ! As `forward_one` and `backward_one`, for several sides, four or eight.
    interface
-      pure subroutine forward_four(columns, below, lower, x, rows) bind(c, name="kschur_forward_four")
-         import :: block, c_double, c_int
-         integer(c_int), value :: columns, below
+      pure subroutine forward_sides(sides, columns, below, lower, x, rows) bind(c, name="kschur_forward_sides")
+         import :: c_double, c_int
+         integer(c_int), value :: sides, columns, below
          real(c_double), intent(in) :: lower(*)
-         real(c_double), intent(inout) :: x(block, columns)
-         real(c_double), intent(out) :: rows(block, below)
-      end subroutine forward_four
+         real(c_double), intent(inout) :: x(sides, columns)
+         real(c_double), intent(out) :: rows(sides, below)
+      end subroutine forward_sides
 
-      pure subroutine backward_four(columns, below, lower, x, rows) bind(c, name="kschur_backward_four")
-         import :: block, c_double, c_int
-         integer(c_int), value :: columns, below
+      pure subroutine backward_sides(sides, columns, below, lower, x, rows) bind(c, name="kschur_backward_sides")
+         import :: c_double, c_int
+         integer(c_int), value :: sides, columns, below
          real(c_double), intent(in) :: lower(*)
-         real(c_double), intent(inout) :: x(block, columns)
-         real(c_double), intent(in) :: rows(block, below)
-      end subroutine backward_four
+         real(c_double), intent(inout) :: x(sides, columns)
+         real(c_double), intent(in) :: rows(sides, below)
+      end subroutine backward_sides
    end interface
 
 contains
+
+   !> How many right-hand sides share one pass over L, where so many are left: four take not much longer than one, and where
+   !> factors are large eight not much longer than four.
+   pure integer function sides_at_once(left) result(sides)
+      integer, intent(in) :: left
+
+      sides = 1
+      if (left > 1) sides = lanes
+      if (left > lanes + 1) sides = 2*lanes
+   end function sides_at_once
 
    !> y := L^{-T} D^{-1} L^{-1} y, in elimination order; y has the right-hand sides of an unknown side by side, one or a block.
    !> Independent parts of the tree run in parallel; their updates are added in fixed order.
@@ -75,7 +85,8 @@ contains
       end if
       !$omp parallel num_threads(size(work)) if (size(updates) > 1)
       !$omp master
-      do t = 1, size(updates)
+      do i = 1, size(updates)
+         t = subtrees%order(i)
          !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
          call forward_part(symbolic, subtrees, factors, t, y, work(thread_number()), updates)
          !$omp end task
@@ -179,7 +190,7 @@ contains
       integer, intent(in) :: s, last
       real(wp), contiguous, intent(in) :: values(:, :)
       real(wp), contiguous, intent(inout) :: y(:, :), above(:, :)
-      integer :: i, inside
+      integer :: i, k, inside
 
       associate (row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1), place => subtrees%place)
          do inside = size(row), 1, -1
@@ -194,10 +205,14 @@ contains
             end do
          else
             do i = 1, inside
-               y(:block, row(i)) = y(:block, row(i)) - values(:block, i)
+               do k = 1, size(y, 1), lanes
+                  y(k:k + lanes - 1, row(i)) = y(k:k + lanes - 1, row(i)) - values(k:k + lanes - 1, i)
+               end do
             end do
             do i = inside + 1, size(row)
-               above(:block, place(row(i))) = above(:block, place(row(i))) + values(:block, i)
+               do k = 1, size(y, 1), lanes
+                  above(k:k + lanes - 1, place(row(i))) = above(k:k + lanes - 1, place(row(i))) + values(k:k + lanes - 1, i)
+               end do
             end do
          end if
       end associate
@@ -229,7 +244,7 @@ contains
          y(1, :) = y(1, :)/pivot
       else
          do i = 1, size(pivot)
-            y(:block, i) = y(:block, i)/pivot(i)
+            y(:, i) = y(:, i)/pivot(i)
          end do
       end if
    end subroutine divide
@@ -246,7 +261,7 @@ contains
          if (size(y, 1) == 1) then
             call forward_one(columns, below, factors%lower(factors%offset(s):), y(:, first:), rows)
          else
-            call forward_four(columns, below, factors%lower(factors%offset(s):), y(:, first:), rows)
+            call forward_sides(size(y, 1), columns, below, factors%lower(factors%offset(s):), y(:, first:), rows)
          end if
       end associate
    end subroutine forward
@@ -257,7 +272,7 @@ contains
       type(supernodal_factors_type), intent(in) :: factors
       integer, intent(in) :: s
       real(wp), contiguous, intent(inout) :: y(:, :), rows(:, :)
-      integer :: i
+      integer :: i, k
 
       associate (first => symbolic%first(s), row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1), &
          columns => symbolic%first(s + 1) - symbolic%first(s))
@@ -268,9 +283,11 @@ contains
             call backward_one(columns, size(row), factors%lower(factors%offset(s):), y(:, first:), rows)
          else
             do i = 1, size(row)
-               rows(:block, i) = y(:block, row(i))
+               do k = 1, size(y, 1), lanes
+                  rows(k:k + lanes - 1, i) = y(k:k + lanes - 1, row(i))
+               end do
             end do
-            call backward_four(columns, size(row), factors%lower(factors%offset(s):), y(:, first:), rows)
+            call backward_sides(size(y, 1), columns, size(row), factors%lower(factors%offset(s):), y(:, first:), rows)
          end if
       end associate
    end subroutine backward

@@ -2,7 +2,9 @@
 !> part may start when its children are done. The partition does not depend on the number of threads, and has at most some
 !> hundreds of parts.
 module kschur_subtrees
+   use kschur_elimination_tree, only: find_postorder
    use kschur_kinds, only: wp
+   use kschur_sorting, only: ascending_order
    use kschur_symbolic, only: symbolic_type
    implicit none
    private
@@ -17,6 +19,9 @@ module kschur_subtrees
       integer, allocatable :: above(:)
       !> Whether a part has no children.
       logical, allocatable :: is_leaf(:)
+      !> The order in which parts are begun, each after those that hang on it: of two that hang on the same one the larger
+      !> subtree first, so that threads end together.
+      integer, allocatable :: order(:)
       !> Number of each column outside leaves among all such columns; their total.
       integer, allocatable :: place(:)
       integer :: columns = 0
@@ -43,6 +48,7 @@ contains
       allocate (parent(nodes))
       call find_parents(symbolic, parent)
       call find_parts(symbolic, parent, subtrees)
+      call find_order(symbolic, subtrees)
       allocate (subtrees%place(size(symbolic%order)), source=0)
       do t = 1, size(subtrees%root)
          if (subtrees%is_leaf(t)) cycle
@@ -52,6 +58,42 @@ contains
          end do
       end do
    end function cut_subtrees
+
+   subroutine find_order(symbolic, subtrees)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(inout) :: subtrees
+      ! Of the subtree of each part; by size, which part, the place of each, and the place of the one that it hangs on.
+      real(wp) :: entries(size(subtrees%root))
+      integer, dimension(size(subtrees%root)) :: largest, place, tree
+      integer :: parts, t, s
+
+      parts = size(subtrees%root)
+      entries = 0
+      do t = 1, parts
+         do s = subtrees%first(t), subtrees%root(t)
+            entries(t) = entries(t) + entries_of(symbolic, s)
+         end do
+         if (subtrees%above(t) <= parts) entries(subtrees%above(t)) = entries(subtrees%above(t)) + entries(t)
+      end do
+      largest = ascending_order(-entries)
+      place(largest) = [(t, t=1, parts)]
+      tree = 0
+      do t = 1, parts
+         if (subtrees%above(t) <= parts) tree(place(t)) = place(subtrees%above(t))
+      end do
+      allocate (subtrees%order(parts))
+      call find_postorder(tree, subtrees%order)
+      subtrees%order = largest(subtrees%order)
+   end subroutine find_order
+
+   pure real(wp) function entries_of(symbolic, s)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s
+
+      associate (columns => symbolic%first(s + 1) - symbolic%first(s))
+         entries_of = real(columns, wp)*(columns + (symbolic%start(s + 1) - symbolic%start(s)))
+      end associate
+   end function entries_of
 
    ! Parent supernode, 0 at a root.
    pure subroutine find_parents(symbolic, parent)
@@ -81,8 +123,7 @@ contains
       integer :: nodes, s, low, parts
 
       nodes = size(parent)
-      allocate (entries, source=[(real(symbolic%first(s + 1) - symbolic%first(s), wp)* &
-         (symbolic%first(s + 1) - symbolic%first(s) + (symbolic%start(s + 1) - symbolic%start(s))), s=1, nodes)])
+      allocate (entries, source=[(entries_of(symbolic, s), s=1, nodes)])
       total = sum(entries)
       allocate (members(nodes), source=1)
       allocate (begin, source=[(s, s=1, nodes)])

@@ -13,8 +13,8 @@ module kschur_supernodes
 
    ! A tree of blocks: at first one for each run of columns with the same rows.
    type :: blocks_type
-      ! Last column of each block; its parent, 0 at a root.
-      integer, allocatable :: top(:), parent(:)
+      ! 0 at a root.
+      integer, allocatable :: parent(:)
       integer, allocatable :: columns(:), rows_below(:)
       ! Number of entries of L.
       integer(long), allocatable :: entries(:)
@@ -24,22 +24,24 @@ module kschur_supernodes
 
 contains
 
-   !> From columns in postorder, finds an order in which those of a supernode are adjacent: sequence(k) is the k-th column.
-   !> Supernode s starts at position first(s); `above` is its parent, 0 at a root.
-   subroutine find_supernodes(parent, entries, sequence, first, above)
-      !> Elimination tree, and number of entries of each column of L with its diagonal.
-      integer, intent(in) :: parent(:), entries(:)
+   !> Of vertices in postorder, the order in which those of a supernode are neighbours: sequence(k) is the k-th. Their columns
+   !> stand in this order; supernode s begins with column first(s), which may be in the middle of a vertex; `above` is its
+   !> parent, 0 at a root.
+   subroutine find_supernodes(parent, entries, weight, sequence, first, above)
+      !> The elimination tree; of each vertex, the entries of its first column of L with its diagonal, and how many columns
+      !> it has.
+      integer, intent(in) :: parent(:), entries(:), weight(:)
       integer, allocatable, intent(out) :: sequence(:), first(:), above(:)
       type(blocks_type) :: blocks
       integer, allocatable :: block_of(:)
 
-      call find_blocks(parent, entries, blocks, block_of)
+      call find_blocks(parent, entries, weight, blocks, block_of)
       call join_children(blocks)
-      call lay_out(parent, blocks, block_of, sequence, first, above)
+      call lay_out(parent, weight, blocks, block_of, sequence, first, above)
    end subroutine find_supernodes
 
-   pure subroutine find_blocks(parent, entries, blocks, block_of)
-      integer, intent(in) :: parent(:), entries(:)
+   pure subroutine find_blocks(parent, entries, weight, blocks, block_of)
+      integer, intent(in) :: parent(:), entries(:), weight(:)
       type(blocks_type), intent(out) :: blocks
       integer, allocatable, intent(out) :: block_of(:)
       integer :: j, s, n
@@ -49,18 +51,17 @@ contains
       s = min(n, 1)
       block_of(:s) = s
       do j = 2, n
-         if (parent(j - 1) /= j .or. entries(j - 1) /= entries(j) + 1) s = s + 1
+         if (parent(j - 1) /= j .or. entries(j - 1) /= entries(j) + weight(j - 1)) s = s + 1
          block_of(j) = s
       end do
-      allocate (blocks%top(s), blocks%parent(s), blocks%columns(s), blocks%rows_below(s), source=0)
+      allocate (blocks%parent(s), blocks%columns(s), blocks%rows_below(s), source=0)
       allocate (blocks%entries(s), source=0_long)
       allocate (blocks%into, source=[(j, j=1, s)])
       do j = 1, n
          s = block_of(j)
-         blocks%top(s) = j
-         blocks%columns(s) = blocks%columns(s) + 1
-         blocks%entries(s) = blocks%entries(s) + entries(j)
-         blocks%rows_below(s) = entries(j) - 1
+         blocks%columns(s) = blocks%columns(s) + weight(j)
+         blocks%entries(s) = blocks%entries(s) + (int(weight(j), long)*(2*entries(j) - weight(j) + 1))/2
+         blocks%rows_below(s) = entries(j) - weight(j)
          blocks%parent(s) = 0
          if (parent(j) /= 0) blocks%parent(s) = block_of(parent(j))
       end do
@@ -71,13 +72,13 @@ contains
       integer, allocatable :: child(:), sibling(:)
       integer :: c, p
 
-      allocate (child(0:size(blocks%top)), sibling(size(blocks%top)), source=0)
+      allocate (child(0:size(blocks%parent)), sibling(size(blocks%parent)), source=0)
       ! Last child first: its columns are adjacent to the parent's.
-      do c = 1, size(blocks%top)
+      do c = 1, size(blocks%parent)
          sibling(c) = child(blocks%parent(c))
          child(blocks%parent(c)) = c
       end do
-      do p = 1, size(blocks%top)
+      do p = 1, size(blocks%parent)
          c = child(p)
          do while (c /= 0)
             if (joined(blocks, c, p)) then
@@ -106,12 +107,14 @@ contains
 
    ! Postorders the tree of merged blocks, and splits blocks that are too wide: the parent of a piece is the piece of its last
    ! column's parent, since descendants of a column of a block are adjacent.
-   subroutine lay_out(parent, blocks, block_of, sequence, first, above)
-      integer, intent(in) :: parent(:), block_of(:)
+   subroutine lay_out(parent, weight, blocks, block_of, sequence, first, above)
+      integer, intent(in) :: parent(:), weight(:), block_of(:)
       type(blocks_type), intent(in) :: blocks
       integer, allocatable, intent(out) :: sequence(:), first(:), above(:)
       ! Number of the merged block of each block; their count; the original block of each.
-      integer, allocatable :: number(:), whole(:), tree(:), post(:), rank(:), place(:), supernode(:)
+      integer, allocatable :: number(:), whole(:), tree(:), post(:), rank(:)
+      ! The first column of each vertex; of each column, its supernode and its vertex.
+      integer, allocatable :: place(:), supernode(:), vertex(:)
       integer :: wholes, s, j, k, pieces, piece
 
       call number_wholes(blocks, number, whole)
@@ -139,16 +142,24 @@ contains
             end do
          end associate
       end do
-      allocate (place(size(parent)), supernode(size(parent)))
+      allocate (place(size(parent)), supernode(sum(weight)), vertex(sum(weight)))
       do s = 1, size(above)
-         do k = first(s), first(s + 1) - 1
-            place(sequence(k)) = k
-            supernode(k) = s
-         end do
+         supernode(first(s):first(s + 1) - 1) = s
+      end do
+      j = 1
+      do k = 1, size(sequence)
+         place(sequence(k)) = j
+         vertex(j:j + weight(sequence(k)) - 1) = sequence(k)
+         j = j + weight(sequence(k))
       end do
       do s = 1, size(above)
-         j = parent(sequence(first(s + 1) - 1))
-         if (j /= 0) above(s) = supernode(place(j))
+         associate (next => first(s + 1), last => vertex(first(s + 1) - 1))
+            if (next < place(last) + weight(last)) then
+               above(s) = s + 1
+            else if (parent(last) /= 0) then
+               above(s) = supernode(place(parent(last)))
+            end if
+         end associate
       end do
    end subroutine lay_out
 

@@ -1,11 +1,11 @@
 !> Symbolic LDL^T factorisation: elimination order and pattern of L.
 module kschur_symbolic
-   use kschur_elimination_tree, only: count_entries, find_parents, find_postorder
+   use kschur_compressed_pattern, only: compressed_pattern_type
+   use kschur_elimination_tree, only: find_elimination_tree, multiplications
    use kschur_error, only: error_type, new_error, error_library, error_memory
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type
    use kschur_memory, only: integer_bytes, real_bytes
-   use kschur_minimum_degree, only: minimum_degree_order
    use kschur_ordering, only: elimination_order
    use kschur_sparse, only: csr_matrix_type, linear_combination, transpose_csr
    use kschur_supernodes, only: find_supernodes
@@ -13,10 +13,6 @@ module kschur_symbolic
    implicit none
    private
    public :: symbolic_type, analyze, check_fill
-
-   ! Multiplications for each entry of a matrix above which METIS is tried too: nested dissection, which costs about a thousand
-   ! for each entry, pays off for solids.
-   real(wp), parameter :: solid_work = 4000
 
    !> Order, supernodes and row structure of L; all indices 1-based.
    type :: symbolic_type
@@ -51,10 +47,9 @@ contains
       integer, intent(in) :: most_entries
       type(symbolic_type), intent(out) :: symbolic
       type(error_type), allocatable, intent(out) :: error
-      type(symbolic_type) :: dissected
-      integer, allocatable :: parent(:), entries(:)
-      logical :: free
-      integer :: status
+      type(compressed_pattern_type) :: pattern
+      integer, allocatable :: order(:), place(:), parent(:), entries(:)
+      integer :: status, vertices, k
 
       ! A matrix that is symmetric to rounding may have a tiny entry on one side only.
       if (.not. matrix%has_symmetric_pattern()) then
@@ -62,29 +57,25 @@ contains
             error)
          return
       end if
-      ! A multiplier eliminated before the unknowns it constrains would act as a penalty that swamps their stiffness.
-      free = structure%multipliers == 0 .and. .not. allocated(structure%position)
-      if (free) then
-         call minimum_degree_order(matrix%row_start, matrix%column, symbolic%position, error)
-      else
-         call elimination_order(matrix%row_start, matrix%column, structure, symbolic%position, error)
-      end if
-      if (.not. allocated(error)) call find_tree(matrix, symbolic, parent, entries, error)
+      call elimination_order(matrix%row_start, matrix%column, structure, symbolic%position, error)
       if (allocated(error)) return
-      if (free .and. symbolic%operations > solid_work*matrix%nonzeros()) then
-         call elimination_order(matrix%row_start, matrix%column, structure, dissected%position, error)
-         if (.not. allocated(error)) call find_tree(matrix, dissected, parent, entries, error)
-         if (allocated(error)) return
-         if (dissected%operations < symbolic%operations) then
-            symbolic = dissected
-         else
-            call find_tree(matrix, symbolic, parent, entries, error)
-            if (allocated(error)) return
-         end if
+      call pattern%compress(matrix%row_start, matrix%column, symbolic%position)
+      vertices = size(pattern%weight)
+      allocate (parent(vertices), entries(vertices), stat=status)
+      if (status /= 0) then
+         call no_memory(error)
+         return
       end if
+      order = [(k, k=1, vertices)]
+      place = order
+      call find_elimination_tree(pattern%start, pattern%neighbour, pattern%weight, order, place, parent, entries)
+      associate (weight => pattern%weight(order))
+         symbolic%factor_entries = sum((int(weight, long)*(2*entries - weight + 1))/2)
+         symbolic%operations = multiplications(weight, entries)
+      end associate
       call check_fill(symbolic, most_entries, error)
       if (allocated(error)) return
-      call find_structure(matrix, parent, entries, symbolic, status)
+      call find_structure(pattern, order, parent, entries, symbolic, status)
       if (status /= 0) call no_memory(error)
    end subroutine analyze
 
@@ -98,52 +89,33 @@ contains
          "high fill, "//text(symbolic%entries_a_column())//" entries a column")
    end subroutine check_fill
 
-   ! Computes the elimination tree and column counts, and postorders them.
-   subroutine find_tree(matrix, symbolic, parent, entries, error)
-      type(csr_matrix_type), intent(in) :: matrix
-      !> Has a position; is reordered.
-      type(symbolic_type), intent(inout) :: symbolic
-      integer, allocatable, intent(out) :: parent(:), entries(:)
-      type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: sequence(:), rank(:)
-      integer :: k, n, status
-
-      n = matrix%rows
-      allocate (parent(n), entries(n), sequence(n), rank(n), stat=status)
-      if (status /= 0) then
-         call no_memory(error)
-         return
-      end if
-      symbolic%order = [(k, k=1, n)]
-      symbolic%order(symbolic%position) = symbolic%order
-      call find_parents(matrix%row_start, matrix%column, symbolic%order, symbolic%position, parent)
-      call find_postorder(parent, sequence)
-      call reorder(symbolic, sequence)
-      rank(sequence) = [(k, k=1, n)]
-      parent = parent(sequence)
-      do k = 1, n
-         if (parent(k) > 0) parent(k) = rank(parent(k))
-      end do
-      call count_entries(matrix%row_start, matrix%column, symbolic%order, symbolic%position, parent, entries)
-      symbolic%factor_entries = sum(int(entries, long))
-      symbolic%operations = sum(real(entries, wp)**2)/2
-   end subroutine find_tree
-
    ! Computes the supernodes and their rows: row k has entries in all supernodes on the tree path from each entry of row k of A
    ! to the diagonal.
-   subroutine find_structure(matrix, parent, entries, symbolic, status)
-      type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: parent(:), entries(:)
+   subroutine find_structure(pattern, order, parent, entries, symbolic, status)
+      type(compressed_pattern_type), intent(in) :: pattern
+      integer, intent(in) :: order(:), parent(:), entries(:)
       type(symbolic_type), intent(inout) :: symbolic
       integer, intent(out) :: status
       integer, allocatable :: sequence(:), above(:)
+      ! The vertices as they stand now, the place of each among them, its first column; of each supernode, the last vertex that
+      ! was seen to have rows there.
+      integer, allocatable :: vertex(:), place(:), column(:), seen(:)
       integer(long), allocatable :: next(:)
-      integer :: nodes, s
+      integer :: nodes, s, k
 
-      call find_supernodes(parent, entries, sequence, symbolic%first, above)
-      call reorder(symbolic, sequence)
+      call find_supernodes(parent, entries, pattern%weight(order), sequence, symbolic%first, above)
+      vertex = order(sequence)
+      allocate (place(size(vertex)), column(size(vertex) + 1))
+      symbolic%order = pattern%unknowns(vertex)
+      symbolic%position(symbolic%order) = [(k, k=1, size(symbolic%order))]
+      place(vertex) = [(k, k=1, size(vertex))]
+      column(1) = 1
+      do k = 1, size(vertex)
+         column(k + 1) = column(k) + pattern%weight(vertex(k))
+      end do
       nodes = size(above)
-      allocate (symbolic%supernode(matrix%rows), symbolic%start(nodes + 1), next(nodes), stat=status)
+      allocate (symbolic%supernode(size(symbolic%order)), symbolic%start(nodes + 1), next(nodes), seen(nodes), &
+         stat=status)
       if (status /= 0) return
       do s = 1, nodes
          symbolic%supernode(symbolic%first(s):symbolic%first(s + 1) - 1) = s
@@ -163,36 +135,35 @@ contains
 
       subroutine visit(counting)
          logical, intent(in) :: counting
-         integer :: seen(nodes)
-         integer :: i, k, p, s
+         integer :: k, p
 
          seen = 0
-         do k = 1, matrix%rows
-            seen(symbolic%supernode(k)) = k
-            do p = matrix%row_start(symbolic%order(k)), matrix%row_start(symbolic%order(k) + 1) - 1
-               i = symbolic%position(matrix%column(p))
-               if (i > k) cycle
-               s = symbolic%supernode(i)
-               do while (seen(s) /= k)
-                  seen(s) = k
-                  if (.not. counting) symbolic%row(next(s)) = k
-                  next(s) = next(s) + 1
-                  s = above(s)
-               end do
+         do k = 1, size(vertex)
+            seen(symbolic%supernode(column(k + 1) - 1)) = k
+            call climb(k, k, counting)
+            do p = pattern%start(vertex(k)), pattern%start(vertex(k) + 1) - 1
+               if (place(pattern%neighbour(p)) < k) call climb(place(pattern%neighbour(p)), k, counting)
             end do
          end do
       end subroutine visit
+
+      ! Upwards from vertex `from`, in the rows of vertex k.
+      subroutine climb(from, k, counting)
+         integer, intent(in) :: from, k
+         logical, intent(in) :: counting
+         integer :: node, row
+
+         node = symbolic%supernode(column(from))
+         do while (seen(node) /= k)
+            seen(node) = k
+            do row = max(column(k), symbolic%first(node + 1)), column(k + 1) - 1
+               if (.not. counting) symbolic%row(next(node)) = row
+               next(node) = next(node) + 1
+            end do
+            node = above(node)
+         end do
+      end subroutine climb
    end subroutine find_structure
-
-   ! Applies a permutation to the elimination order.
-   subroutine reorder(symbolic, sequence)
-      type(symbolic_type), intent(inout) :: symbolic
-      integer, intent(in) :: sequence(:)
-      integer :: k
-
-      symbolic%order = symbolic%order(sequence)
-      symbolic%position(symbolic%order) = [(k, k=1, size(sequence))]
-   end subroutine reorder
 
    subroutine no_memory(error)
       type(error_type), allocatable, intent(out) :: error
@@ -203,7 +174,7 @@ contains
    pure integer function entries_a_column(self)
       class(symbolic_type), intent(in) :: self
 
-      entries_a_column = int(self%factor_entries/max(size(self%order), 1))
+      entries_a_column = int(self%factor_entries/max(size(self%position), 1))
    end function entries_a_column
 
    pure real(wp) function factor_bytes(self) result(bytes)

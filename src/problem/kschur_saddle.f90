@@ -49,7 +49,6 @@ contains
       type(csr_matrix_type) :: pattern
       integer, allocatable :: position(:)
 
-      if (problem%multipliers() == 0) return
       pattern = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], [problem%stiffness, problem%mass, problem%damping])
       if (allocated(problem%loss)) pattern = linear_combination(1.0_wp, pattern, 1.0_wp, problem%loss)
       pattern = bordered(pattern, problem%constraints, spread(1.0_wp, 1, problem%multipliers()))

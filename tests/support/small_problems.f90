@@ -4,7 +4,7 @@ module small_problems
    use kschur, only: csr_matrix_type, error_type, modal_problem_type, new_csr_from_triplets, new_modal_problem, wp
    implicit none
    private
-   public :: matrices_type, chain, constrained, damped, diagonal, follower, free, long_rows, massless, n, problem_of, &
+   public :: matrices_type, chain, constrained, damped, diagonal, follower, free, long_rows, massless, n, of_nodes, problem_of, &
       proportional, sparse, spinning, tied, twice, upper_half_plane
 
    !> Unknowns of `chain`.
@@ -204,6 +204,37 @@ contains
          pack(spread([(k, k=1, rows)], 2, columns), abs(dense) > 0), &
          pack(spread([(k, k=1, columns)], 1, rows), abs(dense) > 0), pack(dense, abs(dense) > 0), error)
    end function sparse
+
+   !> A matrix with so many unknowns in place of each: definite where it is, as the leading part of its product with
+   !> 1 + [1 ... 1]^T [1 ... 1].
+   function of_nodes(matrix, unknowns) result(whole)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: unknowns(:)
+      type(csr_matrix_type) :: whole
+      type(error_type), allocatable :: error
+      integer, allocatable :: row(:), column(:)
+      real(wp), allocatable :: value(:)
+      integer :: before(size(unknowns)), i, j, k, a, b, n
+
+      before = [(sum(unknowns(:i - 1)), i=1, size(unknowns))]
+      n = size(matrix%column)*maxval(unknowns)**2
+      allocate (row(n), column(n), value(n))
+      n = 0
+      do i = 1, size(unknowns)
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            j = matrix%column(k)
+            do a = 1, unknowns(i)
+               do b = 1, unknowns(j)
+                  n = n + 1
+                  row(n) = before(i) + a
+                  column(n) = before(j) + b
+                  value(n) = merge(2, 1, a == b)*matrix%value(k)
+               end do
+            end do
+         end do
+      end do
+      call new_csr_from_triplets(whole, sum(unknowns), sum(unknowns), row(:n), column(:n), value(:n), error)
+   end function of_nodes
 
    pure function diagonal(entries) result(matrix)
       real(wp), intent(in) :: entries(:)
