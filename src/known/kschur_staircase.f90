@@ -51,7 +51,7 @@ contains
       !> Asked before each step.
       class(monitor_type), optional, intent(inout) :: monitor
       real(wp), allocatable :: left(:, :), forces(:, :), terms(:, :), level(:, :), factor(:), used(:, :), fresh(:, :), &
-         both(:, :), singular(:), vectors(:, :), y(:, :)
+         both(:, :), singular(:), vectors(:, :), y(:, :), weights(:)
       integer :: n, k, s
 
       n = size(null_space%motions, 1)
@@ -62,8 +62,9 @@ contains
       call null_space%find_left(left, error)
       if (allocated(error) .or. size(left, 2) /= k) return
       ! Motions that are mixed hide what is light, or damped little, behind what is not.
-      call reduce_to_echelon(space%x)
-      call reduce_to_echelon(left)
+      weights = row_weights(first, second)
+      call reduce_to_echelon(space%x, weights)
+      call reduce_to_echelon(left, weights)
       do
          call ask_monitor(monitor, error)
          if (allocated(error)) return
@@ -169,30 +170,58 @@ contains
       call move_alloc(all, columns)
    end subroutine append
 
-   ! Replaces a basis of rank k by the reduced echelon one of the same space, by elimination with complete pivoting (Golub, Van
-   ! Loan, Matrix Computations (2013), section 3.4): each vector has one where all others have zero, and nowhere more than
-   ! pivots grow. Entries that are rounding beside that become zero.
-   pure subroutine reduce_to_echelon(basis)
+   ! Size of each row of A1, and far below all of these that of A2 where A1 has none.
+   pure function row_weights(first, second) result(weights)
+      type(csr_matrix_type), intent(in) :: first, second
+      real(wp) :: weights(first%rows)
+      real(wp), parameter :: far_below = sqrt(tiny(1.0_wp))
+
+      weights = relative(first)
+      where (.not. weights > 0) weights = far_below*(relative(second) + epsilon(1.0_wp))
+
+   contains
+
+      pure function relative(matrix)
+         type(csr_matrix_type), intent(in) :: matrix
+         real(wp) :: relative(matrix%rows)
+
+         relative = matrix%row_maxima()
+         if (any(relative > 0)) relative = relative/maxval(relative)
+      end function relative
+   end function row_weights
+
+   ! Replaces a basis of rank k by the reduced echelon one of the same space, by elimination (Golub, Van Loan, Matrix Computations
+   ! (2013), section 3.4): each vector has its pivot where those after it have zero. The pivot is the largest entry times
+   ! the weight of its row: then a row that is far above all others, as of a damper of 1e20, acts on one vector, and is exactly
+   ! zero in those after it. Within a row no weight differs, so that they grow by no more than a factor of two a step.
+   pure subroutine reduce_to_echelon(basis, weights)
       real(wp), intent(inout) :: basis(:, :)
+      real(wp), intent(in) :: weights(:)
+      real(wp), parameter :: one_digit = 10
       real(wp) :: column(size(basis, 1)), factor
       integer :: j, l, largest, place(2)
 
       do j = 1, size(basis, 2)
+         basis(:, j) = basis(:, j)/maxval(abs(basis(:, j)))
+      end do
+      do j = 1, size(basis, 2)
          ! Rows of pivots before have zeros here.
-         place = maxloc(abs(basis(:, j:)))
+         place = maxloc(abs(basis(:, j:))*spread(weights, 2, size(basis, 2) - j + 1))
          largest = place(2) + j - 1
          if (.not. abs(basis(place(1), largest)) > 0) return
-         column = basis(:, largest)/basis(place(1), largest)
+         column = basis(:, largest)/maxval(abs(basis(:, largest)))
          basis(:, largest) = basis(:, j)
          basis(:, j) = column
          do l = 1, size(basis, 2)
-            factor = basis(place(1), l)
-            if (l == j .or. .not. abs(factor) > 0) cycle
+            if (l == j .or. .not. abs(basis(place(1), l)) > 0) cycle
+            factor = basis(place(1), l)/column(place(1))
+            ! A pivot that is small in its vector would swell those before it.
+            if (l < j .and. abs(factor) > one_digit) cycle
             basis(:, l) = basis(:, l) - factor*column
             basis(place(1), l) = 0
          end do
+         where (abs(basis) <= rounding_of_sums) basis = 0
       end do
-      where (abs(basis) <= rounding_of_sums) basis = 0
    end subroutine reduce_to_echelon
 
    !> The states (phi, lambda/unit phi, ...) of the root spaces of zero and of infinity as an invariant subspace of
