@@ -14,7 +14,7 @@ module kschur_left
    use kschur_polish, only: polished_type, polisher_type
    use kschur_problem, only: modal_problem_type
    use kschur_split, only: cluster_type, split
-   use kschur_tolerances, only: cancelled, rounding_of_sums, same_shape, same_value
+   use kschur_tolerances, only: above_all_rounding, rounding_of_sums, same_shape, same_value
    implicit none
    private
    public :: condition_number, find_left_pairs, merges, set_left_modes
@@ -26,7 +26,7 @@ contains
 
    !> Eigenpairs of the transposed problem, one for each of the problem and of its eigenvalue: those found that belong to
    !> them, or polished ones. One that could not be found is NaN.
-   subroutine find_left_pairs(problem, transposed, found, pairs, errors, left, effort, error, polisher)
+   subroutine find_left_pairs(problem, transposed, found, pairs, errors, left, effort, error, polisher, complete)
       type(modal_problem_type), intent(in) :: problem
       !> The transposed problem; the problem itself if it is symmetric.
       type(modal_problem_type), intent(in) :: transposed
@@ -41,22 +41,26 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Of the transposed problem; absent: nothing is polished.
       type(polisher_type), optional, intent(inout) :: polisher
+      !> Whether none is missing, and copies could be told apart.
+      logical, optional, intent(out) :: complete
       type(cluster_type), allocatable :: clusters(:)
       real(wp), allocatable :: limits(:)
       logical, allocatable :: missing(:)
-      logical :: coupled
+      logical :: coupled, all_found
       integer :: i, j
 
       call match(found, pairs, left)
-      allocate (limits, source=max(cancelled, as_good*errors))
+      allocate (limits, source=max(above_all_rounding, as_good*errors))
       allocate (missing, source=backward_errors(transposed, left) > limits)
       do j = 1, size(missing)
          if (missing(j)) call leave_out(left, j)
       end do
       call split(pairs%lambda, same_value*abs(pairs%lambda), clusters, most=size(missing))
+      all_found = .true.
       do i = 1, size(clusters)
          associate (members => clusters(i)%members)
             call decouple(problem, transposed, pairs, limits, members, left, coupled)
+            all_found = all_found .and. .not. (coupled .or. any(missing(members)))
             if (.not. present(polisher) .or. .not. (coupled .or. any(missing(members)))) cycle
             call polish(transposed, clusters(i), limits(members), polisher, left, effort, error)
             if (allocated(error)) return
@@ -64,6 +68,7 @@ contains
          end associate
       end do
       if (present(polisher)) call effort%add_solves(polisher%solver)
+      if (present(complete)) complete = all_found
    end subroutine find_left_pairs
 
    !> Sets the left vectors and condition numbers of modes. A mode without a left vector has NaN.

@@ -32,18 +32,24 @@ contains
       type(modal_problem_type), target :: transposed
       type(modes_type) :: found
       type(eigenpairs_type) :: left
+      logical :: complete
 
       call s%announce_phase("left vectors", whole_both, error)
       if (allocated(error)) return
       call modes%make_complex()
       if (s%problem%symmetric .or. size(modes%lambda) == 0) then
-         call find_left_pairs(s%problem, s%problem, modes, modes, modes%backward_error, left, s%effort, error)
-         if (.not. allocated(error)) call set_left_modes(s%problem, left, modes)
-         return
+         call find_left_pairs(s%problem, s%problem, modes, modes, modes%backward_error, left, s%effort, error, complete=complete)
+         if (.not. allocated(error) .and. complete) call set_left_modes(s%problem, left, modes)
+         if (allocated(error) .or. complete) return
       end if
       call transpose_problem(s%problem, transposed, error)
       if (.not. allocated(error)) call begin_transposed(s, transposed, adjoint, error)
-      if (.not. allocated(error)) call find_modes_of(s, adjoint, found, error)
+      if (allocated(error)) return
+      if (s%problem%symmetric) then
+         found = modes
+      else
+         call find_modes_of(s, adjoint, found, error)
+      end if
       if (.not. allocated(error)) call find_in_even_units(s, adjoint, found, modes, left, error)
       if (allocated(error)) return
       call adjoint%expand(left, error)
