@@ -25,7 +25,7 @@ module kschur_staircase
    !> A0 x_j + Cq^T xi_j = -(A1 x_{j-1} + A2 x_{j-2}), Cq x_j = 0 (Gohberg, Lancaster, Rodman, Matrix Polynomials (1982), section
    !> 1.4), and eigenpairs known with it.
    type :: root_space_type
-      !> n x s; s is the multiplicity of the eigenvalue, and the number of other eigenvalues known with it.
+      !> n x s; s is the multiplicity of the eigenvalue plus the number of other eigenvalues known with it.
       real(wp), allocatable :: x(:, :), v(:, :)
       !> The restriction of the operator to the space, s x s: state j is mapped to the combination links(:, j) of states. Strictly
       !> upper triangular for the chains, with 1x1 and 2x2 blocks of the nonzero eigenvalues behind them.

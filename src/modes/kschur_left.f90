@@ -53,7 +53,7 @@ contains
       do j = 1, size(missing)
          if (missing(j)) call leave_out(left, j)
       end do
-      call split(pairs%lambda, same_value*abs(pairs%lambda), clusters, most=size(missing))
+      call split(pairs%lambda, same_value*abs(pairs%lambda), clusters, max_members=size(missing))
       do i = 1, size(clusters)
          associate (members => clusters(i)%members)
             call decouple(problem, transposed, pairs, limits, members, left, coupled)

@@ -5,7 +5,7 @@ module kschur_mode_selection
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_problem, only: modal_problem_type
-   use kschur_settling, only: settle_pairs
+   use kschur_eigenvalue_correction, only: correct_eigenvalues
    use kschur_shapes, only: repeats_zero
    use kschur_sorting, only: ascending_order
    use kschur_split, only: match_conjugates
@@ -87,7 +87,7 @@ contains
          call match_conjugates(pairs%lambda(:k), same_value*abs(pairs%lambda(:k)), pairs%paired(:k), mirrored)
          call make_canonical(pairs, k)
       end if
-      call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound, modes%uncertainty)
+      call correct_eigenvalues(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound, modes%uncertainty)
       ! Real shapes stayed as they were.
       if (.not. pairs%is_real()) call normalize_first(pairs, k)
       allocate (repeated, source=repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference, wanted%zero_noise))

@@ -307,7 +307,7 @@ contains
 
          before = size(members%lambda)
          if (cluster%on_axis) before = before + count(abs(aimag(members%lambda)) > 0)
-         is_accepted = polished%complete .or. (polished%eigenvalues >= before .and. (polished%worst() <= polisher%above .or. &
+         is_accepted = polished%complete .or. (polished%eigenvalues >= before .and. (polished%worst() <= polisher%tolerance .or. &
             polished%worst() < maxval(judgement%errors(cluster%members))))
       end function is_accepted
    end subroutine polish_cluster
