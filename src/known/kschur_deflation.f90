@@ -144,6 +144,8 @@ contains
       end do
    end function zero_noise
 
+   !> The known eigenvalues (1/s): a zero of each rigid motion, the decays of deflated ones, and nonzero eigenvalues known with the
+   !> root space of zero.
    pure function eigenvalues(self)
       class(deflation_type), intent(in) :: self
       complex(wp), allocatable :: eigenvalues(:)
@@ -153,6 +155,7 @@ contains
       if (allocated(self%zero%nonzero)) eigenvalues = [eigenvalues, self%zero%nonzero]
    end function eigenvalues
 
+   !> Multiplicity of lambda = 0: one of each deflated motion, two if nothing damps it, and that of the root space.
    pure integer function count_zeros(self)
       class(deflation_type), intent(in) :: self
 
@@ -160,6 +163,8 @@ contains
          merge(2, 1, self%oscillator)*self%zero%multiplicity()
    end function count_zeros
 
+   !> Number of undamped rigid motions: deflated ones without decay; of others the successors in the root space of zero, or in theta
+   !> all.
    pure integer function count_undamped(self)
       class(deflation_type), intent(in) :: self
 
@@ -168,6 +173,7 @@ contains
       count_undamped = merge(self%not_deflated, max(self%zero%multiplicity() - self%not_deflated, 0), self%oscillator)
    end function count_undamped
 
+   ! Makes real columns M-orthogonal to N; sets columns to zero of which only rounding is left.
    subroutine project_real(self, x)
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
@@ -184,6 +190,7 @@ contains
       end do
    end subroutine project_real
 
+   ! Does the same for the real and imaginary parts of complex columns.
    subroutine project_complex(self, x)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: x(:, :)
@@ -198,6 +205,7 @@ contains
       x = cmplx(parts(:, :, 1), parts(:, :, 2), wp)
    end subroutine project_complex
 
+   ! Makes real forces orthogonal to N.
    subroutine project_real_forces(self, f)
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: f(:, :)
@@ -205,6 +213,7 @@ contains
       call subtract(self%shapes, self%images, f, sums=self%sums)
    end subroutine project_real_forces
 
+   ! Does the same for the real and imaginary parts of complex forces.
    subroutine project_complex_forces(self, f)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: f(:, :)

@@ -16,7 +16,7 @@ contains
    subroutine diagonalize_energies(matrix, n, x, energies, relative_energies, error)
       !> A, symmetric.
       type(csr_matrix_type), intent(in) :: matrix
-      !> The first n rows are motions, the others multipliers, which are zero where they are none.
+      !> The first n rows are motions, the others multipliers, zero if a vector has none.
       integer, intent(in) :: n
       !> k columns, orthonormal in the first n rows.
       real(wp), intent(inout) :: x(:, :)

@@ -19,7 +19,7 @@ module kschur_redundancy
    !> Linear dependence of the rows of a matrix C, m x n.
    type :: dependence_type
       !> Which of the m rows are redundant, that is dropped: they depend on the others to rounding.
-      logical, allocatable :: follows(:)
+      logical, allocatable :: is_redundant(:)
       !> The k rows that nearly depend on others, in the order of elimination: each on others and on those before it.
       integer, allocatable :: near(:)
       !> The independent component of each of these, relative to it.
@@ -66,7 +66,7 @@ contains
 
       redundant = 0
       call find_dependence(constraints, dependence, error)
-      if (.not. allocated(error)) redundant = count(dependence%follows)
+      if (.not. allocated(error)) redundant = count(dependence%is_redundant)
    end subroutine count_redundant
 
    !> Finds the rows of a matrix that depend on others, and combinations that replace those that nearly do.
@@ -86,7 +86,7 @@ contains
       logical :: are_few
 
       m = constraints%rows
-      allocate (dependence%follows(m), source=.false.)
+      allocate (dependence%is_redundant(m), source=.false.)
       allocate (dependence%near(0), dependence%distance(0), combinations(m), rows(m), relations(m, 0))
       are_few = .true.
       if (m == 0) return
@@ -101,14 +101,14 @@ contains
          power = 0
          if (min(remainder, distance) < nearly_dependent) then
             ! The terms are at least as large as the row, of size one to two.
-            dependence%follows(i) = remainder <= rounding_of_row/2
-            if (.not. dependence%follows(i)) then
+            dependence%is_redundant(i) = remainder <= rounding_of_row/2
+            if (.not. dependence%is_redundant(i)) then
                combination = combination_of(elimination, i, factors)
-               dependence%follows(i) = remainder <= rounding_of_row*magnitude_of_terms(elimination%matrix, combination)
+               dependence%is_redundant(i) = remainder <= rounding_of_row*magnitude_of_terms(elimination%matrix, combination)
             end if
-            if (dependence%follows(i)) then
+            if (dependence%is_redundant(i)) then
                call clear_row(elimination)
-               are_few = are_few .and. count(dependence%follows)*m <= most_relations
+               are_few = are_few .and. count(dependence%is_redundant)*m <= most_relations
                if (are_few) call add_relation(combination_of(elimination, i, factors), m, relations)
                cycle
             end if
@@ -125,7 +125,7 @@ contains
          end if
          call add_pivot(elimination, i, factors, power, column_exponents)
       end do
-      if (size(dependence%near) == 0 .and. are_few) call choose_redundant(relations, dependence%follows)
+      if (size(dependence%near) == 0 .and. are_few) call choose_redundant(relations, dependence%is_redundant)
       call assemble(combinations(:size(dependence%near)), m, dependence%combinations, error)
       if (.not. allocated(error)) call assemble(rows(:size(dependence%near)), constraints%columns, dependence%rows, error)
    end subroutine find_dependence
@@ -147,17 +147,17 @@ contains
 
    ! Chooses the redundant rows among all that take part in relations: those with the largest coefficients, by elimination of the
    ! relations with complete pivoting, so that the rows that stay are the best conditioned.
-   subroutine choose_redundant(relations, follows)
+   subroutine choose_redundant(relations, is_redundant)
       !> Overwritten.
       real(wp), intent(inout) :: relations(:, :)
-      logical, intent(inout) :: follows(:)
-      real(wp) :: column(size(follows))
+      logical, intent(inout) :: is_redundant(:)
+      real(wp) :: column(size(is_redundant))
       integer :: i, j, place(2)
 
-      follows = .false.
+      is_redundant = .false.
       do i = 1, size(relations, 2)
          place = maxloc(abs(relations))
-         follows(place(1)) = .true.
+         is_redundant(place(1)) = .true.
          column = relations(:, place(2))/relations(place(1), place(2))
          do j = 1, size(relations, 2)
             relations(:, j) = relations(:, j) - relations(place(1), j)*column

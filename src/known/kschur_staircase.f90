@@ -19,7 +19,7 @@ module kschur_staircase
    integer, parameter :: most_null_vectors = 1000
    ! Most states beyond twice the null vectors, the multiplicity of free bodies: true chains are short, those that rounding makes
    ! do not end.
-   integer, parameter :: states_beside = 128
+   integer, parameter :: most_extra_states = 128
 
    !> The root space of lambda = 0 of lambda^2 A2 + lambda A1 + A0 as states (x, v): Jordan chains v_j = x_{j-1},
    !> A0 x_j + Cq^T xi_j = -(A1 x_{j-1} + A2 x_{j-2}), Cq x_j = 0 (Gohberg, Lancaster, Rodman, Matrix Polynomials (1982), section
@@ -98,7 +98,7 @@ contains
          combinations = vectors(:, count(singular > cancelled) + 1:)
          if (size(combinations, 2) == 0) return
          ! The multiplicity cannot exceed the number of eigenvalues: chains are rounding then.
-         if (s + size(combinations, 2) > min(2*n, 2*k + states_beside)) then
+         if (s + size(combinations, 2) > min(2*n, 2*k + most_extra_states)) then
             call new_error(error, error_singular, "rounding hides how often zero or infinity is an eigenvalue: "// &
                "the problem is singular for every lambda, or nearly so; look for motions with neither mass nor stiffness, "// &
                "and for entries far above all others")

@@ -48,6 +48,7 @@ contains
 
    contains
 
+      ! Notes a number of penalties of a matrix, if there are any.
       subroutine note(penalties, name)
          integer, intent(in) :: penalties
          character(len=*), intent(in) :: name

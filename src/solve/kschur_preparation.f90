@@ -94,12 +94,12 @@ contains
       if (allocated(error)) return
       call find_dependence(s%work%constraints, dependence, error)
       if (allocated(error)) return
-      s%known%redundant = count(dependence%follows)
+      s%known%redundant = count(dependence%is_redundant)
       call note_problem(s%work, s%problem%multipliers(), s%plan%redundant + s%known%redundant, s%notes)
       call note_dependence(s%problem, dependence, s%plan%kept, s%notes)
       if (.not. s%options%is_plain()) then
          associate (d => dependence)
-            call s%plan%replace_rows(d%follows, d%near, d%combinations, d%rows, s%work, error)
+            call s%plan%replace_rows(d%is_redundant, d%near, d%combinations, d%rows, s%work, error)
          end associate
          s%known%redundant = 0
       end if
