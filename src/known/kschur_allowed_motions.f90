@@ -12,8 +12,9 @@ module kschur_allowed_motions
 
 contains
 
-   !> A basis, n x p, of {x : Cq x = 0, N^T M x = 0}, N being the rigid motions that are deflated: the orthogonal
-   !> complement of the rows of Cq, each of unit length, and of M N, by QR factors with pivots. p is n less the rank.
+   !> Computes an orthonormal basis, n x p, of {x : Cq x = 0, N^T M x = 0}, N the deflated rigid motions, for solvers that project
+   !> the problem on it: the orthogonal complement of the rows of Cq and of M N, each scaled to unit length, from QR with column
+   !> pivoting (LAPACK's dgeqp3). p is n less the numerical rank.
    subroutine allowed_motions(problem, deflation, basis, error)
       type(modal_problem_type), intent(in) :: problem
       type(deflation_type), intent(in) :: deflation

@@ -1,4 +1,4 @@
-!> Motions that are known, kept out of an iteration.
+!> Deflation of known rigid motions, and of their eigenvalues, from an iteration.
 module kschur_deflation
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp
@@ -12,146 +12,150 @@ module kschur_deflation
    use kschur_tolerances, only: cancelled, hidden_inertia, root_epsilon, rounding_of_sums
    implicit none
    private
-   public :: deflation_type, new_deflation, separate_by_damping
+   public :: deflation_type, new_deflation, diagonalize_damping
 
-   !> Rigid motions N with R N = M N diag(decay): they have the eigenvalues 0 and
-   !> -decay, and the motions M-orthogonal to them are a problem of their own. Without
-   !> this a decay of zero is a Jordan block, that an iteration sees as a ring of
-   !> radius sqrt(epsilon).
+   !> Rigid motions N, K N + Cq^T Xi = 0, with R N = M N diag(decay): they have the eigenvalues 0 and -decay, and span an
+   !> invariant subspace whose M-orthogonal complement is invariant, too. It is deflated, as a decay of zero is a Jordan block,
+   !> whose computed eigenvalues lie on a circle of radius sqrt(epsilon).
    type :: deflation_type
       !> N, n x k, N^T M N = I, and M N.
       real(wp), allocatable :: shapes(:, :), images(:, :)
       !> The multipliers of N, m x k: K N + Cq^T reactions = 0.
       real(wp), allocatable :: reactions(:, :)
-      !> k numbers (1/s).
+      !> Decay rates, k numbers (1/s).
       real(wp), allocatable :: decay(:)
-      !> Rounding of K hides an eigenvalue below this (1/s): motions that are not deflated have zeros there.
+      !> Eigenvalues below this (1/s) are rounding errors of K: the computed zeros of motions that are not deflated.
       real(wp) :: zero_noise = 0
-      !> How many rigid motions cannot be deflated so: all or none; what is known of the eigenvalues zero, with these
-      !> motions first, and infinity.
+      !> Number of rigid motions that are not deflated, all or none; root spaces of the eigenvalues zero, with these motions
+      !> first, and infinity.
       integer :: not_deflated = 0
       type(root_space_type) :: zero, infinite
+      !> Whether `infinite` is the whole root space.
       logical :: infinite_is_known = .false.
-      !> Whether these are root spaces in theta, the square of lambda.
+      !> Whether these are root spaces in theta, plus or minus lambda^2.
       logical :: oscillator = .false.
-      !> Eigenpairs that were accepted, with complex shapes: the quadratic form does not look for them again. Not allocated: none.
+      !> Locked eigenpairs, with complex shapes: the quadratic form deflates them. Not allocated: none.
       type(eigenpairs_type) :: locked
-      !> Where several processes have rows of N and of vectors each, their sums.
+      !> Sums over the processes that share the rows of N and of vectors.
       type(row_sums_type) :: sums
    contains
-      !> All eigenvalues (1/s).
+      !> Lists the known eigenvalues (1/s).
       procedure :: eigenvalues
-      !> Multiplicity of the eigenvalue lambda = 0.
+      !> Counts the eigenvalue lambda = 0 with its multiplicity.
       procedure :: zeros => count_zeros
-      !> How many rigid motions nothing damps.
-      procedure :: coasting
+      !> Counts the undamped rigid motions: each is a Jordan block of lambda = 0.
+      procedure :: count_undamped
       procedure, private :: project_real, project_complex, project_real_forces, project_complex_forces
-      !> Makes each column of a block M-orthogonal to N; zero where nothing but rounding is left.
+      !> Makes the columns of a block M-orthogonal to N, x - N (M N)^T x; a column of which only rounding is left becomes zero.
       generic :: project => project_real, project_complex
-      !> Makes each column of a block of forces orthogonal to N: those that move nothing of it.
+      !> Makes forces, the columns of a block, orthogonal to N, f - M N N^T f, so that they do not excite N.
       generic :: project_forces => project_real_forces, project_complex_forces
    end type deflation_type
 
 contains
 
-   !> The rigid motions of a symmetric problem, if all of them can be deflated; none
-   !> where the problem is unsymmetric.
+   !> Deflates the rigid motions of a symmetric problem if damping couples none of them with another motion, R N = M N diag(decay)
+   !> to rounding; otherwise none of them, and sets `zero_noise`. Deflates none of an unsymmetric problem.
    subroutine new_deflation(deflation, problem, motions, multipliers)
       type(deflation_type), intent(out) :: deflation
       type(modal_problem_type), intent(in) :: problem
-      !> A basis, n x k.
+      !> A basis of the rigid motions, n x k.
       real(wp), intent(in) :: motions(:, :)
       !> Their multipliers xi, K phi + Cq^T xi = 0, m x k.
       real(wp), intent(in) :: multipliers(:, :)
-      real(wp), allocatable :: both(:, :), masses(:, :), dampers(:, :), decay(:), terms(:, :), level(:)
+      real(wp), allocatable :: vectors(:, :), inertia(:, :), damping_forces(:, :), decay(:), terms(:, :), level(:)
       logical :: separate
       integer :: n, m, k, i
 
       n = problem%unknowns()
       m = problem%multipliers()
       k = merge(size(motions, 2), 0, problem%symmetric)
-      allocate (both(n + m, k))
-      both(:n, :) = motions(:, :k)
-      both(n + 1:, :) = multipliers(:, :k)
-      call separate_by_damping(problem, both, decay, separate)
+      allocate (vectors(n + m, k))
+      vectors(:n, :) = motions(:, :k)
+      vectors(n + 1:, :) = multipliers(:, :k)
+      call diagonalize_damping(problem, vectors, decay, separate)
       if (problem%damping_kind == damping_proportional) decay = problem%alpha
-      allocate (masses(n, k), dampers(n, k), terms(n, k), source=0.0_wp)
-      call problem%mass%add_product(1.0_wp, both(:n, :), masses)
-      call problem%damping%add_product(1.0_wp, both(:n, :), dampers)
-      call add_magnitudes(problem%damping, magnitudes(both(:n, :)), terms)
-      allocate (level, source=cancelled*problem%damping%infinity_norm()*maxval(abs(both(:n, :)), 1))
+      allocate (inertia(n, k), damping_forces(n, k), terms(n, k), source=0.0_wp)
+      call problem%mass%add_product(1.0_wp, vectors(:n, :), inertia)
+      call problem%damping%add_product(1.0_wp, vectors(:n, :), damping_forces)
+      call add_magnitudes(problem%damping, magnitudes(vectors(:n, :)), terms)
+      allocate (level, source=cancelled*problem%damping%infinity_norm()*maxval(abs(vectors(:n, :)), 1))
       do i = 1, k
-         ! A row of large units hides what others have.
-         if (problem%damping_kind /= damping_proportional .and. maxval(abs(dampers(:, i))) <= level(i) .and. &
-            all(abs(dampers(:, i)) <= root_epsilon*terms(:, i))) decay(i) = 0
-         separate = separate .and. maxval(abs(dampers(:, i) - decay(i)*masses(:, i))) <= level(i)
+         ! Each row is compared with its own terms: the units of one row must not hide the forces of others.
+         if (problem%damping_kind /= damping_proportional .and. maxval(abs(damping_forces(:, i))) <= level(i) .and. &
+            all(abs(damping_forces(:, i)) <= root_epsilon*terms(:, i))) decay(i) = 0
+         separate = separate .and. maxval(abs(damping_forces(:, i) - decay(i)*inertia(:, i))) <= level(i)
       end do
       if (.not. separate) k = 0
       deflation%not_deflated = size(motions, 2) - k
-      allocate (deflation%shapes, source=both(:n, :k))
-      allocate (deflation%reactions, source=both(n + 1:, :k))
-      allocate (deflation%images, source=masses(:, :k))
+      allocate (deflation%shapes, source=vectors(:n, :k))
+      allocate (deflation%reactions, source=vectors(n + 1:, :k))
+      allocate (deflation%images, source=inertia(:, :k))
       allocate (deflation%decay, source=decay(:k))
       if (k < size(motions, 2)) deflation%zero_noise = zero_noise(problem, motions)
    end subroutine new_deflation
 
-   !> Makes motions M-orthonormal such that damping couples none of them with another.
-   subroutine separate_by_damping(problem, x, rates, done)
+   !> Diagonalizes damping on a space of motions: replaces the basis X by X Y with (X Y)^T M X Y = I, (X Y)^T R X Y = diag(rates),
+   !> by LAPACK's dsygv.
+   subroutine diagonalize_damping(problem, x, rates, done)
       type(modal_problem_type), intent(in) :: problem
       !> Motions above their multipliers, (n + m) x k.
       real(wp), intent(inout) :: x(:, :)
-      !> Of their decays, k numbers (1/s).
+      !> Decay rates, k numbers (1/s), ascending.
       real(wp), allocatable, intent(out) :: rates(:)
-      !> Not where a motion has no mass, which leaves no inner product.
+      !> False where M is not definite on the space: X has lost its meaning then.
       logical, intent(out) :: done
-      real(wp), allocatable :: masses(:, :), dampers(:, :), mass(:, :), damping(:, :), work(:)
+      real(wp), allocatable :: inertia(:, :), damping_forces(:, :), mass(:, :), damping(:, :), work(:)
       integer :: n, k, info
 
       n = problem%unknowns()
       k = size(x, 2)
-      allocate (masses(n, k), dampers(n, k), source=0.0_wp)
-      call problem%mass%add_product(1.0_wp, x(:n, :), masses)
-      call problem%damping%add_product(1.0_wp, x(:n, :), dampers)
-      mass = matmul(transpose(x(:n, :)), masses)
-      damping = matmul(transpose(x(:n, :)), dampers)
+      allocate (inertia(n, k), damping_forces(n, k), source=0.0_wp)
+      call problem%mass%add_product(1.0_wp, x(:n, :), inertia)
+      call problem%damping%add_product(1.0_wp, x(:n, :), damping_forces)
+      mass = matmul(transpose(x(:n, :)), inertia)
+      damping = matmul(transpose(x(:n, :)), damping_forces)
       allocate (rates(k), work(10*k + 1))
       call dsygv(1, "V", "U", k, damping, max(k, 1), mass, max(k, 1), rates, work, size(work), info)
       done = info == 0
       x = matmul(x, damping)
-   end subroutine separate_by_damping
+   end subroutine diagonalize_damping
 
-   ! lambda^2 phi^T M phi a million times the rounding of phi^T K phi. A motion whose inertia is rounding has none: its zero
-   ! is not double, and rounding of K moves it little.
+   ! The largest lambda (1/s) at which lambda^2 phi^T M phi is at most `hidden_inertia` times the rounding of phi^T K phi, over the
+   ! motions phi. A motion without inertia to rounding is skipped: its zero is not double, and rounding of K moves it little.
    real(wp) function zero_noise(problem, motions)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: motions(:, :)
-      real(wp), dimension(size(motions, 1), size(motions, 2)) :: forces, of_masses, of_springs
+      real(wp), dimension(size(motions, 1), size(motions, 2)) :: inertial_forces, mass_terms, stiffness_terms
       real(wp) :: inertia
       integer :: j
 
-      forces = 0
-      of_masses = 0
-      of_springs = 0
-      call problem%mass%add_product(1.0_wp, motions, forces)
-      call add_magnitudes(problem%mass, abs(motions), of_masses)
-      call add_magnitudes(problem%stiffness, abs(motions), of_springs)
+      inertial_forces = 0
+      mass_terms = 0
+      stiffness_terms = 0
+      call problem%mass%add_product(1.0_wp, motions, inertial_forces)
+      call add_magnitudes(problem%mass, abs(motions), mass_terms)
+      call add_magnitudes(problem%stiffness, abs(motions), stiffness_terms)
       zero_noise = 0
       do j = 1, size(motions, 2)
-         inertia = dot_product(motions(:, j), forces(:, j))
-         if (inertia > cancelled*dot_product(abs(motions(:, j)), of_masses(:, j))) zero_noise = max(zero_noise, &
-            sqrt(hidden_inertia*epsilon(1.0_wp)*dot_product(abs(motions(:, j)), of_springs(:, j))/inertia))
+         inertia = dot_product(motions(:, j), inertial_forces(:, j))
+         if (inertia > cancelled*dot_product(abs(motions(:, j)), mass_terms(:, j))) zero_noise = max(zero_noise, &
+            sqrt(hidden_inertia*epsilon(1.0_wp)*dot_product(abs(motions(:, j)), stiffness_terms(:, j))/inertia))
       end do
    end function zero_noise
 
+   !> The known eigenvalues (1/s): a zero of each rigid motion, the decays of deflated ones, and nonzero eigenvalues known with the
+   !> root space of zero.
    pure function eigenvalues(self)
       class(deflation_type), intent(in) :: self
       complex(wp), allocatable :: eigenvalues(:)
 
       allocate (eigenvalues, source=cmplx([0*self%decay, -pack(self%decay, abs(self%decay) > 0), &
          spread(0.0_wp, 1, self%not_deflated)], 0, wp))
-      if (allocated(self%zero%beside)) eigenvalues = [eigenvalues, self%zero%beside]
+      if (allocated(self%zero%nonzero)) eigenvalues = [eigenvalues, self%zero%nonzero]
    end function eigenvalues
 
+   !> Multiplicity of lambda = 0: one of each deflated motion, two if nothing damps it, and that of the root space.
    pure integer function count_zeros(self)
       class(deflation_type), intent(in) :: self
 
@@ -159,30 +163,34 @@ contains
          merge(2, 1, self%oscillator)*self%zero%multiplicity()
    end function count_zeros
 
-   pure integer function coasting(self)
+   !> Number of undamped rigid motions: deflated ones without decay; of others the successors in the root space of zero, or in theta
+   !> all.
+   pure integer function count_undamped(self)
       class(deflation_type), intent(in) :: self
 
-      coasting = count(.not. abs(self%decay) > 0)
+      count_undamped = count(.not. abs(self%decay) > 0)
       if (self%not_deflated == 0) return
-      coasting = merge(self%not_deflated, max(self%zero%multiplicity() - self%not_deflated, 0), self%oscillator)
-   end function coasting
+      count_undamped = merge(self%not_deflated, max(self%zero%multiplicity() - self%not_deflated, 0), self%oscillator)
+   end function count_undamped
 
+   ! Makes real columns M-orthogonal to N; sets columns to zero of which only rounding is left.
    subroutine project_real(self, x)
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
-      real(wp) :: before(size(x, 2))
+      real(wp) :: length_before(size(x, 2))
       integer :: j
 
       if (size(self%decay) == 0) return
       do j = 1, size(x, 2)
-         before(j) = column_length(x(:, j:j), sums=self%sums)
+         length_before(j) = column_length(x(:, j:j), sums=self%sums)
       end do
       call subtract(self%images, self%shapes, x, sums=self%sums)
       do j = 1, size(x, 2)
-         if (column_length(x(:, j:j), sums=self%sums) <= rounding_of_sums*before(j)) x(:, j) = 0
+         if (column_length(x(:, j:j), sums=self%sums) <= rounding_of_sums*length_before(j)) x(:, j) = 0
       end do
    end subroutine project_real
 
+   ! Does the same for the real and imaginary parts of complex columns.
    subroutine project_complex(self, x)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: x(:, :)
@@ -197,6 +205,7 @@ contains
       x = cmplx(parts(:, :, 1), parts(:, :, 2), wp)
    end subroutine project_complex
 
+   ! Makes real forces orthogonal to N.
    subroutine project_real_forces(self, f)
       class(deflation_type), intent(in) :: self
       real(wp), contiguous, intent(inout) :: f(:, :)
@@ -204,6 +213,7 @@ contains
       call subtract(self%shapes, self%images, f, sums=self%sums)
    end subroutine project_real_forces
 
+   ! Does the same for the real and imaginary parts of complex forces.
    subroutine project_complex_forces(self, f)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: f(:, :)

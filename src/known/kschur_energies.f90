@@ -1,4 +1,4 @@
-!> The energies of vectors in a symmetric matrix, which tell a null vector from one whose force is small.
+!> Energies x^T A x of vectors in a symmetric matrix: they tell null vectors from vectors with a small force A x.
 module kschur_energies
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -7,21 +7,21 @@ module kschur_energies
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
-   public :: separate_energies
+   public :: diagonalize_energies
 
 contains
 
-   !> Combines vectors so that their energies x^T A x are independent of each other. Such an energy is known better than the
-   !> force A x: it errs with the square of what the vector does.
-   subroutine separate_energies(matrix, n, x, energies, parts, error)
+   !> Diagonalizes X^T A X by rotating the columns of X (Rayleigh-Ritz, by singular vectors). Energies are better known than
+   !> forces A x: they err with the square of the error of x.
+   subroutine diagonalize_energies(matrix, n, x, energies, relative_energies, error)
       !> A, symmetric.
       type(csr_matrix_type), intent(in) :: matrix
-      !> The first n rows are motions, the others multipliers, which are zero where they are none.
+      !> The first n rows are motions, the others multipliers, zero if a vector has none.
       integer, intent(in) :: n
       !> k columns, orthonormal in the first n rows.
       real(wp), intent(inout) :: x(:, :)
-      !> k numbers without sign, the largest first, and relative to the terms that they are sums of.
-      real(wp), allocatable, intent(out) :: energies(:), parts(:)
+      !> k energies without sign, the largest first, and the same relative to |x|^T |A| |x|, the terms that they are sums of.
+      real(wp), allocatable, intent(out) :: energies(:), relative_energies(:)
       !> Where LAPACK fails.
       type(error_type), allocatable, intent(out) :: error
       real(wp), dimension(size(x, 1), size(x, 2)) :: forces, sizes
@@ -36,6 +36,6 @@ contains
       sizes(n + 1:, :) = abs(x(n + 1:, :))
       forces = 0
       call add_magnitudes(matrix, sizes, forces)
-      allocate (parts, source=energies/max(tiny(1.0_wp), sum(sizes*forces, 1)))
-   end subroutine separate_energies
+      allocate (relative_energies, source=energies/max(tiny(1.0_wp), sum(sizes*forces, 1)))
+   end subroutine diagonalize_energies
 end module kschur_energies

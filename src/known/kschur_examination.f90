@@ -1,6 +1,5 @@
-!> What is known of a problem before it is iterated: its rigid motions as modes, with the decay that damping gives
-!> them, what of them is deflated, the root spaces of zero and infinity where that cannot be done, and how many
-!> eigenvalues it has.
+!> Examination of a problem before the iteration: its rigid motions and the decays that damping gives them, which of them are
+!> deflated, the root spaces of the eigenvalues zero and infinity where deflation is impossible, and the eigenvalue count.
 module kschur_examination
    use kschur_deflation, only: deflation_type, new_deflation
    use kschur_effort, only: effort_type, for_mass, for_rigid_motions
@@ -23,85 +22,92 @@ module kschur_examination
    use kschur_tolerances, only: cancelled, root_epsilon, rounding_of_row
    implicit none
    private
-   public :: examination_type, find_rigid, suppose_none
+   public :: examination_type, find_rigid_motions, assume_no_rigid_motions
 
-   ! With more motions without mass than this the iteration is left to filter infinite eigenvalues, which costs less.
+   ! With more unknowns without mass than this no root space of infinity is computed: filtering infinite eigenvalues in the
+   ! iteration costs less.
    integer, parameter :: most_massless = 64
-   ! A symmetric form needs the infinite eigenvalue only where more than this part of the unknowns, as modes, is wanted.
+   ! A symmetric form needs the root spaces only if more than one in this many motions is asked for as a mode.
    integer, parameter :: most_part = 4
 
-   !> What is known beforehand.
+   !> What the examination found.
    type :: examination_type
-      !> Constraints that follow from others.
+      !> Number of constraints that depend linearly on others.
       integer :: redundant = 0
       type(deflation_type) :: deflation
-      !> All rigid motions and their decays.
+      !> Eigenpairs of all rigid motions, lambda = 0, and behind them their decays, lambda < 0.
       type(eigenpairs_type) :: rigid
-      !> Whether one of them may be a mode that rounding of the stiffness hides.
+      !> Whether a rigid motion may be a flexible mode whose stiffness is below the rounding of K.
       logical :: doubtful = .false.
-      !> Rigid motions whose chains were not followed, as there are too many of them.
-      integer :: unfollowed = 0
-      !> Motions without stiffness in which H loses energy: they are no rigid ones.
+      !> Number of rigid motions whose Jordan chains were not computed, as they exceed `most_null_vectors`.
+      integer :: chains_skipped = 0
+      !> Number of null vectors of K in which H dissipates energy: they are no rigid motions.
       integer :: lossy = 0
-      !> A motion with neither mass, damping nor stiffness, n; not allocated: none was met.
-      real(wp), allocatable :: nothing(:)
-      !> The null space of the stiffness and its factors, whose solves are not accounted for yet; not allocated where it was
-      !> not looked for rigid motions.
+      !> A motion with neither mass, damping nor stiffness, n numbers, that makes P(lambda) singular for every lambda; not
+      !> allocated: none was found.
+      real(wp), allocatable :: singular_motion(:)
+      !> The null space of K and its factors, whose solves `effort` does not have yet; not allocated if rigid motions were not
+      !> searched for, or H reduced them.
       type(null_space_type), allocatable :: stiffness
+      !> Number of finite eigenvalues.
       type(eigenvalue_count_type) :: total
    contains
-      !> The rigid motions without the decays.
+      !> Returns the shapes of the rigid motions.
       procedure :: rigid_motions
    end type examination_type
 
 contains
 
-   !> Finds the eigenvalue zero, and what can be deflated or locked with it.
-   subroutine find_rigid(problem, formulation, modes, inner, known, effort, error, monitor)
+   !> Finds the rigid motions (null vectors of K that satisfy the constraints), deflates them or computes the root space of zero,
+   !> and computes the root space of infinity where the formulation needs it.
+   subroutine find_rigid_motions(problem, formulation, modes, inner, examination, effort, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
       integer, intent(in) :: formulation
-      !> How many modes are wanted: a symmetric form needs the eigenvalue infinity only where that is nearly all.
+      !> Number of modes asked for: a symmetric form needs the root spaces only if many of all modes are.
       integer, intent(in) :: modes
+      !> Solvers for the factorizations.
       type(inner_solvers_type), intent(in) :: inner
-      type(examination_type), intent(inout) :: known
+      type(examination_type), intent(inout) :: examination
       class(effort_type), intent(inout) :: effort
+      !> Where the problem is singular for every lambda, or a factorization fails.
       type(error_type), allocatable, intent(out) :: error
-      !> Asked before and after each step that is dense.
+      !> Asked before and after each dense step whether to go on.
       class(monitor_type), optional, intent(inout) :: monitor
       type(null_space_type), allocatable :: rigid
-      logical :: follows
+      logical :: needs_root_spaces
 
       allocate (rigid)
       call find_null_space(rigid, problem, problem%stiffness, inner, for_rigid_motions, effort, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
-      if (.not. allocated(error)) call check_inertia(problem, rigid%motions, known%nothing, error)
+      if (.not. allocated(error)) call check_inertia(problem, rigid%motions, examination%singular_motion, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (allocated(error)) return
-      known%doubtful = rigid%doubtful
-      ! Of H = g K the null space is that of K.
+      examination%doubtful = rigid%doubtful
+      ! If H = g K its null space is that of K.
       if (allocated(problem%loss) .and. .not. abs(problem%loss_factor) > 0) &
-         call leave_lossy_out(problem, rigid, known%lossy, error)
+         call drop_lossy(problem, rigid, examination%lossy, error)
       if (allocated(error)) return
-      call set_rigid(problem, rigid, known)
-      follows = modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
+      call set_rigid_motions(problem, rigid, examination)
+      needs_root_spaces = modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
          all(formulation /= [formulation_symmetric, formulation_proportional])
-      ! Chains of zero and infinity are known of M, R and K only.
-      if (allocated(problem%loss) .and. formulation == formulation_quadratic) follows = .false.
-      if (follows) call find_root_spaces(problem, formulation, inner, rigid, known, effort, error, monitor)
-      ! Factors whose null space is larger tell no scale.
-      if (.not. allocated(error) .and. known%lossy == 0) call move_alloc(rigid, known%stiffness)
-   end subroutine find_rigid
+      ! Jordan chains are computed from M, R and K only.
+      if (allocated(problem%loss) .and. formulation == formulation_quadratic) needs_root_spaces = .false.
+      if (needs_root_spaces) call find_root_spaces(problem, formulation, inner, rigid, examination, effort, error, monitor)
+      ! The factors serve a shift at zero only if their null space is that of the rigid motions.
+      if (.not. allocated(error) .and. examination%lossy == 0) call move_alloc(rigid, examination%stiffness)
+   end subroutine find_rigid_motions
 
-   ! Leaves the motions N in the null space with H N = 0: N is known to the rounding of K, and N^T H N to its square.
-   subroutine leave_lossy_out(problem, null_space, lossy, error)
+   ! Drops from the null space of K what H dissipates energy in: keeps the combinations N with H N = 0, by singular vectors of H N.
+   ! N is known to the rounding of K, so H N is tested to its root and the energy N^T H N to rounding.
+   subroutine drop_lossy(problem, null_space, lossy, error)
       type(modal_problem_type), intent(in) :: problem
       type(null_space_type), intent(inout) :: null_space
-      !> So many were left out.
+      !> Number of null vectors dropped.
       integer, intent(out) :: lossy
       type(error_type), allocatable, intent(inout) :: error
-      real(wp), allocatable :: forces(:, :), sizes(:), rotation(:, :), rotated(:, :)
-      logical, allocatable :: keeps(:)
+      real(wp), allocatable :: forces(:, :), singular(:), rotation(:, :), rotated(:, :)
+      logical, allocatable :: is_lossless(:)
       integer, allocatable :: lossless(:)
       integer :: k, j
 
@@ -110,58 +116,59 @@ contains
       if (k == 0) return
       allocate (forces(problem%unknowns(), k), source=0.0_wp)
       call problem%loss%add_product(1.0_wp, null_space%motions, forces)
-      call right_singular_vectors(forces, sizes, rotation, error)
+      call right_singular_vectors(forces, singular, rotation, error)
       if (allocated(error)) return
       forces = matmul(forces, rotation)
       rotated = matmul(null_space%motions, rotation)
-      allocate (keeps(k))
+      allocate (is_lossless(k))
       do j = 1, k
          associate (most => problem%loss%infinity_norm()*norm2(rotated(:, j)))
-            keeps(j) = norm2(forces(:, j)) <= root_epsilon*most .and. &
+            is_lossless(j) = norm2(forces(:, j)) <= root_epsilon*most .and. &
                abs(dot_product(rotated(:, j), forces(:, j))) <= cancelled*most*norm2(rotated(:, j))
          end associate
       end do
-      allocate (lossless, source=pack([(j, j=1, k)], keeps))
+      allocate (lossless, source=pack([(j, j=1, k)], is_lossless))
       lossy = k - size(lossless)
       if (lossy == 0) return
       null_space%motions = rotated(:, lossless)
       null_space%multipliers = matmul(null_space%multipliers, rotation(:, lossless))
-   end subroutine leave_lossy_out
+   end subroutine drop_lossy
 
-   !> Where it is not looked for rigid motions there are none.
-   subroutine suppose_none(problem, known)
+   !> Sets the examination of a problem without rigid motions, where they are not searched for.
+   subroutine assume_no_rigid_motions(problem, examination)
       type(modal_problem_type), intent(in) :: problem
-      type(examination_type), intent(inout) :: known
-      type(null_space_type) :: none
+      type(examination_type), intent(inout) :: examination
+      type(null_space_type) :: no_motions
 
-      allocate (none%motions(problem%unknowns(), 0), none%multipliers(problem%multipliers(), 0))
-      call set_rigid(problem, none, known)
-   end subroutine suppose_none
+      allocate (no_motions%motions(problem%unknowns(), 0), no_motions%multipliers(problem%multipliers(), 0))
+      call set_rigid_motions(problem, no_motions, examination)
+   end subroutine assume_no_rigid_motions
 
-   ! Zeros, and behind them the decays that damping gives to motions without stiffness.
-   subroutine set_rigid(problem, null_space, known)
+   ! Sets the deflation, and the rigid motions as eigenpairs: lambda = 0 of all null vectors of K, behind them lambda = -decay of
+   ! those that are deflated and damped.
+   subroutine set_rigid_motions(problem, null_space, examination)
       type(modal_problem_type), intent(in) :: problem
       type(null_space_type), intent(in) :: null_space
-      type(examination_type), intent(inout) :: known
+      type(examination_type), intent(inout) :: examination
       integer, allocatable :: decaying(:)
-      integer :: k, l, j
+      integer :: zeros, decays, j
 
-      associate (motions => null_space%motions, deflation => known%deflation, rigid => known%rigid)
+      associate (motions => null_space%motions, deflation => examination%deflation, rigid => examination%rigid)
          call new_deflation(deflation, problem, motions, null_space%multipliers)
          allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], abs(deflation%decay) > 0))
-         k = size(motions, 2)
-         l = size(decaying)
-         allocate (rigid%lambda(k + l), source=(0.0_wp, 0.0_wp))
-         allocate (rigid%real_phi(problem%unknowns(), k + l), rigid%xi(problem%multipliers(), k + l))
-         rigid%lambda(k + 1:) = -deflation%decay(decaying)
-         rigid%real_phi(:, :k) = motions
-         rigid%real_phi(:, k + 1:) = deflation%shapes(:, decaying)
-         rigid%xi(:, :k) = null_space%multipliers
-         rigid%xi(:, k + 1:) = deflation%reactions(:, decaying)
+         zeros = size(motions, 2)
+         decays = size(decaying)
+         allocate (rigid%lambda(zeros + decays), source=(0.0_wp, 0.0_wp))
+         allocate (rigid%real_phi(problem%unknowns(), zeros + decays), rigid%xi(problem%multipliers(), zeros + decays))
+         rigid%lambda(zeros + 1:) = -deflation%decay(decaying)
+         rigid%real_phi(:, :zeros) = motions
+         rigid%real_phi(:, zeros + 1:) = deflation%shapes(:, decaying)
+         rigid%xi(:, :zeros) = null_space%multipliers
+         rigid%xi(:, zeros + 1:) = deflation%reactions(:, decaying)
       end associate
-   end subroutine set_rigid
+   end subroutine set_rigid_motions
 
-   !> n x k.
+   !> Returns the shapes of the pairs with lambda = 0, n x k.
    subroutine rigid_motions(self, motions)
       class(examination_type), intent(in) :: self
       real(wp), allocatable, intent(out) :: motions(:, :)
@@ -175,15 +182,16 @@ contains
       end associate
    end subroutine rigid_motions
 
-   ! Fails where a rigid motion has neither mass nor damping: then the problem is singular for every lambda.
-   subroutine check_inertia(problem, motions, nothing, error)
+   ! Fails if a rigid motion has neither mass nor damping: P(lambda) is singular for every lambda then. The candidate is the last
+   ! right singular vector of [M/||M||; R/||R||] N.
+   subroutine check_inertia(problem, motions, singular_motion, error)
       type(modal_problem_type), intent(in) :: problem
       !> A basis of all rigid motions, n x k.
       real(wp), intent(in) :: motions(:, :)
-      !> That motion, n.
-      real(wp), allocatable, intent(out) :: nothing(:)
+      !> That motion, n numbers; not allocated: there is none.
+      real(wp), allocatable, intent(out) :: singular_motion(:)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: forces(:, :), force(:), rotation(:, :), least(:, :)
+      real(wp), allocatable :: forces(:, :), singular(:), rotation(:, :), candidate(:, :)
       logical :: vanish(2)
       integer :: n, k
 
@@ -195,55 +203,56 @@ contains
          call problem%mass%add_product(1/problem%mass%infinity_norm(), motions, forces(:n, :))
       if (.not. problem%damping%is_zero()) &
          call problem%damping%add_product(1/problem%damping%infinity_norm(), motions, forces(n + 1:, :))
-      call right_singular_vectors(forces, force, rotation, error)
+      call right_singular_vectors(forces, singular, rotation, error)
       if (allocated(error)) return
-      least = matmul(motions, rotation(:, k:))
+      candidate = matmul(motions, rotation(:, k:))
       vanish = [vanishes(problem%mass), vanishes(problem%damping)]
       if (.not. all(vanish)) return
-      allocate (nothing, source=least(:, 1))
+      allocate (singular_motion, source=candidate(:, 1))
       call new_error(error, error_singular, &
          "the problem is singular for every lambda: some motion has neither mass, damping nor stiffness; give it one of them, "// &
          "or a constraint that holds it")
 
    contains
 
-      ! Whether A times the least motion is rounding: small beside its terms, or in each row beside that of A, as units of other
-      ! rows may be far larger.
+      ! Whether A times the candidate is a rounding error: relative to the largest terms, or in each row relative to the largest
+      ! entry of that row, as units of other rows may be far larger.
       logical function vanishes(matrix)
          type(csr_matrix_type), intent(in) :: matrix
          real(wp), dimension(n, 1) :: product, terms
 
          product = 0
          terms = 0
-         call matrix%add_product(1.0_wp, least, product)
-         call add_magnitudes(matrix, abs(least), terms)
+         call matrix%add_product(1.0_wp, candidate, product)
+         call add_magnitudes(matrix, abs(candidate), terms)
          vanishes = maxval(abs(product)) <= cancelled*maxval(terms) .or. &
-            all(abs(product(:, 1)) <= rounding_of_row*matrix%row_maxima()*maxval(abs(least)))
+            all(abs(product(:, 1)) <= rounding_of_row*matrix%row_maxima()*maxval(abs(candidate)))
       end function vanishes
    end subroutine check_inertia
 
-   ! That of infinity belongs to the reversed polynomial, that of zero to what is not deflated.
-   subroutine find_root_spaces(problem, formulation, inner, rigid, known, effort, error, monitor)
+   ! Computes the root space of zero if rigid motions are not deflated, and that of infinity, which is the eigenvalue zero of the
+   ! reversed polynomial lambda^2 K + lambda R + M, unless M is definite.
+   subroutine find_root_spaces(problem, formulation, inner, rigid, examination, effort, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation
       type(inner_solvers_type), intent(in) :: inner
-      !> Of the stiffness.
+      !> The null space of the stiffness.
       type(null_space_type), intent(inout) :: rigid
-      type(examination_type), intent(inout) :: known
+      type(examination_type), intent(inout) :: examination
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), optional, intent(inout) :: monitor
       type(null_space_type) :: massless
 
-      associate (deflation => known%deflation)
+      associate (deflation => examination%deflation)
          deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_low_rank, formulation_damped, &
             formulation_damped_constrained, formulation_damped_constrained_zero])
          if (deflation%not_deflated > most_null_vectors) then
-            known%unfollowed = deflation%not_deflated
+            examination%chains_skipped = deflation%not_deflated
          else if (deflation%not_deflated > 0) then
-            call complete(deflation%zero, rigid, problem%mass)
+            call find_chains(deflation%zero, rigid, problem%mass)
             if (.not. allocated(error) .and. problem%symmetric .and. .not. deflation%oscillator) &
-               call add_decays(problem, rigid, known, error)
+               call add_decays(problem, rigid, examination, error)
             if (allocated(error)) return
          end if
          if (count(.not. problem%mass%row_maxima() > 0) > most_massless) return
@@ -252,40 +261,42 @@ contains
          if (deflation%infinite_is_known) return
          call find_null_space(massless, problem, problem%mass, inner, for_mass, effort, error)
          if (allocated(error)) return
-         call complete(deflation%infinite, massless, problem%stiffness)
+         call find_chains(deflation%infinite, massless, problem%stiffness)
          deflation%infinite_is_known = .not. allocated(error)
          call effort%add_solves(massless%solver)
       end associate
 
    contains
 
-      subroutine complete(space, null_space, last)
+      ! Computes the Jordan chains that begin with null vectors of M or K.
+      subroutine find_chains(space, null_space, other_end)
          type(root_space_type), intent(out) :: space
          type(null_space_type), intent(inout) :: null_space
-         !> Of the coefficients that are not the one of the null space.
-         type(csr_matrix_type), intent(in) :: last
+         !> The coefficient at the other end of the polynomial: M for null vectors of K, K for those of M.
+         type(csr_matrix_type), intent(in) :: other_end
 
-         if (known%deflation%oscillator) then
-            call find_root_space(space, null_space, signed(last, formulation), empty_csr_matrix(last%rows, last%rows), &
-               error, monitor)
+         if (examination%deflation%oscillator) then
+            call find_root_space(space, null_space, signed(other_end, formulation), &
+               empty_csr_matrix(other_end%rows, other_end%rows), error, monitor)
          else
-            call find_root_space(space, null_space, problem%damping, last, error, monitor)
+            call find_root_space(space, null_space, problem%damping, other_end, error, monitor)
          end if
-      end subroutine complete
+      end subroutine find_chains
    end subroutine find_root_spaces
 
-   ! Decays that rounding of the stiffness would hide from an iteration become known.
-   subroutine add_decays(problem, rigid, known, error)
+   ! Adds the decays of rigid motions that are below the rounding of the stiffness, so that no iteration could resolve them, to the
+   ! root space of zero and to the rigid motions.
+   subroutine add_decays(problem, rigid, examination, error)
       type(modal_problem_type), intent(in) :: problem
       type(null_space_type), intent(inout) :: rigid
-      type(examination_type), intent(inout) :: known
+      type(examination_type), intent(inout) :: examination
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: lambda(:), x(:, :)
       type(eigenpairs_type) :: pairs
       integer :: n
 
       n = problem%unknowns()
-      associate (deflation => known%deflation)
+      associate (deflation => examination%deflation)
          call find_rigid_decays(problem, rigid, 2*deflation%not_deflated - deflation%zero%multiplicity(), &
             deflation%zero_noise, lambda, x, error)
          if (allocated(error) .or. size(lambda) == 0) return
@@ -294,10 +305,10 @@ contains
       allocate (pairs%lambda, source=cmplx(lambda, 0, wp))
       allocate (pairs%real_phi, source=x(:n, :))
       allocate (pairs%xi, source=cmplx(x(n + 1:, :), 0, wp))
-      call append_pairs(known%rigid, pairs)
+      call append_pairs(examination%rigid, pairs)
    end subroutine add_decays
 
-   ! The second coefficient of A - theta B, or of B - A/theta, where A is K or -K.
+   ! The coefficient A1 of K + theta A1, or of M + A1/theta: the matrix, or where theta = omega^2 = -lambda^2 its negative.
    function signed(matrix, formulation)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: formulation

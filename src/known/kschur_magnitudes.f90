@@ -1,5 +1,5 @@
-!> The size of the terms that a product of a matrix and vectors is made of, row by row: what is small beside them may be their
-!> rounding, in whatever units each row is.
+!> Magnitudes of the terms of matrix-vector products, |A| |x|, row by row: a sum that is small relative to them may be their
+!> rounding error (Higham, Accuracy and Stability of Numerical Algorithms (2002), section 3.1), in the units of its row.
 module kschur_magnitudes
    use kschur_kinds, only: wp
    use kschur_sparse, only: csr_matrix_type
@@ -10,7 +10,8 @@ module kschur_magnitudes
 
 contains
 
-   !> |x|, where an entry may be nothing but rounding of the largest: that is seen as such of this part of it.
+   !> |x|, bounded below by `blurred_entry` times the largest entry of each column, as smaller entries may be rounding errors of
+   !> the largest.
    pure function magnitudes(x)
       real(wp), intent(in) :: x(:, :)
       real(wp) :: magnitudes(size(x, 1), size(x, 2))

@@ -1,5 +1,4 @@
-!> What keeps a mass matrix from being an inner product: negative eigenvalues,
-!> and motions without mass.
+!> Whether a mass matrix is semidefinite, and so an inner product on the motions that have mass, and its nullity.
 module kschur_mass
    use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: effort_type, for_mass
@@ -18,36 +17,36 @@ module kschur_mass
 
 contains
 
-   !> By a bound of Lanczos, which shows a mass of finite elements to be definite at the price of some dozens of products; where
-   !> it does not, by the signs of the pivots of a factorisation, which prove it; where no solver tells
-   !> them, by the least Ritz value, to which a matrix with eigenvalues next to zero is
-   !> not semidefinite either.
-   subroutine examine_mass(mass, inner, semidefinite, nullity, poor, error, effort)
+   !> Tests whether a mass matrix is semidefinite, and counts its zero eigenvalues. First by the Lanczos bound of its smallest
+   !> eigenvalue, which proves masses of finite elements definite with some dozens of products; otherwise by the inertia of a
+   !> factorization; without a solver that counts pivots, by the smallest Ritz value, which rejects semidefinite matrices with
+   !> eigenvalues near zero, too.
+   subroutine examine_mass(mass, inner, semidefinite, nullity, bound_failed, error, effort)
       !> Symmetric.
       type(csr_matrix_type), intent(in) :: mass
       type(inner_solvers_type), intent(in) :: inner
       !> Whether no eigenvalue is negative.
       logical, intent(out) :: semidefinite
-      !> How many are zero.
+      !> Number of zero eigenvalues; those of empty rows alone where no factorization counts them.
       integer, intent(out) :: nullity
-      !> Whether the bound was not enough: then it is conditioned worse than masses are.
-      logical, intent(out) :: poor
+      !> Whether the Lanczos bound failed: M is worse conditioned than usual masses then.
+      logical, intent(out) :: bound_failed
       type(error_type), allocatable, intent(out) :: error
       class(effort_type), optional, intent(inout) :: effort
       class(real_linear_solver_type), allocatable :: solver
       type(matrix_structure_type) :: structure
-      logical :: seems
+      logical :: seems_definite
 
-      seems = .false.
-      poor = .false.
+      seems_definite = .false.
+      bound_failed = .false.
       nullity = count(.not. mass%row_maxima() > 0)
       semidefinite = mass%is_zero()
       if (semidefinite) return
-      if (works_alone(inner)) call bound_least(mass, semidefinite, seems)
+      if (holds_all_rows(inner)) call bound_smallest_eigenvalue(mass, semidefinite, seems_definite)
       if (semidefinite) return
-      poor = works_alone(inner)
+      bound_failed = holds_all_rows(inner)
       if (.not. allocated(inner%counting)) then
-         semidefinite = seems
+         semidefinite = seems_definite
          return
       end if
       structure%symmetric = .true.
@@ -66,52 +65,52 @@ contains
       nullity = solver%null_pivots
    end subroutine examine_mass
 
-   !> Whether a symmetric matrix is definite, as far as diagonal dominance or the bound of Lanczos shows that.
+   !> Whether a symmetric matrix is proved positive definite by diagonal dominance or by the Lanczos bound; false: not known.
    logical function is_definite(matrix, inner)
       type(csr_matrix_type), intent(in) :: matrix
       type(inner_solvers_type), intent(in) :: inner
-      logical :: seems
+      logical :: seems_definite
 
       is_definite = is_dominant(matrix)
-      if (is_definite .or. .not. (works_alone(inner) .and. all(matrix%row_maxima() > 0))) return
-      call bound_least(matrix, is_definite, seems)
+      if (is_definite .or. .not. (holds_all_rows(inner) .and. all(matrix%row_maxima() > 0))) return
+      call bound_smallest_eigenvalue(matrix, is_definite, seems_definite)
    end function is_definite
 
-   ! Whether no other process has a part in the factors: those that share matrices factor the mass, each its part.
-   pure logical function works_alone(inner)
+   ! Whether this process alone holds the matrices: otherwise the bound does not apply, and all processes factor the mass together.
+   pure logical function holds_all_rows(inner)
       type(inner_solvers_type), intent(in) :: inner
 
-      works_alone = .true.
+      holds_all_rows = .true.
       select type (solver => inner%unshifted)
       type is (direct_real_type)
-         works_alone = .not. may_be_several(solver%processes)
+         holds_all_rows = .not. may_be_several(solver%processes)
       end select
-   end function works_alone
+   end function holds_all_rows
 
-   ! The least eigenvalue of M, on the unknowns that have a mass and scaled to a unit diagonal, from the Ritz values of k steps of
-   ! Lanczos from a random vector: the least of them exceeds it by more than epsilon times the spread of the spectrum with a
-   ! probability of at most 1.648 sqrt(n) exp(-(2 k - 1) sqrt(epsilon)) (Kuczynski, Wozniakowski, SIAM J. Matrix Anal. Appl. 13
-   ! (1992), theorem 4.1). Those of finite elements are far from zero (Wathen, IMA J. Numer. Anal. 7 (1987)).
-   subroutine bound_least(mass, proved, seems)
+   ! Bounds the smallest eigenvalue of M, on the unknowns that have mass and scaled to unit diagonal, by k Lanczos steps from a
+   ! random vector: the smallest Ritz value exceeds it by more than epsilon times the spread of the spectrum with a probability of
+   ! at most 1.648 sqrt(n) exp(-(2 k - 1) sqrt(epsilon)) (Kuczynski, Wozniakowski, SIAM J. Matrix Anal. Appl. 13 (1992), theorem
+   ! 4.1). Masses of finite elements have it far from zero (Wathen, IMA J. Numer. Anal. 7 (1987)), so that few steps suffice.
+   subroutine bound_smallest_eigenvalue(mass, proved, seems_definite)
       type(csr_matrix_type), intent(in) :: mass
-      !> Whether it is above zero, but for a probability of `improbable`.
+      !> Whether it is positive, up to a probability of `improbable`.
       logical, intent(out) :: proved
       !> Whether no Ritz value is below `least_of_mass`.
-      logical, intent(out) :: seems
-      ! As many products cost what factors do; so many tell whether it seems so.
+      logical, intent(out) :: seems_definite
+      ! The first is about the cost of a factorization; the second is when to estimate whether that many steps will do.
       integer, parameter :: most_steps = 200, few_steps = 60
-      real(wp), allocatable :: scaling(:), before(:), x(:), y(:, :)
+      real(wp), allocatable :: scaling(:), previous(:), x(:), y(:, :)
       real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed
       integer(long) :: state
       integer :: k
 
       proved = .false.
       allocate (scaling, source=mass%diagonal())
-      seems = all(scaling > 0 .or. (abs(scaling) <= 0 .and. .not. mass%row_maxima() > 0))
-      if (.not. seems .or. .not. any(scaling > 0)) return
+      seems_definite = all(scaling > 0 .or. (abs(scaling) <= 0 .and. .not. mass%row_maxima() > 0))
+      if (.not. seems_definite .or. .not. any(scaling > 0)) return
       where (scaling > 0) scaling = 1/sqrt(scaling)
-      allocate (before(mass%rows), x(mass%rows), y(mass%rows, 1), source=0.0_wp)
-      ! Gershgorin's.
+      allocate (previous(mass%rows), x(mass%rows), y(mass%rows, 1), source=0.0_wp)
+      ! Gershgorin's bound of the largest eigenvalue.
       call add_magnitudes(mass, reshape(scaling, [mass%rows, 1]), y)
       spread_bound = maxval(scaling*y(:, 1))
       needed = log(1.648_wp*sqrt(real(count(scaling > 0), wp))/improbable)
@@ -123,41 +122,41 @@ contains
       do k = 1, min(most_steps, mass%rows)
          y = 0
          call mass%add_product(1.0_wp, reshape(scaling*x, [mass%rows, 1]), y)
-         y(:, 1) = scaling*y(:, 1) - beta(k - 1)*before
+         y(:, 1) = scaling*y(:, 1) - beta(k - 1)*previous
          alpha(k) = dot_product(x, y(:, 1))
-         proved = are_above(spread_bound*min(1.0_wp, (needed/(2*k - 1))**2), k)
-         seems = are_above(least_of_mass, k)
-         if (proved .or. .not. seems) return
-         ! More steps will not do.
-         if (k >= few_steps .and. .not. are_above(spread_bound*(needed/(2*most_steps - 1))**2, k)) return
+         proved = ritz_values_exceed(spread_bound*min(1.0_wp, (needed/(2*k - 1))**2), k)
+         seems_definite = ritz_values_exceed(least_of_mass, k)
+         if (proved .or. .not. seems_definite) return
+         ! Gives up if `most_steps` cannot prove it either, given the present Ritz values.
+         if (k >= few_steps .and. .not. ritz_values_exceed(spread_bound*(needed/(2*most_steps - 1))**2, k)) return
          y(:, 1) = y(:, 1) - alpha(k)*x
          beta(k) = norm2(y)
          if (beta(k) <= cancelled) return
-         before = x
+         previous = x
          x = y(:, 1)/beta(k)
       end do
 
    contains
 
-      ! Whether all Ritz values are: the pivots of T - least I.
-      pure logical function are_above(least, steps)
-         real(wp), intent(in) :: least
+      ! Whether all Ritz values exceed a bound: the pivots of T - bound I are positive (Sturm sequence).
+      pure logical function ritz_values_exceed(bound, steps)
+         real(wp), intent(in) :: bound
          integer, intent(in) :: steps
          real(wp) :: pivot
          integer :: i
 
-         are_above = .true.
+         ritz_values_exceed = .true.
          pivot = 1
          do i = 1, steps
-            pivot = alpha(i) - least - beta(i - 1)**2/pivot
-            are_above = pivot > 0
-            if (.not. are_above) return
+            pivot = alpha(i) - bound - beta(i - 1)**2/pivot
+            ritz_values_exceed = pivot > 0
+            if (.not. ritz_values_exceed) return
          end do
-      end function are_above
-   end subroutine bound_least
+      end function ritz_values_exceed
+   end subroutine bound_smallest_eigenvalue
 
-   ! Whether each positive diagonal entry is clearly larger than all others of its row together: then a symmetric matrix is
-   !> definite (Gershgorin).
+   ! Whether the matrix is strictly diagonally dominant with a positive diagonal: a symmetric one is positive definite then
+   ! (Gershgorin).
    pure logical function is_dominant(matrix)
       type(csr_matrix_type), intent(in) :: matrix
       real(wp) :: diagonal(matrix%rows), sums(matrix%rows, 1)

@@ -1,9 +1,9 @@
-!> The null space of a matrix of the problem on the motions that the constraints allow, and its factors for what comes after:
-!> of K these are rigid motions and mechanisms, the eigenvalue zero; of M they are the infinite one.
+!> The null space of K or M on the motions that the constraints allow, by inverse iteration, and the factors of the matrix for
+!> later steps: null vectors of K are rigid motions and mechanisms (lambda = 0), those of M belong to infinite eigenvalues.
 module kschur_null_space
    use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: effort_type
-   use kschur_energies, only: separate_energies
+   use kschur_energies, only: diagonalize_energies
    use kschur_error, only: error_type, error_cancelled, error_convergence, error_memory, error_singular
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
@@ -23,57 +23,58 @@ module kschur_null_space
    private
    public :: find_null_space, null_space_type
 
-   !> {phi : A phi + Cq^T xi = 0, Cq phi = 0} with the factors of [D A D, D Cq^T S; S Cq D, 0] + E. D and S are diagonals such
-   !> that the rows of both blocks are of size one: what is zero does not depend on units, or on heavy and light
-   !> parts. E is delta I and -delta I or, as left and right null vectors of an unsymmetric A may be orthogonal to each
-   !> other, random on the pattern of the problem and -delta I: no pivot is left to be null, as one of a redundant
-   !> constraint could not be told from one of a null vector. Where there are no constraints and A is symmetric, rounding and
-   !> springs of delta at null pivots are E enough: then the factors are those of A where no null vector feels the forces.
+   !> The null space {phi : A phi + Cq^T xi = 0, Cq phi = 0}, with the factors of [D A D, D Cq^T S; S Cq D, 0] + E. The diagonals D
+   !> and S scale the rows of both blocks to size one, so that the numerical rank does not depend on units, or on heavy and light
+   !> parts. The perturbation E makes the matrix regular: diag(delta I, -delta I) or, as left and right null vectors of an
+   !> unsymmetric A may be orthogonal to each other, a random matrix on the pattern of the problem in place of delta I. Without E
+   !> a null pivot of a redundant constraint could not be told from one of a null vector. Without constraints, and if A is positive
+   !> semidefinite, E is rounding and delta at null pivots alone: the factors are those of A then, for forces orthogonal to the
+   !> null vectors (`exact`).
    type :: null_space_type
       !> phi, n x k, and xi, m x k.
       real(wp), allocatable :: motions(:, :), multipliers(:, :)
       !> D, n numbers, and S, m numbers: powers of two.
       real(wp), allocatable :: scaling(:), constraint_scaling(:)
-      !> Holds the factors.
+      !> The factors of the perturbed matrix.
       class(real_linear_solver_type), allocatable :: solver
-      !> Whether some vector stores more energy than rounding of a symmetric A makes likely: it may be none.
+      !> Whether the energy of a vector of a symmetric A exceeds rounding: it may be no null vector.
       logical :: doubtful = .false.
-      !> Whether a solution with the factors, for forces that no null vector feels, is one of A x = f.
+      !> Whether the factors are those of A itself: for forces f orthogonal to the null vectors they solve A x = f.
       logical :: exact = .false.
       ! The scaled matrix, and E.
       type(csr_matrix_type), private :: matrix, added
       logical, private :: symmetric = .false.
       real(wp), private :: delta = 0
-      ! D^{-1} phi above S^{-1} xi, the former orthonormal.
+      ! D^{-1} phi above S^{-1} xi, the columns of D^{-1} phi orthonormal.
       real(wp), allocatable, private :: basis(:, :)
-      ! How much the first vectors were enlarged, in units of 1/delta.
-      real(wp), private :: enlarged = 0
+      ! Growth of the first block in inverse iteration, in units of 1/delta.
+      real(wp), private :: growth = 0
    contains
-      !> The null vectors of the transposed matrix.
+      !> Finds the null vectors of the transposed matrix.
       procedure :: find_left
-      !> The y with A y + Cq^T xi = f, Cq y = 0, for forces that have such, without null vectors.
+      !> Solves A y + Cq^T xi = f, Cq y = 0 for consistent forces; y is orthogonal to the null vectors in the scaled basis.
       procedure :: pseudo_solve
    end type null_space_type
 
-   ! Turns of inverse iteration, and steps of refinement that take E out again.
-   integer, parameter :: iterations = 2, refinements = 3
-   ! Solvers take so many right-hand sides for the price of one or two.
-   integer, parameter :: together = 4
+   ! Number of inverse iterations, and of refinement steps that remove the effect of E.
+   integer, parameter :: double_iterations = 2, refinements = 3
+   ! Solvers take so many right-hand sides at about the cost of one or two.
+   integer, parameter :: economic_block = 4
 
 contains
 
-   !> Finds the null space, from factors of A itself where it is positive semidefinite. Where what is singular cannot be told
-   !> from E, another E may do; where the solver fails, as a matrix may be nearer to singular than the problem is at any shift,
-   !> MUMPS does.
+   !> Finds the null space of a matrix on the motions that the constraints allow. Factors A itself if it is positive semidefinite
+   !> and there are no constraints, otherwise A + E. Factors with another E if the growth of the vectors shows that the sum is
+   !> singular to rounding, and with MUMPS if the solver fails, as A may be nearer to singular than the problem is at any shift.
    subroutine find_null_space(space, problem, matrix, inner, purpose, effort, error)
       type(null_space_type), intent(out) :: space
       type(modal_problem_type), intent(in) :: problem
       !> A, n x n, in the pattern of the problem.
       type(csr_matrix_type), intent(in) :: matrix
       type(inner_solvers_type), intent(in) :: inner
-      !> What the factorisations are counted for: one of `for_*`.
+      !> Purpose that the factorisations are accounted to: one of `for_*`.
       integer, intent(in) :: purpose
-      !> Has the factorisations, and the solves with all but the last one.
+      !> Accounts for the factorisations, and for the solves with all but the last one.
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: attempts = 3
@@ -81,7 +82,7 @@ contains
       real(wp), allocatable :: basis(:, :)
       integer :: attempt
 
-      call factor_exactly(space, problem, matrix, inner, purpose, effort, basis, error)
+      call factor_semidefinite(space, problem, matrix, inner, purpose, effort, basis, error)
       if (allocated(error)) return
       attempt = 0
       do while (.not. space%exact)
@@ -92,15 +93,15 @@ contains
          else
             allocate (solver, source=direct_real_type(inner=inner_mumps))
          end if
-         call factorize(space, problem, matrix, solver, mod(attempt - 1, attempts), error)
+         call factor_perturbed(space, problem, matrix, solver, mod(attempt - 1, attempts), error)
          if (.not. allocated(error)) then
             call effort%add_factors(space%solver, purpose)
-            ! A null pivot hides a null vector.
+            ! A null pivot is replaced by the solver: the null vector would be lost.
             if (attempt < attempts .and. space%solver%null_pivots > 0) cycle
-            call find_vectors(space, .false., basis, error)
+            call find_null_vectors(space, .false., basis, error)
          end if
          if (.not. allocated(error)) then
-            if (attempt >= attempts .or. space%enlarged <= most_enlarged) exit
+            if (attempt >= attempts .or. space%growth <= most_enlarged) exit
          else
             if (attempt > attempts .or. all(error%code /= [error_convergence, error_singular])) return
             attempt = attempts
@@ -110,8 +111,9 @@ contains
       call move_alloc(basis, space%basis)
    end subroutine find_null_space
 
-   ! Leaves `exact` false where the matrix does not fit, or may have eigenvalues that are negative.
-   subroutine factor_exactly(space, problem, matrix, inner, purpose, effort, basis, error)
+   ! Factors A itself, without E, and finds its null vectors. Sets `exact` only if there are no constraints, A is symmetric, and its
+   ! inertia shows no negative eigenvalue but those of null vectors, whose pivots are rounding.
+   subroutine factor_semidefinite(space, problem, matrix, inner, purpose, effort, basis, error)
       type(null_space_type), intent(inout) :: space
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
@@ -125,7 +127,7 @@ contains
       if (problem%multipliers() > 0) return
       select type (solver => inner%unshifted)
       type is (direct_real_type)
-         ! Several processes factor with MUMPS.
+         ! Several processes share a factorisation by MUMPS, which is not used here.
          if (may_be_several(solver%processes)) return
          allocate (space%solver, source=solver)
       class default
@@ -138,17 +140,17 @@ contains
       call space%solver%factorize(space%matrix, structure, error)
       if (.not. allocated(error)) then
          call effort%add_factors(space%solver, purpose)
-         call find_vectors(space, .false., basis, error)
+         call find_null_vectors(space, .false., basis, error)
       end if
       if (allocated(error)) then
          if (all(error%code /= [error_cancelled, error_memory])) deallocate (error)
       else
-         ! Each negative pivot is one of a null vector then.
+         ! Each negative pivot belongs to a null vector then.
          space%exact = space%solver%negative_pivots <= size(basis, 2) .and. .not. space%doubtful
       end if
-   end subroutine factor_exactly
+   end subroutine factor_semidefinite
 
-   ! The matrix that is factored, but for E; its structure.
+   ! Sets the scaled matrix [D A D, D Cq^T S; S Cq D, 0], without E, and its structure.
    subroutine scale_matrix(space, problem, matrix, structure)
       type(null_space_type), intent(inout) :: space
       type(modal_problem_type), intent(in) :: problem
@@ -156,7 +158,7 @@ contains
       type(matrix_structure_type), intent(out) :: structure
       type(csr_matrix_type) :: a, constraints
 
-      ! With the places of M: one analysis serves K and K - s M.
+      ! The pattern includes that of M, so that one symbolic analysis serves K and K - s M.
       a = linear_combination(1.0_wp, matrix, 0.0_wp, problem%mass)
       structure = saddle_structure(problem)
       if (.not. problem%symmetric) structure%symmetric = a%is_symmetric()
@@ -168,12 +170,13 @@ contains
       space%matrix = bordered(a, constraints, space%constraint_scaling)
    end subroutine scale_matrix
 
-   subroutine factorize(space, problem, matrix, solver, attempt, error)
+   ! Factors the scaled matrix plus E.
+   subroutine factor_perturbed(space, problem, matrix, solver, attempt, error)
       type(null_space_type), intent(out) :: space
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
-      !> From 0; each has another E.
+      !> From 0: each attempt has a larger E, and another random one.
       integer, intent(in) :: attempt
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type) :: e
@@ -193,9 +196,10 @@ contains
       e%value = space%delta*e%value
       space%added = bordered(e, empty_csr_matrix(m, n), spread(1.0_wp, 1, m), spread(-space%delta, 1, m))
       call space%solver%factorize(linear_combination(1.0_wp, space%matrix, 1.0_wp, space%added), structure, error)
-   end subroutine factorize
+   end subroutine factor_perturbed
 
-   ! D and S. Powers of two: scaling rounds nothing.
+   ! Sets the scalings D and S to powers of two, so that scaling is exact: of unknowns by the largest entry of their rows of A,
+   ! or of those that constraints tie them to; of constraints by their largest entry after that.
    subroutine set_scalings(space, a, constraints)
       type(null_space_type), intent(inout) :: space
       type(csr_matrix_type), intent(in) :: a, constraints
@@ -207,7 +211,7 @@ contains
       softest = minval(level, level > 0)
       call spread_levels(constraints, level)
       where (.not. level > 0) level = maxval(level)
-      ! An entry of a constraint that is rounding makes nothing softer.
+      ! A tie by an entry that is a rounding error must not lower a level below the softest row.
       level = max(level, softest)
       allocate (space%scaling(a%rows), source=scale(1.0_wp, -exponent(level)/2))
       allocate (space%constraint_scaling(constraints%rows))
@@ -219,7 +223,7 @@ contains
       end do
    end subroutine set_scalings
 
-   ! Numbers between a half and one, of either sign, where M, R or K or their transposes have entries.
+   ! A random matrix on the symmetrized pattern of M, R and K and the diagonal, entries of either sign between a half and one.
    function random_on_pattern(problem, seed) result(matrix)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: seed
@@ -234,9 +238,10 @@ contains
       matrix%value = sign((1 + abs(matrix%value))/2, matrix%value)
    end function random_on_pattern
 
+   !> Finds the null vectors of the transposed matrix: the same if A is symmetric.
    subroutine find_left(self, left, error)
       class(null_space_type), intent(inout) :: self
-      !> n x k, where there are as many as from the right.
+      !> n x k; another number of columns than from the right means that rounding hides the rank.
       real(wp), allocatable, intent(out) :: left(:, :)
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: basis(:, :), multipliers(:, :)
@@ -245,10 +250,11 @@ contains
          allocate (left, source=self%motions)
          return
       end if
-      call find_vectors(self, .true., basis, error)
+      call find_null_vectors(self, .true., basis, error)
       if (.not. allocated(error)) call unscale(self, basis, left, multipliers)
    end subroutine find_left
 
+   ! Transforms vectors of the scaled matrix to those of A: phi = D x, xi = S y.
    subroutine unscale(space, basis, motions, multipliers)
       type(null_space_type), intent(in) :: space
       real(wp), intent(in) :: basis(:, :)
@@ -260,139 +266,143 @@ contains
       allocate (multipliers, source=basis(n + 1:, :)*spread(space%constraint_scaling, 2, size(basis, 2)))
    end subroutine unscale
 
-   ! Finds all null vectors, those of the transposed matrix if so asked, block by block.
-   subroutine find_vectors(space, transposed, basis, error)
+   ! Finds all null vectors, block by block until a block has fewer than it has room for, and drops those of a symmetric matrix
+   ! whose energy is not zero.
+   subroutine find_null_vectors(space, transposed, basis, error)
       class(null_space_type), intent(inout) :: space
+      !> Whether to find those of the transposed matrix.
       logical, intent(in) :: transposed
       real(wp), allocatable, intent(out) :: basis(:, :)
       type(error_type), allocatable, intent(out) :: error
       integer(long) :: state
-      integer :: wanted, n, before, more
+      integer :: block_size, n, n_before, n_new
       logical :: doubtful
 
       n = size(space%scaling)
       allocate (basis(space%matrix%rows, 0))
       state = state_of_seed(5)
-      wanted = 1
+      block_size = 1
       do
-         before = size(basis, 2)
-         wanted = min(wanted, n - before)
-         call find_more(space, wanted, transposed, state, basis, doubtful, error)
+         n_before = size(basis, 2)
+         block_size = min(block_size, n - n_before)
+         call add_null_vectors(space, block_size, transposed, state, basis, doubtful, error)
          if (allocated(error)) return
-         more = size(basis, 2) - before
-         ! A block tells better than a single vector what is zero.
-         if (size(basis, 2) == n .or. (more < wanted .and. .not. (doubtful .and. (wanted == 1 .or. more > 0)))) exit
-         if (wanted == 1 .or. more == wanted) wanted = together*max(1, size(basis, 2)/together)
+         n_new = size(basis, 2) - n_before
+         ! A block separates null vectors from others better than a single vector: one that is doubtful is repeated with a block.
+         if (size(basis, 2) == n .or. (n_new < block_size .and. .not. (doubtful .and. (block_size == 1 .or. n_new > 0)))) exit
+         if (block_size == 1 .or. n_new == block_size) block_size = economic_block*max(1, size(basis, 2)/economic_block)
       end do
-      if (space%symmetric .and. size(basis, 2) > 0) call leave_strained(space, state, basis, error)
-   end subroutine find_vectors
+      if (space%symmetric .and. size(basis, 2) > 0) call drop_flexible(space, state, basis, error)
+   end subroutine find_null_vectors
 
-   ! Leaves out what stores energy, as the lowest modes of a long chain do whose forces are rounding beside the largest of A. Null
-   ! vectors that have some of these modes in them are told from them by iteration of a space that holds both, in which the
-   ! energies of modes settle and those of null vectors vanish.
-   subroutine leave_strained(space, state, basis, error)
+   ! Drops vectors with strain energy: flexible modes whose forces are rounding relative to the largest of A, as the lowest ones of
+   ! a long chain. Separates them from null vectors by inverse subspace iteration with Rayleigh-Ritz in a larger space: energies of
+   ! modes converge to positive values, those of null vectors to zero. Sets `doubtful`.
+   subroutine drop_flexible(space, state, basis, error)
       class(null_space_type), intent(inout) :: space
       integer(long), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: basis(:, :)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: most_turns = 20
-      real(wp), allocatable :: x(:, :), energies(:), before(:), parts(:)
-      logical, allocatable :: null(:), settled(:)
+      real(wp), allocatable :: x(:, :), energies(:), energies_before(:), relative_energies(:)
+      logical, allocatable :: is_null(:), is_settled(:)
       integer :: n, k, turn, j
 
       n = size(space%scaling)
       k = size(basis, 2)
       allocate (x, source=basis)
-      call separate_energies(space%matrix, n, x, energies, parts, error)
+      call diagonalize_energies(space%matrix, n, x, energies, relative_energies, error)
       if (allocated(error)) return
-      space%doubtful = any(parts > rounding_of_energy)
-      if (all(parts <= rounding_of_row)) return
+      space%doubtful = any(relative_energies > rounding_of_energy)
+      if (all(relative_energies <= rounding_of_row)) return
       deallocate (x)
-      allocate (x(size(basis, 1), min(n, k + max(k, 2*together))), source=0.0_wp)
+      allocate (x(size(basis, 1), min(n, k + max(k, 2*economic_block))), source=0.0_wp)
       x(:, :k) = basis
-      allocate (before(0))
+      allocate (energies_before(0))
       do turn = 1, most_turns
          x(n + 1:, :) = 0
          call orthonormalize(x(:, :0), n, x, state)
          call solve(space, .false., x, error)
          if (allocated(error)) return
          call orthonormalize(x(:, :0), n, x)
-         call separate_energies(space%matrix, n, x, energies, parts, error)
+         call diagonalize_energies(space%matrix, n, x, energies, relative_energies, error)
          if (allocated(error)) return
-         null = parts <= rounding_of_row
-         settled = energies >= negligible(space)
-         if (size(before) == size(energies)) settled = settled .or. &
-            energies >= merge(contraction, 1 - blurred_value, null)*before
-         if (all(settled)) exit
-         before = energies
+         is_null = relative_energies <= rounding_of_row
+         is_settled = energies >= force_tolerance(space)
+         if (size(energies_before) == size(energies)) is_settled = is_settled .or. &
+            energies >= merge(contraction, 1 - blurred_value, is_null)*energies_before
+         if (all(is_settled)) exit
+         energies_before = energies
       end do
-      null = null .or. .not. settled
-      space%doubtful = any(null .and. parts > rounding_of_energy)
-      basis = x(:, pack([(j, j=1, size(null))], null))
-   end subroutine leave_strained
+      is_null = is_null .or. .not. is_settled
+      space%doubtful = any(is_null .and. relative_energies > rounding_of_energy)
+      basis = x(:, pack([(j, j=1, size(is_null))], is_null))
+   end subroutine drop_flexible
 
-   ! A force on a vector of unit norm below this is rounding.
-   real(wp) function negligible(space)
+   ! The norm below which the force A x on a vector x of unit norm is a rounding error.
+   real(wp) function force_tolerance(space)
       type(null_space_type), intent(in) :: space
 
-      negligible = rounding_of_row*max(4.0_wp, space%matrix%infinity_norm())
-   end function negligible
+      force_tolerance = rounding_of_row*max(4.0_wp, space%matrix%infinity_norm())
+   end function force_tolerance
 
-   ! Adds up to `wanted` null vectors to those there are, fewer if there are no more: inverse iteration on a block of random
-   ! vectors, with the adjoint in turn, as an unsymmetric matrix may be far from normal.
-   subroutine find_more(space, wanted, transposed, state, basis, doubtful, error)
+   ! Adds up to `block_size` null vectors to a basis, fewer if there are no more: inverse iteration on a block of random vectors,
+   ! alternately with the matrix and its transpose, as an unsymmetric matrix may be far from normal, and refinement that removes
+   ! the effect of E. Accepts the combinations whose force, a singular value, is below `force_tolerance`.
+   subroutine add_null_vectors(space, block_size, transposed, state, basis, doubtful, error)
       type(null_space_type), intent(inout) :: space
-      integer, intent(in) :: wanted
+      integer, intent(in) :: block_size
       logical, intent(in) :: transposed
       integer(long), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: basis(:, :)
-      !> Whether some vector may be one, but was not found well enough.
+      !> Whether some vector grew as a null vector does, but its force is above the tolerance.
       logical, intent(out) :: doubtful
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: x(:, :), forces(:, :), force(:), rotation(:, :), zero(:, :)
-      integer, allocatable :: clear(:)
-      integer :: i, j, n, null
+      real(wp), allocatable :: x(:, :), forces(:, :), singular(:), rotation(:, :), no_force(:, :)
+      integer, allocatable :: nearly_null(:)
+      integer :: i, j, n, n_null
 
       n = size(space%scaling)
       doubtful = .false.
-      allocate (x(size(basis, 1), wanted), source=0.0_wp)
-      do i = 1, 2*iterations
+      allocate (x(size(basis, 1), block_size), source=0.0_wp)
+      do i = 1, 2*double_iterations
          x(n + 1:, :) = 0
          call orthonormalize(basis, n, x, state)
          call solve(space, transposed .neqv. mod(i, 2) == 1, x, error)
          if (allocated(error)) return
          if (mod(i, 2) == 1) cycle
-         associate (enlarged => space%delta*lengths(x, n))
-            if (i == 2 .and. size(basis, 2) == 0 .and. .not. transposed) space%enlarged = maxval(enlarged)
-            ! Being orthogonal to the others short ones say that no null vector is left for them.
-            x = x(:, pack([(j, j=1, size(x, 2))], .not. enlarged < least_enlarged))
+         associate (growth => space%delta*lengths(x, n))
+            if (i == 2 .and. size(basis, 2) == 0 .and. .not. transposed) space%growth = maxval(growth)
+            ! Null vectors grow by 1/delta: as the block is orthogonal to those found, one that grows less has none in it.
+            x = x(:, pack([(j, j=1, size(x, 2))], .not. growth < least_enlarged))
          end associate
          if (size(x, 2) == 0) return
       end do
       call orthonormalize(basis, n, x, state)
-      ! What the turn from left to right left of E. Each step enlarges rounding along one null vector, which must not drown others.
+      ! Removes the effect of E. Orthonormalizes after each step, as each amplifies rounding along one null vector.
       do i = 1, refinements
-         zero = 0*x
-         call refine(space, transposed, zero, x, 1, error)
+         no_force = 0*x
+         call refine(space, transposed, no_force, x, 1, error)
          if (allocated(error)) return
          call orthonormalize(basis, n, x)
       end do
       forces = product_of(space%matrix, transposed, x)
-      ! Columns that have any force would drown those of the others.
-      clear = pack([(j, j=1, size(x, 2))], norm2(forces, 1) < sqrt(real(n, wp)))
-      if (size(clear) == 0) return
-      x = x(:, clear)
-      ! The combinations that meet the least forces are the last singular vectors.
-      call right_singular_vectors(forces(:, clear), force, rotation, error)
+      ! Drops columns with a large force, whose rounding would hide the forces of others.
+      nearly_null = pack([(j, j=1, size(x, 2))], norm2(forces, 1) < sqrt(real(n, wp)))
+      if (size(nearly_null) == 0) return
+      x = x(:, nearly_null)
+      ! The combinations with the smallest forces are the last right singular vectors.
+      call right_singular_vectors(forces(:, nearly_null), singular, rotation, error)
       if (allocated(error)) return
-      null = count(force < negligible(space))
-      doubtful = null < size(x, 2)
-      x = matmul(x, rotation(:, size(x, 2) - null + 1:))
-      ! A free motion needs no reaction.
-      where (abs(x(n + 1:, :)) < negligible(space)) x(n + 1:, :) = 0
-      basis = reshape([basis, x], [size(basis, 1), size(basis, 2) + null])
-   end subroutine find_more
+      n_null = count(singular < force_tolerance(space))
+      doubtful = n_null < size(x, 2)
+      x = matmul(x, rotation(:, size(x, 2) - n_null + 1:))
+      ! A motion that no constraint opposes has no reaction: its multipliers are rounding errors.
+      where (abs(x(n + 1:, :)) < force_tolerance(space)) x(n + 1:, :) = 0
+      basis = reshape([basis, x], [size(basis, 1), size(basis, 2) + n_null])
+   end subroutine add_null_vectors
 
+   !> Solves A y + Cq^T xi = f, Cq y = 0 with the factors of A + E and refinement that removes E.
    subroutine pseudo_solve(self, f, y, error)
       class(null_space_type), intent(inout) :: self
       !> n x p
@@ -411,15 +421,16 @@ contains
       y = y*spread([self%scaling, self%constraint_scaling], 2, size(f, 2))
    end subroutine pseudo_solve
 
-   ! Refines solutions of A x = f, without what they have along other vectors: each step takes out more of what E changed.
-   subroutine refine(space, transposed, f, x, steps, error, others)
+   ! Refines solutions of A x = f with the factors of A + E, and makes them orthogonal to null vectors: each step reduces the effect
+   ! of E by a factor of delta ||A^+||.
+   subroutine refine(space, transposed, f, x, steps, error, null_vectors)
       class(null_space_type), intent(inout) :: space
       logical, intent(in) :: transposed
       real(wp), contiguous, intent(in) :: f(:, :)
       real(wp), contiguous, intent(inout) :: x(:, :)
       integer, intent(in) :: steps
       type(error_type), allocatable, intent(out) :: error
-      real(wp), contiguous, optional, intent(in) :: others(:, :)
+      real(wp), contiguous, optional, intent(in) :: null_vectors(:, :)
       real(wp), allocatable :: residual(:, :)
       integer :: step
 
@@ -429,12 +440,13 @@ contains
          call solve(space, transposed, residual, error)
          if (allocated(error)) return
          x = x + residual
-         if (.not. present(others)) cycle
-         call subtract(others, others, x, size(space%scaling))
-         call subtract(others, others, x, size(space%scaling))
+         if (.not. present(null_vectors)) cycle
+         call subtract(null_vectors, null_vectors, x, size(space%scaling))
+         call subtract(null_vectors, null_vectors, x, size(space%scaling))
       end do
    end subroutine refine
 
+   ! A x, or A^T x.
    function product_of(matrix, transposed, x) result(y)
       type(csr_matrix_type), intent(in) :: matrix
       logical, intent(in) :: transposed
@@ -449,6 +461,7 @@ contains
       end if
    end function product_of
 
+   ! Solves with the factors of A + E, or with their transpose, in place.
    subroutine solve(space, transposed, x, error)
       class(null_space_type), intent(inout) :: space
       logical, intent(in) :: transposed

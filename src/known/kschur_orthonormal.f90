@@ -1,4 +1,4 @@
-!> Blocks of motions that are made orthogonal to others, and to each other.
+!> Gram-Schmidt orthogonalization of blocks of real vectors, against others and within the block.
 module kschur_orthonormal
    use kschur_kinds, only: wp, long
    use kschur_random, only: random_vector
@@ -11,16 +11,18 @@ module kschur_orthonormal
 
 contains
 
-   !> Gram-Schmidt against a basis and against each other; only the first n rows count, the others follow. A column
-   !> that depends on others to rounding is left out or, with a state of random numbers, makes a fresh start: one vector
-   !> may be enlarged so much more than others that these are lost in it.
+   !> Orthonormalizes the columns of X against a basis and against each other, by Gram-Schmidt with reorthogonalization in the
+   !> inner product of the first n rows; the other rows are combined alike. Drops a column that is linearly dependent to rounding
+   !> or, with a state of random numbers, replaces it by a random vector: inverse iteration may amplify one vector so much that
+   !> others are lost in it.
    subroutine orthonormalize(basis, n, x, state)
       !> Orthonormal in its first n rows.
       real(wp), contiguous, intent(in) :: basis(:, :)
       integer, intent(in) :: n
       real(wp), allocatable, intent(inout) :: x(:, :)
+      !> State of the random numbers. Absent: dependent columns are dropped.
       integer(long), optional, intent(inout) :: state
-      ! Twice is enough, and once more after a fresh start.
+      ! Two passes suffice; the third serves a random replacement.
       integer, parameter :: passes = 3
       integer :: i, pass
 
@@ -38,13 +40,13 @@ contains
       if (.not. present(state)) x = x(:, pack([(i, i=1, size(x, 2))], lengths(x, n) > dependent))
    end subroutine orthonormalize
 
-   !> X := X - B A^T X for n x k blocks A and B and a n x p block X.
+   !> Projects X := X - B A^T X, for n x k blocks A and B and a n x p block X.
    subroutine subtract(a, b, x, rows, sums)
       real(wp), contiguous, intent(in) :: a(:, :), b(:, :)
       real(wp), contiguous, intent(inout) :: x(:, :)
-      !> Only the first so many of A and X count. Absent: all.
+      !> Number of leading rows of A and X in the inner products. Absent: all.
       integer, optional, intent(in) :: rows
-      !> Who shares the rows. Absent: nobody.
+      !> Sums over the processes that share the rows. Absent: one process has all.
       type(row_sums_type), optional, intent(in) :: sums
       real(wp) :: coefficients(size(a, 2), size(x, 2))
 
@@ -53,7 +55,7 @@ contains
       call subtract_combinations(b, coefficients, x)
    end subroutine subtract
 
-   !> Of the first n rows of each column.
+   !> Euclidean norms of the first n rows of each column.
    function lengths(x, n)
       real(wp), contiguous, intent(in) :: x(:, :)
       integer, intent(in) :: n

@@ -1,10 +1,10 @@
-!> Which constraints follow from others to the rounding of their entries, and what those that nearly follow say beyond the
-!> others.
+!> Redundant constraints, rows of Cq that are linearly dependent on others to the rounding of their entries, and replacements for
+!> rows that are nearly dependent.
 !>
-!> The rows of Cq, scaled, are eliminated one after the other in extended precision, each by those before it. What is left
-!> of a row is its part that no row before it has: where that is rounding the row follows from these. Where it is small the
-!> row stays, but what is left of it, in units of its own, takes its place: the rows have the same null space then, and none
-!> loses digits to the angle between them.
+!> The scaled rows of Cq are eliminated one after the other in extended precision, each by the pivot rows before it. The remainder
+!> is the component of the row that is independent of these: if it is rounding, the row is redundant and dropped. If it is small,
+!> the remainder, scaled, takes the place of the row: the null space stays the same, and no digits are lost to the small angle
+!> between rows.
 module kschur_redundancy
    use kschur_column_order, only: minimum_degree_columns
    use kschur_error, only: error_type
@@ -16,47 +16,47 @@ module kschur_redundancy
    private
    public :: count_redundant, dependence_type, find_dependence
 
-   !> How the rows of a matrix C, m x n, depend on each other.
+   !> Linear dependence of the rows of a matrix C, m x n.
    type :: dependence_type
-      !> Which follow from others, m answers: they are left out.
-      logical, allocatable :: follows(:)
-      !> Those that nearly follow from others, k of m, in an order in which each depends on others and on those before it.
+      !> Which of the m rows are redundant, that is dropped: they depend on the others to rounding.
+      logical, allocatable :: is_redundant(:)
+      !> The k rows that nearly depend on others, in the order of elimination: each on others and on those before it.
       integer, allocatable :: near(:)
-      !> What is left of each beside the others, relative to it.
+      !> The independent component of each of these, relative to it.
       real(wp), allocatable :: distance(:)
-      !> Y, k x m, and Y C: combinations of rows that take their places. Each has itself, and no row that follows.
+      !> Y, k x m, and Y C: the combinations of rows that replace them, each with its own row and without redundant ones.
       type(csr_matrix_type) :: combinations, rows
    end type dependence_type
 
-   ! So many numbers at most are looked at to choose the rows that are left out.
+   ! The redundant rows are chosen by a dense elimination only if it has no more entries than this.
    integer, parameter :: most_relations = 300000
 
-   ! A sparse row.
+   ! A sparse row: its nonzero entries and their columns.
    type :: row_type
       integer, allocatable :: column(:)
       real(xp), allocatable :: value(:)
    end type row_type
 
-   ! The elimination on its way. Pivot p is row(p) less `factors(p)` times pivots before it, `magnified(p)` times; it stands
-   ! in column(p).
+   ! State of the elimination. Pivot row p, `reduced(p)`, is row(p) of the matrix less the multiples `factors(p)` of pivot rows
+   ! before it, times magnified(p); its pivot is its first entry.
    type :: elimination_type
       type(csr_matrix_type) :: matrix
       integer :: pivots = 0
       integer, allocatable :: row(:)
       real(xp), allocatable :: magnified(:)
       type(row_type), allocatable :: factors(:), reduced(:)
-      ! The pivot of each column, 0: none; how many rows have an entry in it.
+      ! The pivot row of each column, 0: none; the number of entries of each column.
       integer, allocatable :: pivot_of(:), entries(:)
-      ! The row at hand, where it is not zero.
+      ! The current row, as a dense vector, and the positions of its `length` nonzero entries.
       real(xp), allocatable :: value(:)
-      logical, allocatable :: is_there(:)
-      integer, allocatable :: there(:)
+      logical, allocatable :: is_nonzero(:)
+      integer, allocatable :: nonzeros(:)
       integer :: length = 0
    end type elimination_type
 
 contains
 
-   !> The number of rows less the rank.
+   !> Counts the redundant rows of a matrix: their number less the rank.
    subroutine count_redundant(constraints, redundant, error)
       !> Cq, m x n, without empty rows.
       type(csr_matrix_type), intent(in) :: constraints
@@ -66,71 +66,71 @@ contains
 
       redundant = 0
       call find_dependence(constraints, dependence, error)
-      if (.not. allocated(error)) redundant = count(dependence%follows)
+      if (.not. allocated(error)) redundant = count(dependence%is_redundant)
    end subroutine count_redundant
 
-   !> Which rows follow from others, or nearly do.
+   !> Finds the rows of a matrix that depend on others, and combinations that replace those that nearly do.
    subroutine find_dependence(constraints, dependence, error)
       !> Cq, m x n, without empty rows.
       type(csr_matrix_type), intent(in) :: constraints
       type(dependence_type), intent(out) :: dependence
       type(error_type), allocatable, intent(out) :: error
-      type(elimination_type) :: work
+      type(elimination_type) :: elimination
       type(row_type) :: factors, combination
-      integer, allocatable :: order(:), of_rows(:), of_columns(:)
+      integer, allocatable :: order(:), row_exponents(:), column_exponents(:)
       type(row_type), allocatable :: combinations(:), rows(:)
       real(wp), allocatable :: relations(:, :)
-      ! What is left of a row: with rows and columns of one size, and relative to it as it stands.
-      real(xp) :: left, distance
+      ! Size of the remainder of a row: in the scaled matrix, and relative to the row as given.
+      real(xp) :: remainder, distance
       integer :: i, j, m, power
-      logical :: few
+      logical :: are_few
 
       m = constraints%rows
-      allocate (dependence%follows(m), source=.false.)
+      allocate (dependence%is_redundant(m), source=.false.)
       allocate (dependence%near(0), dependence%distance(0), combinations(m), rows(m), relations(m, 0))
-      few = .true.
+      are_few = .true.
       if (m == 0) return
       call minimum_degree_columns(constraints%columns, constraints%row_start, constraints%column, order, error)
       if (allocated(error)) return
-      call start(work, constraints, of_rows, of_columns)
+      call start_elimination(elimination, constraints, row_exponents, column_exponents)
       do j = 1, m
          i = order(j)
-         call eliminate(work, i, factors)
-         left = largest(work)
-         distance = distance_of(work, constraints, i, of_rows(i), of_columns)
+         call eliminate(elimination, i, factors)
+         remainder = largest(elimination)
+         distance = distance_of(elimination, constraints, i, row_exponents(i), column_exponents)
          power = 0
-         if (min(left, distance) < nearly_dependent) then
-            ! The sums are as large as the row at least.
-            dependence%follows(i) = left <= rounding_of_row/2
-            if (.not. dependence%follows(i)) then
-               combination = combination_of(work, i, factors)
-               dependence%follows(i) = left <= rounding_of_row*terms_of(work%matrix, combination)
+         if (min(remainder, distance) < nearly_dependent) then
+            ! The terms are at least as large as the row, of size one to two.
+            dependence%is_redundant(i) = remainder <= rounding_of_row/2
+            if (.not. dependence%is_redundant(i)) then
+               combination = combination_of(elimination, i, factors)
+               dependence%is_redundant(i) = remainder <= rounding_of_row*magnitude_of_terms(elimination%matrix, combination)
             end if
-            if (dependence%follows(i)) then
-               call clear(work)
-               few = few .and. count(dependence%follows)*m <= most_relations
-               if (few) call add_relation(combination_of(work, i, factors), m, relations)
+            if (dependence%is_redundant(i)) then
+               call clear_row(elimination)
+               are_few = are_few .and. count(dependence%is_redundant)*m <= most_relations
+               if (are_few) call add_relation(combination_of(elimination, i, factors), m, relations)
                cycle
             end if
-            if (left < nearly_dependent) power = 1 - exponent(left)
+            if (remainder < nearly_dependent) power = 1 - exponent(remainder)
             dependence%near = [dependence%near, i]
             dependence%distance = [dependence%distance, real(distance, wp)]
-            associate (k => size(dependence%near), in_its_place => 1 - exponent(distance))
+            associate (k => size(dependence%near), to_size_one => 1 - exponent(distance))
                combinations(k) = combination
-               combinations(k)%value = scale(combination%value, in_its_place + of_rows(combination%column) - of_rows(i))
-               allocate (rows(k)%column, source=work%there(:work%length))
-               allocate (rows(k)%value, source=scale(work%value(rows(k)%column), &
-                  in_its_place - of_rows(i) - of_columns(rows(k)%column)))
+               combinations(k)%value = scale(combination%value, to_size_one + row_exponents(combination%column) - row_exponents(i))
+               allocate (rows(k)%column, source=elimination%nonzeros(:elimination%length))
+               allocate (rows(k)%value, source=scale(elimination%value(rows(k)%column), &
+                  to_size_one - row_exponents(i) - column_exponents(rows(k)%column)))
             end associate
          end if
-         call take_pivot(work, i, factors, power, of_columns)
+         call add_pivot(elimination, i, factors, power, column_exponents)
       end do
-      if (size(dependence%near) == 0 .and. few) call choose_left_out(relations, dependence%follows)
+      if (size(dependence%near) == 0 .and. are_few) call choose_redundant(relations, dependence%is_redundant)
       call assemble(combinations(:size(dependence%near)), m, dependence%combinations, error)
       if (.not. allocated(error)) call assemble(rows(:size(dependence%near)), constraints%columns, dependence%rows, error)
    end subroutine find_dependence
 
-   ! Puts a combination of rows that vanishes, m numbers, behind others.
+   ! Appends a relation, a combination of rows that vanishes, as a column of m numbers.
    subroutine add_relation(combination, m, relations)
       type(row_type), intent(in) :: combination
       integer, intent(in) :: m
@@ -145,60 +145,60 @@ contains
       call move_alloc(more, relations)
    end subroutine add_relation
 
-   ! Leaves out the rows that have the largest shares in what vanishes, by elimination with complete pivoting: those that stay
-   ! depend on each other least.
-   subroutine choose_left_out(relations, follows)
-      !> Used up.
+   ! Chooses the redundant rows among all that take part in relations: those with the largest coefficients, by elimination of the
+   ! relations with complete pivoting, so that the rows that stay are the best conditioned.
+   subroutine choose_redundant(relations, is_redundant)
+      !> Overwritten.
       real(wp), intent(inout) :: relations(:, :)
-      logical, intent(inout) :: follows(:)
-      real(wp) :: column(size(follows))
+      logical, intent(inout) :: is_redundant(:)
+      real(wp) :: column(size(is_redundant))
       integer :: i, j, place(2)
 
-      follows = .false.
+      is_redundant = .false.
       do i = 1, size(relations, 2)
          place = maxloc(abs(relations))
-         follows(place(1)) = .true.
+         is_redundant(place(1)) = .true.
          column = relations(:, place(2))/relations(place(1), place(2))
          do j = 1, size(relations, 2)
             relations(:, j) = relations(:, j) - relations(place(1), j)*column
          end do
-         ! Rounding must not bring them back.
+         ! Exact zeros: rounding must not make them pivots again.
          relations(place(1), :) = 0
          relations(:, place(2)) = 0
       end do
-   end subroutine choose_left_out
+   end subroutine choose_redundant
 
-   ! The matrix with rows and columns of one size: times powers of two.
-   subroutine start(work, constraints, of_rows, of_columns)
-      type(elimination_type), intent(out) :: work
+   ! Starts an elimination with the matrix scaled by powers of two such that the largest entries of rows and columns are about one.
+   subroutine start_elimination(elimination, constraints, row_exponents, column_exponents)
+      type(elimination_type), intent(out) :: elimination
       type(csr_matrix_type), intent(in) :: constraints
-      !> The powers.
-      integer, allocatable, intent(out) :: of_rows(:), of_columns(:)
+      !> The exponents of the powers.
+      integer, allocatable, intent(out) :: row_exponents(:), column_exponents(:)
       integer, allocatable :: row(:)
       integer :: k, m, n
 
       m = constraints%rows
       n = constraints%columns
-      work%matrix = constraints
+      elimination%matrix = constraints
       allocate (row, source=constraints%row_indices())
-      call center(row, m, constraints%column, n, constraints%value, of_rows, of_columns)
-      associate (value => work%matrix%value, column => constraints%column)
-         value = scale(value, of_rows(row) + of_columns(column))
-         call add_powers(column, of_columns)
-         call add_powers(row, of_rows)
+      call minimize_logarithms(row, m, constraints%column, n, constraints%value, row_exponents, column_exponents)
+      associate (value => elimination%matrix%value, column => constraints%column)
+         value = scale(value, row_exponents(row) + column_exponents(column))
+         call add_powers(column, column_exponents)
+         call add_powers(row, row_exponents)
       end associate
-      allocate (work%row(m), work%magnified(m), work%factors(m), work%reduced(m))
-      allocate (work%pivot_of(n), work%entries(n), source=0)
+      allocate (elimination%row(m), elimination%magnified(m), elimination%factors(m), elimination%reduced(m))
+      allocate (elimination%pivot_of(n), elimination%entries(n), source=0)
       do k = 1, size(row)
-         work%entries(constraints%column(k)) = work%entries(constraints%column(k)) + 1
+         elimination%entries(constraints%column(k)) = elimination%entries(constraints%column(k)) + 1
       end do
-      allocate (work%value(n), source=0.0_xp)
-      allocate (work%is_there(n), source=.false.)
-      allocate (work%there(n))
+      allocate (elimination%value(n), source=0.0_xp)
+      allocate (elimination%is_nonzero(n), source=.false.)
+      allocate (elimination%nonzeros(n))
 
    contains
 
-      ! The largest entry of each line becomes one, but for a factor of two.
+      ! Scales each line, row or column, so that its largest entry lies between one and two.
       subroutine add_powers(line, powers)
          integer, intent(in) :: line(:)
          integer, intent(inout) :: powers(:)
@@ -207,20 +207,20 @@ contains
 
          greatest = 0
          do i = 1, size(line)
-            greatest(line(i)) = max(greatest(line(i)), abs(work%matrix%value(i)))
+            greatest(line(i)) = max(greatest(line(i)), abs(elimination%matrix%value(i)))
          end do
          added = 0
          where (greatest > 0) added = 1 - exponent(greatest)
-         work%matrix%value = scale(work%matrix%value, added(line))
+         elimination%matrix%value = scale(elimination%matrix%value, added(line))
          powers = powers + added
       end subroutine add_powers
-   end subroutine start
+   end subroutine start_elimination
 
-   ! Row i less what the pivots have of it.
-   subroutine eliminate(work, i, factors)
-      type(elimination_type), intent(inout) :: work
+   ! Eliminates row i: subtracts multiples of the pivot rows, in the order of their pivots, and leaves the remainder in the state.
+   subroutine eliminate(elimination, i, factors)
+      type(elimination_type), intent(inout) :: elimination
       integer, intent(in) :: i
-      !> Pivots, and how many times each was subtracted.
+      !> Numbers of the pivot rows, and the multiple of each that was subtracted.
       type(row_type), intent(out) :: factors
       type(number_heap_type) :: pending
       integer, allocatable :: pivot(:)
@@ -228,23 +228,23 @@ contains
       real(xp) :: ratio
       integer :: applied, k, p
 
-      associate (matrix => work%matrix)
+      associate (matrix => elimination%matrix)
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
             if (abs(matrix%value(k)) > 0) call add(matrix%column(k), real(matrix%value(k), xp))
          end do
       end associate
-      allocate (pivot(work%pivots), factor(work%pivots))
+      allocate (pivot(elimination%pivots), factor(elimination%pivots))
       applied = 0
       do while (pending%length > 0)
          p = pending%least()
-         associate (reduced => work%reduced(p))
-            ratio = work%value(reduced%column(1))
+         associate (reduced => elimination%reduced(p))
+            ratio = elimination%value(reduced%column(1))
             if (.not. abs(ratio) > 0) cycle
             ratio = ratio/reduced%value(1)
             do k = 2, size(reduced%column)
                call add(reduced%column(k), -ratio*reduced%value(k))
             end do
-            work%value(reduced%column(1)) = 0
+            elimination%value(reduced%column(1)) = 0
          end associate
          applied = applied + 1
          pivot(applied) = p
@@ -252,89 +252,93 @@ contains
       end do
       allocate (factors%column, source=pivot(:applied))
       allocate (factors%value, source=factor(:applied))
-      call drop_rounding(work)
+      call drop_rounding(elimination)
 
    contains
 
+      ! Adds to an entry of the current row; a new entry in the column of a pivot schedules this pivot.
       subroutine add(column, value)
          integer, intent(in) :: column
          real(xp), intent(in) :: value
 
-         if (.not. work%is_there(column)) then
-            work%is_there(column) = .true.
-            work%length = work%length + 1
-            work%there(work%length) = column
-            if (work%pivot_of(column) > 0) call pending%put(work%pivot_of(column))
+         if (.not. elimination%is_nonzero(column)) then
+            elimination%is_nonzero(column) = .true.
+            elimination%length = elimination%length + 1
+            elimination%nonzeros(elimination%length) = column
+            if (elimination%pivot_of(column) > 0) call pending%put(elimination%pivot_of(column))
          end if
-         work%value(column) = work%value(column) + value
+         elimination%value(column) = elimination%value(column) + value
       end subroutine add
    end subroutine eliminate
 
-   ! Leaves out what sums have cancelled to, of a row whose largest entry was one.
-   subroutine drop_rounding(work)
-      type(elimination_type), intent(inout) :: work
+   ! Drops entries of the current row that are rounding in extended precision, as its largest entry was about one.
+   subroutine drop_rounding(elimination)
+      type(elimination_type), intent(inout) :: elimination
       real(xp), parameter :: rounding = 16*epsilon(1.0_xp)
       integer :: k, kept
 
       kept = 0
-      do k = 1, work%length
-         associate (column => work%there(k))
-            if (abs(work%value(column)) > rounding) then
+      do k = 1, elimination%length
+         associate (column => elimination%nonzeros(k))
+            if (abs(elimination%value(column)) > rounding) then
                kept = kept + 1
-               work%there(kept) = column
+               elimination%nonzeros(kept) = column
             else
-               work%value(column) = 0
-               work%is_there(column) = .false.
+               elimination%value(column) = 0
+               elimination%is_nonzero(column) = .false.
             end if
          end associate
       end do
-      work%length = kept
+      elimination%length = kept
    end subroutine drop_rounding
 
-   pure real(xp) function largest(work)
-      type(elimination_type), intent(in) :: work
+   ! The largest entry of the remainder, 0 if there is none.
+   pure real(xp) function largest(elimination)
+      type(elimination_type), intent(in) :: elimination
 
-      largest = maxval(abs(work%value(work%there(:work%length))))
+      largest = maxval(abs(elimination%value(elimination%nonzeros(:elimination%length))))
       largest = max(largest, 0.0_xp)
    end function largest
 
-   ! What is left of row i relative to the row, in the units of the constraints: in these it is factored.
-   pure real(xp) function distance_of(work, constraints, i, of_row, of_columns) result(distance)
-      type(elimination_type), intent(in) :: work
+   ! The largest entry of the remainder relative to the largest of row i, both in the units of the constraints as given, in which
+   ! they are factored later.
+   pure real(xp) function distance_of(elimination, constraints, i, row_exponent, column_exponents) result(distance)
+      type(elimination_type), intent(in) :: elimination
       type(csr_matrix_type), intent(in) :: constraints
       integer, intent(in) :: i
-      !> Powers of two by which it was scaled.
-      integer, intent(in) :: of_row, of_columns(:)
+      !> Exponents of the scaling of row i and of the columns.
+      integer, intent(in) :: row_exponent, column_exponents(:)
       integer :: k
 
       distance = 0
-      do k = 1, work%length
-         associate (column => work%there(k))
-            distance = max(distance, scale(abs(work%value(column)), -of_row - of_columns(column)))
+      do k = 1, elimination%length
+         associate (column => elimination%nonzeros(k))
+            distance = max(distance, scale(abs(elimination%value(column)), -row_exponent - column_exponents(column)))
          end associate
       end do
       distance = distance/maxval(abs(constraints%value(constraints%row_start(i):constraints%row_start(i + 1) - 1)))
    end function distance_of
 
-   subroutine clear(work)
-      type(elimination_type), intent(inout) :: work
+   ! Sets the current row to zero.
+   subroutine clear_row(elimination)
+      type(elimination_type), intent(inout) :: elimination
 
-      work%value(work%there(:work%length)) = 0
-      work%is_there(work%there(:work%length)) = .false.
-      work%length = 0
-   end subroutine clear
+      elimination%value(elimination%nonzeros(:elimination%length)) = 0
+      elimination%is_nonzero(elimination%nonzeros(:elimination%length)) = .false.
+      elimination%length = 0
+   end subroutine clear_row
 
-   ! The combination of rows of the matrix that the row at hand is, row i less so many times pivots.
-   function combination_of(work, i, factors) result(combination)
-      type(elimination_type), intent(in) :: work
+   ! Expresses the remainder, row i less multiples of pivot rows, as a combination of rows of the matrix by back substitution.
+   function combination_of(elimination, i, factors) result(combination)
+      type(elimination_type), intent(in) :: elimination
       integer, intent(in) :: i
       type(row_type), intent(in) :: factors
       type(row_type) :: combination
       type(number_heap_type) :: pending
-      real(xp) :: weight(work%pivots), share
+      real(xp) :: weight(elimination%pivots), share
       integer :: k, p
 
-      ! The latest pivot first: each is a combination of those before it.
+      ! The latest pivot row first, as each is a combination of those before it.
       weight = 0
       do k = 1, size(factors%column)
          weight(factors%column(k)) = -factors%value(k)
@@ -344,22 +348,23 @@ contains
       combination%value = [1.0_xp]
       do while (pending%length > 0)
          p = -pending%least()
-         share = weight(p)*work%magnified(p)
+         share = weight(p)*elimination%magnified(p)
          if (.not. abs(share) > 0) cycle
-         combination%column = [combination%column, work%row(p)]
+         combination%column = [combination%column, elimination%row(p)]
          combination%value = [combination%value, share]
          weight(p) = 0
-         do k = 1, size(work%factors(p)%column)
-            associate (q => work%factors(p)%column(k))
-               weight(q) = weight(q) - share*work%factors(p)%value(k)
+         do k = 1, size(elimination%factors(p)%column)
+            associate (q => elimination%factors(p)%column(k))
+               weight(q) = weight(q) - share*elimination%factors(p)%value(k)
                call pending%put(-q)
             end associate
          end do
       end do
    end function combination_of
 
-   ! How large the sums are in which a combination of rows cancels: their rounding is that of their largest entries.
-   pure real(xp) function terms_of(matrix, combination) result(terms)
+   ! The size of the terms of a combination of rows, the sum of the largest entries of each row times its coefficient: its rounding
+   ! is relative to them.
+   pure real(xp) function magnitude_of_terms(matrix, combination) result(terms)
       type(csr_matrix_type), intent(in) :: matrix
       type(row_type), intent(in) :: combination
       integer :: k
@@ -370,43 +375,47 @@ contains
             terms = terms + abs(combination%value(k))*maxval(abs(matrix%value(matrix%row_start(i):matrix%row_start(i + 1) - 1)))
          end associate
       end do
-   end function terms_of
+   end function magnitude_of_terms
 
-   ! Makes the row at hand, magnified, a pivot.
-   subroutine take_pivot(work, i, factors, power, of_columns)
-      type(elimination_type), intent(inout) :: work
+   ! Makes the current row, times a power of two, the next pivot row.
+   subroutine add_pivot(elimination, i, factors, power, column_exponents)
+      type(elimination_type), intent(inout) :: elimination
       integer, intent(in) :: i
       type(row_type), intent(inout) :: factors
-      !> Of two.
+      !> Exponent of the power of two.
       integer, intent(in) :: power
-      !> Powers by which columns were scaled.
-      integer, intent(in) :: of_columns(:)
-      real(xp) :: size_there(work%length), limit
+      !> Exponents of the scaling of columns.
+      integer, intent(in) :: column_exponents(:)
+      real(xp) :: magnitude(elimination%length), limit
       integer :: k, place
 
-      ! Among entries that are large in units of the constraints that of the shortest column: few rows are changed by it.
-      size_there = [(scale(abs(work%value(work%there(k))), -of_columns(work%there(k))), k=1, work%length)]
-      limit = usable_pivot**2*maxval(size_there)
-      place = 0
-      do k = 1, work%length
-         if (size_there(k) < limit) cycle
-         if (place == 0) place = k
-         if (work%entries(work%there(k)) < work%entries(work%there(place))) place = k
-      end do
-      work%there([1, place]) = work%there([place, 1])
-      work%pivots = work%pivots + 1
-      associate (p => work%pivots, columns => work%there(:work%length))
-         work%row(p) = i
-         work%magnified(p) = scale(1.0_xp, power)
-         call move_alloc(factors%column, work%factors(p)%column)
-         call move_alloc(factors%value, work%factors(p)%value)
-         allocate (work%reduced(p)%column, source=columns)
-         allocate (work%reduced(p)%value, source=scale(work%value(columns), power))
-         work%pivot_of(columns(1)) = p
+      ! The pivot: among entries of usable size in the units of the constraints the one whose column has the fewest entries, which
+      ! keeps fill low (Markowitz).
+      associate (columns => elimination%nonzeros(:elimination%length))
+         magnitude = scale(abs(elimination%value(columns)), -column_exponents(columns))
       end associate
-      call clear(work)
-   end subroutine take_pivot
+      limit = usable_pivot**2*maxval(magnitude)
+      place = 0
+      do k = 1, elimination%length
+         if (magnitude(k) < limit) cycle
+         if (place == 0) place = k
+         if (elimination%entries(elimination%nonzeros(k)) < elimination%entries(elimination%nonzeros(place))) place = k
+      end do
+      elimination%nonzeros([1, place]) = elimination%nonzeros([place, 1])
+      elimination%pivots = elimination%pivots + 1
+      associate (p => elimination%pivots, columns => elimination%nonzeros(:elimination%length))
+         elimination%row(p) = i
+         elimination%magnified(p) = scale(1.0_xp, power)
+         call move_alloc(factors%column, elimination%factors(p)%column)
+         call move_alloc(factors%value, elimination%factors(p)%value)
+         allocate (elimination%reduced(p)%column, source=columns)
+         allocate (elimination%reduced(p)%value, source=scale(elimination%value(columns), power))
+         elimination%pivot_of(columns(1)) = p
+      end associate
+      call clear_row(elimination)
+   end subroutine add_pivot
 
+   ! Builds a sparse matrix from rows.
    subroutine assemble(rows, columns, matrix, error)
       type(row_type), intent(in) :: rows(:)
       integer, intent(in) :: columns
@@ -430,12 +439,13 @@ contains
       call new_csr_from_triplets(matrix, size(rows), columns, row, column, value, error)
    end subroutine assemble
 
-   ! Powers of two for rows and columns that make the squares of the logarithms of all entries small (Curtis, Reid,
-   ! J. Inst. Maths Applics 10 (1972)): one large entry must not make another row of its column look like a third.
-   pure subroutine center(row, rows, column, columns, value, of_rows, of_columns)
+   ! Computes exponents of powers of two for rows and columns that minimize the sum of squares of the logarithms of the scaled
+   ! entries (Curtis, Reid, J. Inst. Maths Applics 10 (1972)), by alternating row and column means. Scaled by its
+   ! one large entry, a column would no longer tell two other rows apart that differ in it alone.
+   pure subroutine minimize_logarithms(row, rows, column, columns, value, row_exponents, column_exponents)
       integer, intent(in) :: row(:), rows, column(:), columns
       real(wp), intent(in) :: value(:)
-      integer, allocatable, intent(out) :: of_rows(:), of_columns(:)
+      integer, allocatable, intent(out) :: row_exponents(:), column_exponents(:)
       integer, parameter :: sweeps = 20
       real(wp) :: level(size(value)), entries(size(value)), row_mean(rows), column_mean(columns)
       integer :: i
@@ -444,23 +454,23 @@ contains
       entries = merge(1, 0, abs(value) > 0)
       column_mean = 0
       do i = 1, sweeps
-         row_mean = sums(row, rows, entries*(level - column_mean(column)))/max(sums(row, rows, entries), 1.0_wp)
-         column_mean = sums(column, columns, entries*(level - row_mean(row)))/max(sums(column, columns, entries), 1.0_wp)
+         row_mean = line_sums(row, rows, entries*(level - column_mean(column)))/max(line_sums(row, rows, entries), 1.0_wp)
+         column_mean = line_sums(column, columns, entries*(level - row_mean(row)))/max(line_sums(column, columns, entries), 1.0_wp)
       end do
-      allocate (of_rows, source=-nint(row_mean))
-      allocate (of_columns, source=-nint(column_mean))
-   end subroutine center
+      allocate (row_exponents, source=-nint(row_mean))
+      allocate (column_exponents, source=-nint(column_mean))
+   end subroutine minimize_logarithms
 
-   ! Over the entries of each line.
-   pure function sums(line, lines, value)
+   ! The sum over the entries of each line, row or column.
+   pure function line_sums(line, lines, value)
       integer, intent(in) :: line(:), lines
       real(wp), intent(in) :: value(:)
-      real(wp) :: sums(lines)
+      real(wp) :: line_sums(lines)
       integer :: k
 
-      sums = 0
+      line_sums = 0
       do k = 1, size(value)
-         sums(line(k)) = sums(line(k)) + value(k)
+         line_sums(line(k)) = line_sums(line(k)) + value(k)
       end do
-   end function sums
+   end function line_sums
 end module kschur_redundancy

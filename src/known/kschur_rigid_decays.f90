@@ -1,7 +1,7 @@
-!> How fast damping stops rigid motions that it couples with others: eigenvalues so far below all frequencies that the rounding
-!> of the stiffness hides them.
+!> Decay rates of rigid motions that damping couples with flexible ones: real eigenvalues so far below all frequencies that the
+!> rounding of the stiffness hides them from an iteration.
 module kschur_rigid_decays
-   use kschur_deflation, only: separate_by_damping
+   use kschur_deflation, only: diagonalize_damping
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesv, dsygv
@@ -12,92 +12,96 @@ module kschur_rigid_decays
    private
    public :: find_rigid_decays
 
-   !> Motions above their multipliers, and products with the former.
+   !> A block of p motions with their multipliers, and the products M X and R X of the motions.
    type :: states_type
-      !> (n + m) x p, and twice n x p.
-      real(wp), allocatable :: x(:, :), masses(:, :), dampers(:, :)
+      !> X above Xi, (n + m) x p; M X and R X, n x p.
+      real(wp), allocatable :: x(:, :), inertia(:, :), damping_forces(:, :)
    end type states_type
 
 contains
 
-   !> The eigenvalues beside zero that the rigid motions N of a symmetric problem have where damping of them is weak. States
-   !> X = N A + W with M X S^2 + R X S + K X + Cq^T Xi = 0 and a regular S satisfy N^T (M X S + R X) = 0, which the stiffness
-   !> has no part in, and K W + Cq^T Xi = -(M X S + R X) S, which is small: solved in turns. None where that does not
-   !> converge fast, and where none is hidden.
-   subroutine find_rigid_decays(problem, rigid, number, zero_noise, lambda, x, error)
+   !> Computes the nonzero eigenvalues of weakly damped rigid motions N of a symmetric problem, by a fixed-point iteration for the
+   !> invariant pair (X, S), X = N A + W, M X S^2 + R X S + K X + Cq^T Xi = 0 with regular S. In turns it solves
+   !> N^T (M X S + R X) = 0, in which the stiffness and its rounding do not enter, for S and A, and
+   !> K W + Cq^T Xi = -(M X S + R X) S, which is small, for W. Returns none if that does not converge fast, or if the eigenvalues
+   !> are above `zero_noise`, where an iteration finds them.
+   subroutine find_rigid_decays(problem, rigid, n_decays, zero_noise, lambda, x, error)
       type(modal_problem_type), intent(in) :: problem
       !> N, the null space of the stiffness.
       type(null_space_type), intent(inout) :: rigid
-      !> So many there are: p.
-      integer, intent(in) :: number
-      !> Rounding of the stiffness hides what is below (1/s).
+      !> Number of these eigenvalues, p.
+      integer, intent(in) :: n_decays
+      !> Eigenvalues below this (1/s) are hidden by rounding of the stiffness.
       real(wp), intent(in) :: zero_noise
-      !> p numbers (1/s), real, and motions above multipliers, (n + m) x p; none: p = 0.
+      !> The eigenvalues, p real numbers (1/s), and motions above multipliers, (n + m) x p; none found: empty.
       real(wp), allocatable, intent(out) :: lambda(:), x(:, :)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: most_turns = 20
-      type(states_type) :: decaying, coasting, states
-      real(wp), allocatable :: all(:, :), rates(:), w(:, :), before(:, :), s(:, :)
+      type(states_type) :: decaying, undamped, states
+      real(wp), allocatable :: vectors(:, :), rates(:), w(:, :), w_before(:, :), s(:, :)
       logical, allocatable :: decays(:)
-      real(wp) :: change, change_before, slowest
+      real(wp) :: change, previous_change, slowest
       integer :: n, turn, i
       logical :: done
 
       n = problem%unknowns()
       allocate (lambda(0), x(n + problem%multipliers(), 0))
-      if (number <= 0) return
-      allocate (all(size(x, 1), size(rigid%motions, 2)))
-      all(:n, :) = rigid%motions
-      all(n + 1:, :) = rigid%multipliers
-      call separate_by_damping(problem, all, rates, done)
+      if (n_decays <= 0) return
+      allocate (vectors(size(x, 1), size(rigid%motions, 2)))
+      vectors(:n, :) = rigid%motions
+      vectors(n + 1:, :) = rigid%multipliers
+      call diagonalize_damping(problem, vectors, rates, done)
       if (.not. done) return
       allocate (decays(size(rates)), source=.false.)
-      do i = 1, number
+      do i = 1, n_decays
          decays(maxloc(abs(rates), 1, .not. decays)) = .true.
       end do
       slowest = minval(abs(rates), decays)
-      ! It has to be clear which of them decay.
+      ! The p largest rates must be clearly above the others, which must be zero to rounding.
       if (slowest > zero_noise .or. any(abs(rates) > dependent*slowest .and. .not. decays)) return
-      decaying = states_of(problem, all(:, pack([(i, i=1, size(rates))], decays)))
-      coasting = states_of(problem, all(:, pack([(i, i=1, size(rates))], .not. decays)))
-      allocate (w(size(x, 1), number), source=0.0_wp)
-      change_before = huge(1.0_wp)
+      decaying = states_of(problem, vectors(:, pack([(i, i=1, size(rates))], decays)))
+      undamped = states_of(problem, vectors(:, pack([(i, i=1, size(rates))], .not. decays)))
+      allocate (w(size(x, 1), n_decays), source=0.0_wp)
+      previous_change = huge(1.0_wp)
       do turn = 1, most_turns
-         call combine(problem, decaying, coasting, w, states, s, done)
+         call set_states(problem, decaying, undamped, w, states, s, done)
          if (.not. done) return
-         before = w
-         call rigid%pseudo_solve(-matmul(matmul(states%masses, s) + states%dampers, s), w, error)
+         w_before = w
+         call rigid%pseudo_solve(-matmul(matmul(states%inertia, s) + states%damping_forces, s), w, error)
          if (allocated(error)) return
-         change = maxval(norm2(w(:n, :) - before(:n, :), 1)/norm2(states%x(:n, :), 1))
+         change = maxval(norm2(w(:n, :) - w_before(:n, :), 1)/norm2(states%x(:n, :), 1))
          done = change <= cancelled
-         if (done .or. .not. change <= contraction*change_before) exit
-         change_before = change
+         if (done .or. .not. change <= contraction*previous_change) exit
+         previous_change = change
       end do
-      if (done) call combine(problem, decaying, coasting, w, states, s, done)
+      if (done) call set_states(problem, decaying, undamped, w, states, s, done)
       if (done) call diagonalize(states, s, lambda, x)
    end subroutine find_rigid_decays
 
-   ! The states and S that belong to W.
-   subroutine combine(problem, decaying, coasting, w, states, s, done)
+   ! Sets X = N A + W and S for a given W: the part of N that decays enters with the unit matrix, the undamped part N2 such that
+   ! N2^T (M X S + R X) = 0.
+   subroutine set_states(problem, decaying, undamped, w, states, s, is_regular)
       type(modal_problem_type), intent(in) :: problem
-      type(states_type), intent(in) :: decaying, coasting
+      type(states_type), intent(in) :: decaying, undamped
       real(wp), intent(in) :: w(:, :)
       type(states_type), intent(out) :: states
       real(wp), allocatable, intent(out) :: s(:, :)
-      logical, intent(out) :: done
-      real(wp), allocatable :: b(:, :)
+      logical, intent(out) :: is_regular
+      real(wp), allocatable :: b(:, :), forces(:, :)
 
       states = states_of(problem, decaying%x + w)
-      s = solution(form(decaying, states%masses), -form(decaying, states%dampers), done)
-      if (.not. done .or. size(coasting%x, 2) == 0) return
-      ! B S = -N2^T (M X S + R X), as the motions N2 that coast are of unit inertia and undamped.
-      b = transpose(solution(transpose(s), -transpose(form(coasting, matmul(states%masses, s) + states%dampers)), done))
-      states%x = states%x + matmul(coasting%x, b)
-      states%masses = states%masses + matmul(coasting%masses, b)
-      states%dampers = states%dampers + matmul(coasting%dampers, b)
-   end subroutine combine
+      s = solve_dense(inner_products(decaying, states%inertia), -inner_products(decaying, states%damping_forces), is_regular)
+      if (.not. is_regular .or. size(undamped%x, 2) == 0) return
+      ! B S = -N2^T (M X S + R X), as the undamped motions N2 have N2^T M N2 = I and R N2 = 0.
+      forces = matmul(states%inertia, s) + states%damping_forces
+      b = transpose(solve_dense(transpose(s), -transpose(inner_products(undamped, forces)), is_regular))
+      states%x = states%x + matmul(undamped%x, b)
+      states%inertia = states%inertia + matmul(undamped%inertia, b)
+      states%damping_forces = states%damping_forces + matmul(undamped%damping_forces, b)
+   end subroutine set_states
 
-   ! Eigenpairs of X S: for the form X^T M X S + S^T X^T M X + X^T R X, S is self-adjoint. None where that is not definite.
+   ! Computes the eigenpairs of (X, S): S is self-adjoint in the form X^T M X S + S^T X^T M X + X^T R X. Leaves none if that form is
+   ! not definite.
    subroutine diagonalize(states, s, lambda, x)
       type(states_type), intent(in) :: states
       real(wp), intent(in) :: s(:, :)
@@ -106,8 +110,8 @@ contains
       integer :: p, info
 
       p = size(s, 1)
-      h = matmul(form(states, states%masses), s)
-      metric = -(form(states, states%dampers) + h + transpose(h))
+      h = matmul(inner_products(states, states%inertia), s)
+      metric = -(inner_products(states, states%damping_forces) + h + transpose(h))
       h = matmul(metric, s)
       h = (h + transpose(h))/2
       call dsygv(1, "V", "U", p, h, p, metric, p, values, work, size(work), info)
@@ -116,6 +120,7 @@ contains
       x = matmul(states%x, h)
    end subroutine diagonalize
 
+   ! The block of given motions and multipliers with its products.
    function states_of(problem, x) result(states)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: x(:, :)
@@ -124,31 +129,31 @@ contains
 
       n = problem%unknowns()
       allocate (states%x, source=x)
-      allocate (states%masses(n, size(x, 2)), states%dampers(n, size(x, 2)), source=0.0_wp)
-      call problem%mass%add_product(1.0_wp, x(:n, :), states%masses)
-      call problem%damping%add_product(1.0_wp, x(:n, :), states%dampers)
+      allocate (states%inertia(n, size(x, 2)), states%damping_forces(n, size(x, 2)), source=0.0_wp)
+      call problem%mass%add_product(1.0_wp, x(:n, :), states%inertia)
+      call problem%damping%add_product(1.0_wp, x(:n, :), states%damping_forces)
    end function states_of
 
-   ! X^T F.
-   pure function form(states, forces)
+   ! X^T F, of the motions X and a block of forces.
+   pure function inner_products(states, forces)
       type(states_type), intent(in) :: states
       real(wp), intent(in) :: forces(:, :)
-      real(wp) :: form(size(states%x, 2), size(forces, 2))
+      real(wp) :: inner_products(size(states%x, 2), size(forces, 2))
 
-      form = matmul(transpose(states%x(:size(forces, 1), :)), forces)
-   end function form
+      inner_products = matmul(transpose(states%x(:size(forces, 1), :)), forces)
+   end function inner_products
 
-   ! A^{-1} B.
-   function solution(a, b, done)
+   ! Solves A X = B by LAPACK's dgesv.
+   function solve_dense(a, b, is_regular)
       real(wp), intent(in) :: a(:, :), b(:, :)
       !> Whether A is regular.
-      logical, intent(out) :: done
-      real(wp) :: solution(size(b, 1), size(b, 2)), factors(size(a, 1), size(a, 2))
+      logical, intent(out) :: is_regular
+      real(wp) :: solve_dense(size(b, 1), size(b, 2)), factors(size(a, 1), size(a, 2))
       integer :: pivots(size(a, 1)), info
 
       factors = a
-      solution = b
-      call dgesv(size(a, 1), size(b, 2), factors, size(a, 1), pivots, solution, size(b, 1), info)
-      done = info == 0
-   end function solution
+      solve_dense = b
+      call dgesv(size(a, 1), size(b, 2), factors, size(a, 1), pivots, solve_dense, size(b, 1), info)
+      is_regular = info == 0
+   end function solve_dense
 end module kschur_rigid_decays

@@ -1,5 +1,5 @@
-!> The whole eigenspace of the eigenvalue zero, or of the infinite one, with its Jordan chains: an iteration would see
-!> a chain of length k as a ring of radius epsilon^(1/k), and what is near zero or far off as one of it.
+!> The root space, eigenvectors and Jordan chains, of the eigenvalue zero or infinity. An iteration cannot resolve it: rounding
+!> splits the eigenvalue of a chain of length k into a circle of radius epsilon^(1/k), which mixes with its neighbours.
 module kschur_staircase
    use kschur_error, only: error_type, error_singular, new_error
    use kschur_invariant, only: invariant_type
@@ -15,54 +15,60 @@ module kschur_staircase
    private
    public :: find_root_space, most_null_vectors, root_space_type, undamped_zeros, zero_and_infinite
 
-   !> Chains that begin with more null vectors than this are not followed: the steps below are dense.
+   !> Chains are not computed if there are more null vectors than this: the steps below are dense.
    integer, parameter :: most_null_vectors = 1000
-   ! Beside twice the null vectors, as of free bodies, there are no more states: chains are short, and those of rounding go on
-   ! until they have all states.
-   integer, parameter :: states_beside = 128
+   ! Most states beyond twice the null vectors, the multiplicity of free bodies: true chains are short, those that rounding makes
+   ! do not end.
+   integer, parameter :: most_extra_states = 128
 
-   !> States (x, v) of the chains of lambda = 0 in lambda^2 A2 + lambda A1 + A0, v_j = x_{j-1} and
-   !> A0 x_j + Cq^T xi_j = -(A1 x_{j-1} + A2 x_{j-2}), Cq x_j = 0 (Gohberg, Lancaster, Rodman, Matrix Polynomials
-   !> (1982), section 1.4).
+   !> The root space of lambda = 0 of lambda^2 A2 + lambda A1 + A0 as states (x, v): Jordan chains v_j = x_{j-1},
+   !> A0 x_j + Cq^T xi_j = -(A1 x_{j-1} + A2 x_{j-2}), Cq x_j = 0 (Gohberg, Lancaster, Rodman, Matrix Polynomials (1982), section
+   !> 1.4), and eigenpairs known with it.
    type :: root_space_type
-      !> n x s; s is the multiplicity of the eigenvalue, and of what is known beside it.
+      !> n x s; s is the multiplicity of the eigenvalue plus the number of other eigenvalues known with it.
       real(wp), allocatable :: x(:, :), v(:, :)
-      !> State j follows the combination links(:, j) of the states before it, s x s, strictly upper triangular but for those of eigenvalues beside.
+      !> The restriction of the operator to the space, s x s: state j is mapped to the combination links(:, j) of states. Strictly
+      !> upper triangular for the chains, with 1x1 and 2x2 blocks of the nonzero eigenvalues behind them.
       real(wp), allocatable :: links(:, :)
-      !> Eigenvalues beside it that are known with it (1/s), both of a conjugate pair: those of the last states, a pair of them
-      !> a block of the links. Not allocated: none.
-      complex(wp), allocatable :: beside(:)
+      !> Nonzero eigenvalues known with it (1/s), both of a conjugate pair: those of the last states. Not allocated: none.
+      complex(wp), allocatable :: nonzero(:)
    contains
+      !> Multiplicity of the eigenvalue zero.
       procedure :: multiplicity
+      !> Number of states, s.
       procedure :: states => count_states
+      !> Adds nonzero eigenpairs.
       procedure :: add_eigenpairs
    end type root_space_type
 
 contains
 
-   !> The root space that begins with null vectors of A0 on the motions that the constraints allow, `most_null_vectors` at most.
-   subroutine find_root_space(space, null_space, first, second, error, monitor)
+   !> Computes the root space of lambda = 0 from the null vectors of A0 on the motions that the constraints allow, by extending
+   !> Jordan chains: a combination of states whose force A1 x + A2 v is orthogonal to the left null vectors has a successor
+   !> -A0^+ (A1 x + A2 v). Ends when no new combination is left.
+   subroutine find_root_space(space, null_space, a1, a2, error, monitor)
       type(root_space_type), intent(out) :: space
-      !> Of A0.
+      !> The null space of A0, with `most_null_vectors` at most.
       type(null_space_type), intent(inout) :: null_space
-      !> A1 and A2.
-      type(csr_matrix_type), intent(in) :: first, second
+      !> A1 and A2, the coefficients of lambda and lambda^2.
+      type(csr_matrix_type), intent(in) :: a1, a2
+      !> Where rounding hides the multiplicity, or a step fails.
       type(error_type), allocatable, intent(out) :: error
-      !> Asked before each step.
+      !> Asked before each step whether to go on.
       class(monitor_type), optional, intent(inout) :: monitor
-      real(wp), allocatable :: left(:, :), forces(:, :), terms(:, :), level(:, :), factor(:), used(:, :), fresh(:, :), &
-         both(:, :), singular(:), vectors(:, :), y(:, :), weights(:)
+      real(wp), allocatable :: left(:, :), forces(:, :), terms(:, :), term_sizes(:, :), scaling(:), extended(:, :), &
+         combinations(:, :), conditions(:, :), singular(:), vectors(:, :), y(:, :), weights(:)
       integer :: n, k, s
 
       n = size(null_space%motions, 1)
       k = size(null_space%motions, 2)
       allocate (space%x, source=null_space%motions)
-      allocate (space%v(n, k), space%links(k, k), used(k, 0), source=0.0_wp)
+      allocate (space%v(n, k), space%links(k, k), extended(k, 0), source=0.0_wp)
       if (k == 0) return
       call null_space%find_left(left, error)
       if (allocated(error) .or. size(left, 2) /= k) return
-      ! Motions that are mixed hide what is light, or damped little, behind what is not.
-      weights = row_weights(first, second)
+      ! A basis of separate motions: in a mixed one, terms of heavy or damped motions would hide those of light or undamped ones.
+      weights = row_weights(a1, a2)
       call reduce_to_echelon(space%x, weights)
       call reduce_to_echelon(left, weights)
       do
@@ -70,55 +76,57 @@ contains
          if (allocated(error)) return
          s = space%states()
          allocate (forces(n, s), terms(n, s), source=0.0_wp)
-         call first%add_product(1.0_wp, space%x, forces)
-         call second%add_product(1.0_wp, space%v, forces)
-         call add_magnitudes(first, magnitudes(space%x), terms)
-         call add_magnitudes(second, magnitudes(space%v), terms)
+         call a1%add_product(1.0_wp, space%x, forces)
+         call a2%add_product(1.0_wp, space%v, forces)
+         call add_magnitudes(a1, magnitudes(space%x), terms)
+         call add_magnitudes(a2, magnitudes(space%v), terms)
          where (abs(forces) <= cancelled*terms) forces = 0
-         ! A long state would hide what is not zero of others.
-         level = matmul(transpose(magnitudes(left)), terms)
-         factor = scale(1.0_wp, -exponent(maxval(level, 1)))
-         space%x = space%x*spread(factor, 1, n)
-         space%v = space%v*spread(factor, 1, n)
-         space%links = space%links*spread(factor, 1, s)
-         forces = forces*spread(factor, 1, n)
-         level = level*spread(factor, 1, k)
-         ! Combinations that no left vector sees, without those that were used: null vectors of both together.
-         allocate (both(k + size(used, 2), s), source=0.0_wp)
-         both(:k, :) = matmul(transpose(left), forces)/spread(max(maxval(level, 2), tiny(1.0_wp)), 2, s)
-         both(k + 1:, :size(used, 1)) = transpose(used)
-         call right_singular_vectors(both, singular, vectors, error)
+         ! Scales states to one size by powers of two: a large one would hide the forces of others.
+         term_sizes = matmul(transpose(magnitudes(left)), terms)
+         scaling = scale(1.0_wp, -exponent(maxval(term_sizes, 1)))
+         space%x = space%x*spread(scaling, 1, n)
+         space%v = space%v*spread(scaling, 1, n)
+         space%links = space%links*spread(scaling, 1, s)
+         forces = forces*spread(scaling, 1, n)
+         term_sizes = term_sizes*spread(scaling, 1, k)
+         ! Combinations whose forces are orthogonal to the left null vectors, and which are orthogonal to those extended before: the
+         ! null vectors of both conditions together.
+         allocate (conditions(k + size(extended, 2), s), source=0.0_wp)
+         conditions(:k, :) = matmul(transpose(left), forces)/spread(max(maxval(term_sizes, 2), tiny(1.0_wp)), 2, s)
+         conditions(k + 1:, :size(extended, 1)) = transpose(extended)
+         call right_singular_vectors(conditions, singular, vectors, error)
          if (allocated(error)) return
-         fresh = vectors(:, count(singular > cancelled) + 1:)
-         if (size(fresh, 2) == 0) return
-         ! No eigenvalue is there more often than all of them together: the links are rounding.
-         if (s + size(fresh, 2) > min(2*n, 2*k + states_beside)) then
+         combinations = vectors(:, count(singular > cancelled) + 1:)
+         if (size(combinations, 2) == 0) return
+         ! The multiplicity cannot exceed the number of eigenvalues: chains are rounding then.
+         if (s + size(combinations, 2) > min(2*n, 2*k + most_extra_states)) then
             call new_error(error, error_singular, "rounding hides how often zero or infinity is an eigenvalue: "// &
                "the problem is singular for every lambda, or nearly so; look for motions with neither mass nor stiffness, "// &
                "and for entries far above all others")
             return
          end if
-         ! The next states are (-A0^+ f, X a) for combinations a.
-         forces = matmul(forces, fresh)
-         allocate (y(n + size(null_space%multipliers, 1), size(fresh, 2)), source=0.0_wp)
+         ! The successors are (-A0^+ f, X a) for combinations a with forces f.
+         forces = matmul(forces, combinations)
+         allocate (y(n + size(null_space%multipliers, 1), size(combinations, 2)), source=0.0_wp)
          if (any(abs(forces) > 0)) call null_space%pseudo_solve(-forces, y, error)
          if (allocated(error)) return
-         call append(space%v, matmul(space%x, fresh), n)
-         call append(space%x, y(:n, :), n)
-         call append(space%links, fresh, space%states())
-         call append(used, fresh, space%states())
-         deallocate (forces, terms, both, y)
+         call append_columns(space%v, matmul(space%x, combinations), n)
+         call append_columns(space%x, y(:n, :), n)
+         call append_columns(space%links, combinations, space%states())
+         call append_columns(extended, combinations, space%states())
+         deallocate (forces, terms, conditions, y)
       end do
    end subroutine find_root_space
 
+   !> The multiplicity of the eigenvalue zero.
    pure integer function multiplicity(self)
       class(root_space_type), intent(in) :: self
 
       multiplicity = self%states()
-      if (allocated(self%beside)) multiplicity = multiplicity - size(self%beside)
+      if (allocated(self%nonzero)) multiplicity = multiplicity - size(self%nonzero)
    end function multiplicity
 
-   !> s
+   !> The number of states, s.
    pure integer function count_states(self)
       class(root_space_type), intent(in) :: self
 
@@ -126,39 +134,39 @@ contains
       if (allocated(self%x)) count_states = size(self%x, 2)
    end function count_states
 
-   !> Adds eigenpairs beside zero, those that are not real with their conjugates.
+   !> Adds nonzero eigenpairs, the complex ones with their conjugates as a real basis of two states.
    subroutine add_eigenpairs(self, lambda, x)
       class(root_space_type), intent(inout) :: self
-      !> p numbers (1/s), and n x p.
+      !> Eigenvalues, p numbers (1/s), and shapes, n x p.
       complex(wp), intent(in) :: lambda(:), x(:, :)
       complex(wp) :: state(size(x, 1), 2)
       integer :: s, j
 
       if (.not. allocated(self%x)) allocate (self%x(size(x, 1), 0), self%v(size(x, 1), 0), self%links(0, 0))
-      if (.not. allocated(self%beside)) allocate (self%beside(0))
+      if (.not. allocated(self%nonzero)) allocate (self%nonzero(0))
       do j = 1, size(lambda)
          s = self%states()
-         self%beside = [self%beside, lambda(j)]
+         self%nonzero = [self%nonzero, lambda(j)]
          state(:, 1) = x(:, j)
          state(:, 2) = lambda(j)*x(:, j)
          ! A [Re z, Im z] = B [Re z, Im z] [Re lambda, Im lambda; -Im lambda, Re lambda].
-         call append(self%x, real(state(:, :1), wp), size(x, 1))
-         call append(self%v, real(state(:, 2:), wp), size(x, 1))
+         call append_columns(self%x, real(state(:, :1), wp), size(x, 1))
+         call append_columns(self%v, real(state(:, 2:), wp), size(x, 1))
          if (abs(aimag(lambda(j))) > 0) then
-            call append(self%x, aimag(state(:, :1)), size(x, 1))
-            call append(self%v, aimag(state(:, 2:)), size(x, 1))
+            call append_columns(self%x, aimag(state(:, :1)), size(x, 1))
+            call append_columns(self%v, aimag(state(:, 2:)), size(x, 1))
          end if
-         call append(self%links, reshape([real(wp) ::], [0, self%states() - s]), self%states())
+         call append_columns(self%links, reshape([real(wp) ::], [0, self%states() - s]), self%states())
          self%links(s + 1, s + 1) = real(lambda(j), wp)
          if (self%states() == s + 1) cycle
-         self%beside = [self%beside, conjg(lambda(j))]
+         self%nonzero = [self%nonzero, conjg(lambda(j))]
          self%links(s + 1:, s + 2) = [aimag(lambda(j)), real(lambda(j), wp)]
          self%links(s + 2, s + 1) = -aimag(lambda(j))
       end do
    end subroutine add_eigenpairs
 
-   ! Puts columns behind those there are, all with zeros down to a number of rows.
-   pure subroutine append(columns, more, rows)
+   ! Appends columns to a block, and pads all with zeros to a number of rows.
+   pure subroutine append_columns(columns, more, rows)
       real(wp), allocatable, intent(inout) :: columns(:, :)
       real(wp), intent(in) :: more(:, :)
       integer, intent(in) :: rows
@@ -168,36 +176,37 @@ contains
       all(:size(columns, 1), :size(columns, 2)) = columns
       all(:size(more, 1), size(columns, 2) + 1:) = more
       call move_alloc(all, columns)
-   end subroutine append
+   end subroutine append_columns
 
-   ! Size of each row of A1, and far below all of these that of A2 where A1 has none.
-   pure function row_weights(first, second) result(weights)
-      type(csr_matrix_type), intent(in) :: first, second
-      real(wp) :: weights(first%rows)
+   ! Computes the size of each row of A1; a row of zeros gets that of A2, scaled below all others.
+   pure function row_weights(a1, a2) result(weights)
+      type(csr_matrix_type), intent(in) :: a1, a2
+      real(wp) :: weights(a1%rows)
       real(wp), parameter :: far_below = sqrt(tiny(1.0_wp))
 
-      weights = relative(first)
-      where (.not. weights > 0) weights = far_below*(relative(second) + epsilon(1.0_wp))
+      weights = relative_maxima(a1)
+      where (.not. weights > 0) weights = far_below*(relative_maxima(a2) + epsilon(1.0_wp))
 
    contains
 
-      pure function relative(matrix)
+      pure function relative_maxima(matrix) result(maxima)
          type(csr_matrix_type), intent(in) :: matrix
-         real(wp) :: relative(matrix%rows)
+         real(wp) :: maxima(matrix%rows)
 
-         relative = matrix%row_maxima()
-         if (any(relative > 0)) relative = relative/maxval(relative)
-      end function relative
+         maxima = matrix%row_maxima()
+         if (any(maxima > 0)) maxima = maxima/maxval(maxima)
+      end function relative_maxima
    end function row_weights
 
-   ! Replaces a basis of rank k by the reduced echelon one of the same space, by elimination (Golub, Van Loan, Matrix Computations
-   ! (2013), section 3.4): each vector has its pivot where those after it have zero. The pivot is the largest entry times
-   ! the weight of its row: then a row that is far above all others, as of a damper of 1e20, acts on one vector, and is exactly
-   ! zero in those after it. Within a row no weight differs, so that they grow by no more than a factor of two a step.
+   ! Replaces a basis by a column echelon form of the same space, by Gauss-Jordan elimination (Golub, Van Loan, Matrix Computations
+   ! (2013), section 3.4): each vector is zero in the pivot rows of those before it. The pivot is the largest entry times the
+   ! weight of its row, so that a row far above all others, as of a damper of 1e20, acts on one vector and is exactly zero in those
+   ! after it. Within a row all weights are equal: a step doubles these at most. Entries that are rounding become zero.
    pure subroutine reduce_to_echelon(basis, weights)
       real(wp), intent(inout) :: basis(:, :)
       real(wp), intent(in) :: weights(:)
-      real(wp), parameter :: one_digit = 10
+      ! A pivot that is smaller in its vector than this would spoil the vectors before it.
+      real(wp), parameter :: largest_factor = 10
       real(wp) :: column(size(basis, 1)), factor
       integer :: j, l, largest, place(2)
 
@@ -205,7 +214,7 @@ contains
          basis(:, j) = basis(:, j)/maxval(abs(basis(:, j)))
       end do
       do j = 1, size(basis, 2)
-         ! Rows of pivots before have zeros here.
+         ! The pivot rows before have zeros in these columns.
          place = maxloc(abs(basis(:, j:))*spread(weights, 2, size(basis, 2) - j + 1))
          largest = place(2) + j - 1
          if (.not. abs(basis(place(1), largest)) > 0) return
@@ -215,8 +224,7 @@ contains
          do l = 1, size(basis, 2)
             if (l == j .or. .not. abs(basis(place(1), l)) > 0) cycle
             factor = basis(place(1), l)/column(place(1))
-            ! A pivot that is small in its vector would swell those before it.
-            if (l < j .and. abs(factor) > one_digit) cycle
+            if (l < j .and. abs(factor) > largest_factor) cycle
             basis(:, l) = basis(:, l) - factor*column
             basis(place(1), l) = 0
          end do
@@ -224,18 +232,19 @@ contains
       end do
    end subroutine reduce_to_echelon
 
-   !> The states (phi, lambda/unit phi, ...) of the root spaces of zero and of infinity as an invariant subspace of
-   !> shift-invert at sigma. With A Z = B Z J it is T = (J - sigma)^{-1}, with B Z = A Z J it is (1 - sigma J)^{-1} J.
+   !> Assembles the root spaces of zero and infinity, as states (phi, lambda/unit phi, ...), to an invariant subspace Z of the
+   !> shift-invert operator (A - sigma B)^{-1} B, to lock it: its projection is (J - sigma)^{-1} for A Z = B Z J (zero) and
+   !> (1 - sigma J)^{-1} J for B Z = A Z J (infinity).
    function zero_and_infinite(zero, infinite, order, shift, unit, oscillator) result(invariant)
-      !> That of infinity is the one of the reversed polynomial, whose states are (lambda phi, phi).
+      !> The root space of infinity is that of zero of the reversed polynomial, with states (lambda phi, phi).
       type(root_space_type), intent(in) :: zero, infinite
       !> Length of the states.
       integer, intent(in) :: order
-      !> sigma, a theta.
+      !> sigma, the shift, a theta.
       complex(wp), intent(in) :: shift
       !> Unit of lambda in the second part of a state (1/s).
       real(wp), intent(in) :: unit
-      !> Whether states are phi alone.
+      !> Whether theta is plus or minus lambda^2: states are phi alone.
       logical, intent(in) :: oscillator
       type(invariant_type) :: invariant
       complex(wp), parameter :: none = 0, one = 1
@@ -264,10 +273,10 @@ contains
       invariant%projected(k + 1:, k + 1:) = quotient(infinite%links, one, none, -shift, one)
    end function zero_and_infinite
 
-   !> The root space of lambda = 0 that rigid motions without damping have at least: (phi, 0), and (0, phi) next in
-   !> its chain.
+   !> The root space of lambda = 0 of undamped rigid motions without computing chains: the states (phi, 0) and their successors
+   !> (0, phi).
    pure function undamped_zeros(motions) result(space)
-      !> n x k.
+      !> The rigid motions, n x k.
       real(wp), intent(in) :: motions(:, :)
       type(root_space_type) :: space
       integer :: n, k, j
@@ -282,7 +291,7 @@ contains
       end do
    end function undamped_zeros
 
-   ! (c J + d)^{-1} (a J + b).
+   ! The rational function (c J + d)^{-1} (a J + b) of a matrix J.
    function quotient(j, a, b, c, d) result(q)
       real(wp), intent(in) :: j(:, :)
       complex(wp), intent(in) :: a, b, c, d

@@ -1,4 +1,4 @@
-!> What an engineer calls a mode: frequencies, damping ratio, kind.
+!> Engineering quantities of modes: frequencies, damping ratio, loss factor, kind.
 module kschur_description
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kschur_kinds, only: wp
@@ -11,13 +11,14 @@ module kschur_description
    use kschur_tolerances, only: rounding_of_row, twelve_digits
    implicit none
    private
-   public :: describe, form
+   public :: describe, quadratic_form
 
    real(wp), parameter :: pi = acos(-1.0_wp)
 
 contains
 
-   !> Frequencies, damping ratios and kinds, eqs. (26) to (28), and loss factors where there are losses.
+   !> Sets frequencies, damping ratios and kinds of the modes of a result, eqs. (26) to (28), and their loss factors if the problem
+   !> has a loss matrix.
    subroutine describe(problem, rigid, result)
       type(modal_problem_type), intent(in) :: problem
       !> Its rigid motions, n x k.
@@ -47,7 +48,7 @@ contains
             result%kind(j) = kind_underdamped
          else
             result%kind(j) = kind_real
-            call oscillator(problem, rigid, real(lambda, wp), result%eigenvectors(:, j), result%kind(j), omega, zeta)
+            call describe_overdamped(problem, rigid, real(lambda, wp), result%eigenvectors(:, j), result%kind(j), omega, zeta)
          end if
          result%frequency_hz(j) = omega/(2*pi)
          result%damping_ratio(j) = zeta
@@ -55,9 +56,9 @@ contains
       if (allocated(problem%loss)) result%loss_factor = loss_factor_of(result%eigenvalues)
    end subroutine describe
 
-   ! Whether a real root belongs to an overdamped oscillator: its shape stores
-   ! strain energy. The other root follows from the product of the two, k/m.
-   subroutine oscillator(problem, rigid, lambda, phi, kind, omega, zeta)
+   ! Describes a real root as one of an overdamped oscillator if its shape has both strain energy and inertia beyond rounding. The
+   ! other root follows from the product of the two, k/m.
+   subroutine describe_overdamped(problem, rigid, lambda, phi, kind, omega, zeta)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: rigid(:, :), lambda
       complex(wp), intent(in) :: phi(:)
@@ -67,17 +68,18 @@ contains
       real(wp) :: m_terms, k_terms, other
 
       if (.not. problem%symmetric) return
-      call form(problem%mass, phi, m, m_terms)
-      call form(problem%stiffness, phi, k, k_terms)
+      call quadratic_form(problem%mass, phi, m, m_terms)
+      call quadratic_form(problem%stiffness, phi, k, k_terms)
       if (real(k, wp) <= rounding_of_row*k_terms .or. real(m, wp) <= rounding_of_row*m_terms) return
       if (rigid_mass(problem, rigid, phi) > 0.5_wp*real(m, wp)) return
       other = real(k, wp)/(real(m, wp)*lambda)
       kind = kind_overdamped
       omega = sqrt(lambda*other)
       zeta = -(lambda + other)/(2*omega)
-   end subroutine oscillator
+   end subroutine describe_overdamped
 
-   ! Of phi^* M phi what is that of a rigid motion: one that dampers slow is no oscillator, whatever strain they cause.
+   ! The part of phi^* M phi that belongs to the M-orthogonal projection on the rigid motions: a rigid motion that dampers slow is
+   ! no oscillator, even if they strain the structure.
    function rigid_mass(problem, rigid, phi) result(mass)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: rigid(:, :)
@@ -100,17 +102,17 @@ contains
       if (info == 0) mass = sum(shared*part)
    end function rigid_mass
 
-   !> phi^* A phi, and the same with every term positive.
-   pure subroutine form(matrix, phi, total, terms)
+   !> Computes phi^* A phi, and |phi|^T |A| |phi|, the terms that its rounding is relative to.
+   pure subroutine quadratic_form(matrix, phi, value, terms)
       type(csr_matrix_type), intent(in) :: matrix
       complex(wp), intent(in) :: phi(:)
-      complex(wp), intent(out) :: total
+      complex(wp), intent(out) :: value
       real(wp), intent(out) :: terms
       complex(wp) :: row
       real(wp) :: size_of_phi(size(phi)), row_terms
       integer :: i, k
 
-      total = 0
+      value = 0
       terms = 0
       size_of_phi = abs(phi)
       do i = 1, matrix%rows
@@ -120,8 +122,8 @@ contains
             row = row + matrix%value(k)*phi(matrix%column(k))
             row_terms = row_terms + abs(matrix%value(k))*size_of_phi(matrix%column(k))
          end do
-         total = total + conjg(phi(i))*row
+         value = value + conjg(phi(i))*row
          terms = terms + size_of_phi(i)*row_terms
       end do
-   end subroutine form
+   end subroutine quadratic_form
 end module kschur_description

@@ -1,7 +1,7 @@
 !> Left eigenvectors of modes, psi^* P(lambda) + eta^* Cq = 0, Cq psi = 0, and the condition number of each eigenvalue.
 !>
-!> All is done with the modes of the transposed problem, chi = conj(psi): those that were found are paired with the modes; in a
-!> cluster where one is missing, or where copies cannot be told apart, they are polished.
+!> They are computed as the modes of the transposed problem, chi = conj(psi): eigenpairs of that are matched with the modes, and
+!> polished in clusters where one is missing, or where copies of a multiple eigenvalue cannot be made biorthogonal.
 module kschur_left
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use kschur_backward_error, only: backward_errors, effect_of_constraints, level_of, norms_of
@@ -17,15 +17,15 @@ module kschur_left
    use kschur_tolerances, only: above_all_rounding, rounding_of_sums, same_shape, same_value
    implicit none
    private
-   public :: condition_number, find_left_pairs, merges, set_left_modes
+   public :: condition_number, find_left_pairs, is_nearly_defective, set_left_modes
 
-   ! A left vector is one when its residual at the eigenvalue of the mode is not this much worse than that of the mode itself.
-   real(wp), parameter :: as_good = 10
+   ! A left vector is accepted if its backward error at the eigenvalue of the mode is at most this multiple of that of the mode.
+   real(wp), parameter :: accepted_ratio = 10
 
 contains
 
-   !> Eigenpairs of the transposed problem, one for each of the problem and of its eigenvalue: those found that belong to
-   !> them, or polished ones. One that could not be found is NaN.
+   !> Finds for each eigenpair of the problem one of the transposed problem with the same eigenvalue: the nearest of the given ones
+   !> or, if that is missing, inaccurate or not biorthogonal to the others of its cluster, a polished one. Missing ones are NaN.
    subroutine find_left_pairs(problem, transposed, found, pairs, errors, left, effort, error, polisher, complete)
       type(modal_problem_type), intent(in) :: problem
       !> The transposed problem; the problem itself if it is symmetric.
@@ -36,12 +36,13 @@ contains
       class(eigenpairs_type), intent(in) :: pairs
       !> Their backward errors.
       real(wp), intent(in) :: errors(:)
+      !> The eigenpairs found, in the order of `pairs`.
       type(eigenpairs_type), intent(out) :: left
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
-      !> Of the transposed problem; absent: nothing is polished.
+      !> Polisher of the transposed problem. Absent: nothing is polished.
       type(polisher_type), optional, intent(inout) :: polisher
-      !> Whether none is missing, and copies could be told apart.
+      !> Whether none is missing, and all clusters are biorthogonal.
       logical, optional, intent(out) :: complete
       type(cluster_type), allocatable :: clusters(:)
       real(wp), allocatable :: limits(:)
@@ -49,42 +50,42 @@ contains
       logical :: coupled, all_found
       integer :: i, j
 
-      call match(found, pairs, left)
-      allocate (limits, source=max(above_all_rounding, as_good*errors))
+      call match_pairs(found, pairs, left)
+      allocate (limits, source=max(above_all_rounding, accepted_ratio*errors))
       allocate (missing, source=backward_errors(transposed, left) > limits)
       do j = 1, size(missing)
-         if (missing(j)) call leave_out(left, j)
+         if (missing(j)) call set_missing(left, j)
       end do
-      call split(pairs%lambda, same_value*abs(pairs%lambda), clusters, most=size(missing))
+      call split(pairs%lambda, same_value*abs(pairs%lambda), clusters, max_members=size(missing))
       all_found = .true.
       do i = 1, size(clusters)
          associate (members => clusters(i)%members)
-            call decouple(problem, transposed, pairs, limits, members, left, coupled)
+            call biorthogonalize(problem, transposed, pairs, limits, members, left, coupled)
             all_found = all_found .and. .not. (coupled .or. any(missing(members)))
             if (.not. present(polisher) .or. .not. (coupled .or. any(missing(members)))) cycle
-            call polish(transposed, clusters(i), limits(members), polisher, left, effort, error)
+            call polish_cluster(transposed, clusters(i), limits(members), polisher, left, effort, error)
             if (allocated(error)) return
-            call decouple(problem, transposed, pairs, limits, members, left, coupled)
+            call biorthogonalize(problem, transposed, pairs, limits, members, left, coupled)
          end associate
       end do
       if (present(polisher)) call effort%add_solves(polisher%solver)
       if (present(complete)) complete = all_found
    end subroutine find_left_pairs
 
-   !> Sets the left vectors and condition numbers of modes. A mode without a left vector has NaN.
+   !> Sets the left vectors, multipliers and condition numbers of modes; those of a mode without a left vector are NaN.
    subroutine set_left_modes(problem, left, modes)
       type(modal_problem_type), intent(in) :: problem
-      !> Of the transposed problem, one for each mode.
+      !> Eigenpairs of the transposed problem, one for each mode; normalized on return.
       type(eigenpairs_type), intent(inout) :: left
       class(modes_type), intent(inout) :: modes
       integer :: j
 
       call modes%make_complex()
       do j = 1, size(left%lambda)
-         if (is_number(left, j)) then
+         if (is_found(left, j)) then
             call normalize(left, j)
          else
-            call leave_out(left, j)
+            call set_missing(left, j)
          end if
       end do
       call set_conditions(problem, left, modes)
@@ -92,52 +93,54 @@ contains
       modes%left_xi = conjg(left%xi)
    end subroutine set_left_modes
 
-   ! For each mode the nearest eigenpair that no other mode has taken, or NaN.
-   subroutine match(found, pairs, left)
+   ! Matches each eigenpair with the nearest of the transposed problem that is not taken, within `same_value`; sets NaN if there is
+   ! none.
+   subroutine match_pairs(found, pairs, left)
       class(eigenpairs_type), intent(in) :: found, pairs
       type(eigenpairs_type), intent(out) :: left
-      logical :: free(size(found%lambda))
+      logical :: is_free(size(found%lambda))
       real(wp) :: distance(size(found%lambda))
       integer :: j, nearest
 
-      free = .true.
+      is_free = .true.
       allocate (left%lambda, source=pairs%lambda)
       allocate (left%phi(found%rows(), size(left%lambda)), left%xi(size(found%xi, 1), size(left%lambda)))
       left%phi = ieee_value(1.0_wp, ieee_quiet_nan)
       left%xi = ieee_value(1.0_wp, ieee_quiet_nan)
       do j = 1, size(left%lambda)
-         if (.not. any(free)) return
+         if (.not. any(is_free)) return
          distance = abs(found%lambda - left%lambda(j))
-         nearest = minloc(distance, 1, free)
+         nearest = minloc(distance, 1, is_free)
          if (distance(nearest) > same_value*abs(left%lambda(j))) cycle
          left%phi(:, j) = found%column(nearest)
          left%xi(:, j) = found%xi(:, nearest)
-         free(nearest) = .false.
+         is_free(nearest) = .false.
       end do
-   end subroutine match
+   end subroutine match_pairs
 
-   ! The left vectors of a cluster from factors beside it. What is not good enough, or cannot be factored, stays as it was.
-   subroutine polish(transposed, cluster, limits, polisher, left, effort, error)
+   ! Polishes the left vectors of a cluster. Those that do not reach their limit stay as they were, and all if the factorization
+   ! fails.
+   subroutine polish_cluster(transposed, cluster, limits, polisher, left, effort, error)
       type(modal_problem_type), intent(in) :: transposed
       type(cluster_type), intent(in) :: cluster
-      !> Of the backward errors of the members.
+      !> Limits of the backward errors of the members.
       real(wp), intent(in) :: limits(:)
       type(polisher_type), intent(inout) :: polisher
       type(eigenpairs_type), intent(inout) :: left
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
-      ! Random vectors beside two for each: those of the conjugates on the real axis, or of the chains of zeros.
-      integer, parameter :: guards = 4
+      ! Random vectors beyond two for each member: these serve conjugates on the real axis, or Jordan chains.
+      integer, parameter :: more_random = 4
       type(polished_type) :: polished
-      type(eigenpairs_type) :: none
+      type(eigenpairs_type) :: no_members
       complex(wp) :: shift
       integer :: j
 
       call polisher%factor_beside(transposed, cluster, shift, error)
       if (.not. allocated(error)) then
          call effort%add_factors(polisher%solver, for_left)
-         none = chosen_pairs(left, spread(.false., 1, size(left%lambda)))
-         call polisher%polish(transposed, cluster, shift, none, 0.0_wp, 2*size(limits) + guards, polished, error, &
+         no_members = chosen_pairs(left, spread(.false., 1, size(left%lambda)))
+         call polisher%polish(transposed, cluster, shift, no_members, 0.0_wp, 2*size(limits) + more_random, polished, error, &
             left%lambda(cluster%members))
       end if
       if (allocated(error)) then
@@ -149,44 +152,44 @@ contains
          left%phi(:, cluster%members(j)) = polished%pairs%phi(:, j)
          left%xi(:, cluster%members(j)) = polished%pairs%xi(:, j)
       end do
-   end subroutine polish
+   end subroutine polish_cluster
 
-   ! Within a cluster chi_i^T ((lambda_i + lambda_j) M + R) phi_j = 0 for i /= j, as between other eigenvalues: with G of these
-   ! entries, the left vectors times G^{-T}. Where that spoils them, as those of a defective eigenvalue or copies that are
-   ! nearly parallel, they stay as they are.
-   subroutine decouple(problem, transposed, pairs, limits, members, left, coupled)
+   ! Makes the left vectors of a cluster biorthogonal to its modes, chi_i^T ((lambda_i + lambda_j) M + R) phi_j = 0 for i /= j, as
+   ! those of other eigenvalues are: multiplies them by G^{-T}, G with these entries. Leaves them if that makes them inaccurate, as
+   ! for a defective eigenvalue or nearly parallel copies.
+   subroutine biorthogonalize(problem, transposed, pairs, limits, members, left, coupled)
       type(modal_problem_type), intent(in) :: problem, transposed
       class(eigenpairs_type), intent(in) :: pairs
       real(wp), intent(in) :: limits(:)
       integer, intent(in) :: members(:)
       type(eigenpairs_type), intent(inout) :: left
-      !> Whether they do.
+      !> Whether they stay coupled.
       logical, intent(out) :: coupled
       type(eigenpairs_type) :: mixed
-      complex(wp), allocatable :: force(:, :), g(:, :), mixture(:, :)
+      complex(wp), allocatable :: product(:, :), gram(:, :), mixture(:, :)
       integer, allocatable :: group(:), pivots(:)
       logical :: chosen(size(limits))
       integer :: j, k, info
 
       chosen = .false.
-      chosen(members) = [(is_number(left, members(j)), j=1, size(members))] .and. abs(left%lambda(members)) > 0
+      chosen(members) = [(is_found(left, members(j)), j=1, size(members))] .and. abs(left%lambda(members)) > 0
       allocate (group, source=pack([(j, j=1, size(chosen))], chosen))
       k = size(group)
       coupled = .false.
       if (k < 2) return
       mixed = chosen_pairs(left, chosen)
-      allocate (force(size(mixed%phi, 1), 1), g(k, k), pivots(k))
+      allocate (product(size(mixed%phi, 1), 1), gram(k, k), pivots(k))
       allocate (mixture(k, k), source=(0.0_wp, 0.0_wp))
       do j = 1, k
-         force = 0
-         call problem%mass%add_product((1.0_wp, 0.0_wp), pairs%phi(:, group(j):group(j)), force)
-         g(j, :) = (mixed%lambda + mixed%lambda(j))*matmul(force(:, 1), mixed%phi)
-         force = 0
-         call problem%damping%add_product((1.0_wp, 0.0_wp), pairs%phi(:, group(j):group(j)), force)
-         g(j, :) = g(j, :) + matmul(force(:, 1), mixed%phi)
+         product = 0
+         call problem%mass%add_product((1.0_wp, 0.0_wp), pairs%phi(:, group(j):group(j)), product)
+         gram(j, :) = (mixed%lambda + mixed%lambda(j))*matmul(product(:, 1), mixed%phi)
+         product = 0
+         call problem%damping%add_product((1.0_wp, 0.0_wp), pairs%phi(:, group(j):group(j)), product)
+         gram(j, :) = gram(j, :) + matmul(product(:, 1), mixed%phi)
          mixture(j, j) = 1
       end do
-      call zgesv(k, k, g, k, pivots, mixture, k, info)
+      call zgesv(k, k, gram, k, pivots, mixture, k, info)
       if (info == 0) then
          mixed%phi = matmul(mixed%phi, mixture)
          mixed%xi = matmul(mixed%xi, mixture)
@@ -196,11 +199,11 @@ contains
       if (coupled) return
       left%phi(:, group) = mixed%phi
       left%xi(:, group) = mixed%xi
-   end subroutine decouple
+   end subroutine biorthogonalize
 
-   ! Normwise relative condition numbers (Tisseur 2000): infinite for a zero
-   ! eigenvalue, for one that rounding could take anywhere, and for a defective
-   ! one, that is where rounding could merge it with a neighbour of the same shape.
+   ! Sets the normwise relative condition numbers (Tisseur, Linear Algebra Appl. 309 (2000)), and error bounds from them where there
+   ! are none yet. Infinite for a zero eigenvalue, for one whose condition number exceeds 1/epsilon, and for a numerically defective
+   ! one, which rounding could merge with a neighbour of the same shape.
    subroutine set_conditions(problem, left, modes)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: left
@@ -210,11 +213,11 @@ contains
       allocate (modes%condition(size(left%lambda)), source=ieee_value(1.0_wp, ieee_positive_inf))
       do j = 1, size(left%lambda)
          associate (lambda => left%lambda(j), phi => modes%phi(:, j), condition => modes%condition(j))
-            if (.not. is_number(left, j)) condition = ieee_value(1.0_wp, ieee_quiet_nan)
-            if (.not. (is_number(left, j) .and. abs(lambda) > 0)) cycle
+            if (.not. is_found(left, j)) condition = ieee_value(1.0_wp, ieee_quiet_nan)
+            if (.not. (is_found(left, j) .and. abs(lambda) > 0)) cycle
             condition = condition_number(problem, lambda, left%phi(:, j), left%xi(:, j), phi, modes%xi(:, j))
             if (condition > huge(condition)) cycle
-            if (merges(modes%lambda, modes%phi, j, rounding_of_sums*condition*abs(lambda))) &
+            if (is_nearly_defective(modes%lambda, modes%phi, j, rounding_of_sums*condition*abs(lambda))) &
                condition = ieee_value(1.0_wp, ieee_positive_inf)
             if (condition <= huge(condition) .and. .not. modes%error_bound(j) >= 0) modes%error_bound(j) = &
                condition*max(modes%backward_error(j), epsilon(1.0_wp))*abs(lambda)
@@ -222,8 +225,8 @@ contains
       end do
    end subroutine set_conditions
 
-   !> Relative condition number of an eigenvalue, normwise of M, R and K and by entries of the constraints; infinite where
-   !> rounding could take it anywhere.
+   !> The relative condition number of an eigenvalue, normwise for M, R and K and entrywise for the constraints; infinite above
+   !> 1/epsilon.
    function condition_number(problem, lambda, chi, eta, phi, xi) result(condition)
       type(modal_problem_type), intent(in) :: problem
       complex(wp), intent(in) :: lambda
@@ -243,15 +246,16 @@ contains
       if (sensitivity > epsilon(1.0_wp)*level) condition = level/sensitivity
    end function condition_number
 
-   !> Whether an eigenvalue within a distance of that of mode j has its shape.
-   pure logical function merges(lambda, phi, j, distance)
+   !> Whether mode j is nearly defective: another eigenvalue, or its own conjugate, lies within a distance and has the same shape.
+   pure logical function is_nearly_defective(lambda, phi, j, distance)
       !> Eigenvalues and their shapes, of unit norm.
       complex(wp), intent(in) :: lambda(:), phi(:, :)
       integer, intent(in) :: j
+      !> Distance of eigenvalues (1/s).
       real(wp), intent(in) :: distance
       integer :: i
 
-      merges = .true.
+      is_nearly_defective = .true.
       do i = 1, size(lambda)
          if (i /= j .and. abs(lambda(i) - lambda(j)) <= distance) then
             if (1 - abs(dot_product(phi(:, i), phi(:, j)))**2 <= same_shape**2) return
@@ -260,21 +264,23 @@ contains
       if (abs(aimag(lambda(j))) > 0 .and. 2*abs(aimag(lambda(j))) <= distance) then
          if (1 - abs(sum(phi(:, j)**2))**2 <= same_shape**2) return
       end if
-      merges = .false.
-   end function merges
+      is_nearly_defective = .false.
+   end function is_nearly_defective
 
-   pure logical function is_number(left, j)
+   ! Whether the left vector j was found: it is not NaN.
+   pure logical function is_found(left, j)
       type(eigenpairs_type), intent(in) :: left
       integer, intent(in) :: j
 
-      is_number = sum(abs(left%phi(:, j))) >= 0
-   end function is_number
+      is_found = sum(abs(left%phi(:, j))) >= 0
+   end function is_found
 
-   pure subroutine leave_out(left, j)
+   ! Marks the left vector j as missing, by NaN.
+   pure subroutine set_missing(left, j)
       type(eigenpairs_type), intent(inout) :: left
       integer, intent(in) :: j
 
       left%phi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
       left%xi(:, j) = ieee_value(1.0_wp, ieee_quiet_nan)
-   end subroutine leave_out
+   end subroutine set_missing
 end module kschur_left

@@ -1,85 +1,87 @@
-!> From eigenpairs to modes: which of them are the same, how accurate they are, which are wanted.
+!> Selection of modes from eigenpairs: drops duplicates and spurious pairs, assesses accuracy, keeps those nearest to the target.
 module kschur_mode_selection
    use kschur_backward_error, only: judge_as_given
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, keep_pairs, normalize
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_problem, only: modal_problem_type
-   use kschur_settling, only: settle_pairs
-   use kschur_shapes, only: repeats_zero
+   use kschur_eigenvalue_correction, only: correct_eigenvalues
+   use kschur_shapes, only: repeats_rigid_motion
    use kschur_sorting, only: ascending_order
    use kschur_split, only: match_conjugates
    use kschur_threads, only: panel_rows
    use kschur_tolerances, only: equal_value, no_correct_digits, nearly_zero, real_tolerance, same_value, spurious
    implicit none
    private
-   public :: accept_pairs, distances, drop_spurious, highest, judge_pairs, keep_nearer_unlisted, nearest_first, wanted_type
+   public :: accept_pairs, distances, drop_spurious, judge_pairs, keep_nearer_unlisted, largest_rate, mode_request_type, &
+      nearest_first
 
-   ! Infinite eigenvalues are further off than the modes by this factor, whatever rounding made of them.
-   real(wp), parameter :: far = 10
+   ! Inaccurate eigenvalues larger than accurate ones by this factor are taken as infinite ones that rounding made finite.
+   real(wp), parameter :: far_factor = 10
 
-   !> Which modes are wanted, and what is known of where they are.
-   type :: wanted_type
+   !> Which modes are asked for, and what bounds their number and size.
+   type :: mode_request_type
+      !> Number of modes asked for.
       integer :: modes = huge(1)
-      !> The modes nearest to this lambda (1/s).
+      !> Those nearest to this lambda (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp)
-      !> There are no more finite eigenvalues than this, both of a conjugate pair counted. What is beyond
-      !> belongs to multipliers, however small its backward error is.
-      integer :: most = huge(1)
-      !> The last so many pairs are rigid motions, known exactly: all of the eigenvalue zero, and
-      !> others.
+      !> Upper bound of the number of finite eigenvalues, both of a conjugate pair counted. More are infinite ones, however small
+      !> their backward errors are.
+      integer :: max_eigenvalues = huge(1)
+      !> Number of rigid motions and their decays, the last pairs: known from the examination, zeros exactly.
       integer :: rigid = 0
-      !> A size of lambda (1/s), as the shift, against which zeros are seen.
+      !> Size of lambda (1/s), as the shift, relative to which zeros are recognized.
       real(wp) :: reference = 0
-      !> Eigenvalues are known as far as this from the target (1/s).
-      real(wp) :: reach = huge(1.0_wp)
-      !> Of motions whose zeros have a root space that is not known, what rounding hides (1/s).
+      !> Radius around the target (1/s) within which all eigenvalues were found.
+      real(wp) :: search_radius = huge(1.0_wp)
+      !> Eigenvalues below this (1/s) are rounding errors of zeros whose root space was not computed.
       real(wp) :: zero_noise = 0
-   end type wanted_type
+   end type mode_request_type
 
 contains
 
-   !> Modes from eigenpairs: conjugate pairs once, spurious pairs dropped, nearest to the target first, no more than
-   !> are wanted.
-   subroutine accept_pairs(problem, wanted, pairs, modes)
+   !> Makes modes from eigenpairs: conjugate pairs once, duplicates and spurious pairs dropped, nearest to the target first, at most
+   !> as many as are asked for.
+   subroutine accept_pairs(problem, request, pairs, modes)
       type(modal_problem_type), intent(in) :: problem
-      type(wanted_type), intent(in) :: wanted
-      !> Used up.
+      type(mode_request_type), intent(in) :: request
+      !> Moved to the modes.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
-      integer, allocatable :: motions(:)
+      integer, allocatable :: rigid(:)
       real(wp), allocatable :: errors(:), bounds(:)
       integer :: j
 
-      call judge_pairs(problem, wanted, pairs, modes)
-      ! What is known was not asked for its errors.
-      allocate (motions, source=pack([(j, j=1, size(modes%motion))], modes%motion > 0))
-      if (size(motions) > 0) then
-         allocate (errors(size(motions)), bounds(size(motions)))
-         call judge_as_given(problem, chosen_pairs(modes, modes%motion > 0), spread(.true., 1, size(motions)), errors, bounds)
-         modes%backward_error(motions) = errors
-         modes%error_bound(motions) = bounds
+      call judge_pairs(problem, request, pairs, modes)
+      ! The errors of rigid motions were not computed: blocks of exact zeros are skipped.
+      allocate (rigid, source=pack([(j, j=1, size(modes%motion))], modes%motion > 0))
+      if (size(rigid) > 0) then
+         allocate (errors(size(rigid)), bounds(size(rigid)))
+         call judge_as_given(problem, chosen_pairs(modes, modes%motion > 0), spread(.true., 1, size(rigid)), errors, bounds)
+         modes%backward_error(rigid) = errors
+         modes%error_bound(rigid) = bounds
       end if
       call drop_spurious(modes)
    end subroutine accept_pairs
 
-   !> The same, with those among the wanted ones that are known badly.
-   subroutine judge_pairs(problem, wanted, pairs, modes)
+   !> Makes modes from eigenpairs as `accept_pairs` does, but keeps inaccurate pairs among the nearest, so that they can be refined.
+   !> Sets the errors of all but the zeros, the eigenvalues that are not listed, and the number found.
+   subroutine judge_pairs(problem, request, pairs, modes)
       type(modal_problem_type), intent(in) :: problem
-      type(wanted_type), intent(in) :: wanted
-      !> Used up.
+      type(mode_request_type), intent(in) :: request
+      !> Moved to the modes.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
-      logical, allocatable :: accepted(:), badly(:), mirrored(:), repeated(:)
-      integer, allocatable :: order(:), motion(:)
+      logical, allocatable :: accepted(:), inaccurate(:), mirrored(:), repeated(:)
+      integer, allocatable :: order(:), rigid_index(:)
       integer :: j, k
 
-      k = size(pairs%lambda) - wanted%rigid
+      k = size(pairs%lambda) - request%rigid
       if (.not. allocated(pairs%paired)) allocate (pairs%paired(size(pairs%lambda)), source=.false.)
       if (allocated(problem%loss)) then
-         ! What is below the axis belongs to another problem.
+         ! With H, eigenvalues below the real axis are no conjugates: they belong to the problem with -H.
          call keep_pairs(pairs, aimag(pairs%lambda) >= -real_tolerance*abs(pairs%lambda))
-         k = size(pairs%lambda) - wanted%rigid
+         k = size(pairs%lambda) - request%rigid
          allocate (mirrored(k), source=.false.)
          call normalize_first(pairs, k)
       else
@@ -87,28 +89,29 @@ contains
          call match_conjugates(pairs%lambda(:k), same_value*abs(pairs%lambda(:k)), pairs%paired(:k), mirrored)
          call make_canonical(pairs, k)
       end if
-      call settle_pairs(problem, pairs, wanted%rigid, modes%backward_error, modes%error_bound, modes%uncertainty)
-      ! Real shapes stayed as they were.
+      call correct_eigenvalues(problem, pairs, request%rigid, modes%backward_error, modes%error_bound, modes%uncertainty)
+      ! The correction changes complex shapes only.
       if (.not. pairs%is_real()) call normalize_first(pairs, k)
-      allocate (repeated, source=repeats_zero(problem, pairs, k, wanted%rigid, wanted%reference, wanted%zero_noise))
+      allocate (repeated, source=repeats_rigid_motion(problem, pairs, k, request%rigid, request%reference, request%zero_noise))
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. (mirrored .or. repeated)
       if (allocated(problem%loss)) accepted(:k) = accepted(:k) .and. aimag(pairs%lambda(:k)) >= 0
-      call leave_infinite(problem, wanted, pairs%lambda, modes, accepted, badly)
-      call rank(wanted, pairs%lambda, accepted, order)
-      modes%unlisted = pack(pairs%lambda, badly)
-      ! What is neither known well nor listed will never be looked at, so it is not counted either.
+      call drop_infinite(problem, request, pairs%lambda, modes, accepted, inaccurate)
+      call select_nearest(request, pairs%lambda, accepted, order)
+      modes%unlisted = pack(pairs%lambda, inaccurate)
+      ! A pair that is inaccurate and not listed will not be refined: it is not counted as found.
       accepted = accepted .and. modes%backward_error <= spurious
       accepted(:k) = accepted(:k) .and. .not. modes%uncertainty(:k) > no_correct_digits*abs(pairs%lambda(:k))
       accepted(order) = .true.
       modes%found = eigenvalues_of(pairs%lambda, accepted)
-      allocate (motion, source=[spread(0, 1, k), (j, j=1, wanted%rigid), spread(0, 1, size(pairs%lambda) - k - wanted%rigid)])
-      call move_alloc(motion, modes%motion)
+      allocate (rigid_index, source=[spread(0, 1, k), (j, j=1, request%rigid), &
+         spread(0, 1, size(pairs%lambda) - k - request%rigid)])
+      call move_alloc(rigid_index, modes%motion)
       call move_pairs(pairs, modes)
       call modes%take(order)
    end subroutine judge_pairs
 
-   ! The first k in the upper half plane, of unit norm, the largest entry real and positive.
+   ! Replaces the first k pairs by their conjugates in the upper half plane, of unit norm, with the largest entry real and positive.
    subroutine make_canonical(pairs, k)
       type(eigenpairs_type), intent(inout) :: pairs
       integer, intent(in) :: k
@@ -123,6 +126,7 @@ contains
       call normalize_first(pairs, k)
    end subroutine make_canonical
 
+   ! Normalizes the first k pairs.
    subroutine normalize_first(pairs, k)
       type(eigenpairs_type), intent(inout) :: pairs
       integer, intent(in) :: k
@@ -135,88 +139,94 @@ contains
       !$omp end parallel do
    end subroutine normalize_first
 
-   ! Leaves out what is known badly and lies where infinite eigenvalues do, and what is more than there is.
-   subroutine leave_infinite(problem, wanted, lambda, modes, accepted, badly)
+   ! Drops pairs of infinite eigenvalues: inaccurate ones far above all accurate ones, and those in excess of the number of finite
+   ! eigenvalues.
+   subroutine drop_infinite(problem, request, lambda, modes, accepted, inaccurate)
       type(modal_problem_type), intent(in) :: problem
-      type(wanted_type), intent(in) :: wanted
+      type(mode_request_type), intent(in) :: request
       complex(wp), intent(in) :: lambda(:)
       type(modes_type), intent(inout) :: modes
       logical, intent(inout) :: accepted(:)
-      !> Those that are more than there is, and known badly.
-      logical, allocatable, intent(out) :: badly(:)
+      !> Inaccurate pairs that were dropped as there are too many eigenvalues.
+      logical, allocatable, intent(out) :: inaccurate(:)
       logical :: infinite(size(lambda)), dropped
       real(wp) :: limit
 
       associate (errors => modes%backward_error)
-         limit = max(highest(problem), far*max(wanted%reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
+         limit = max(largest_rate(problem), &
+            far_factor*max(request%reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
          infinite = errors > spurious .and. .not. abs(lambda) <= limit
          accepted = accepted .and. .not. infinite
-         allocate (badly, source=accepted .and. errors > spurious .and. eigenvalues_of(lambda, accepted) > wanted%most)
-         accepted = accepted .and. .not. badly
-         call drop_beyond(lambda, modes%uncertainty, wanted%most, accepted, dropped)
-         modes%beyond = dropped .or. any(infinite)
+         allocate (inaccurate, source=accepted .and. errors > spurious .and. &
+            eigenvalues_of(lambda, accepted) > request%max_eigenvalues)
+         accepted = accepted .and. .not. inaccurate
+         call drop_excess(lambda, modes%uncertainty, request%max_eigenvalues, accepted, dropped)
+         modes%reached_infinite = dropped .or. any(infinite)
       end associate
-   end subroutine leave_infinite
+   end subroutine drop_infinite
 
-   !> Takes out what is known so badly that it may be no mode.
+   !> Drops spurious modes, with backward errors above `spurious`; their eigenvalues become unlisted.
    subroutine drop_spurious(modes)
       type(modes_type), intent(inout) :: modes
 
-      associate (badly => modes%backward_error > spurious)
-         modes%unlisted = [modes%unlisted, pack(modes%lambda, badly)]
-         call modes%drop(badly)
+      associate (inaccurate => modes%backward_error > spurious)
+         modes%unlisted = [modes%unlisted, pack(modes%lambda, inaccurate)]
+         call modes%drop(inaccurate)
       end associate
    end subroutine drop_spurious
 
-   !> Of what is too inaccurate to be listed, keeps what may be nearer to the target than the furthest of a full list.
-   subroutine keep_nearer_unlisted(wanted, modes)
-      type(wanted_type), intent(in) :: wanted
+   !> Keeps of the unlisted eigenvalues, which are too inaccurate, those that may belong in the list: all if it is not full,
+   !> otherwise those nearer to the target than its furthest mode.
+   subroutine keep_nearer_unlisted(request, modes)
+      type(mode_request_type), intent(in) :: request
       type(modes_type), intent(inout) :: modes
 
-      if (size(modes%lambda) < wanted%modes) return
-      modes%unlisted = pack(modes%unlisted, distances(modes%unlisted, wanted%target) <= &
-         maxval(distances(modes%lambda, wanted%target)))
+      if (size(modes%lambda) < request%modes) return
+      modes%unlisted = pack(modes%unlisted, distances(modes%unlisted, request%target) <= &
+         maxval(distances(modes%lambda, request%target)))
    end subroutine keep_nearer_unlisted
 
-   ! The wanted ones of those that are accepted and so near that none can lie between them.
-   subroutine rank(wanted, lambda, accepted, order)
-      type(wanted_type), intent(in) :: wanted
+   ! Selects the accepted pairs nearest to the target, at most as many as are asked for, and only within the radius in which all are
+   ! known, so that none can be missing between them.
+   subroutine select_nearest(request, lambda, accepted, order)
+      type(mode_request_type), intent(in) :: request
       complex(wp), intent(in) :: lambda(:)
       logical, intent(in) :: accepted(:)
       integer, allocatable, intent(out) :: order(:)
-      integer :: known, j
+      integer :: complete, j
 
       allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
-      order = order(nearest_first(lambda(order), wanted%target))
-      known = size(order)
-      if (eigenvalues_of(lambda, accepted) < wanted%most) known = count(distances(lambda(order), wanted%target) <= &
-         wanted%reach + max(nearly_zero*min(wanted%reach, abs(lambda(order))), equal_value*abs(lambda(order))))
-      order = order(:min(known, wanted%modes))
-   end subroutine rank
+      order = order(nearest_first(lambda(order), request%target))
+      complete = size(order)
+      if (eigenvalues_of(lambda, accepted) < request%max_eigenvalues) complete = count(distances(lambda(order), request%target) <= &
+         request%search_radius + max(nearly_zero*min(request%search_radius, abs(lambda(order))), equal_value*abs(lambda(order))))
+      order = order(:min(complete, request%modes))
+   end subroutine select_nearest
 
+   ! Moves eigenpairs into modes.
    subroutine move_pairs(pairs, modes)
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
 
       call move_alloc(pairs%lambda, modes%lambda)
-      ! Those that are not allocated leave none behind.
+      ! Of phi and real_phi one is not allocated; moving it deallocates the target.
       call move_alloc(pairs%phi, modes%phi)
       call move_alloc(pairs%real_phi, modes%real_phi)
       call move_alloc(pairs%xi, modes%xi)
    end subroutine move_pairs
 
-   ! Takes out of a list of more eigenvalues than there are those that may be anything, and then the largest: they
-   ! are infinite ones that rounding blurred.
-   pure subroutine drop_beyond(lambda, uncertainty, most, accepted, dropped)
+   ! Drops the eigenvalues in excess of a number, which are infinite ones that rounding made finite: first those without correct
+   ! digits, then the largest.
+   pure subroutine drop_excess(lambda, uncertainty, max_eigenvalues, accepted, dropped)
       complex(wp), intent(in) :: lambda(:)
       real(wp), intent(in) :: uncertainty(:)
-      integer, intent(in) :: most
+      integer, intent(in) :: max_eigenvalues
       logical, intent(inout) :: accepted(:)
       logical, intent(out) :: dropped
       logical :: doubtful(size(lambda))
 
       dropped = .false.
-      do while (eigenvalues_of(lambda, accepted) > most)
+      do while (eigenvalues_of(lambda, accepted) > max_eigenvalues)
          doubtful = accepted .and. uncertainty > no_correct_digits*abs(lambda)
          if (any(doubtful)) then
             accepted(maxloc(uncertainty/max(abs(lambda), tiny(1.0_wp)), 1, doubtful)) = .false.
@@ -225,26 +235,26 @@ contains
          end if
          dropped = .true.
       end do
-   end subroutine drop_beyond
+   end subroutine drop_excess
 
-   !> About the highest frequency or decay (1/s) that the matrices have.
-   pure real(wp) function highest(problem)
+   !> Estimates the largest frequency or decay rate (1/s) from the norms of the matrices.
+   pure real(wp) function largest_rate(problem)
       type(modal_problem_type), intent(in) :: problem
 
-      highest = 0
+      largest_rate = 0
       associate (mass => problem%mass%infinity_norm())
-         if (mass > 0) highest = max(sqrt(problem%stiffness%infinity_norm()/mass), problem%damping%infinity_norm()/mass)
+         if (mass > 0) largest_rate = max(sqrt(problem%stiffness%infinity_norm()/mass), problem%damping%infinity_norm()/mass)
       end associate
-   end function highest
+   end function largest_rate
 
-   !> From a target to the nearer one of lambda and its conjugate.
+   !> Distance (1/s) of the nearer one of lambda and its conjugate from a target.
    elemental real(wp) function distances(lambda, target)
       complex(wp), intent(in) :: lambda, target
 
       distances = min(abs(lambda - target), abs(conjg(lambda) - target))
    end function distances
 
-   !> The positions in a list of eigenvalues, by the distance of the nearer of the pair from a target.
+   !> Sorts a list of eigenvalues by `distances` from a target: returns the positions.
    function nearest_first(lambda, target) result(order)
       complex(wp), intent(in) :: lambda(:), target
       integer :: order(size(lambda))

@@ -1,4 +1,4 @@
-!> Modes that were accepted, on their way to the result.
+!> Modes of a search: accepted eigenpairs with their errors, before they become a result.
 module kschur_modes
    use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_kinds, only: wp
@@ -8,45 +8,47 @@ module kschur_modes
    private
    public :: eigenvalues_of, modes_type, no_modes, take_columns
 
-   !> Columns `order` of a block.
+   !> Replaces a block by its columns `order`. A real block keeps its size, with the other columns behind.
    interface take_columns
       module procedure take_real_columns, take_complex_columns
    end interface take_columns
 
-   !> Eigenpairs, and what is known of them: of what is iterated until the last step of a search makes them those of the problem
-   !> as given, nearest to the target first.
+   !> Eigenpairs with their errors, nearest to the target first: those of the reduced problem, until the last step of a search
+   !> expands them to the problem as given.
    type, extends(eigenpairs_type) :: modes_type
+      !> Backward error of each mode.
       real(wp), allocatable :: backward_error(:)
       !> Absolute bounds of the errors (1/s); NaN where not known.
       real(wp), allocatable :: error_bound(:)
-      !> How far eigenvalues may be off (1/s): these bounds, or where they are not known what no bound falls below.
+      !> Estimates of the errors of the eigenvalues (1/s): these bounds, or where not known the lower limit of any bound.
       real(wp), allocatable :: uncertainty(:)
       !> Left vectors, their multipliers and the condition numbers; not allocated unless asked for.
       complex(wp), allocatable :: left_phi(:, :), left_xi(:, :)
       real(wp), allocatable :: condition(:)
-      !> Which of the rigid motions that are known each one is; 0: none.
+      !> Position of each mode among the rigid motions of the examination; 0: it is none of them.
       integer, allocatable :: motion(:)
-      !> How many eigenvalues are known, both of a conjugate pair counted, whether listed or not.
+      !> Number of eigenvalues found, both of a conjugate pair counted, whether listed or not.
       integer :: found = 0
       !> Eigenvalues of pairs that were too inaccurate to be listed; at the end of a search, of those that may belong in the list.
       complex(wp), allocatable :: unlisted(:)
-      !> Whether some pair lies where infinite eigenvalues are, so that no finite one is left.
-      logical :: beyond = .false.
-      !> As in the result.
+      !> Whether the iteration reached infinite eigenvalues, so that no finite one is left.
+      logical :: reached_infinite = .false.
+      !> The same as in `modal_result_type`.
       integer :: reason = reason_converged, certified = certified_unknown, missing = -1
       real(wp) :: locking_error = 0
       type(history_type) :: history
    contains
-      !> Modes `order`, and no others.
+      !> Keeps the modes `order` alone.
       procedure :: take
-      !> Leaves modes out, which no longer count as found.
+      !> Drops modes, which no longer count as found.
       procedure :: drop
-      !> Puts others behind, which count.
+      !> Appends other modes, which count as found.
       procedure :: append
    end type modes_type
 
 contains
 
+   !> Keeps the modes `order` alone, in this order.
    subroutine take(self, order)
       class(modes_type), intent(inout) :: self
       integer, intent(in) :: order(:)
@@ -68,6 +70,7 @@ contains
       self%condition = self%condition(order)
    end subroutine take
 
+   !> Drops modes, and subtracts their eigenvalues from those found.
    subroutine drop(self, dropped)
       class(modes_type), intent(inout) :: self
       logical, intent(in) :: dropped(:)
@@ -78,6 +81,7 @@ contains
       call self%take(pack([(j, j=1, size(dropped))], .not. dropped))
    end subroutine drop
 
+   !> Appends other modes, and adds the eigenvalues found.
    subroutine append(self, more)
       class(modes_type), intent(inout) :: self
       type(modes_type), intent(in) :: more
@@ -91,7 +95,7 @@ contains
       self%found = self%found + more%found
    end subroutine append
 
-   !> Of a problem with so many unknowns and constraints.
+   !> An empty list of modes of a problem with given numbers of unknowns and constraints.
    function no_modes(unknowns, constraints) result(modes)
       integer, intent(in) :: unknowns, constraints
       type(modes_type) :: modes
@@ -101,7 +105,7 @@ contains
       allocate (modes%history%converged(0), modes%history%operator_applications(0), modes%history%residual(0))
    end function no_modes
 
-   !> The number of eigenvalues that some of a list stand for, both of a conjugate pair counted.
+   !> Counts the eigenvalues that chosen ones of a list stand for, both of a conjugate pair.
    pure integer function eigenvalues_of(lambda, chosen) result(total)
       complex(wp), intent(in) :: lambda(:)
       logical, intent(in) :: chosen(:)
@@ -109,39 +113,40 @@ contains
       total = count(chosen) + count(chosen .and. abs(aimag(lambda)) > 0)
    end function eigenvalues_of
 
-   ! In their own place: there may be no room for two. What is not wanted stays behind them.
+   ! Permutes the columns in place, cycle by cycle, as there may be no memory for a copy: columns `order` first, the others behind.
    pure subroutine take_real_columns(block, order)
       real(wp), intent(inout) :: block(:, :)
       integer, intent(in) :: order(:)
       real(wp) :: column(size(block, 1))
-      logical :: left(size(block, 2))
-      integer :: all(size(block, 2)), start, i, j
+      logical :: pending(size(block, 2))
+      integer :: from(size(block, 2)), start, i, j
 
-      left = .true.
-      left(order) = .false.
-      all = [order, pack([(j, j=1, size(all))], left)]
-      left = .true.
-      do start = 1, size(all)
-         if (.not. left(start) .or. all(start) == start) cycle
+      pending = .true.
+      pending(order) = .false.
+      from = [order, pack([(j, j=1, size(from))], pending)]
+      pending = .true.
+      do start = 1, size(from)
+         if (.not. pending(start) .or. from(start) == start) cycle
          column = block(:, start)
          i = start
-         do while (all(i) /= start)
-            block(:, i) = block(:, all(i))
-            left(i) = .false.
-            i = all(i)
+         do while (from(i) /= start)
+            block(:, i) = block(:, from(i))
+            pending(i) = .false.
+            i = from(i)
          end do
          block(:, i) = column
-         left(i) = .false.
+         pending(i) = .false.
       end do
    end subroutine take_real_columns
 
+   ! Replaces a block by its columns `order`; in place if all stay.
    subroutine take_complex_columns(block, order)
       complex(wp), allocatable, intent(inout) :: block(:, :)
       integer, intent(in) :: order(:)
       complex(wp), allocatable :: taken(:, :)
       integer :: j
 
-      if (are_all(order, size(block, 2))) return
+      if (is_identity(order, size(block, 2))) return
       if (size(order) == size(block, 2)) then
          call permute(block, order)
          return
@@ -155,11 +160,11 @@ contains
       call move_alloc(taken, block)
    end subroutine take_complex_columns
 
-   ! All columns, in their own place.
+   ! Permutes all columns in place, a few rows at a time.
    subroutine permute(block, order)
       complex(wp), contiguous, intent(inout) :: block(:, :)
       integer, intent(in) :: order(:)
-      ! Rows at a time: few, as there may be many columns.
+      ! Number of rows at a time: small, as there may be many columns.
       integer, parameter :: panel = 16
       complex(wp) :: rows(panel, size(order))
       integer :: first, last, j
@@ -175,11 +180,12 @@ contains
       !$omp end parallel do
    end subroutine permute
 
-   pure logical function are_all(order, columns)
+   ! Whether `order` is the identity.
+   pure logical function is_identity(order, columns)
       integer, intent(in) :: order(:), columns
       integer :: j
 
-      are_all = size(order) == columns
-      if (are_all) are_all = all(order == [(j, j=1, columns)])
-   end function are_all
+      is_identity = size(order) == columns
+      if (is_identity) is_identity = all(order == [(j, j=1, columns)])
+   end function is_identity
 end module kschur_modes

@@ -1,6 +1,6 @@
-!> How long shapes are: of unit length, of unit mass, or with a largest entry of one.
+!> Normalisation of mode shapes: unit length, unit modal mass, or largest displacement one.
 module kschur_normalisation
-   use kschur_description, only: form
+   use kschur_description, only: quadratic_form
    use kschur_kinds, only: wp
    use kschur_lapack, only: dznrm2
    use kschur_options, only: normalisation_displacement, normalisation_length, normalisation_mass
@@ -14,32 +14,33 @@ module kschur_normalisation
 
 contains
 
-   !> Gives the shapes of a result the length that its options ask for; multipliers go with their shapes, left vectors stay
-   !> of unit length. The largest entry is real and positive. Of unit mass, rigid motions are made orthogonal in M; a shape
-   !> without mass stays of unit length, which a note says.
+   !> Normalises the shapes of a result as its options ask for, with the largest entry real and positive. Multipliers are scaled
+   !> with their shapes; left vectors stay of unit length. For unit mass, rigid motions are made M-orthogonal; a shape without mass
+   !> stays of unit length, which a note says.
    subroutine normalise_shapes(problem, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result
-      integer :: j, light
+      integer :: j, massless
 
       if (result%options%normalisation == normalisation_length) return
-      if (result%options%normalisation == normalisation_mass) call separate_rigid(problem, result)
-      light = 0
+      if (result%options%normalisation == normalisation_mass) call orthogonalize_rigid(problem, result)
+      massless = 0
       do j = 1, size(result%eigenvalues)
-         associate (length => size_of(problem, result%options%normalisation, result%eigenvectors(:, j)))
+         associate (length => norm_of(problem, result%options%normalisation, result%eigenvectors(:, j)))
             if (length > 0) then
                call scale_mode(result, j, 1/length)
             else
-               light = light + 1
+               massless = massless + 1
             end if
          end associate
       end do
-      if (light > 0) call result%add_note("of unit length in place of unit mass, as "// &
-         trim(merge("it has   ", "they have", light == 1))//" none: "//text(light)//trim(merge(" mode ", " modes", light == 1)))
+      if (massless > 0) call result%add_note("of unit length in place of unit mass, as "// &
+         trim(merge("it has   ", "they have", massless == 1))//" none: "//text(massless)// &
+         trim(merge(" mode ", " modes", massless == 1)))
    end subroutine normalise_shapes
 
-   ! What is to be one; 0 where it cannot be.
-   real(wp) function size_of(problem, normalisation, phi)
+   ! The quantity of a shape that becomes one; 0 if it is rounding, as the mass of a massless shape.
+   real(wp) function norm_of(problem, normalisation, phi)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: normalisation
       complex(wp), intent(in) :: phi(:)
@@ -47,14 +48,15 @@ contains
       real(wp) :: terms
 
       if (normalisation == normalisation_displacement) then
-         size_of = maxval(abs(phi))
+         norm_of = maxval(abs(phi))
       else
-         call form(problem%mass, phi, mass, terms)
-         size_of = 0
-         if (real(mass, wp) > max(rounding_of_row*terms, cancelled**2*problem%mass%infinity_norm())) size_of = sqrt(real(mass, wp))
+         call quadratic_form(problem%mass, phi, mass, terms)
+         norm_of = 0
+         if (real(mass, wp) > max(rounding_of_row*terms, cancelled**2*problem%mass%infinity_norm())) norm_of = sqrt(real(mass, wp))
       end if
-   end function size_of
+   end function norm_of
 
+   ! Scales shape and multipliers of mode j.
    subroutine scale_mode(result, j, factor)
       type(modal_result_type), intent(inout) :: result
       integer, intent(in) :: j
@@ -64,8 +66,8 @@ contains
       result%multipliers(:, j) = factor*result%multipliers(:, j)
    end subroutine scale_mode
 
-   ! Each rigid motion loses what those before it have, in the inner product of a symmetric M.
-   subroutine separate_rigid(problem, result)
+   ! Makes rigid motions M-orthogonal to those before them, by Gram-Schmidt with two passes.
+   subroutine orthogonalize_rigid(problem, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result
       complex(wp), allocatable :: inertia(:, :)
@@ -94,9 +96,9 @@ contains
             call problem%mass%add_product((1.0_wp, 0.0_wp), phi(:, rigid(j):rigid(j)), inertia(:, j:j))
          end do
       end associate
-   end subroutine separate_rigid
+   end subroutine orthogonalize_rigid
 
-   ! The largest entry of a shape real and positive, the shape of unit length.
+   ! Scales mode j to unit length with the largest entry real and positive.
    subroutine set_phase(result, j)
       type(modal_result_type), intent(inout) :: result
       integer, intent(in) :: j

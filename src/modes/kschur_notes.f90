@@ -1,10 +1,10 @@
-!> What a user must know of a problem and of its modes, in sentences.
+!> Notes to the user on a problem and its modes, as sentences.
 module kschur_notes
    use kschur_eigenpairs, only: near
    use kschur_error, only: error_type, error_library, new_error
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgesvd
-   use kschur_left, only: condition_number, merges
+   use kschur_left, only: condition_number, is_nearly_defective
    use kschur_options, only: formulation_low_rank, method_arpack
    use kschur_penalties, only: damping_penalties, stiffness_penalties
    use kschur_problem, only: modal_problem_type, damping_proportional
@@ -16,16 +16,17 @@ module kschur_notes
    use kschur_tolerances, only: cancelled, noted_above, noted_below, same_frequency
    implicit none
    private
-   ! What lies within one per cent is one crowd.
-   real(wp), parameter :: same_within = 0.01_wp
+   ! Eigenvalues within this relative distance of the accumulation point belong to it.
+   real(wp), parameter :: accumulation_width = 0.01_wp
    public :: named, note_dependence, note_inaccurate, note_modes, note_penalties, note_problem
 
 contains
 
-   !> What presolve left of the problem: constraints that follow from the others, and unknowns without mass.
+   !> Notes redundant constraints of the problem as given, and unknowns of the reduced problem without mass.
    subroutine note_problem(work, constraints, redundant, notes)
+      !> The reduced problem.
       type(modal_problem_type), intent(in) :: work
-      !> Of the problem as given; how many of them follow from the others.
+      !> Number of constraints of the problem as given, and of those that depend on others.
       integer, intent(in) :: constraints, redundant
       character(len=note_length), allocatable, intent(inout) :: notes(:)
       integer :: massless
@@ -37,7 +38,7 @@ contains
          either(massless == 1, " unknown has", " unknowns have")//" no mass")
    end subroutine note_problem
 
-   !> Penalties in the matrices as given.
+   !> Notes penalties, rows with a far larger diagonal entry, in the matrices as given.
    subroutine note_penalties(problem, notes)
       type(modal_problem_type), intent(in) :: problem
       character(len=note_length), allocatable, intent(inout) :: notes(:)
@@ -47,6 +48,7 @@ contains
 
    contains
 
+      ! Notes a number of penalties of a matrix, if there are any.
       subroutine note(penalties, name)
          integer, intent(in) :: penalties
          character(len=*), intent(in) :: name
@@ -57,10 +59,10 @@ contains
       end subroutine note
    end subroutine note_penalties
 
-   !> Which constraints nearly follow from others.
+   !> Notes constraints that nearly depend on others, as they cost digits.
    subroutine note_dependence(problem, dependence, rows, notes)
       type(modal_problem_type), intent(in) :: problem
-      !> Of those of what is iterated, of which constraint i is number rows(i) of the problem as given.
+      !> Dependence of the constraints of the reduced problem; its constraint i is number rows(i) of the problem as given.
       type(dependence_type), intent(in) :: dependence
       integer, intent(in) :: rows(:)
       character(len=note_length), allocatable, intent(inout) :: notes(:)
@@ -85,19 +87,20 @@ contains
       if (noted > most) call append_note(notes, text(noted - most)//" more constraints nearly follow from others")
    end subroutine note_dependence
 
-   !> Double zeros, eigenvalues that nearly have no eigenvectors of their own or accumulate, and copies that may be missing.
-   subroutine note_modes(problem, coasting, result, error)
+   !> Notes on modes: undamped rigid motions (double zeros), rigid motions of loaded joints, nearly defective eigenvalues, an
+   !> accumulation point of eigenvalues, and methods that may miss copies of multiple eigenvalues.
+   subroutine note_modes(problem, max_undamped, result, error)
       type(modal_problem_type), intent(in) :: problem
-      !> So many rigid motions at most are undamped.
-      integer, intent(in) :: coasting
+      !> Upper bound of the number of undamped rigid motions.
+      integer, intent(in) :: max_undamped
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      integer :: free
+      integer :: undamped
 
-      call count_undamped(problem, result, free, error)
+      call count_undamped(problem, result, undamped, error)
       if (allocated(error)) return
-      free = min(free, coasting)
-      if (free > 0) call result%add_note(text(free)//either(free == 1, &
+      undamped = min(undamped, max_undamped)
+      if (undamped > 0) call result%add_note(text(undamped)//either(undamped == 1, &
          " rigid motion is a double zero (Jordan block): nothing damps it", &
          " rigid motions are double zeros (Jordan blocks): nothing damps them"))
       call note_joints(problem, result)
@@ -110,42 +113,45 @@ contains
          "come from them; that the local forces make no further ones is not proved by that: certify does")
    end subroutine note_modes
 
-   ! A rigid motion that turns a joint under load, as a pendulum's, has a stiffness, d(Cq^T xi)/dq, which codes often leave out of K.
-   ! Whether a joint is loaded the matrices do not say. What is looked at is whether motions without any stiffness move what
-   ! constraints tie: Cq phi = 0 with terms that are not zero. What floats, as its mesh tells, carries no weight.
+   ! Notes rigid motions that move joints: a joint under load, as that of a pendulum, has a stiffness d(Cq^T xi)/dq, which many
+   ! codes leave out of K. The matrices do not say whether a joint is loaded, so that every rigid motion counts that moves the
+   ! unknowns of a constraint, Cq phi = 0 with nonzero terms, unless the mesh shows that the structure is unsupported and carries
+   ! no weight.
    subroutine note_joints(problem, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result
-      integer :: i, turning
+      integer :: i, moving
 
-      turning = 0
+      moving = 0
       do i = 1, size(result%kind)
          if (result%kind(i) == kind_rigid) then
-            if (moves_joints(problem%constraints, real(result%eigenvectors(:, i), wp))) turning = turning + 1
+            if (moves_joints(problem%constraints, real(result%eigenvectors(:, i), wp))) moving = moving + 1
          end if
       end do
-      if (turning == 0) return
-      if (floats(problem)) return
-      call result%add_note(text(turning)//either(turning == 1, " rigid motion moves", " rigid motions move")// &
+      if (moving == 0) return
+      if (is_unsupported(problem)) return
+      call result%add_note(text(moving)//either(moving == 1, " rigid motion moves", " rigid motions move")// &
          " joints: where these carry load, as the weight of a pendulum, K must hold the stiffness of their reactions, "// &
          "d(Cq^T xi)/dq, which many codes leave out")
    end subroutine note_joints
 
-   ! Whether neither stiffness nor constraints hold any translation of the whole. Not known without a mesh.
-   logical function floats(problem)
+   ! Whether the whole structure is unsupported: no translation of its mesh meets a force or violates a constraint. False without a
+   ! mesh.
+   logical function is_unsupported(problem)
       type(modal_problem_type), intent(in) :: problem
       real(wp), allocatable :: motions(:, :), forces(:, :), gaps(:, :)
 
-      floats = .false.
+      is_unsupported = .false.
       if (.not. allocated(problem%mesh)) return
       call problem%mesh%rigid_motions(motions)
       allocate (forces(problem%unknowns(), 3), gaps(problem%multipliers(), 3), source=0.0_wp)
       call problem%stiffness%add_product(1.0_wp, motions(:, :3), forces)
       call problem%constraints%add_product(1.0_wp, motions(:, :3), gaps)
-      floats = .not. (any(abs(forces) > cancelled*problem%stiffness%infinity_norm()) .or. &
+      is_unsupported = .not. (any(abs(forces) > cancelled*problem%stiffness%infinity_norm()) .or. &
          any(abs(gaps) > cancelled*problem%constraints%infinity_norm()))
-   end function floats
+   end function is_unsupported
 
+   ! Whether a motion moves the unknowns of a constraint: some term of Cq phi is not zero.
    pure logical function moves_joints(constraints, motion)
       type(csr_matrix_type), intent(in) :: constraints
       real(wp), intent(in) :: motion(:)
@@ -162,51 +168,52 @@ contains
       end do
    end function moves_joints
 
-   ! Where damping is proportional to stiffness the slower root of each stiff motion is next to -K/R: far too many to be told
-   ! apart, and nearer than what is missing once the modes reach as far.
+   ! Notes an accumulation point of eigenvalues after a search that did not converge: if damping is proportional to stiffness the
+   ! slower roots of all stiff motions accumulate at -K/R, too many to be resolved, and nearer to the target than other modes.
    subroutine note_accumulation(problem, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result
-      real(wp), parameter :: about = 0.5_wp
-      real(wp) :: place
-      integer :: sure
+      real(wp), parameter :: reached_part = 0.5_wp
+      real(wp) :: point
+      integer :: nearer
 
       if (result%reason /= reason_max_restarts .or. size(result%eigenvalues) == 0) return
-      place = place_of_crowd(problem)
-      if (.not. place < 0) return
-      associate (distances => abs(result%eigenvalues - result%target), edge => abs(place - result%target))
-         if (maxval(distances) < about*edge) return
-         sure = count(distances < (1 - same_within)*edge)
+      point = accumulation_point(problem)
+      if (.not. point < 0) return
+      associate (distances => abs(result%eigenvalues - result%target), edge => abs(point - result%target))
+         if (maxval(distances) < reached_part*edge) return
+         nearer = count(distances < (1 - accumulation_width)*edge)
       end associate
-      call result%add_note("stiff motions, overdamped, crowd at "//magnitude(place)//" 1/s, as damping is proportional to "// &
-         "stiffness: "//text(sure)//" of the modes listed "//either(sure == 1, "is", "are")//" nearer, the others some of the "// &
+      call result%add_note("stiff motions, overdamped, crowd at "//magnitude(point)//" 1/s, as damping is proportional to "// &
+         "stiffness: "//text(nearer)//" of the modes listed "//either(nearer == 1, "is", "are")// &
+         " nearer, the others some of the "// &
          "crowd; a band or a frequency has what oscillates beyond it")
    end subroutine note_accumulation
 
-   ! -K/R (1/s) of most unknowns; zero where they do not agree.
-   pure real(wp) function place_of_crowd(problem) result(place)
+   ! The accumulation point -K/R (1/s), if it is the same for at least half of the unknowns; otherwise 0.
+   pure real(wp) function accumulation_point(problem) result(point)
       type(modal_problem_type), intent(in) :: problem
       real(wp), dimension(problem%unknowns()) :: stiffness, damping
 
-      place = 0
+      point = 0
       if (problem%damping_kind == damping_proportional) then
-         if (problem%beta > 0) place = -1/problem%beta
+         if (problem%beta > 0) point = -1/problem%beta
          return
       end if
       stiffness = problem%stiffness%diagonal()
       damping = problem%damping%diagonal()
       if (.not. sum(damping, damping > 0) > 0) return
-      place = -sum(stiffness, damping > 0)/sum(damping, damping > 0)
-      if (2*count(damping > 0 .and. abs(stiffness + place*damping) <= same_within*stiffness) < size(damping)) place = 0
-   end function place_of_crowd
+      point = -sum(stiffness, damping > 0)/sum(damping, damping > 0)
+      if (2*count(damping > 0 .and. abs(stiffness + point*damping) <= accumulation_width*stiffness) < size(damping)) point = 0
+   end function accumulation_point
 
-   ! How many of the rigid motions that are listed meet no damping: n - rank R N.
-   subroutine count_undamped(problem, result, free, error)
+   ! Counts the undamped rigid motions N that are listed: their number less the rank of R N, by singular values.
+   subroutine count_undamped(problem, result, undamped, error)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(in) :: result
-      integer, intent(out) :: free
+      integer, intent(out) :: undamped
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: motions(:, :), forces(:, :), force(:), work(:)
+      real(wp), allocatable :: motions(:, :), forces(:, :), singular(:), work(:)
       real(wp) :: no_u(1, 1), no_vt(1, 1)
       integer, allocatable :: rigid(:)
       integer :: n, k, i, info
@@ -214,19 +221,19 @@ contains
       n = problem%unknowns()
       allocate (rigid, source=pack([(i, i=1, size(result%kind))], result%kind == kind_rigid))
       k = size(rigid)
-      free = 0
+      undamped = 0
       if (k == 0) return
       allocate (motions(n, k), source=real(result%eigenvectors(:, rigid), wp))
       ! OpenBLAS reads a few entries beyond the end.
       allocate (forces(n, k + 1), source=0.0_wp)
       call problem%damping%add_product(1.0_wp, motions, forces(:, :k))
-      allocate (force(min(n, k)), work(10*k + n))
-      call dgesvd("N", "N", n, k, forces, n, force, no_u, 1, no_vt, 1, work, size(work), info)
+      allocate (singular(min(n, k)), work(10*k + n))
+      call dgesvd("N", "N", n, k, forces, n, singular, no_u, 1, no_vt, 1, work, size(work), info)
       if (info /= 0) call new_error(error, error_library, "LAPACK's dgesvd did not converge")
-      free = k - count(force > cancelled*problem%damping%infinity_norm())
+      undamped = k - count(singular > cancelled*problem%damping%infinity_norm())
    end subroutine count_undamped
 
-   ! One note for each group of modes that nearly share eigenvalue and shape.
+   ! Notes each group of modes that nearly share eigenvalue and shape as nearly defective, with the largest condition number.
    subroutine note_defective(problem, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result
@@ -238,13 +245,13 @@ contains
       do j = 1, size(pending)
          if (.not. pending(j)) cycle
          pending(j) = .false.
-         if (.not. merges(result%eigenvalues, result%eigenvectors, j, same_frequency*abs(result%eigenvalues(j)))) cycle
+         if (.not. is_nearly_defective(result%eigenvalues, result%eigenvectors, j, same_frequency*abs(result%eigenvalues(j)))) cycle
          allocate (group(size(pending)), source=pending .and. near(result%eigenvalues, j, same_frequency))
          group(j) = .true.
          worst = 0
          do i = 1, size(group)
             if (.not. group(i)) cycle
-            group(i) = merges(result%eigenvalues, result%eigenvectors, i, &
+            group(i) = is_nearly_defective(result%eigenvalues, result%eigenvectors, i, &
                same_frequency*abs(result%eigenvalues(j)))
             if (group(i)) worst = max(worst, condition_of(problem, result, i))
          end do
@@ -255,6 +262,7 @@ contains
       end do
    end subroutine note_defective
 
+   ! ": condition number 1e9", or nothing if it is not known.
    pure function in_words(kappa) result(words)
       real(wp), intent(in) :: kappa
       character(len=40) :: words
@@ -263,7 +271,7 @@ contains
       if (kappa > 0) words = ": condition number "//either(kappa > huge(kappa), "infinite", magnitude(kappa))
    end function in_words
 
-   ! Zero where it is not known: of an unsymmetric problem without left vectors.
+   ! The condition number of mode j; 0 if it is not known, of an unsymmetric problem without left vectors.
    real(wp) function condition_of(problem, result, j) result(kappa)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(in) :: result
@@ -278,7 +286,7 @@ contains
       end if
    end function condition_of
 
-   !> Modes that refinement left with a large backward error, and pairs that were too inaccurate to be listed.
+   !> Notes modes with a large backward error, and the number of pairs that were too inaccurate to be listed.
    subroutine note_inaccurate(problem, dropped, result)
       type(modal_problem_type), intent(in) :: problem
       !> The number of such pairs.
@@ -294,13 +302,13 @@ contains
          " found too inaccurately to be listed; another shift may help")
    end subroutine note_inaccurate
 
-   !> "modes 1, 2 and 5"; of many the first ones.
+   !> Lists chosen items in words, as "modes 1, 2 and 5"; of many the first ones and how many more.
    pure function named(noun, chosen, base) result(names)
-      !> "mode"
+      !> The noun in the singular, as "mode".
       character(len=*), intent(in) :: noun
-      !> Which of them.
+      !> Which items are listed.
       logical, intent(in) :: chosen(:)
-      !> What they are counted from; it is said where that is not 1.
+      !> Number of the first item; the list says so if it is not 1.
       integer, intent(in) :: base
       character(len=note_length) :: names
       character(len=:), allocatable :: list
@@ -323,6 +331,7 @@ contains
       names = list
    end function named
 
+   ! One of two texts, without padding.
    pure function either(condition, yes, no) result(words)
       logical, intent(in) :: condition
       character(len=*), intent(in) :: yes, no

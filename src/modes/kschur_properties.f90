@@ -1,4 +1,4 @@
-!> What a mode weighs, as numbers.
+!> Modal properties: generalised matrices, participation factors and effective masses.
 module kschur_properties
    use kschur_kinds, only: wp
    implicit none
@@ -8,9 +8,9 @@ module kschur_properties
    !> Length of a direction's name.
    integer, parameter :: direction_length = 16
 
-   !> Of each mode of a result, with its shape as long as it is there. `find_modal_properties` computes them.
+   !> Modal properties of each mode of a result, with its shape normalised as there. `find_modal_properties` computes them.
    type :: modal_properties_type
-      !> Generalised mass phi^* M phi, damping phi^* R phi and stiffness phi^* K phi; of forms that are not Hermitian the real part.
+      !> Generalised mass phi^* M phi, damping phi^* R phi and stiffness phi^* K phi; the real part if a matrix is unsymmetric.
       real(wp), allocatable :: mass(:), damping(:), stiffness(:)
       !> Modal a = psi^* (2 lambda M + R) phi and b = -lambda a of the state-space form; psi is the left vector, conj(phi)
       !> where the problem is symmetric. Without damping b = 2 psi^* K phi.

@@ -1,4 +1,4 @@
-!> What the solver returns: modes, how good they are, how they were found.
+!> The result of a solve: modes, their accuracy, and how they were found.
 module kschur_result
    use kschur_effort, only: effort_type, timings_type
    use kschur_kinds, only: wp, long
@@ -31,10 +31,10 @@ module kschur_result
    character(len=*), parameter, public :: kind_names(0:5) = [character(len=11) :: &
       "rigid", "undamped", "underdamped", "overdamped", "unstable", "real"]
 
-   !> No note is longer.
+   !> Largest length of a note.
    integer, parameter, public :: note_length = 200
 
-   !> The modes, nearest to the target first, of a band by frequency, and what they took.
+   !> The modes, sorted by distance from the target or, of a band, by frequency, with their accuracy and the effort of the solve.
    type, extends(effort_type) :: modal_result_type
       !> Eigenvalues lambda (1/s), Im >= 0: a conjugate pair stands once.
       complex(wp), allocatable :: eigenvalues(:)
@@ -68,10 +68,10 @@ module kschur_result
       !> infinity norms move it by no more than kappa eps |lambda|. Of a multiple eigenvalue that of the vectors as
       !> they are. Infinite for a zero and for a defective eigenvalue, NaN without a left vector.
       real(wp), allocatable :: condition(:)
-      !> What the modes weigh; not allocated until `find_modal_properties` computes it.
+      !> Generalised and effective masses; not allocated until `find_modal_properties` computes them.
       type(modal_properties_type), allocatable :: properties
 
-      !> What was asked for.
+      !> The options as given.
       type(modal_options_type) :: options
       !> One of `reason_*`: why the iteration ended.
       integer :: reason = reason_converged
@@ -85,11 +85,11 @@ module kschur_result
       integer :: modes_asked = 0
       !> The band of natural frequencies (Hz) whose modes these are; not allocated where no band was asked for.
       real(wp), allocatable :: band(:)
-      !> What a user must know beyond the reason, in sentences.
+      !> Notes to the user beyond the reason, as sentences.
       character(len=note_length), allocatable :: notes(:)
-      !> Number of constraints that follow from the others.
+      !> Number of constraints that depend linearly on others.
       integer :: redundant_constraints = 0
-      !> What was known of the problem: n, m, symmetry, damping (`damping_*`).
+      !> Properties of the problem: n, m, symmetry, kind of damping (`damping_*`).
       integer :: unknowns = 0, constraints = 0, damping_kind = 0
       logical :: symmetric = .false.
       !> The method that found the modes: "krylov-schur", "arpack-plain", "arpack-fair".
@@ -100,7 +100,7 @@ module kschur_result
       character(len=:), allocatable :: decision
       !> Which solver factored the matrix, and why this one: "ldl: symmetric definite, 19 entries a column".
       character(len=:), allocatable :: inner
-      !> Vectors that the iteration took at a time.
+      !> Block size of the iteration.
       integer :: block = 1
       !> The target and the shift that were used (1/s).
       complex(wp) :: target = (0.0_wp, 0.0_wp), shift = (0.0_wp, 0.0_wp)
@@ -108,19 +108,19 @@ module kschur_result
       !> Order of the factored matrix and number of entries of its factors.
       integer :: factored_order = 0
       integer(long) :: factor_entries = 0
-      !> Memory of the factors and of their making in the process that has most of them; -1 where not known.
+      !> Peak memory (bytes) of the factorization, with the factors, in the process that needs most; -1 where not known.
       integer(long) :: factor_bytes = -1
-      !> Sum of the squares of the couplings dropped by locking, under the root, relative to the operator.
+      !> Root of the sum of squares of the couplings dropped by locking, relative to the norm of the operator.
       real(wp) :: locking_error = 0
-      !> Peak memory of the program that solved the problem; -1 where not known.
+      !> Peak memory (bytes) of the program that solved the problem; -1 where not known.
       integer(long) :: peak_memory_bytes = -1
       type(history_type) :: history
-      !> Where the problem stands in space, with cells; not allocated where it did not say.
+      !> The mesh of the problem; not allocated where it has none.
       type(mesh_type), allocatable :: mesh
    contains
       !> Appends a sentence to the notes.
       procedure :: add_note
-      !> Leaves some of the modes, in a given order.
+      !> Keeps some of the modes alone, in a given order.
       procedure :: take
       !> Whether shape and multipliers of a mode are real numbers.
       procedure :: is_real
@@ -128,6 +128,7 @@ module kschur_result
 
 contains
 
+   !> Appends a sentence to the notes.
    pure subroutine add_note(self, sentence)
       class(modal_result_type), intent(inout) :: self
       character(len=*), intent(in) :: sentence
@@ -135,9 +136,10 @@ contains
       call append_note(self%notes, sentence)
    end subroutine add_note
 
+   !> Keeps some of the modes alone, in a given order; drops the modal properties.
    pure subroutine take(self, modes)
       class(modal_result_type), intent(inout) :: self
-      !> Their numbers.
+      !> Numbers of the modes to keep.
       integer, intent(in) :: modes(:)
 
       self%eigenvalues = self%eigenvalues(modes)
@@ -156,6 +158,7 @@ contains
       if (allocated(self%properties)) deallocate (self%properties)
    end subroutine take
 
+   !> Whether shape and multipliers of a mode are real numbers.
    pure logical function is_real(self, mode)
       class(modal_result_type), intent(in) :: self
       integer, intent(in) :: mode

@@ -1,17 +1,17 @@
-!> Shapes compared: which eigenpairs are the same.
+!> Comparison of mode shapes by linear independence: which eigenpairs are the same.
 module kschur_shapes
-   use kschur_description, only: form
+   use kschur_description, only: quadratic_form
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize
    use kschur_kinds, only: wp
    use kschur_problem, only: modal_problem_type
    use kschur_tolerances, only: above_all_rounding, nearly_zero, rounding_of_row, rounding_of_sums, same_shape
    implicit none
    private
-   public :: orthonormalize_zeros, repeats_zero, rest_beside, rests_of_states
+   public :: independent_part, independent_parts, orthonormalize_zeros, repeats_rigid_motion
 
 contains
 
-   !> Makes the shapes of the pairs with eigenvalue zero orthonormal, and normalises all.
+   !> Orthonormalizes the shapes of the pairs with eigenvalue zero, by Gram-Schmidt, and normalizes all pairs.
    subroutine orthonormalize_zeros(pairs)
       !> With real shapes, as rigid motions have.
       type(eigenpairs_type), intent(inout) :: pairs
@@ -39,28 +39,29 @@ contains
       end do
    end subroutine orthonormalize_zeros
 
-   !> Which of the first k pairs are a zero that the rigid motions, the others, stand for already. Such a motion has the
-   !> roots 0 and -r/m of lambda^2 m + lambda r = 0: it is the nearer one that an iteration blurred.
-   function repeats_zero(problem, pairs, k, rigid, reference, zero_noise) result(repeats)
+   !> Finds which of the first k pairs are zeros of rigid motions, computed once more by the iteration with a rounding error: those
+   !> that are small and have shapes in the span of the rigid motions, which are the next pairs. Such a shape has the roots 0 and
+   !> -r/m of lambda^2 m + lambda r = 0: the pair is a zero only if 0 is the nearer one.
+   function repeats_rigid_motion(problem, pairs, k, rigid, reference, zero_noise) result(repeats)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
-      !> The rigid motions are the next `rigid` pairs.
+      !> Number of pairs to test, and of the rigid motions and their decays behind them.
       integer, intent(in) :: k, rigid
-      !> A size of lambda (1/s), as the shift, against which zeros are seen.
+      !> Size of lambda (1/s), as the shift, relative to which zeros are recognized.
       real(wp), intent(in) :: reference
-      !> Below this (1/s) no eigenvalue of such a motion is told from zero, whatever its shape tells.
+      !> Below this (1/s) every eigenvalue with such a shape is a zero: rounding of K hides others.
       real(wp), intent(in) :: zero_noise
       logical :: repeats(k)
       integer :: zeros(count(.not. abs(pairs%lambda(k + 1:k + rigid)) > 0))
       complex(wp) :: shape(pairs%rows())
       complex(wp) :: m, r, s, gram(size(zeros) + 1, size(zeros) + 1)
       real(wp) :: m_terms, r_terms, k_terms, smallest, largest
-      logical :: pending(k)
+      logical :: is_pending(k)
       integer :: i, j
 
       repeats = .false.
       if (min(rigid, k) == 0) return
-      ! Seen against any of them.
+      ! None is small relative to the others.
       if (minval(abs(pairs%lambda(:k))) > nearly_zero*max(reference, maxval(abs(pairs%lambda(:k))))) return
       zeros = pack([(i, i=k + 1, k + rigid)], .not. abs(pairs%lambda(k + 1:k + rigid)) > 0)
       do j = 1, size(zeros)
@@ -68,14 +69,14 @@ contains
             gram(i, j) = product_of_shapes(pairs, zeros(i), zeros(j))
          end do
       end do
-      ! From the smallest one on, as far as a zero may lie: shapes cost more than places.
-      pending = .true.
+      ! Tests shapes in the order of increasing eigenvalues, and stops above the largest that may be a zero, as shapes cost more.
+      is_pending = .true.
       smallest = huge(1.0_wp)
       do i = 1, k
-         j = minloc(abs(pairs%lambda(:k)), 1, pending)
-         pending(j) = .false.
+         j = minloc(abs(pairs%lambda(:k)), 1, is_pending)
+         is_pending(j) = .false.
          if (smallest < huge(1.0_wp) .and. abs(pairs%lambda(j)) > nearly_zero*max(reference, smallest)) exit
-         repeats(j) = rest_beside_zeros(j) <= same_shape
+         repeats(j) = distance_from_rigid(j) <= same_shape
          if (.not. repeats(j)) smallest = min(smallest, abs(pairs%lambda(j)))
       end do
       largest = reference
@@ -83,9 +84,9 @@ contains
       do j = 1, size(repeats)
          if (.not. repeats(j) .or. abs(pairs%lambda(j)) < zero_noise) cycle
          shape = pairs%column(j)
-         call form(problem%mass, shape, m, m_terms)
-         call form(problem%damping, shape, r, r_terms)
-         call form(problem%stiffness, shape, s, k_terms)
+         call quadratic_form(problem%mass, shape, m, m_terms)
+         call quadratic_form(problem%damping, shape, r, r_terms)
+         call quadratic_form(problem%stiffness, shape, s, k_terms)
          repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= rounding_of_row*r_terms .or. &
             abs(pairs%lambda(j)**2)*m_terms <= rounding_of_sums*k_terms .or. &
             abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r))
@@ -95,21 +96,22 @@ contains
 
    contains
 
-      ! What the shape of pair j has outside the span of rigid motions.
-      real(wp) function rest_beside_zeros(j) result(rest)
+      ! The component of the shape of pair j that is orthogonal to the span of the rigid motions, relative to it.
+      real(wp) function distance_from_rigid(j) result(distance)
          integer, intent(in) :: j
-         integer :: last(size(zeros) + 1), i
-         real(wp) :: rests(size(zeros) + 1)
+         integer :: members(size(zeros) + 1), i
+         real(wp) :: distances(size(zeros) + 1)
 
-         last = [zeros, j]
-         do i = 1, size(last)
-            gram(i, size(last)) = product_of_shapes(pairs, last(i), j)
+         members = [zeros, j]
+         do i = 1, size(members)
+            gram(i, size(members)) = product_of_shapes(pairs, members(i), j)
          end do
-         rests = distances_from_span(gram)
-         rest = rests(size(rests))
-      end function rest_beside_zeros
+         distances = distances_from_span(gram)
+         distance = distances(size(distances))
+      end function distance_from_rigid
 
-      ! Whether damping and inertia balance each other. Of an unsymmetric problem shape^* R shape does not tell.
+      ! Whether pair j is a decay: damping and inertia forces balance each other. Compares the forces, as phi^* R phi may vanish for
+      ! an unsymmetric R.
       logical function is_decay(j)
          integer, intent(in) :: j
          real(wp), parameter :: most = 0.5_wp
@@ -123,48 +125,51 @@ contains
          is_decay = norm2(abs(total(:, 1))) < most*norm2(abs(inertia(:, 1)))
       end function is_decay
 
-      ! Whether inertia or damping is a force that the residual tells from none. A motion that is free gets such a small
-      ! eigenvalue by a force as large.
+      ! Whether pair j is an eigenpair other than zero: its residual is small relative to its inertia or damping forces. A zero gets
+      ! its computed eigenvalue from an error of the size of these forces.
       logical function is_eigenpair(j)
          integer, intent(in) :: j
-         complex(wp), dimension(pairs%rows(), 1) :: phi, inertia, damping, rest
+         complex(wp), dimension(pairs%rows(), 1) :: phi, inertia, damping, residual
 
          phi(:, 1) = pairs%column(j)
          inertia = 0
          call problem%mass%add_product(pairs%lambda(j)**2, phi, inertia)
          damping = 0
          call problem%damping%add_product(pairs%lambda(j), phi, damping)
-         rest = inertia + damping
-         call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, rest)
-         if (allocated(problem%loss)) call problem%loss%add_product((0.0_wp, 1.0_wp), phi, rest)
-         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), rest)
-         is_eigenpair = norm2(abs(rest)) < same_shape*max(norm2(abs(inertia)), norm2(abs(damping)))
+         residual = inertia + damping
+         call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, residual)
+         if (allocated(problem%loss)) call problem%loss%add_product((0.0_wp, 1.0_wp), phi, residual)
+         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), residual)
+         is_eigenpair = norm2(abs(residual)) < same_shape*max(norm2(abs(inertia)), norm2(abs(damping)))
       end function is_eigenpair
-   end function repeats_zero
+   end function repeats_rigid_motion
 
-   !> What the state of a pair of one list has outside the span of those of another list that are near to its eigenvalue.
-   real(wp) function rest_beside(pairs, others, j, distance) result(rest)
+   !> The component of the state of pair j of a list that is orthogonal to the states of pairs of another list with eigenvalues near
+   !> its own, relative to it: small if the other list has this pair already.
+   real(wp) function independent_part(pairs, others, j, distance) result(part)
+      !> The list with the span, and the list of the pair.
       class(eigenpairs_type), intent(in) :: pairs, others
-      !> Of the others.
+      !> Position in `others`.
       integer, intent(in) :: j
-      !> How near, relative to it.
+      !> Relative distance of eigenvalues that are near.
       real(wp), intent(in) :: distance
       type(eigenpairs_type) :: near
-      real(wp), allocatable :: rests(:)
+      real(wp), allocatable :: parts(:)
       integer :: i
 
       near = chosen_pairs(pairs, abs(pairs%lambda - others%lambda(j)) <= distance*abs(others%lambda(j)))
       call append_pairs(near, chosen_pairs(others, [(i == j, i=1, size(others%lambda))]))
-      allocate (rests, source=rests_of_states(near, [(i, i=1, size(near%lambda))]))
-      rest = rests(size(rests))
-   end function rest_beside
+      allocate (parts, source=independent_parts(near, [(i, i=1, size(near%lambda))]))
+      part = parts(size(parts))
+   end function independent_part
 
-   !> What the states [phi; lambda phi/|lambda|] of some pairs, of unit norm, have outside the span of those before them.
-   function rests_of_states(pairs, chosen) result(rests)
+   !> The components of the states [phi; lambda phi/|lambda|] of chosen pairs that are orthogonal to the states before them,
+   !> relative to them: a small one belongs to a pair that is listed twice.
+   function independent_parts(pairs, chosen) result(parts)
       class(eigenpairs_type), intent(in) :: pairs
       !> Their positions.
       integer, intent(in) :: chosen(:)
-      real(wp) :: rests(size(chosen))
+      real(wp) :: parts(size(chosen))
       complex(wp) :: gram(size(chosen), size(chosen)), direction(size(chosen))
       integer :: i, j
 
@@ -174,10 +179,10 @@ contains
             gram(i, j) = product_of_shapes(pairs, chosen(i), chosen(j))*(1 + conjg(direction(i))*direction(j))
          end do
       end do
-      rests = distances_from_span(gram)
-   end function rests_of_states
+      parts = distances_from_span(gram)
+   end function independent_parts
 
-   ! x_i^* x_j.
+   ! The inner product phi_i^* phi_j.
    complex(wp) function product_of_shapes(pairs, i, j) result(product)
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: i, j
@@ -189,23 +194,23 @@ contains
       end if
    end function product_of_shapes
 
-   ! How far each of some vectors, of unit norm, is from the span of those before it: the roots of the pivots of their Gram
-   ! matrix, which are known to the root of rounding. One that is not told from rounding takes no further part.
+   ! Distances of vectors from the span of those before them, relative to their norms: the square roots of the pivots of the
+   ! Cholesky factorization of their Gram matrix, accurate to the root of epsilon. A vector whose pivot is rounding is skipped.
    pure function distances_from_span(gram) result(distances)
-      !> The upper triangle.
+      !> Gram matrix, upper triangle.
       complex(wp), intent(in) :: gram(:, :)
       real(wp) :: distances(size(gram, 1)), pivot
-      complex(wp) :: left(size(gram, 1), size(gram, 1))
+      complex(wp) :: schur(size(gram, 1), size(gram, 1))
       integer :: i, j, k
 
-      left = gram
+      schur = gram
       do k = 1, size(gram, 1)
-         pivot = real(left(k, k), wp)
+         pivot = real(schur(k, k), wp)
          distances(k) = sqrt(max(pivot, 0.0_wp)/max(real(gram(k, k), wp), tiny(1.0_wp)))
          if (.not. distances(k)**2 > above_all_rounding) cycle
          do j = k + 1, size(gram, 1)
             do i = k + 1, j
-               left(i, j) = left(i, j) - conjg(left(k, i))*left(k, j)/pivot
+               schur(i, j) = schur(i, j) - conjg(schur(k, i))*schur(k, j)/pivot
             end do
          end do
       end do

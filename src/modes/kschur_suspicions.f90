@@ -1,4 +1,4 @@
-!> What in the matrices of a problem is likely not meant, in sentences.
+!> Notes on properties of the matrices of a problem that are likely mistakes.
 module kschur_suspicions
    use kschur_asymmetry, only: asymmetry_type, largest_asymmetry
    use kschur_notes, only: named
@@ -13,9 +13,9 @@ module kschur_suspicions
 
 contains
 
-   !> Masses that are negative, unknowns that nothing holds, and matrices that are nearly symmetric.
+   !> Notes negative diagonal masses, unknowns without stiffness, damping and constraints, and nearly symmetric matrices.
    subroutine note_suspicions(problem, notes)
-      !> As given.
+      !> The problem as given.
       type(modal_problem_type), intent(in) :: problem
       character(len=note_length), allocatable, intent(inout) :: notes(:)
       logical :: chosen(problem%unknowns())
@@ -23,12 +23,13 @@ contains
       chosen = problem%mass%diagonal() < 0
       if (any(chosen)) call append_note(notes, "the mass matrix M is negative on the diagonal, which makes modes that grow: "// &
          named("unknown", chosen, problem%index_base))
-      chosen = are_loose(problem)
+      chosen = are_unheld(problem)
       if (any(chosen)) call append_note(notes, "neither stiffness, damping nor a constraint holds "// &
          named("unknown", chosen, problem%index_base))
       if (.not. problem%symmetric) call note_asymmetry(problem, notes)
    end subroutine note_suspicions
 
+   ! Notes an asymmetry so small that it is likely rounding of the input.
    subroutine note_asymmetry(problem, notes)
       type(modal_problem_type), intent(in) :: problem
       character(len=note_length), allocatable, intent(inout) :: notes(:)
@@ -37,15 +38,15 @@ contains
 
       call asymmetry_of(problem, largest, name)
       if (largest%part < nearly_symmetric) call append_note(notes, "the "//name//" is symmetric but for "// &
-         magnitude(largest%part)//" of the entries, most at "//trim(places(largest, problem%index_base))// &
+         magnitude(largest%part)//" of the entries, most at "//trim(entry_pair(largest, problem%index_base))// &
          "; if that is rounding, take its symmetric part: it is solved faster")
    end subroutine note_asymmetry
 
-   !> The largest asymmetry of the matrices of a problem.
+   !> Finds the largest relative asymmetry among the matrices of a problem.
    subroutine asymmetry_of(problem, largest, name)
       type(modal_problem_type), intent(in) :: problem
       type(asymmetry_type), intent(out) :: largest
-      !> Which matrix has it, "stiffness matrix K".
+      !> Name of the matrix that has it, as "stiffness matrix K".
       character(len=:), allocatable, intent(out) :: name
 
       name = "mass matrix M"
@@ -56,6 +57,7 @@ contains
 
    contains
 
+      ! Keeps the asymmetry of another matrix if it is larger.
       subroutine compare(matrix, other_name)
          type(csr_matrix_type), intent(in) :: matrix
          character(len=*), intent(in) :: other_name
@@ -68,43 +70,44 @@ contains
       end subroutine compare
    end subroutine asymmetry_of
 
-   ! "(3, 5) and (5, 3)"
-   pure function places(asymmetry, base)
+   ! The positions of two mirrored entries, as "(3, 5) and (5, 3)".
+   pure function entry_pair(asymmetry, base)
       type(asymmetry_type), intent(in) :: asymmetry
       integer, intent(in) :: base
-      character(len=60) :: places
+      character(len=60) :: entry_pair
       character(len=20) :: row, column
 
       row = text(asymmetry%row + base - 1)
       column = text(asymmetry%column + base - 1)
-      places = "("//trim(row)//", "//trim(column)//") and ("//trim(column)//", "//trim(row)//")"
-   end function places
+      entry_pair = "("//trim(row)//", "//trim(column)//") and ("//trim(column)//", "//trim(row)//")"
+   end function entry_pair
 
-   ! Unknowns with inertia, without an entry in any other matrix, beside others that have stiffness.
-   pure function are_loose(problem) result(loose)
+   ! Unknowns that have mass but no entry in any other matrix, of a problem with stiffness.
+   pure function are_unheld(problem) result(unheld)
       type(modal_problem_type), intent(in) :: problem
-      logical :: loose(problem%unknowns())
+      logical :: unheld(problem%unknowns())
 
-      loose = .false.
+      unheld = .false.
       if (problem%stiffness%is_zero()) return
-      loose = problem%mass%row_maxima() > 0 .and. .not. problem%stiffness%row_maxima() > 0 .and. &
+      unheld = problem%mass%row_maxima() > 0 .and. .not. problem%stiffness%row_maxima() > 0 .and. &
          .not. problem%damping%row_maxima() > 0
-      call leave_columns_out(problem%stiffness)
-      call leave_columns_out(problem%damping)
-      call leave_columns_out(problem%constraints)
+      call exclude_columns(problem%stiffness)
+      call exclude_columns(problem%damping)
+      call exclude_columns(problem%constraints)
       if (.not. allocated(problem%loss)) return
-      loose = loose .and. .not. problem%loss%row_maxima() > 0
-      call leave_columns_out(problem%loss)
+      unheld = unheld .and. .not. problem%loss%row_maxima() > 0
+      call exclude_columns(problem%loss)
 
    contains
 
-      pure subroutine leave_columns_out(matrix)
+      ! Excludes the unknowns with a nonzero column.
+      pure subroutine exclude_columns(matrix)
          type(csr_matrix_type), intent(in) :: matrix
          integer :: k
 
          do k = 1, matrix%nonzeros()
-            if (abs(matrix%value(k)) > 0) loose(matrix%column(k)) = .false.
+            if (abs(matrix%value(k)) > 0) unheld(matrix%column(k)) = .false.
          end do
-      end subroutine leave_columns_out
-   end function are_loose
+      end subroutine exclude_columns
+   end function are_unheld
 end module kschur_suspicions

@@ -1,4 +1,4 @@
-!> How well eigenpairs satisfy a modal problem.
+!> Backward errors of eigenpairs, and bounds of the errors of their eigenvalues.
 module kschur_backward_error
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_eigenpairs, only: eigenpairs_type
@@ -14,12 +14,11 @@ module kschur_backward_error
 
 contains
 
-   !> Backward error of each pair: the larger of the normwise residual
-   !> ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K|| + ||H||) ||phi||)
-   !> and the constraint violation ||Cq phi|| / (||Cq|| ||phi||), with
-   !> 2-norms of vectors and infinity norms of the matrices as given. Where constraints nearly repeat, multipliers are far larger
-   !> than the forces that they make: where the norm of |xi_r| ||Cq_r|| exceeds the level a thousand times, a thousandth of it
-   !> takes the place of the level, as what rounding of multipliers leaves is no error of the pair.
+   !> Computes the backward error of each pair: the larger of the normwise residual
+   !> ||P(lambda) phi + Cq^T xi|| / ((|lambda|^2 ||M|| + |lambda| ||R|| + ||K|| + ||H||) ||phi||) (Tisseur, Linear Algebra Appl. 309
+   !> (2000)) and the constraint violation ||Cq phi|| / (||Cq|| ||phi||), with 2-norms of vectors and infinity norms of the matrices
+   !> as given. Nearly dependent constraints have multipliers far larger than their sum of forces, whose rounding is no error of the
+   !> pair: the denominator of the residual is at least `blurred_entry` times the norm of |xi_r| ||Cq_r||.
    function backward_errors(problem, pairs) result(errors)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
@@ -28,12 +27,13 @@ contains
       call judge_as_given(problem, pairs, spread(.false., 1, size(errors)), errors, bounds)
    end function backward_errors
 
-   !> Backward errors of pairs, and absolute bounds of the errors of their eigenvalues (1/s), NaN where not known.
-   subroutine judge_as_given(problem, pairs, motions, errors, bounds)
+   !> Computes the backward errors of pairs, and absolute bounds of the errors of their eigenvalues (1/s), NaN where not known.
+   !> A few pairs at a time share the passes over the matrices.
+   subroutine judge_as_given(problem, pairs, is_rigid, errors, bounds)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
-      !> Which are rigid motions, known as such.
-      logical, intent(in) :: motions(:)
+      !> Which pairs are rigid motions, or their decays, from the examination.
+      logical, intent(in) :: is_rigid(:)
       real(wp), intent(out) :: errors(:), bounds(:)
       type(csr_matrix_type) :: transposed
       type(products_type) :: products
@@ -46,21 +46,22 @@ contains
          last = min(first + pairs_at_once(pairs) - 1, size(errors))
          call multiply_pairs(problem, transposed, pairs, first, last, .false., products)
          do j = first, last
-            call judge(problem%symmetric, norms, products, j - first + 1, pairs%lambda(j), motions(j), errors(j), bounds(j))
+            call judge(problem%symmetric, norms, products, j - first + 1, pairs%lambda(j), is_rigid(j), errors(j), bounds(j))
          end do
       end do
    end subroutine judge_as_given
 
-   !> The backward error of one pair, and what it bounds.
+   !> Computes the backward error of one pair, and of a symmetric problem a bound of the error of its eigenvalue: backward error
+   !> times condition number, from the products of the pair.
    subroutine judge(symmetric, norms, products, l, lambda, is_motion, error, bound)
-      !> Of the problem, and what `norms_of` says of it.
+      !> Symmetry of the problem, and its norms from `norms_of`.
       logical, intent(in) :: symmetric
       real(wp), intent(in) :: norms(4)
-      !> Those of the pair are at l.
+      !> Products of a few pairs, and the position l of the pair among them.
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
-      !> Whether it is a rigid motion: how fast that decays is known as well as M and R are, K has no part in it.
+      !> Whether it is a rigid motion or its decay: the decay follows from M and R alone, so that rounding of K is no error of it.
       logical, intent(in) :: is_motion
       real(wp), intent(out) :: error
       !> An absolute bound of the error of lambda (1/s); NaN where not known.
@@ -75,14 +76,14 @@ contains
          bound = 0
       else if (symmetric) then
          rounding = epsilon(1.0_wp)*level_of(lambda, [norms(:2), merge(0.0_wp, norms(3), is_motion)])*products%length(l)
-         ! Reactions take part in the balance of a motion that has constraints.
+         ! With constraints the reactions take part in the balance of M and R, so that its residual says nothing.
          if (is_motion) residual = merge(0.0_wp, products%residual_of_decay(l, lambda), norms(4) > 0)
          bound = bound_of(products, l, lambda, max(residual, rounding)*products%length(l) + products%constraints%effect(l))
       end if
    end subroutine judge
 
-   ! How far from lambda a root of phi^T P phi is (1/s): a force f, which is what it may be off by, moves one by about f/|slope|,
-   ! at critical damping by sqrt(f/inertia). NaN where it has no bound.
+   ! Bounds the distance (1/s) of lambda from a root of phi^T P(lambda) phi, a quadratic with an error of at most `force`: about
+   ! force/|slope|, at critical damping sqrt(force/inertia). NaN if there is no bound.
    real(wp) function bound_of(products, l, lambda, force) result(bound)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
@@ -98,8 +99,8 @@ contains
       if (slope + sqrt(inertia*force) > 0) bound = max(positive_root(inertia, slope, force), epsilon(1.0_wp)*abs(lambda))
    end function bound_of
 
-   !> What no bound of the error of lambda falls below (1/s): a change by x changes the residual by no more than
-   !> x ||P'(lambda) phi|| + x^2 ||M phi||.
+   !> A lower limit (1/s) of any bound of the error of lambda: the smallest change x that explains the residual, as x changes it by
+   !> at most x ||P'(lambda) phi|| + x^2 ||M phi||.
    real(wp) function least_bound(products, l, lambda, error, norms) result(bound)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
@@ -110,7 +111,7 @@ contains
          max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l))
    end function least_bound
 
-   ! The positive x with inertia x^2 + slope x = force; `huge` where there is none.
+   ! The positive root x of inertia x^2 + slope x = force; `huge` if there is none.
    pure real(wp) function positive_root(inertia, slope, force) result(x)
       real(wp), intent(in) :: inertia, slope, force
 
@@ -118,12 +119,12 @@ contains
       if (slope + sqrt(inertia*force) > 0) x = 2*force/(slope + sqrt(slope**2 + 4*inertia*force))
    end function positive_root
 
-   !> By how much relative changes of the entries of the constraints move an eigenvalue at most, times chi^T P'(lambda) phi: the
-   !> sum of |Cq_rk| |xi_r chi_k + eta_r phi_k|.
+   !> Sensitivity of an eigenvalue to relative changes of the entries of the constraints, times chi^T P'(lambda) phi: the sum of
+   !> |Cq_rk| |xi_r chi_k + eta_r phi_k|.
    pure real(wp) function effect_of_constraints(constraints, phi, xi, chi, eta) result(effect)
       !> Cq
       type(csr_matrix_type), intent(in) :: constraints
-      !> A pair, and one of the transposed problem.
+      !> Shape and multipliers of a pair, and of that of the transposed problem.
       complex(wp), intent(in) :: phi(:), xi(:), chi(:), eta(:)
       integer :: k, r
 
@@ -137,7 +138,7 @@ contains
       end do
    end function effect_of_constraints
 
-   !> The infinity norms of M, R, K, without rows that a penalty holds, and Cq; that of H is added to that of K.
+   !> The infinity norms of M, R, K and Cq; those of R and K without rows of penalties; that of H is added to that of K.
    pure function norms_of(problem) result(norms)
       type(modal_problem_type), intent(in) :: problem
       real(wp) :: norms(4)
@@ -149,16 +150,17 @@ contains
       end associate
    end function norms_of
 
-   !> |lambda|^2 ||M|| + |lambda| ||R|| + ||K||, the measure of residuals.
+   !> |lambda|^2 ||M|| + |lambda| ||R|| + ||K||, the denominator of normwise backward errors.
    pure real(wp) function level_of(lambda, norms) result(level)
       complex(wp), intent(in) :: lambda
-      !> Of M, R and K.
+      !> Norms of M, R and K.
       real(wp), intent(in) :: norms(:)
 
       level = abs(lambda)**2*norms(1) + abs(lambda)*norms(2) + norms(3)
    end function level_of
 
-   ! Without stiffness a zero eigenvalue has no level: its residual is exact or it is none.
+   ! The normwise residual. Without stiffness a zero eigenvalue has the denominator 0: its residual itself is returned. NaN becomes
+   ! `huge`.
    pure real(wp) function residual_error(products, l, lambda, residual, norms) result(error)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
@@ -172,6 +174,7 @@ contains
       if (.not. error >= 0) error = huge(1.0_wp)
    end function residual_error
 
+   ! The relative constraint violation; NaN becomes `huge`.
    pure real(wp) function violation_of(products, l, norms) result(error)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l

@@ -1,4 +1,4 @@
-!> Eigenpairs refined by Newton's method, with residuals in extended precision.
+!> Refinement of single eigenpairs by Newton's method with residuals in extended precision.
 module kschur_pair_refinement
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
@@ -12,25 +12,26 @@ module kschur_pair_refinement
 
 contains
 
-   !> Refines a simple eigenpair by
+   !> Refines a simple eigenpair by Newton's method, in each step solving
    !>
    !>     [P(lambda) Cq^T P'(lambda) phi; Cq 0 0; phi^* 0 0] [d phi; d xi; d lambda] = -[P(lambda) phi + Cq^T xi; Cq phi; 0],
    !>
-   !> a dense matrix in units in which all entries of shape and multipliers are of one size (Tisseur, SIAM J. Matrix Anal. Appl. 22
-   !> (2001)). As shape and eigenvalue are corrected together, the latter is not known less well because the former is rounded.
-   subroutine refine_pair(problem, transposed, pair, reach, change)
+   !> with a dense factorization, scaled such that all entries of shape and multipliers are of one size (Tisseur, SIAM J. Matrix
+   !> Anal. Appl. 22 (2001)). Shape and eigenvalue are corrected together, as rounding of the shape would limit the eigenvalue
+   !> otherwise.
+   subroutine refine_pair(problem, transposed, pair, max_change, change)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
       type(csr_matrix_type), intent(in) :: transposed
-      !> One, complex, of unit norm; it stays as it was where it does not settle.
+      !> One pair, with a complex shape of unit norm; unchanged if the iteration does not converge.
       type(eigenpairs_type), intent(inout) :: pair
-      !> What lies further off (1/s) is another eigenvalue.
-      real(wp), intent(in) :: reach
-      !> The last correction of the eigenvalue or the shape, relative to them; infinite: it led to another one.
+      !> Largest change of lambda (1/s): beyond it lies another eigenvalue.
+      real(wp), intent(in) :: max_change
+      !> The last correction of eigenvalue or shape, relative to them; `huge`: convergence to another eigenvalue, or a failed solve.
       real(wp), intent(out) :: change
       integer, parameter :: steps = 10
       complex(wp) :: phi(pair%rows()), xi(size(pair%xi, 1)), x(pair%rows() + size(pair%xi, 1) + 1), lambda
-      real(wp) :: length, now
+      real(wp) :: length, correction
       integer :: n, m, step
       logical :: solved
 
@@ -43,9 +44,9 @@ contains
       do step = 1, steps
          call find_correction(problem, transposed, lambda, phi, xi, x, solved)
          if (.not. solved) exit
-         now = max(abs(x(n + m + 1))/abs(lambda), norm2(abs(x(:n))))
-         if (.not. now <= slow_refinement*change) exit
-         change = now
+         correction = max(abs(x(n + m + 1))/abs(lambda), norm2(abs(x(:n))))
+         if (.not. correction <= slow_refinement*change) exit
+         change = correction
          phi = phi + x(:n)
          length = norm2(abs(phi))
          phi = phi/length
@@ -53,11 +54,11 @@ contains
          lambda = lambda + x(n + m + 1)
          if (change <= epsilon(1.0_wp)) exit
       end do
-      if (abs(lambda - pair%lambda(1)) > reach) change = huge(1.0_wp)
-      ! What rounding leaves is large: nothing was found.
+      if (abs(lambda - pair%lambda(1)) > max_change) change = huge(1.0_wp)
+      ! The correction stagnated above `known_well`: no convergence.
       if (change > known_well) return
       associate (before => pair%lambda(1))
-         ! On an axis all steps are; rounding leads off it.
+         ! Newton steps from an axis stay on it; what leads off it is rounding.
          if (.not. abs(aimag(before)) > 0) then
             lambda = real(lambda, wp)
             phi = real(phi, wp)
@@ -71,11 +72,12 @@ contains
       pair%xi(:, 1) = xi
    end subroutine refine_pair
 
+   ! Solves for a Newton correction.
    subroutine find_correction(problem, transposed, lambda, phi, xi, x, solved)
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: transposed
       complex(wp), intent(in) :: lambda, phi(:), xi(:)
-      !> d phi, d xi, d lambda
+      !> d phi, d xi and d lambda, one above the other.
       complex(wp), intent(out) :: x(:)
       logical, intent(out) :: solved
       complex(wp) :: a(size(x), size(x)), slope(size(phi), 1), shape(size(phi), 1), rhs(size(x), 1)
@@ -98,13 +100,13 @@ contains
       a(:n, n + 1:n + m) = transpose(a(n + 1:n + m, :n))
       a(:n, order) = slope(:, 1)
       a(order, :n) = conjg(phi)
-      columns = [even_units(abs(phi)), even_units(abs(xi)), even_units([abs(lambda)])]
+      columns = [powers_of_two(abs(phi)), powers_of_two(abs(xi)), powers_of_two([abs(lambda)])]
       do i = 1, order
          a(:, i) = a(:, i)*columns(i)
       end do
-      rows = [(1/even_units([maxval(abs(a(i, :)))]), i=1, order)]
-      rhs(:n, 1) = forces(problem, transposed, lambda, phi, xi)
-      rhs(n + 1:n + m, 1) = violations(problem%constraints, phi)
+      rows = [(1/powers_of_two([maxval(abs(a(i, :)))]), i=1, order)]
+      rhs(:n, 1) = residual_of(problem, transposed, lambda, phi, xi)
+      rhs(n + 1:n + m, 1) = violations_of(problem%constraints, phi)
       rhs(order, 1) = 0
       rhs(:, 1) = -rows*rhs(:, 1)
       do i = 1, order
@@ -115,16 +117,17 @@ contains
       x = columns*rhs(:, 1)
    end subroutine find_correction
 
-   ! Powers of two near to numbers that are not negative, none of them rounding beside the largest.
-   pure function even_units(sizes) result(units)
+   ! Scale factors of nonnegative sizes: the nearest powers of two, those of sizes below epsilon times the largest being that.
+   pure function powers_of_two(sizes) result(units)
       real(wp), intent(in) :: sizes(:)
       real(wp) :: units(size(sizes))
 
       units = 1
       if (size(sizes) == 0) return
       if (maxval(sizes) > 0) units = scale(1.0_wp, exponent(max(sizes, epsilon(1.0_wp)*maxval(sizes))))
-   end function even_units
+   end function powers_of_two
 
+   ! Adds factor times a sparse matrix to a dense one.
    pure subroutine add_entries(matrix, factor, dense)
       type(csr_matrix_type), intent(in) :: matrix
       complex(wp), intent(in) :: factor
@@ -140,12 +143,12 @@ contains
       end do
    end subroutine add_entries
 
-   ! P(lambda) phi + Cq^T xi.
-   function forces(problem, transposed, lambda, phi, xi)
+   ! The residual P(lambda) phi + Cq^T xi, summed in extended precision.
+   function residual_of(problem, transposed, lambda, phi, xi)
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: transposed
       complex(wp), intent(in) :: lambda, phi(:), xi(:)
-      complex(wp) :: forces(size(phi))
+      complex(wp) :: residual_of(size(phi))
       complex(xp) :: root, force
       integer :: i
 
@@ -154,21 +157,23 @@ contains
          force = root*(root*row_product(problem%mass, i, phi) + row_product(problem%damping, i, phi)) &
             + row_product(problem%stiffness, i, phi) + row_product(transposed, i, xi)
          if (allocated(problem%loss)) force = force + (0.0_xp, 1.0_xp)*row_product(problem%loss, i, phi)
-         forces(i) = cmplx(force, kind=wp)
+         residual_of(i) = cmplx(force, kind=wp)
       end do
-   end function forces
+   end function residual_of
 
-   function violations(constraints, phi)
+   ! The constraint violation Cq phi, summed in extended precision.
+   function violations_of(constraints, phi)
       type(csr_matrix_type), intent(in) :: constraints
       complex(wp), intent(in) :: phi(:)
-      complex(wp) :: violations(constraints%rows)
+      complex(wp) :: violations_of(constraints%rows)
       integer :: i
 
       do i = 1, constraints%rows
-         violations(i) = cmplx(row_product(constraints, i, phi), kind=wp)
+         violations_of(i) = cmplx(row_product(constraints, i, phi), kind=wp)
       end do
-   end function violations
+   end function violations_of
 
+   ! Row i of a matrix times a vector, in extended precision.
    pure complex(xp) function row_product(matrix, i, x) result(total)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: i

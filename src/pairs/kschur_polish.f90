@@ -1,4 +1,4 @@
-!> The eigenpairs of one cluster, by iteration of their space with factors beside it.
+!> Polishing of the eigenpairs of one cluster: shift-and-invert subspace iteration with a shift next to it.
 module kschur_polish
    use kschur_backward_error, only: backward_errors
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, keep_pairs, normalize
@@ -20,37 +20,41 @@ module kschur_polish
    private
    public :: polished_type, polisher_type
 
-   ! Steps without progress.
-   integer, parameter :: steps = 5
+   ! Steps without progress after which the iteration ends.
+   integer, parameter :: max_stagnant_steps = 5
 
-   !> Polishes clusters of one problem, each with factors of its own.
+   !> Polishes clusters of one problem, each with a factorization of its own.
    type :: polisher_type
-      !> The backward error that is good enough.
-      real(wp) :: above = 0
-      !> Where a cluster is factored, from its centre and relative to it: near, but not singular.
+      !> Backward error to reach.
+      real(wp) :: tolerance = 0
+      !> Distance of the shift from the centre of a cluster, relative to it: near, but the matrix is not singular.
       real(wp) :: offset = 1.0e-6_wp
-      !> What that is relative to where the centre is zero: a size of eigenvalues (1/s).
+      !> Size of eigenvalues (1/s) that takes the place of the centre where that is zero.
       real(wp) :: reference = 0
+      !> The factors at the present shift.
       class(complex_linear_solver_type), allocatable :: solver
-      ! Factor of each constraint.
+      ! Scale factor of each constraint.
       real(wp), allocatable, private :: factors(:)
       ! M, R and K, the latter with constraints; not allocated before the first cluster.
       type(csr_matrix_type), allocatable, private :: blocks(:)
    contains
+      !> Sets the tolerance and the solver.
       procedure :: begin
+      !> Factors the problem at a shift next to a cluster.
       procedure :: factor_beside
+      !> Computes the eigenpairs of the cluster with these factors.
       procedure :: polish
    end type polisher_type
 
-   !> What is known of a cluster after that.
+   !> The polished eigenpairs of a cluster.
    type :: polished_type
-      !> All eigenpairs where the cluster is, of a conjugate pair one, `paired` where its conjugate is known to be another.
+      !> All eigenpairs within the radius of the cluster, one of each conjugate pair, `paired` if it stands for its conjugate too.
       type(eigenpairs_type) :: pairs
       !> Their backward errors.
       real(wp), allocatable :: errors(:)
-      !> Eigenvalues among them, both of a conjugate pair counted where the cluster meets the real axis.
+      !> Number of eigenvalues, both of a conjugate pair counted if the cluster meets the real axis.
       integer :: eigenvalues = 0
-      !> Whether all Ritz values where the cluster is are good enough: then there are no others.
+      !> Whether all Ritz values within the cluster are accurate, and the space has room for more: there are no others then.
       logical :: complete = .false.
    contains
       !> The largest backward error.
@@ -59,29 +63,33 @@ module kschur_polish
 
 contains
 
-   subroutine begin(self, factors, above, solver)
+   !> Sets the tolerance and the solver.
+   subroutine begin(self, factors, tolerance, solver)
       class(polisher_type), intent(out) :: self
-      !> Factor of each constraint.
+      !> Scale factor of each constraint.
       real(wp), intent(in) :: factors(:)
-      real(wp), intent(in) :: above
-      !> A prototype.
+      !> Backward error to reach.
+      real(wp), intent(in) :: tolerance
+      !> A prototype, of which a copy factors.
       class(complex_linear_solver_type), intent(in) :: solver
 
-      self%above = above
+      self%tolerance = tolerance
       allocate (self%factors, source=factors)
       allocate (self%solver, source=solver)
    end subroutine begin
 
-   !> Factors the problem beside a cluster. One eigenvalue converges the faster the nearer. Several: further off than they are
-   !> spread, so that all of them converge alike, and than the roots of a defective one are split, whose chain would be lost
-   !> behind its eigenvector; as far as other eigenvalues let the space converge. So is a zero that nothing damps.
+   !> Factors the problem at a shift next to a cluster. A simple eigenvalue converges the faster the nearer the shift is. For
+   !> several the distance exceeds their spread, so that all converge at one rate, and the splitting of a defective eigenvalue,
+   !> whose chain would be lost next to its eigenvector otherwise; it is at most a fraction of the gap, so that the space converges.
+   !> A zero is treated as several, as it may be an undamped double one.
    subroutine factor_beside(self, problem, cluster, shift, error)
       class(polisher_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
       type(cluster_type), intent(in) :: cluster
+      !> Where the problem was factored (1/s).
       complex(wp), intent(out) :: shift
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: beyond = 1.5_wp, furthest = 1.0e-3_wp, of_gap = 1/30.0_wp
+      real(wp), parameter :: spread_factor = 1.5_wp, max_offset = 1.0e-3_wp, gap_fraction = 1/30.0_wp
       real(wp) :: distance, unit
 
       if (.not. allocated(self%blocks)) then
@@ -90,84 +98,86 @@ contains
          if (allocated(error)) return
       end if
       unit = merge(abs(cluster%centre), self%reference, abs(cluster%centre) > 0)
-      distance = max(self%offset*unit, beyond*cluster%spread)
+      distance = max(self%offset*unit, spread_factor*cluster%spread)
       if (size(cluster%members) > 1 .or. .not. abs(cluster%centre) > 0) &
-         distance = max(distance, min(furthest*unit, of_gap*cluster%gap))
+         distance = max(distance, min(max_offset*unit, gap_fraction*cluster%gap))
       shift = cluster%centre + distance
       call self%solver%factorize(shifted_saddle(problem, self%blocks, shift), saddle_structure(problem), error)
    end subroutine factor_beside
 
-   !> Iterates the space of the states [x; lambda x/u] of a cluster, and of random vectors for what it lacks, by
+   !> Computes the eigenpairs of a cluster by subspace iteration, from the states [x; lambda x/u], u = |s|, of its members, and from
+   !> random vectors for members that are missing. Each step solves at the shift s
    !>
    !>     [P(s) Cq^T; Cq 0] [x'; xi] = -[M v + (R + s M) x; 0],  v' = x + s x',
    !>
-   !> and takes the Ritz pairs that lie where the cluster does, until they stay where they are. A cluster on the real axis has a
-   !> real space: two real eigenvalues and a conjugate pair beside the axis are the same until its Schur form tells. Copies,
-   !> and the roots of a defective eigenvalue, are as many as the space holds. Where eigenvalues are given, it is shapes of
-   !> these that are found, one for each, whatever the Ritz values are.
-   subroutine polish(self, problem, cluster, shift, members, worst, guards, polished, error, lambda)
+   !> and selects the Ritz pairs within the radius of the cluster, until they are accurate and no longer change. A cluster on the
+   !> real axis is iterated with a real space, whose real Schur form tells two real eigenvalues from a conjugate pair. Copies of a
+   !> multiple eigenvalue, and the roots of a defective one, are found as many as the space holds. If eigenvalues are given,
+   !> computes one shape for each of these instead.
+   subroutine polish(self, problem, cluster, shift, members, worst, n_random, polished, error, lambda)
       class(polisher_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
       type(cluster_type), intent(in) :: cluster
-      !> Where the factors are.
+      !> Shift of the factors (1/s).
       complex(wp), intent(in) :: shift
       !> The members, with complex shapes.
       type(eigenpairs_type), intent(in) :: members
       !> Their largest backward error.
       real(wp), intent(in) :: worst
-      !> Random vectors beside them.
-      integer, intent(in) :: guards
+      !> Number of random vectors behind the members.
+      integer, intent(in) :: n_random
       type(polished_type), intent(out) :: polished
       type(error_type), allocatable, intent(out) :: error
-      !> Eigenvalues (1/s) that are known.
+      !> Known eigenvalues (1/s) whose shapes are computed. Absent: Ritz values are taken.
       complex(wp), optional, intent(in) :: lambda(:)
-      ! The space becomes no larger than this.
+      ! Largest dimension of the space.
       integer, parameter :: largest = 200
       complex(wp), allocatable :: states(:, :), images(:, :), solutions(:, :)
-      type(polished_type) :: now
+      type(polished_type) :: current
       real(wp) :: limit, least
       integer(long) :: random_state
       integer :: step, inside, filled
       logical :: settled
 
       random_state = state_of_seed(0)
-      limit = max(self%above, min(10*worst, inaccurate_above))
+      limit = max(self%tolerance, min(10*worst, inaccurate_above))
       polished%pairs = chosen_pairs(members, spread(.false., 1, size(members%lambda)))
       allocate (polished%pairs%paired(0), polished%errors(0))
-      call begin_states(members, cluster, abs(shift), guards, random_state, states, error)
+      call begin_states(members, cluster, abs(shift), n_random, random_state, states, error)
       if (allocated(error)) return
       step = 0
       filled = 0
       least = huge(1.0_wp)
-      do while (step < steps .and. size(states, 2) > 0)
+      do while (step < max_stagnant_steps .and. size(states, 2) > 0)
          step = step + 1
-         call apply(self, problem, shift, states, images, solutions, error)
-         if (.not. allocated(error)) call find_pairs(cluster, shift, states, images, solutions, now%pairs, error, lambda)
+         call apply_shift_invert(self, problem, shift, states, images, solutions, error)
+         if (.not. allocated(error)) call find_ritz_pairs(cluster, shift, states, images, solutions, current%pairs, error, lambda)
          if (allocated(error)) return
-         if (.not. present(lambda)) call keep_pairs(now%pairs, cluster%holds(now%pairs%lambda))
-         inside = count_of(cluster, now%pairs%lambda)
-         if (allocated(now%errors)) deallocate (now%errors)
-         allocate (now%errors, source=backward_errors(problem, now%pairs))
-         if (size(now%errors) > 0 .and. 2*now%worst() < least) then
-            least = now%worst()
+         if (.not. present(lambda)) call keep_pairs(current%pairs, cluster%holds(current%pairs%lambda))
+         inside = count_eigenvalues(cluster, current%pairs%lambda)
+         if (allocated(current%errors)) deallocate (current%errors)
+         allocate (current%errors, source=backward_errors(problem, current%pairs))
+         if (size(current%errors) > 0 .and. 2*current%worst() < least) then
+            least = current%worst()
             step = 0
          end if
-         now%complete = size(now%errors) > 0 .and. now%worst() <= self%above .and. &
-            (guards == 0 .or. inside < size(states, 2))
+         current%complete = size(current%errors) > 0 .and. current%worst() <= self%tolerance .and. &
+            (n_random == 0 .or. inside < size(states, 2))
          if (.not. present(lambda)) then
-            call keep_pairs(now%pairs, now%errors <= limit)
-            now%errors = pack(now%errors, now%errors <= limit)
+            call keep_pairs(current%pairs, current%errors <= limit)
+            current%errors = pack(current%errors, current%errors <= limit)
          end if
-         now%eigenvalues = count_of(cluster, now%pairs%lambda)
-         settled = is_settled(now, polished)
-         if (is_better(now, polished)) then
-            polished = now
+         current%eigenvalues = count_eigenvalues(cluster, current%pairs%lambda)
+         settled = is_settled(current, polished)
+         if (is_better(current, polished)) then
+            polished = current
             if (settled) exit
          end if
          call move_alloc(images, states)
-         ! Where no random vector stays outside, the space may be too small, unless there are no more motions.
-         if (guards > 0 .and. inside == size(states, 2) .and. inside > filled .and. inside < largest) then
-            call add_random(guards, random_state, states)
+         ! If all Ritz values are within the cluster the space may be too small: adds random vectors, unless the last ones found
+         ! nothing.
+         if (n_random > 0 .and. inside == size(states, 2) .and. inside > filled .and. inside < largest) then
+            call add_random(n_random, random_state, states)
             filled = inside
             step = 0
          end if
@@ -176,52 +186,55 @@ contains
 
    contains
 
-      ! Nothing more is to be learned from another step: alone at once, others where they stay where they were.
-      logical function is_settled(now, before) result(settled)
-         type(polished_type), intent(in) :: now, before
+      ! Whether another step can change nothing: a complete single eigenvalue at once, several if they stayed where they were.
+      logical function is_settled(current, before) result(settled)
+         type(polished_type), intent(in) :: current, before
          integer :: i
 
-         settled = now%complete .and. now%eigenvalues >= size(members%lambda)
+         settled = current%complete .and. current%eigenvalues >= size(members%lambda)
          if (.not. settled) return
-         if (size(members%lambda) == 1 .and. now%eigenvalues == 1) return
-         settled = now%eigenvalues == before%eigenvalues .and. all([(any(abs(before%pairs%lambda - now%pairs%lambda(i)) <= &
-            cancelled*abs(cluster%centre)), i=1, size(now%errors))])
+         if (size(members%lambda) == 1 .and. current%eigenvalues == 1) return
+         settled = current%eigenvalues == before%eigenvalues .and. all([(any(abs(before%pairs%lambda - current%pairs%lambda(i)) <= &
+            cancelled*abs(cluster%centre)), i=1, size(current%errors))])
       end function is_settled
    end subroutine polish
 
-   pure integer function count_of(cluster, lambda)
+   ! The number of eigenvalues of a list, both of a conjugate pair counted if the cluster meets the real axis.
+   pure integer function count_eigenvalues(cluster, lambda)
       type(cluster_type), intent(in) :: cluster
       complex(wp), intent(in) :: lambda(:)
 
-      count_of = size(lambda)
-      if (cluster%on_axis) count_of = count_of + count(abs(aimag(lambda)) > 0)
-   end function count_of
+      count_eigenvalues = size(lambda)
+      if (cluster%on_axis) count_eigenvalues = count_eigenvalues + count(abs(aimag(lambda)) > 0)
+   end function count_eigenvalues
 
+   !> The largest backward error, 0 if there are no pairs.
    pure real(wp) function worst(self)
       class(polished_type), intent(in) :: self
 
       worst = maxval([0.0_wp, self%errors])
    end function worst
 
-   ! What is complete before what is not; of that what has more, of this what is known best.
-   pure logical function is_better(now, before)
-      type(polished_type), intent(in) :: now, before
+   ! Whether a result is better than the one before: complete rather than incomplete; of complete ones that with more eigenvalues,
+   ! then that with the smaller backward error.
+   pure logical function is_better(current, before)
+      type(polished_type), intent(in) :: current, before
 
-      if (now%complete .neqv. before%complete) then
-         is_better = now%complete
-      else if (now%complete .and. now%eigenvalues /= before%eigenvalues) then
-         is_better = now%eigenvalues > before%eigenvalues
+      if (current%complete .neqv. before%complete) then
+         is_better = current%complete
+      else if (current%complete .and. current%eigenvalues /= before%eigenvalues) then
+         is_better = current%eigenvalues > before%eigenvalues
       else
-         is_better = now%eigenvalues > 0 .and. (before%eigenvalues == 0 .or. now%worst() < before%worst())
+         is_better = current%eigenvalues > 0 .and. (before%eigenvalues == 0 .or. current%worst() < before%worst())
       end if
    end function is_better
 
-   ! On the real axis the real and, of complex ones, the imaginary parts.
-   subroutine begin_states(members, cluster, unit, guards, random_state, states, error)
+   ! Sets orthonormal start states from the members and random vectors: of a cluster on the real axis the real and imaginary parts.
+   subroutine begin_states(members, cluster, unit, n_random, random_state, states, error)
       type(eigenpairs_type), intent(in) :: members
       type(cluster_type), intent(in) :: cluster
       real(wp), intent(in) :: unit
-      integer, intent(in) :: guards
+      integer, intent(in) :: n_random
       integer(long), intent(inout) :: random_state
       !> 2 n x p, orthonormal.
       complex(wp), allocatable, intent(out) :: states(:, :)
@@ -232,7 +245,7 @@ contains
       n = members%rows()
       p = size(members%lambda)
       if (cluster%on_axis) p = p + count(abs(aimag(members%lambda)) > 0)
-      call require_memory(16.0_wp*(p + guards)*(9*n + 2*size(members%xi, 1)), "mode shapes", error)
+      call require_memory(16.0_wp*(p + n_random)*(9*n + 2*size(members%xi, 1)), "mode shapes", error)
       if (allocated(error)) return
       allocate (states(2*n, p))
       k = 0
@@ -247,13 +260,13 @@ contains
          k = k + 1
          states(:, k) = aimag(state)
       end do
-      call add_random(guards, random_state, states)
+      call add_random(n_random, random_state, states)
       call make_orthonormal(states)
    end subroutine begin_states
 
-   ! Random vectors behind all there is.
-   subroutine add_random(guards, random_state, states)
-      integer, intent(in) :: guards
+   ! Appends random vectors.
+   subroutine add_random(n_random, random_state, states)
+      integer, intent(in) :: n_random
       integer(long), intent(inout) :: random_state
       complex(wp), allocatable, intent(inout) :: states(:, :)
       complex(wp), allocatable :: more(:, :)
@@ -261,16 +274,16 @@ contains
       integer :: k, p
 
       p = size(states, 2)
-      allocate (more(size(states, 1), p + guards))
+      allocate (more(size(states, 1), p + n_random))
       more(:, :p) = states
-      do k = p + 1, p + guards
+      do k = p + 1, p + n_random
          call random_vector(random_state, random)
          more(:, k) = random
       end do
       call move_alloc(more, states)
    end subroutine add_random
 
-   ! As many as are independent.
+   ! Orthonormalizes states, and drops those that depend on others.
    subroutine make_orthonormal(states)
       complex(wp), allocatable, intent(inout) :: states(:, :)
       complex(wp) :: coefficients(size(states, 2), size(states, 2))
@@ -280,12 +293,12 @@ contains
       if (kept < size(states, 2)) states = states(:, :kept)
    end subroutine make_orthonormal
 
-   ! The operator on orthonormal states.
-   subroutine apply(self, problem, shift, states, images, solutions, error)
+   ! Applies the shift-invert operator to orthonormal states.
+   subroutine apply_shift_invert(self, problem, shift, states, images, solutions, error)
       class(polisher_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
       complex(wp), intent(in) :: shift, states(:, :)
-      !> 2 n x p, and [x'; xi], (n + m) x p.
+      !> The images, 2 n x p, and the solutions [x'; xi], (n + m) x p.
       complex(wp), allocatable, intent(out) :: images(:, :), solutions(:, :)
       type(error_type), allocatable, intent(out) :: error
       complex(wp), allocatable :: x(:, :), force(:, :)
@@ -309,17 +322,18 @@ contains
       do j = 1, p
          solutions(n + 1:, j) = self%factors*solutions(n + 1:, j)
       end do
-   end subroutine apply
+   end subroutine apply_shift_invert
 
-   ! The Ritz pairs, on the real axis one of each conjugate pair; or what comes nearest to an eigenvector of each given lambda.
-   subroutine find_pairs(cluster, shift, states, images, solutions, found, error, lambda)
+   ! Computes the Ritz pairs of a space, on the real axis one of each conjugate pair; or for each given lambda the vector nearest to
+   ! an eigenvector.
+   subroutine find_ritz_pairs(cluster, shift, states, images, solutions, found, error, lambda)
       type(cluster_type), intent(in) :: cluster
       complex(wp), intent(in) :: shift, states(:, :), images(:, :), solutions(:, :)
       type(eigenpairs_type), intent(out) :: found
       type(error_type), allocatable, intent(out) :: error
       complex(wp), optional, intent(in) :: lambda(:)
       complex(wp), dimension(size(images, 2), size(images, 2)) :: t, u
-      complex(wp), allocatable :: y(:, :), taken(:, :)
+      complex(wp), allocatable :: y(:, :), combined(:, :)
       real(wp), dimension(size(images, 2), size(images, 2)) :: real_t, real_u
       complex(wp) :: mu(size(images, 2))
       integer, allocatable :: chosen(:)
@@ -332,12 +346,12 @@ contains
       t = matmul(conjg(transpose(states)), images)
       if (present(lambda)) then
          allocate (found%lambda, source=lambda)
-         allocate (y, source=fitted(t, 1/(lambda - shift), above_all_rounding*abs(shift)))
+         allocate (y, source=nearest_eigenvectors(t, 1/(lambda - shift), above_all_rounding*abs(shift)))
       else if (cluster%on_axis) then
          real_t = real(t, wp)
          call schur_form(real_t, real_u, mu, error)
          if (allocated(error)) return
-         ! That of mu with a negative imaginary part has a positive one.
+         ! Im lambda > 0 belongs to Im mu < 0.
          chosen = pack([(j, j=1, p)], aimag(mu) <= 0 .and. abs(mu) > 0)
          call independent_eigenvectors(real_t, noise, chosen, y)
          y = matmul(real_u, y)
@@ -349,20 +363,21 @@ contains
          y = matmul(u, y)
       end if
       if (.not. present(lambda)) allocate (found%lambda, source=shift + 1/mu(chosen))
-      allocate (taken, source=matmul(solutions, y))
-      allocate (found%phi, source=taken(:n, :))
-      allocate (found%xi, source=taken(n + 1:, :))
+      allocate (combined, source=matmul(solutions, y))
+      allocate (found%phi, source=combined(:n, :))
+      allocate (found%xi, source=combined(n + 1:, :))
       allocate (found%paired, source=abs(aimag(found%lambda)) > 0)
       do j = 1, size(found%lambda)
          call normalize(found, j)
       end do
-   end subroutine find_pairs
+   end subroutine find_ritz_pairs
 
-   ! The combinations y of states of least ||(T - mu) y||. An eigenvector of T would have an eigenvalue of its own: roots of a
-   ! defective one are split by rounding. Of copies each is orthogonal to those before it, where that costs no more than noise.
-   function fitted(t, mu, noise) result(y)
+   ! Unit vectors y that minimize ||(T - mu) y|| for given mu, by singular vectors. Eigenvectors of T would belong to its own
+   ! eigenvalues: the roots of a defective one are split by rounding. A term of the size of the noise makes the vectors of copies
+   ! orthogonal to each other, as far as that costs no more than noise.
+   function nearest_eigenvectors(t, mu, noise) result(y)
       complex(wp), intent(in) :: t(:, :), mu(:)
-      !> Of T, relative to mu^2.
+      !> Noise of T, relative to mu^2.
       real(wp), intent(in) :: noise
       complex(wp) :: y(size(t, 1), size(mu)), vt(size(t, 1), size(t, 1)), a(size(t, 1) + size(mu), size(t, 1)), no_u(1, 1), &
          work(8*size(a, 1))
@@ -380,5 +395,5 @@ contains
          call zgesvd("N", "A", size(a, 1), p, a, size(a, 1), singular, no_u, 1, vt, p, work, size(work), rwork, info)
          if (info == 0) y(:, j) = conjg(vt(p, :))
       end do
-   end function fitted
+   end function nearest_eigenvectors
 end module kschur_polish

@@ -1,6 +1,6 @@
-!> What the matrices of a modal problem make of eigenpairs, several at a time, so that a matrix is read once for them.
-!> Forces are summed in more than the working precision where Rayleigh's functional is asked for: of a low mode of a stiff
-!> structure the working one leaves nothing but rounding. What a residual has of that is below the rounding of its matrices.
+!> Products of the matrices of a modal problem with a few eigenpairs at a time, in one pass over each matrix, and norms and forms of
+!> these. For Rayleigh's functional forces are summed in extended precision: those of a low mode of a stiff structure cancel to
+!> rounding in working precision. Residuals do not need that: their rounding is below that of the matrices.
 module kschur_products
    use kschur_constraint_products, only: constraint_products_type, multiply_constraints
    use kschur_eigenpairs, only: eigenpairs_type
@@ -12,97 +12,97 @@ module kschur_products
    private
    public :: multiply_pairs, pairs_at_once, products_type
 
-   ! Columns of real numbers that are multiplied at a time: a complex one is two.
+   ! Number of real columns multiplied at a time; a complex column is two.
    integer, parameter :: lanes = 4
-   ! Rows that are multiplied at a time.
-   integer, parameter :: rows = 64
+   ! Number of rows multiplied at a time.
+   integer, parameter :: block_rows = 64
 
-   !> Products of a few pairs. The columns of pair l are its `parts`: the real and, of complex shapes, the imaginary part.
+   !> Products of a few pairs. Each pair has `parts` columns: the real and, of complex shapes, the imaginary part.
    type :: products_type
       integer :: parts = 1
       !> phi, M phi and R phi, n x parts of all pairs.
       real(wp), allocatable :: phi(:, :), mass(:, :), damping(:, :)
-      !> K phi + i H phi + Cq^T xi, n x 2 for each pair.
-      real(wp), allocatable :: rest(:, :)
+      !> Forces without inertia and damping, K phi + i H phi + Cq^T xi: real and imaginary part, n x 2 for each pair.
+      real(wp), allocatable :: static_forces(:, :)
       !> ||phi|| of each pair.
       real(wp), allocatable :: length(:)
       type(constraint_products_type) :: constraints
-      !> Of a symmetric problem phi^T M phi, phi^T R phi and, of forces that were summed closely,
-      !> phi^T (K phi + i H phi + Cq^T xi) + xi^T Cq phi, 3 x pairs.
+      !> Coefficients of Rayleigh's functional of a symmetric problem, 3 x pairs: phi^T M phi, phi^T R phi and, if forces were
+      !> summed in extended precision, phi^T (K phi + i H phi + Cq^T xi) + xi^T Cq phi.
       complex(xp), allocatable :: forms(:, :)
    contains
       !> phi^T phi of pair l.
       procedure :: square
       !> ||P(lambda) phi + Cq^T xi|| of pair l.
       procedure :: residual
-      !> The same without stiffness and constraints, ||lambda^2 M phi + lambda R phi||.
+      !> The residual without stiffness and constraints, ||lambda^2 M phi + lambda R phi||, of pair l.
       procedure :: residual_of_decay
       !> ||P'(lambda) phi||, P' = 2 lambda M + R, of pair l.
       procedure :: slope
       !> ||M phi|| of pair l.
       procedure :: inertia
-      !> The products of the real part of a multiple of pair l.
+      !> The products of the real part of factor times pair l.
       procedure :: real_part
    end type products_type
 
 contains
 
-   !> Of how many pairs the products are made at a time.
+   !> The number of pairs whose products are computed at a time.
    pure integer function pairs_at_once(pairs)
       class(eigenpairs_type), intent(in) :: pairs
 
       pairs_at_once = lanes/merge(1, 2, pairs%is_real())
    end function pairs_at_once
 
-   !> The products of pairs first..last, no more than are made at a time.
-   subroutine multiply_pairs(problem, transposed, pairs, first, last, closely, products)
+   !> Computes the products of pairs first..last, at most `pairs_at_once`, with their norms and forms.
+   subroutine multiply_pairs(problem, transposed, pairs, first, last, extended, products)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
       type(csr_matrix_type), intent(in) :: transposed
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last
-      !> Whether forces, which may cancel, are summed in more than the working precision.
-      logical, intent(in) :: closely
+      !> Whether to sum forces, which may cancel, in extended precision, for Rayleigh's functional.
+      logical, intent(in) :: extended
       type(products_type), intent(inout) :: products
       real(wp), allocatable :: phi(:, :), xi(:, :, :)
       integer :: n, i
 
       n = problem%unknowns()
       call pack_parts(pairs, first, last, phi, xi)
-      call make_room(products, n, merge(1, 2, pairs%is_real()))
+      call allocate_products(products, n, merge(1, 2, pairs%is_real()))
       !$omp parallel do schedule(static) if (n > panel_rows)
-      do i = 1, n, rows
-         call multiply_rows(problem, transposed, i, min(i + rows - 1, n), phi, xi, closely, products)
+      do i = 1, n, block_rows
+         call multiply_rows(problem, transposed, i, min(i + block_rows - 1, n), phi, xi, extended, products)
       end do
       !$omp end parallel do
-      call measure(problem, phi, xi, last - first + 1, closely, products)
+      call set_norms_and_forms(problem, phi, xi, last - first + 1, extended, products)
    end subroutine multiply_pairs
 
-   ! Rows first..last of the products.
-   subroutine multiply_rows(problem, transposed, first, last, phi, xi, closely, products)
+   ! Computes rows first..last of the products.
+   subroutine multiply_rows(problem, transposed, first, last, phi, xi, extended, products)
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: transposed
       integer, intent(in) :: first, last
       real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
-      logical, intent(in) :: closely
+      logical, intent(in) :: extended
       type(products_type), intent(inout) :: products
-      real(wp), dimension(lanes, rows) :: mass, damping, stiffness, rest, imaginary
+      real(wp), dimension(lanes, block_rows) :: mass, damping, stiffness, static_forces, imaginary
       integer :: k, l
 
       k = last - first + 1
       call multiply(problem%mass, first, last, phi, mass)
-      if (closely) then
-         call multiply_closely(problem%stiffness, first, last, phi, stiffness, transposed, xi(:, :, 1), rest)
+      if (extended) then
+         call multiply_extended(problem%stiffness, first, last, phi, stiffness, transposed, xi(:, :, 1), static_forces)
       else
          call multiply(problem%stiffness, first, last, phi, stiffness)
-         call multiply(transposed, first, last, xi(:, :, 1), rest)
-         rest(:, :k) = stiffness(:, :k) + rest(:, :k)
+         call multiply(transposed, first, last, xi(:, :, 1), static_forces)
+         static_forces(:, :k) = stiffness(:, :k) + static_forces(:, :k)
       end if
       if (problem%damping_kind /= damping_general) then
          ! R = alpha M + beta K.
          damping(:, :k) = problem%alpha*mass(:, :k) + problem%beta*stiffness(:, :k)
-      else if (closely) then
-         call multiply_closely(problem%damping, first, last, phi, damping)
+      else if (extended) then
+         call multiply_extended(problem%damping, first, last, phi, damping)
       else
          call multiply(problem%damping, first, last, phi, damping)
       end if
@@ -110,42 +110,42 @@ contains
          products%phi(first:last, l) = phi(l, first:last)
          products%mass(first:last, l) = mass(l, :k)
          products%damping(first:last, l) = damping(l, :k)
-         if (products%parts == 2) products%rest(first:last, l) = rest(l, :k)
+         if (products%parts == 2) products%static_forces(first:last, l) = static_forces(l, :k)
       end do
       if (products%parts == 1) then
          call multiply(transposed, first, last, xi(:, :, 2), imaginary)
          do l = 1, lanes
-            products%rest(first:last, 2*l - 1) = rest(l, :k)
-            products%rest(first:last, 2*l) = imaginary(l, :k)
+            products%static_forces(first:last, 2*l - 1) = static_forces(l, :k)
+            products%static_forces(first:last, 2*l) = imaginary(l, :k)
          end do
       end if
-      if (allocated(problem%loss)) call add_loss(problem%loss, first, last, phi, closely, products%rest)
+      if (allocated(problem%loss)) call add_loss(problem%loss, first, last, phi, extended, products%static_forces)
    end subroutine multiply_rows
 
-   ! i H phi beside the forces: of real parts imaginary ones, of imaginary parts negative real ones.
-   subroutine add_loss(loss, first, last, phi, closely, rest)
+   ! Adds i H phi to the static forces: the real part of phi gives imaginary forces, the imaginary part negative real ones.
+   subroutine add_loss(loss, first, last, phi, extended, static_forces)
       type(csr_matrix_type), intent(in) :: loss
       integer, intent(in) :: first, last
       real(wp), contiguous, intent(in) :: phi(:, :)
-      logical, intent(in) :: closely
-      real(wp), intent(inout) :: rest(:, :)
-      real(wp) :: forces(lanes, rows)
+      logical, intent(in) :: extended
+      real(wp), intent(inout) :: static_forces(:, :)
+      real(wp) :: forces(lanes, block_rows)
       integer :: l, to
 
-      if (closely) call multiply_closely(loss, first, last, phi, forces)
-      if (.not. closely) call multiply(loss, first, last, phi, forces)
+      if (extended) call multiply_extended(loss, first, last, phi, forces)
+      if (.not. extended) call multiply(loss, first, last, phi, forces)
       do l = 1, lanes
-         to = merge(2*l, l - (-1)**l, size(rest, 2) > lanes)
-         rest(first:last, to) = rest(first:last, to) - sign(1, l - to)*forces(l, :last - first + 1)
+         to = merge(2*l, l - (-1)**l, size(static_forces, 2) > lanes)
+         static_forces(first:last, to) = static_forces(first:last, to) - sign(1, l - to)*forces(l, :last - first + 1)
       end do
    end subroutine add_loss
 
-   ! Norms and forms of each pair.
-   subroutine measure(problem, phi, xi, pairs, closely, products)
+   ! Computes norms, constraint products and forms of each pair from its products.
+   subroutine set_norms_and_forms(problem, phi, xi, pairs, extended, products)
       type(modal_problem_type), intent(in) :: problem
       real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
       integer, intent(in) :: pairs
-      logical, intent(in) :: closely
+      logical, intent(in) :: extended
       type(products_type), intent(inout) :: products
       real(wp), allocatable :: length(:)
       complex(xp), allocatable :: forms(:, :)
@@ -158,29 +158,30 @@ contains
          !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
          do l = 1, pairs
             length(l) = norm_of(products%phi(:, parts*(l - 1) + 1:parts*l))
-            if (problem%symmetric) forms(:, l) = forms_of(products, l, closely)
+            if (problem%symmetric) forms(:, l) = forms_of(products, l, extended)
          end do
          !$omp end parallel do
       end associate
       call move_alloc(length, products%length)
       call move_alloc(forms, products%forms)
-   end subroutine measure
+   end subroutine set_norms_and_forms
 
-   pure subroutine make_room(products, n, parts)
+   ! Allocates the products for shapes of one or two parts, unless they are already.
+   pure subroutine allocate_products(products, n, parts)
       type(products_type), intent(inout) :: products
       integer, intent(in) :: n, parts
 
       if (allocated(products%mass)) then
          if (products%parts == parts) return
-         deallocate (products%mass, products%damping, products%rest)
+         deallocate (products%mass, products%damping, products%static_forces)
       end if
       products%parts = parts
       if (.not. allocated(products%phi)) allocate (products%phi(n, lanes))
-      allocate (products%mass(n, lanes), products%damping(n, lanes), products%rest(n, 2*lanes/parts))
-   end subroutine make_room
+      allocate (products%mass(n, lanes), products%damping(n, lanes), products%static_forces(n, 2*lanes/parts))
+   end subroutine allocate_products
 
-   ! The parts of each entry side by side, of shapes (lanes x n) and of multipliers (lanes x m), whose imaginary parts follow
-   ! behind those that belong to real shapes; zeros where there are fewer pairs.
+   ! Packs shapes and multipliers with the parts of each entry side by side: phi is lanes x n, xi is lanes x m x (2/parts), as
+   ! multipliers of real shapes have their imaginary parts in a second slice. Unused lanes are zero.
    subroutine pack_parts(pairs, first, last, phi, xi)
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last
@@ -217,12 +218,12 @@ contains
       !$omp end parallel do
    end subroutine pack_parts
 
-   ! Rows of a matrix times columns that stand side by side.
-   pure subroutine multiply(matrix, first, last, x, total)
+   ! Multiplies rows first..last of a matrix with packed columns x.
+   pure subroutine multiply(matrix, first, last, x, product)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: first, last
       real(wp), intent(in) :: x(lanes, matrix%columns)
-      real(wp), intent(out) :: total(lanes, rows)
+      real(wp), intent(out) :: product(lanes, block_rows)
       real(wp) :: sums(lanes)
       integer :: i, k
 
@@ -231,38 +232,40 @@ contains
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
             sums = sums + matrix%value(k)*x(:, matrix%column(k))
          end do
-         total(:, i - first + 1) = sums
+         product(:, i - first + 1) = sums
       end do
    end subroutine multiply
 
-   ! The same, summed in more than the working precision; and what it makes with those of another matrix.
-   pure subroutine multiply_closely(matrix, first, last, x, total, other, y, both)
+   ! Multiplies rows first..last of a matrix with packed columns x, summed in extended precision, and optionally adds the product of
+   ! another matrix with y before rounding, to `both`.
+   pure subroutine multiply_extended(matrix, first, last, x, product, other, y, both)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: first, last
       real(wp), intent(in) :: x(lanes, matrix%columns)
-      real(wp), intent(out) :: total(lanes, rows)
+      real(wp), intent(out) :: product(lanes, block_rows)
       type(csr_matrix_type), optional, intent(in) :: other
       real(wp), contiguous, optional, intent(in) :: y(:, :)
-      real(wp), optional, intent(out) :: both(lanes, rows)
-      real(xp) :: entry, part(lanes)
+      real(wp), optional, intent(out) :: both(lanes, block_rows)
+      real(xp) :: entry, sums(lanes)
       integer :: i, k
 
       do i = first, last
-         part = 0
+         sums = 0
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
             entry = matrix%value(k)
-            part = part + entry*x(:, matrix%column(k))
+            sums = sums + entry*x(:, matrix%column(k))
          end do
-         total(:, i - first + 1) = real(part, wp)
+         product(:, i - first + 1) = real(sums, wp)
          if (.not. present(other)) cycle
          do k = other%row_start(i), other%row_start(i + 1) - 1
             entry = other%value(k)
-            part = part + entry*y(:, other%column(k))
+            sums = sums + entry*y(:, other%column(k))
          end do
-         both(:, i - first + 1) = real(part, wp)
+         both(:, i - first + 1) = real(sums, wp)
       end do
-   end subroutine multiply_closely
+   end subroutine multiply_extended
 
+   !> phi^T phi of pair l.
    pure complex(xp) function square(self, l)
       class(products_type), intent(in) :: self
       integer, intent(in) :: l
@@ -272,23 +275,23 @@ contains
       end associate
    end function square
 
-   ! The last one only where forces were summed for it.
-   pure function forms_of(products, l, closely) result(forms)
+   ! The coefficients of Rayleigh's functional of pair l; the last one is 0 unless forces were summed in extended precision.
+   pure function forms_of(products, l, extended) result(forms)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
-      logical, intent(in) :: closely
+      logical, intent(in) :: extended
       complex(xp) :: forms(3)
 
       associate (first => products%parts*(l - 1) + 1, last => products%parts*l)
          forms(1) = bilinear(products%phi(:, first:last), products%mass(:, first:last))
          forms(2) = bilinear(products%phi(:, first:last), products%damping(:, first:last))
          forms(3) = 0
-         if (closely) forms(3) = bilinear(products%phi(:, first:last), products%rest(:, 2*l - 1:2*l)) + &
+         if (extended) forms(3) = bilinear(products%phi(:, first:last), products%static_forces(:, 2*l - 1:2*l)) + &
             products%constraints%work_of(l)
       end associate
    end function forms_of
 
-   ! x^T y of vectors given by their parts.
+   ! x^T y (not x^* y) of complex vectors given by their real and imaginary parts.
    pure complex(xp) function bilinear(x, y)
       real(wp), contiguous, intent(in) :: x(:, :), y(:, :)
       real(xp) :: sums(2, 2)
@@ -303,6 +306,7 @@ contains
       bilinear = cmplx(sums(1, 1) - sums(2, 2), sums(1, 2) + sums(2, 1), xp)
    end function bilinear
 
+   !> ||P(lambda) phi + Cq^T xi|| of pair l.
    real(wp) function residual(self, l, lambda)
       class(products_type), intent(in) :: self
       integer, intent(in) :: l
@@ -311,6 +315,7 @@ contains
       residual = norm_of_combination(self, l, [lambda**2, lambda], 1.0_wp)
    end function residual
 
+   !> ||lambda^2 M phi + lambda R phi|| of pair l.
    real(wp) function residual_of_decay(self, l, lambda) result(residual)
       class(products_type), intent(in) :: self
       integer, intent(in) :: l
@@ -319,6 +324,7 @@ contains
       residual = norm_of_combination(self, l, [lambda**2, lambda], 0.0_wp)
    end function residual_of_decay
 
+   !> ||2 lambda M phi + R phi|| of pair l.
    real(wp) function slope(self, l, lambda)
       class(products_type), intent(in) :: self
       integer, intent(in) :: l
@@ -327,37 +333,38 @@ contains
       slope = norm_of_combination(self, l, [2*lambda, (1.0_wp, 0.0_wp)], 0.0_wp)
    end function slope
 
-   ! Of weights(1) M phi + weights(2) R phi + weight (K phi + Cq^T xi) of pair l. The sums of panels are added up in order.
-   real(wp) function norm_of_combination(self, l, weights, weight) result(norm)
+   ! The norm of weights(1) M phi + weights(2) R phi + static_weight (K phi + i H phi + Cq^T xi) of pair l. The sums of row panels
+   ! are added up in order, so that the result does not depend on the number of threads.
+   real(wp) function norm_of_combination(self, l, weights, static_weight) result(norm)
       type(products_type), intent(in) :: self
       integer, intent(in) :: l
       complex(wp), intent(in) :: weights(2)
-      real(wp), intent(in) :: weight
+      real(wp), intent(in) :: static_weight
       real(xp), allocatable :: squares(:)
       integer :: n, i
 
-      n = size(self%rest, 1)
+      n = size(self%static_forces, 1)
       allocate (squares((n + panel_rows - 1)/panel_rows))
       !$omp parallel do schedule(static) if (n > panel_rows)
       do i = 1, size(squares)
-         squares(i) = square_of_combination(self, l, weights, weight, (i - 1)*panel_rows + 1, min(i*panel_rows, n))
+         squares(i) = square_of_combination(self, l, weights, static_weight, (i - 1)*panel_rows + 1, min(i*panel_rows, n))
       end do
       !$omp end parallel do
       norm = real(sqrt(sum(squares)), wp)
    end function norm_of_combination
 
-   ! Of rows first ... last.
-   pure real(xp) function square_of_combination(self, l, weights, weight, first, last) result(square)
+   ! The sum of squares of rows first..last of such a combination.
+   pure real(xp) function square_of_combination(self, l, weights, static_weight, first, last) result(square)
       type(products_type), intent(in) :: self
       integer, intent(in) :: l, first, last
       complex(wp), intent(in) :: weights(2)
-      real(wp), intent(in) :: weight
+      real(wp), intent(in) :: static_weight
       real(wp) :: sums(last - first + 1, 2)
 
       associate (m => self%mass(first:last, self%parts*(l - 1) + 1), r => self%damping(first:last, self%parts*(l - 1) + 1), &
-         f => self%rest(first:last, 2*l - 1:2*l))
-         sums(:, 1) = real(weights(1), wp)*m + real(weights(2), wp)*r + weight*f(:, 1)
-         sums(:, 2) = aimag(weights(1))*m + aimag(weights(2))*r + weight*f(:, 2)
+         f => self%static_forces(first:last, 2*l - 1:2*l))
+         sums(:, 1) = real(weights(1), wp)*m + real(weights(2), wp)*r + static_weight*f(:, 1)
+         sums(:, 2) = aimag(weights(1))*m + aimag(weights(2))*r + static_weight*f(:, 2)
       end associate
       if (self%parts == 2) then
          associate (m => self%mass(first:last, 2*l), r => self%damping(first:last, 2*l))
@@ -368,6 +375,7 @@ contains
       square = dot(sums(:, 1), sums(:, 1)) + dot(sums(:, 2), sums(:, 2))
    end function square_of_combination
 
+   !> ||M phi|| of pair l.
    pure real(wp) function inertia(self, l)
       class(products_type), intent(in) :: self
       integer, intent(in) :: l
@@ -375,7 +383,7 @@ contains
       inertia = norm_of(self%mass(:, self%parts*(l - 1) + 1:self%parts*l))
    end function inertia
 
-   ! In a precision with room for the squares.
+   ! The Frobenius norm, summed in extended precision, in which squares do not overflow.
    pure real(wp) function norm_of(x) result(norm)
       real(wp), contiguous, intent(in) :: x(:, :)
       real(xp) :: total
@@ -388,7 +396,7 @@ contains
       norm = real(sqrt(total), wp)
    end function norm_of
 
-   ! x^T y, in four sums that do not wait for each other.
+   ! x^T y in extended precision, in four independent sums for speed.
    pure real(xp) function dot(x, y)
       real(wp), contiguous, intent(in) :: x(:), y(:)
       real(xp) :: first, second, third, fourth
@@ -411,6 +419,7 @@ contains
       dot = (first + second) + (third + fourth)
    end function dot
 
+   !> The products of the real part of factor times pair l, as those of a real pair.
    pure function real_part(self, l, factor) result(part)
       class(products_type), intent(in) :: self
       integer, intent(in) :: l
@@ -423,15 +432,15 @@ contains
       allocate (part%phi, source=real_of(factor, self%phi(:, first:last)))
       allocate (part%mass, source=real_of(factor, self%mass(:, first:last)))
       allocate (part%damping, source=real_of(factor, self%damping(:, first:last)))
-      allocate (part%rest(size(part%phi, 1), 2), source=0.0_wp)
+      allocate (part%static_forces(size(part%phi, 1), 2), source=0.0_wp)
       part%constraints = self%constraints%real_part(l, factor)
-      part%rest(:, 1:1) = real_of(factor, self%rest(:, 2*l - 1:2*l))
+      part%static_forces(:, 1:1) = real_of(factor, self%static_forces(:, 2*l - 1:2*l))
       allocate (part%length(1), source=norm_of(part%phi))
       allocate (part%forms(3, 1))
-      part%forms(:, 1) = forms_of(part, 1, closely=.true.)
+      part%forms(:, 1) = forms_of(part, 1, extended=.true.)
    end function real_part
 
-   ! The real part of a multiple of a vector given by its parts.
+   ! The real part of factor times a vector given by its parts.
    pure function real_of(factor, x) result(part)
       complex(wp), intent(in) :: factor
       real(wp), contiguous, intent(in) :: x(:, :)

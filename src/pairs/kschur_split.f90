@@ -1,43 +1,44 @@
-!> Eigenvalues that cannot be told apart form a cluster: their error discs overlap.
+!> Clusters of eigenvalues: sets whose error discs overlap, so that their members are not resolved.
 module kschur_split
    use kschur_kinds, only: wp
    implicit none
    private
    public :: cluster_type, match_conjugates, new_cluster, split
 
-   !> Members of a list whose eigenvalues are told apart, if at all, only together.
+   !> A cluster: members of a list whose eigenvalues can only be resolved together, from one invariant subspace.
    type :: cluster_type
       !> Their positions in the list, ascending.
       integer, allocatable :: members(:)
       !> Middle of their eigenvalues (1/s), real where the cluster meets the real axis.
       complex(wp) :: centre = (0.0_wp, 0.0_wp)
-      !> How far they are from it (1/s), without and with their discs.
+      !> The largest distance of a member from the centre (1/s), without and with its disc.
       real(wp) :: spread = 0, radius = 0
-      !> The nearest other eigenvalue of the list (1/s), conjugates included.
+      !> The distance of the nearest other eigenvalue of the list from the centre (1/s), conjugates included.
       real(wp) :: gap = huge(1.0_wp)
-      !> Whether a disc meets the real axis: conjugates belong to the cluster then, and its space has a real basis.
+      !> Whether the disc of a member meets the real axis: conjugates belong to the cluster then, and its space has a real basis.
       logical :: on_axis = .false.
    contains
-      !> Whether an eigenvalue lies where those of the members do.
+      !> Whether an eigenvalue lies within the radius of the cluster.
       procedure :: holds
-      !> Makes it as wide as its neighbours, and a relative distance, allow.
+      !> Increases the radius to a relative distance, limited to half of the gap.
       procedure :: widen
    end type cluster_type
 
 contains
 
-   !> The clusters of a list of eigenvalues: chains of overlapping discs.
-   pure subroutine split(lambda, discs, clusters, most)
+   !> Splits a list of eigenvalues into clusters: the connected components of the relation that an eigenvalue lies in the disc of
+   !> another one.
+   pure subroutine split(lambda, discs, clusters, max_members)
       complex(wp), intent(in) :: lambda(:)
       !> Radius of each disc (1/s).
       real(wp), intent(in) :: discs(:)
       type(cluster_type), allocatable, intent(out) :: clusters(:)
-      !> A cluster is solved for as one dense problem: it has no more members than this; absent: than a hundred.
-      integer, optional, intent(in) :: most
+      !> Largest number of members of a cluster, as it is solved as one dense problem. Absent: 100.
+      integer, optional, intent(in) :: max_members
       integer :: label(size(lambda)), members(size(lambda)), labels, reached, inside, limit, i, j
 
       limit = 100
-      if (present(most)) limit = most
+      if (present(max_members)) limit = max_members
       label = 0
       labels = 0
       do j = 1, size(lambda)
@@ -66,10 +67,12 @@ contains
       end do
    end subroutine split
 
-   !> The cluster of some members.
+   !> Makes the cluster of given members of a list.
    pure function new_cluster(lambda, discs, members) result(cluster)
       complex(wp), intent(in) :: lambda(:)
+      !> Radius of each disc (1/s).
       real(wp), intent(in) :: discs(:)
+      !> Positions in the list.
       integer, intent(in) :: members(:)
       type(cluster_type) :: cluster
       logical :: others(size(lambda))
@@ -90,14 +93,16 @@ contains
       end associate
    end function new_cluster
 
-   !> Of a real problem, eigenvalues below the real axis that mirror others of the list above it are the same modes. Each
-   !> mirrors one, so that copies stay as many as there are. Next to the axis both may be real, and stay, unless one is exactly
-   !> the conjugate of the other.
+   !> Finds eigenvalues of a real problem below the real axis that are the conjugates of others of the list above it: they are the
+   !> same modes. Each is matched with one, so that the number of copies is preserved. Next to the axis two eigenvalues may both be
+   !> real: they are matched only if one is exactly the conjugate of the other.
    pure subroutine match_conjugates(lambda, discs, paired, mirrored)
       complex(wp), intent(in) :: lambda(:)
+      !> Radius of each disc (1/s).
       real(wp), intent(in) :: discs(:)
-      !> Which stand for themselves and their conjugates; those that are mirrored do now.
+      !> Which stand for themselves and their conjugates; set for those whose conjugate was found.
       logical, intent(inout) :: paired(:)
+      !> Which are conjugates of others, to be dropped.
       logical, intent(out) :: mirrored(:)
       logical :: upper(size(lambda))
       real(wp) :: distance
@@ -116,6 +121,7 @@ contains
       end do
    end subroutine match_conjugates
 
+   !> Increases the radius to a distance relative to the centre, limited to half of the gap.
    subroutine widen(self, distance)
       class(cluster_type), intent(inout) :: self
       real(wp), intent(in) :: distance
@@ -123,6 +129,7 @@ contains
       self%radius = max(self%radius, min(self%gap/2, distance*abs(self%centre)))
    end subroutine widen
 
+   !> Whether an eigenvalue lies within the radius.
    elemental logical function holds(self, lambda)
       class(cluster_type), intent(in) :: self
       complex(wp), intent(in) :: lambda

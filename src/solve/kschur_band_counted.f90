@@ -8,7 +8,7 @@ module kschur_band_counted
    use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
    use kschur_error, only: error_type, take_cancelled
    use kschur_kinds, only: wp
-   use kschur_mode_selection, only: accept_pairs, wanted_type
+   use kschur_mode_selection, only: accept_pairs, mode_request_type
    use kschur_modes, only: modes_type, no_modes
    use kschur_monitor, only: ask_monitor
    use kschur_options, only: modal_options_type, formulation_proportional, formulation_symmetric
@@ -87,7 +87,7 @@ contains
       rigid = chosen_pairs(rigid, abs(rigid%lambda) >= band(1) .and. abs(rigid%lambda) <= band(2))
       total = total - oscillators%found + size(pairs%lambda) + size(rigid%lambda)
       call append_pairs(pairs, rigid)
-      call accept_pairs(given, wanted_type(target=s%options%target, most=2*given%unknowns(), &
+      call accept_pairs(given, mode_request_type(target=s%options%target, max_eigenvalues=2*given%unknowns(), &
          rigid=size(rigid%lambda)), pairs, modes)
       if (size(modes%lambda) /= total .and. modes%certified == certified_yes) modes%certified = certified_no
       modes%found = total

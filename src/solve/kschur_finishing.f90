@@ -8,13 +8,13 @@ module kschur_finishing
    use kschur_hidden, only: are_known, feel_inertia
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
-   use kschur_mode_selection, only: judge_pairs, wanted_type
+   use kschur_mode_selection, only: judge_pairs, mode_request_type
    use kschur_modes, only: modes_type
    use kschur_outcome, only: certified_yes, inaccurate_above
    use kschur_polish, only: polished_type, polisher_type
    use kschur_residual_parts, only: residual_parts
    use kschur_scaling, only: constraint_factors
-   use kschur_shapes, only: rest_beside, rests_of_states
+   use kschur_shapes, only: independent_part, independent_parts
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
    use kschur_tolerances, only: above_all_rounding, cancelled, dependent_state, no_correct_digits, same_shape, same_value, uneven
@@ -120,7 +120,7 @@ contains
       ! A wide cluster may have held neighbours that stay.
       others = found
       call leave_out_known(others, modes)
-      call judge_pairs(s%work, wanted_type(target=s%options%target, reference=s%reference()), others, more)
+      call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference()), others, more)
       call modes%append(more)
    end subroutine replace
 
@@ -130,7 +130,7 @@ contains
       class(eigenpairs_type), intent(in) :: known
       integer :: j
 
-      call keep_pairs(pairs, [(rest_beside(known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
+      call keep_pairs(pairs, [(independent_part(known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
    end subroutine leave_out_known
 
    subroutine judge(s, modes, judgement, error)
@@ -231,7 +231,7 @@ contains
          associate (members => cluster%members)
             is_suspect = any(judgement%poor(members) .or. judgement%doubtful(members))
             if (.not. is_suspect .and. size(members) > 1 .and. abs(cluster%centre) > 0) is_suspect = &
-               any(rests_of_states(modes, members) <= dependent_state)
+               any(independent_parts(modes, members) <= dependent_state)
          end associate
       end function is_suspect
    end subroutine find_suspects
@@ -296,7 +296,7 @@ contains
       integer function least_of_members() result(least)
          logical :: certain(size(cluster%members))
 
-         certain = rests_of_states(modes, cluster%members) > dependent_state .and. .not. judgement%doubtful(cluster%members)
+         certain = independent_parts(modes, cluster%members) > dependent_state .and. .not. judgement%doubtful(cluster%members)
          least = count(certain)
          if (cluster%on_axis) least = least + count(certain .and. abs(aimag(modes%lambda(cluster%members))) > 0)
       end function least_of_members
@@ -307,7 +307,7 @@ contains
 
          before = size(members%lambda)
          if (cluster%on_axis) before = before + count(abs(aimag(members%lambda)) > 0)
-         is_accepted = polished%complete .or. (polished%eigenvalues >= before .and. (polished%worst() <= polisher%above .or. &
+         is_accepted = polished%complete .or. (polished%eigenvalues >= before .and. (polished%worst() <= polisher%tolerance .or. &
             polished%worst() < maxval(judgement%errors(cluster%members))))
       end function is_accepted
    end subroutine polish_cluster

@@ -5,7 +5,7 @@ module kschur_left_run
    use kschur_effort, only: for_left
    use kschur_eigenpairs, only: eigenpairs_type, normalize
    use kschur_error, only: error_convergence, error_singular, error_type, take_cancelled
-   use kschur_examination, only: find_rigid, suppose_none
+   use kschur_examination, only: find_rigid_motions, assume_no_rigid_motions
    use kschur_left, only: find_left_pairs, set_left_modes
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type, no_modes
@@ -146,10 +146,10 @@ contains
 
       if (size(s%known%rigid%lambda) > 0) then
          ! There are as many from the left.
-         call find_rigid(adjoint%work, adjoint%formulation, s%options%modes, adjoint%inner, adjoint%known, adjoint%effort, &
+         call find_rigid_motions(adjoint%work, adjoint%formulation, s%options%modes, adjoint%inner, adjoint%known, adjoint%effort, &
             error, s%monitor)
       else
-         call suppose_none(adjoint%work, adjoint%known)
+         call assume_no_rigid_motions(adjoint%work, adjoint%known)
       end if
       if (allocated(error)) return
       call adjoint%drop_stiffness()

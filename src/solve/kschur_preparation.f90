@@ -7,7 +7,7 @@ module kschur_preparation
    use kschur_eigenpairs, only: eigenpairs_type, move_pairs
    use kschur_eigenvalue_count, only: count_eigenvalues
    use kschur_error, only: error_input, error_singular, error_type, new_error
-   use kschur_examination, only: find_rigid, suppose_none
+   use kschur_examination, only: find_rigid_motions, assume_no_rigid_motions
    use kschur_formulation, only: is_structured
    use kschur_kinds, only: long, wp
    use kschur_memory, only: require_memory
@@ -94,18 +94,18 @@ contains
       if (allocated(error)) return
       call find_dependence(s%work%constraints, dependence, error)
       if (allocated(error)) return
-      s%known%redundant = count(dependence%follows)
+      s%known%redundant = count(dependence%is_redundant)
       call note_problem(s%work, s%problem%multipliers(), s%plan%redundant + s%known%redundant, s%notes)
       call note_dependence(s%problem, dependence, s%plan%kept, s%notes)
       if (.not. s%options%is_plain()) then
          associate (d => dependence)
-            call s%plan%replace_rows(d%follows, d%near, d%combinations, d%rows, s%work, error)
+            call s%plan%replace_rows(d%is_redundant, d%near, d%combinations, d%rows, s%work, error)
          end associate
          s%known%redundant = 0
       end if
       if (allocated(error)) return
       if (s%options%is_plain()) then
-         call suppose_none(s%work, s%known)
+         call assume_no_rigid_motions(s%work, s%known)
       else
          call s%enter_phase("rigid motions", error, whole_iterated)
          if (allocated(error)) return
@@ -114,10 +114,10 @@ contains
          s%effort%seconds%analyze = s%effort%seconds%analyze + seconds_since(started)
          if (allocated(error)) return
          call consider_dense(s)
-         call find_rigid(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, error, &
-            s%monitor)
-         if (allocated(s%known%nothing)) call name_motion(s, error)
-         if (s%known%unfollowed > 0) call s%add_note("there are "//text(s%known%unfollowed)// &
+         call find_rigid_motions(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, &
+            error, s%monitor)
+         if (allocated(s%known%singular_motion)) call name_motion(s, error)
+         if (s%known%chains_skipped > 0) call s%add_note("there are "//text(s%known%chains_skipped)// &
             " rigid motions, too many to look for what damping makes of them: modes near zero may be missing, or too many")
          if (s%known%lossy > 0) call s%add_note("the loss matrix H acts on "//text(s%known%lossy)// &
             " motions without stiffness: they are no rigid ones")
@@ -143,7 +143,7 @@ contains
       type(eigenpairs_type) :: motion
 
       allocate (motion%lambda(1), source=(0.0_wp, 0.0_wp))
-      allocate (motion%real_phi, source=reshape(s%known%nothing, [size(s%known%nothing), 1]))
+      allocate (motion%real_phi, source=reshape(s%known%singular_motion, [size(s%known%singular_motion), 1]))
       allocate (motion%xi(s%work%multipliers(), 1), source=(0.0_wp, 0.0_wp))
       call s%plan%expand_shapes(motion)
       associate (sizes => abs(motion%real_phi(:, 1)))

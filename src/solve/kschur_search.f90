@@ -11,13 +11,13 @@ module kschur_search
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_finishing, only: are_good, finish_modes
-   use kschur_mode_selection, only: accept_pairs, distances, drop_spurious, highest, judge_pairs, &
-      keep_nearer_unlisted, nearest_first, wanted_type
+   use kschur_mode_selection, only: accept_pairs, distances, drop_spurious, largest_rate, judge_pairs, &
+      keep_nearer_unlisted, nearest_first, mode_request_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
    use kschur_refining, only: refine_modes
-   use kschur_shapes, only: rest_beside, rests_of_states
+   use kschur_shapes, only: independent_part, independent_parts
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_text, only: text
    use kschur_tolerances, only: dependent_state, no_correct_digits, same_shape, same_value
@@ -63,7 +63,7 @@ contains
       call drop_spurious(modes)
       if (s%is_stopped()) modes%reason = reason_cancelled
       if (all_known(s, modes)) modes%unlisted = [complex(wp) ::]
-      call keep_nearer_unlisted(wanted_type(s%options%modes, s%options%target), modes)
+      call keep_nearer_unlisted(mode_request_type(s%options%modes, s%options%target), modes)
       call give_reason(s, complete, modes)
       call certify_by_count(s, modes)
       call s%end_step(phase_judge)
@@ -77,7 +77,7 @@ contains
 
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
       pairs = s%known%rigid
-      call accept_pairs(s%problem, wanted_type(s%options%modes, s%options%target, size(pairs%lambda), size(pairs%lambda)), &
+      call accept_pairs(s%problem, mode_request_type(s%options%modes, s%options%target, size(pairs%lambda), size(pairs%lambda)), &
          pairs, modes)
       if (fewer(s, modes)) modes%reason = reason_fewer_modes
    end subroutine take_rigid
@@ -135,7 +135,7 @@ contains
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
          call append_pairs(pairs, s%contract(s%known%rigid))
-         call judge_pairs(s%work, wanted_type(s%options%modes, s%options%target, merge(huge(1), s%known%total%number, &
+         call judge_pairs(s%work, mode_request_type(s%options%modes, s%options%target, merge(huge(1), s%known%total%number, &
             s%is_lossy()), size(s%known%rigid%lambda), s%reference(), reach, merge(s%known%deflation%zero_noise, 0.0_wp, &
             s%is_lossy())), pairs, modes)
          missing = s%options%modes - size(modes%lambda)
@@ -155,7 +155,7 @@ contains
          asked = min(asked + max(missing, asked/4), s%known%total%number)
       end do
       all_asked = asked == s%known%total%number
-      complete = statistics%reason == reason_fewer_modes .or. modes%beyond .or. all_asked
+      complete = statistics%reason == reason_fewer_modes .or. modes%reached_infinite .or. all_asked
       modes%reason = statistics%reason
       modes%locking_error = statistics%locking_error
       modes%history = statistics%history
@@ -191,7 +191,7 @@ contains
       scale = s%reference()
       do i = 1, size(steps)
          if (modes%found >= s%known%total%number) exit
-         if (steps(i) > 1 .and. off*steps(i)*scale > beyond_all*highest(s%work)) cycle
+         if (steps(i) > 1 .and. off*steps(i)*scale > beyond_all*largest_rate(s%work)) cycle
          call factor_beside(s, cmplx(off*steps(i)*scale, 0, wp), error)
          if (allocated(error)) then
             if (all(error%code /= [error_singular, error_cancelled])) exit
@@ -228,7 +228,7 @@ contains
       logical :: accepted(size(modes%lambda))
       integer :: j
 
-      rests = rests_of_states(modes, [(j, j=1, size(rests))])
+      rests = independent_parts(modes, [(j, j=1, size(rests))])
       accepted = modes%motion == 0 .and. modes%backward_error <= inaccurate_above
       do j = 1, size(rests)
          if (rests(j) <= dependent_state) accepted = accepted .and. .not. near(modes%lambda, j, same_value)
@@ -291,13 +291,13 @@ contains
       integer :: j
 
       call append_pairs(more, s%contract(s%known%rigid))
-      call judge_pairs(s%work, wanted_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
+      call judge_pairs(s%work, mode_request_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
          more, others)
       allocate (again, source=.not. abs(others%lambda) > 0)
       do j = 1, size(again)
          if (others%motion(j) > 0) again(j) = again(j) .or. any(modes%motion == others%motion(j))
          ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape.
-         if (.not. again(j)) again(j) = rest_beside(modes, others, j, no_correct_digits) <= same_shape
+         if (.not. again(j)) again(j) = independent_part(modes, others, j, no_correct_digits) <= same_shape
       end do
       call others%drop(again)
       call modes%append(others)

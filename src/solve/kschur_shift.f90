@@ -12,7 +12,7 @@ module kschur_shift
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
    use kschur_lowest, only: find_lowest_frequencies
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_mode_selection, only: highest
+   use kschur_mode_selection, only: largest_rate
    use kschur_monitor, only: stopper_type
    use kschur_linear_solver, only: real_linear_solver_type
    use kschur_options, only: formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, &
@@ -85,7 +85,7 @@ contains
       if (abs(s%options%target) <= scale) then
          call factor_first(s, s%formulation, moved*scale*direction_of(s), error)
       else if (s%dense) then
-         call factor_first(s, s%formulation, moved*min(abs(s%options%target), highest(s%work))*direction_of(s), error)
+         call factor_first(s, s%formulation, moved*min(abs(s%options%target), largest_rate(s%work))*direction_of(s), error)
       else
          call factor_first(s, s%formulation, s%options%target + off_axis*abs(s%options%target), error)
       end if

@@ -9,7 +9,7 @@ module kschur_solver
    use kschur_dense_choice, only: dense_may_end_stall, dense_may_tell
    use kschur_effort, only: phase_examine, phase_judge, phase_left, phase_place
    use kschur_error, only: error_type, error_singular, take_cancelled
-   use kschur_examination, only: examination_type, suppose_none
+   use kschur_examination, only: examination_type, assume_no_rigid_motions
    use kschur_worker_loop, only: worker_loop
    use kschur_kinds, only: wp, long
    use kschur_left_run, only: find_left_modes
@@ -271,7 +271,7 @@ contains
       type(modes_type) :: none
 
       s%known = nothing
-      call suppose_none(s%problem, s%known)
+      call assume_no_rigid_motions(s%problem, s%known)
       if (.not. allocated(s%decision)) s%decision = ""
       none = no_modes(s%problem%unknowns(), s%problem%multipliers())
       none%reason = reason_cancelled

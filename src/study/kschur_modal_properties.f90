@@ -1,7 +1,7 @@
 !> Modal properties: generalised mass, stiffness and damping, modal a and b, participation factors and effective masses.
 module kschur_modal_properties
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use kschur_description, only: form
+   use kschur_description, only: quadratic_form
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgesvd
@@ -63,11 +63,11 @@ contains
       call enter_solve(one_thread, problem%unknowns(), threads_before, error)
       do j = 1, k
          if (allocated(error)) exit
-         call form(problem%mass, result%eigenvectors(:, j), value, terms)
+         call quadratic_form(problem%mass, result%eigenvectors(:, j), value, terms)
          properties%mass(j) = real(value, wp)
-         call form(problem%damping, result%eigenvectors(:, j), value, terms)
+         call quadratic_form(problem%damping, result%eigenvectors(:, j), value, terms)
          properties%damping(j) = real(value, wp)
-         call form(problem%stiffness, result%eigenvectors(:, j), value, terms)
+         call quadratic_form(problem%stiffness, result%eigenvectors(:, j), value, terms)
          properties%stiffness(j) = real(value, wp)
          if (.not. pending(j)) cycle
          group = group_of(problem, result, j)
@@ -186,7 +186,7 @@ contains
       k = size(damping, 1)
       largest = 0
       do i = 1, k
-         call form(problem%damping, group%phi(:, i), value, terms)
+         call quadratic_form(problem%damping, group%phi(:, i), value, terms)
          largest = max(largest, terms)
       end do
       copy = damping

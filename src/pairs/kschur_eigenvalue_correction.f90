@@ -1,0 +1,299 @@
+!> Correction of computed eigenvalues: by Rayleigh's functional, and to the real or imaginary axis where only rounding moved them
+!> off it.
+module kschur_eigenvalue_correction
+   use kschur_backward_error, only: backward_errors, judge, least_bound, norms_of
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
+   use kschur_kinds, only: wp, xp
+   use kschur_problem, only: damping_none, modal_problem_type
+   use kschur_products, only: multiply_pairs, pairs_at_once, products_type
+   use kschur_residual_parts, only: residual_parts
+   use kschur_sparse, only: csr_matrix_type, transpose_csr
+   use kschur_tolerances, only: blurred_value, cancelled, correctable, dependent, real_tolerance, rounding_of_row, spurious
+   implicit none
+   private
+   public :: correct_eigenvalues
+
+contains
+
+   !> Corrects the eigenvalues of pairs, and computes their backward errors and bounds. Those of a symmetric problem become roots of
+   !> Rayleigh's functional, whose error is the square of that of the shape and free of the rounding of the factored matrix. An
+   !> eigenvalue is moved to an axis if the backward error there, with a real shape on the real axis, is no larger than rounding
+   !> allows. A pair on the real axis that stands for itself and its conjugate is a double real eigenvalue: its second copy is
+   !> appended behind all others.
+   subroutine correct_eigenvalues(problem, pairs, rigid, errors, bounds, uncertainty)
+      type(modal_problem_type), intent(in) :: problem
+      !> Pairs of unit norm.
+      type(eigenpairs_type), intent(inout) :: pairs
+      !> Number of rigid motions and their decays, the last pairs: their zeros are exact and stay.
+      integer, intent(in) :: rigid
+      !> Backward errors of the corrected pairs.
+      real(wp), allocatable, intent(out) :: errors(:)
+      !> The backward error times the condition number, as an absolute bound of the error (1/s); NaN where not known.
+      real(wp), allocatable, intent(out) :: bounds(:)
+      !> Estimates of the errors of the eigenvalues (1/s): these bounds, or where not known the lower limit of any bound.
+      real(wp), allocatable, intent(out) :: uncertainty(:)
+      type(csr_matrix_type) :: transposed
+      type(products_type) :: products
+      type(eigenpairs_type) :: copies
+      complex(wp) :: factor
+      real(wp) :: norms(4)
+      integer, allocatable :: double_real(:)
+      integer :: first, last, j, k, l
+
+      k = size(pairs%lambda)
+      transposed = transpose_csr(problem%constraints)
+      norms = norms_of(problem)
+      allocate (errors(k), bounds(k), uncertainty(k), source=0.0_wp)
+      allocate (double_real(0))
+      copies = chosen_pairs(pairs, spread(.false., 1, k))
+      do first = 1, k, pairs_at_once(pairs)
+         last = min(first + pairs_at_once(pairs) - 1, k)
+         ! Exact zeros need no products.
+         if (all([(j > k - rigid .and. .not. abs(pairs%lambda(j)) > 0, j=first, last)])) cycle
+         call multiply_pairs(problem, transposed, pairs, first, last, problem%symmetric, products)
+         do j = first, last
+            l = j - first + 1
+            if (j <= k - rigid) then
+               call correct_pair(problem, pairs, j, products%forms(:, l))
+            else if (problem%symmetric .and. is_rigid_decay(products, l, pairs%lambda(j))) then
+               ! Its stiffness is rounding, and left out of the functional.
+               call move_to_root([products%forms(:2, l), cmplx(0, kind=xp)], pairs%lambda(j))
+            end if
+            call move_to_real_axis(problem, pairs, j, products, l, factor)
+            if (is_paired(pairs, j) .and. .not. abs(aimag(pairs%lambda(j))) > 0) then
+               double_real = [double_real, j]
+               call append_pairs(copies, second_copy(pairs, j))
+            end if
+            if (abs(factor) > 0) then
+               call make_real(pairs, j, factor)
+               call judge(problem%symmetric, norms, products%real_part(l, factor), 1, pairs%lambda(j), j > k - rigid, &
+                  errors(j), bounds(j))
+            else
+               call judge(problem%symmetric, norms, products, l, pairs%lambda(j), j > k - rigid, errors(j), bounds(j))
+            end if
+            uncertainty(j) = bounds(j)
+            if (.not. bounds(j) >= 0) uncertainty(j) = least_bound(products, l, pairs%lambda(j), errors(j), norms)
+         end do
+      end do
+      if (size(double_real) > 0) call append_copies(problem, double_real, copies, pairs, errors, bounds)
+      uncertainty = [uncertainty, uncertainty(double_real)]
+   end subroutine correct_eigenvalues
+
+   ! Whether pair l is the decay of a rigid motion: lambda M phi = -R phi to rounding, without stiffness and constraints.
+   pure logical function is_rigid_decay(products, l, lambda)
+      type(products_type), intent(in) :: products
+      integer, intent(in) :: l
+      complex(wp), intent(in) :: lambda
+
+      associate (part => products%parts*(l - 1) + 1)
+         associate (damping => products%damping(:, part), mass => products%mass(:, part))
+            is_rigid_decay = abs(lambda) > 0 .and. &
+               maxval(abs(real(lambda, wp)*mass + damping)) <= dependent*maxval(abs(damping))
+         end associate
+      end associate
+   end function is_rigid_decay
+
+   ! Whether pair j stands for itself and its conjugate.
+   pure logical function is_paired(pairs, j)
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: j
+
+      is_paired = .false.
+      if (allocated(pairs%paired)) is_paired = pairs%paired(j)
+   end function is_paired
+
+   ! Appends the second copies of double real eigenvalues. Their shapes are the imaginary parts of the first ones or, if these are
+   ! no eigenvectors, as of a defective eigenvalue, the first shapes again.
+   subroutine append_copies(problem, double_real, copies, pairs, errors, bounds)
+      type(modal_problem_type), intent(in) :: problem
+      integer, intent(in) :: double_real(:)
+      type(eigenpairs_type), intent(inout) :: copies, pairs
+      real(wp), allocatable, intent(inout) :: errors(:), bounds(:)
+      real(wp) :: copy_errors(size(double_real))
+      integer :: i
+
+      copy_errors = backward_errors(problem, copies)
+      where (residual_parts(problem, copies, copy_errors < 1) > spurious) copy_errors = 1
+      do i = 1, size(double_real)
+         associate (j => double_real(i))
+            if (copy_errors(i) <= max(100*errors(j), 1.0e-12_wp) .and. .not. pairs%is_real()) cycle
+            ! The imaginary part is no eigenvector: repeats the first shape.
+            copy_errors(i) = errors(j)
+            if (pairs%is_real()) then
+               copies%real_phi(:, i) = pairs%real_phi(:, j)
+            else
+               copies%phi(:, i) = pairs%phi(:, j)
+            end if
+            copies%xi(:, i) = pairs%xi(:, j)
+         end associate
+      end do
+      errors = [errors, copy_errors]
+      bounds = [bounds, bounds(double_real)]
+      call append_pairs(pairs, copies)
+   end subroutine append_copies
+
+   ! The second copy of a double eigenvalue: the imaginary part, of unit norm, of a shape rotated to be as real as possible; a real
+   ! shape has none and is copied.
+   function second_copy(pairs, j) result(copy)
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: j
+      type(eigenpairs_type) :: copy
+      complex(wp) :: phase
+      real(wp) :: length
+
+      allocate (copy%lambda, source=pairs%lambda(j:j))
+      allocate (copy%xi, source=pairs%xi(:, j:j))
+      if (pairs%is_real()) then
+         allocate (copy%real_phi, source=pairs%real_phi(:, j:j))
+         return
+      end if
+      phase = real_phase(sum(pairs%phi(:, j)**2))
+      allocate (copy%phi, source=cmplx(aimag(phase*pairs%phi(:, j:j)), kind=wp))
+      length = max(norm2(real(copy%phi, wp)), tiny(1.0_wp))
+      copy%phi = copy%phi/length
+      copy%xi = aimag(phase*copy%xi)/length
+   end function second_copy
+
+   ! Corrects the eigenvalue of pair j: of a symmetric problem, whose left vector is the conjugate of phi, to the nearest root of
+   ! phi^T P(lambda) phi; without damping to an axis, where lambda^2 is real.
+   subroutine correct_pair(problem, pairs, j, forms)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: j
+      complex(xp), intent(in) :: forms(3)
+
+      if (problem%symmetric) call move_to_root(forms, pairs%lambda(j))
+      if (problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) call move_to_axis(problem, pairs, j)
+   end subroutine correct_pair
+
+   ! Moves lambda to the nearest root of forms(1) lambda^2 + forms(2) lambda + forms(3), if that is within `correctable`.
+   pure subroutine move_to_root(forms, lambda)
+      complex(xp), intent(in) :: forms(3)
+      complex(wp), intent(inout) :: lambda
+      complex(xp) :: root, roots(2)
+      integer :: nearest
+
+      associate (k => forms(3), r => forms(2), m => forms(1))
+         root = sqrt(r**2 - 4*m*k)
+         if (real(root*conjg(r), xp) < 0) root = -root
+         roots(1) = -(r + root)/2
+         if (.not. min(abs(roots(1)), abs(m)) > 0) return
+         roots = [roots(1)/m, k/roots(1)]
+      end associate
+      nearest = minloc(abs(roots - lambda), 1)
+      if (abs(roots(nearest) - lambda) <= correctable*abs(lambda)) lambda = cmplx(roots(nearest), kind=wp)
+   end subroutine move_to_root
+
+   ! Moves the eigenvalue of an undamped problem to the nearer axis, as lambda^2 is real unless the problem is unsymmetric, if it is
+   ! near and the residual there is no larger than rounding allows.
+   subroutine move_to_axis(problem, pairs, j)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: j
+      complex(wp) :: on_axis
+
+      associate (lambda => pairs%lambda(j))
+         on_axis = cmplx(0, aimag(lambda), wp)
+         if (abs(aimag(lambda)) < abs(real(lambda, wp))) on_axis = cmplx(real(lambda, wp), 0, wp)
+         if (.not. abs(lambda - on_axis) > 0 .or. abs(lambda - on_axis) > blurred_value*abs(lambda)) return
+         if (residual_at(problem, pairs, j, on_axis) <= &
+            max(cancelled, allowed_residual(residual_at(problem, pairs, j, lambda)))) lambda = on_axis
+      end associate
+   end subroutine move_to_axis
+
+   ! Moves the eigenvalue of pair j to the real axis if it is near, and if the real part of the shape, rotated to be as real as
+   ! possible, has a residual there that is no larger than rounding allows.
+   subroutine move_to_real_axis(problem, pairs, j, products, l, factor)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: j
+      !> Products of a few pairs, and the position l of pair j among them.
+      type(products_type), intent(in) :: products
+      integer, intent(in) :: l
+      !> The factor of the shape whose real part belongs to the real eigenvalue; zero: the pair stays as it is.
+      complex(wp), intent(out) :: factor
+      type(products_type) :: rotated
+      complex(wp) :: on_axis, rotation
+      real(wp) :: limit
+      real(xp) :: forms(3), terms
+
+      factor = 0
+      associate (lambda => pairs%lambda(j))
+         if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > blurred_value*abs(lambda)) return
+         rotation = real_phase(cmplx(products%square(l), kind=wp))
+         rotated = products%real_part(l, rotation)
+         if (.not. rotated%length(1) > 0) return
+         rotation = rotation/rotated%length(1)
+         on_axis = cmplx(real(lambda, wp), 0, wp)
+         limit = residual_at(problem, pairs, j, lambda)
+         if (problem%symmetric .and. is_paired(pairs, j)) then
+            ! The real shape u must give u^T P(lambda) u real roots, or a double one to rounding.
+            forms = real(rotated%forms(:, 1), xp)
+            terms = forms(2)**2 + 4*abs(forms(1)*forms(3))
+            if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -rounding_of_row*terms)) return
+            limit = allowed_residual(sqrt(limit))
+         else if (.not. is_paired(pairs, j) .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
+            limit = max(real_tolerance, allowed_residual(limit))
+         else if (is_paired(pairs, j)) then
+            ! A pair counts as two eigenvalues either way: an inaccurate one is left for polishing to decide.
+            limit = allowed_residual(min(limit, cancelled))
+         else
+            limit = allowed_residual(limit)
+         end if
+         if (.not. residual_at(problem, pairs, j, on_axis, rotation) <= limit) return
+         lambda = on_axis
+         factor = rotation
+      end associate
+   end subroutine move_to_real_axis
+
+   ! The largest residual that counts as equal to a given one: rounding may increase it tenfold, or to 16 epsilon.
+   elemental real(wp) function allowed_residual(error)
+      real(wp), intent(in) :: error
+
+      allowed_residual = max(10*error, 16*epsilon(1.0_wp))
+   end function allowed_residual
+
+   ! The residual of pair j, relative to its terms, at another lambda and with the real part of factor times the shape. It is not
+   ! normwise, so that it does not depend on units: a large force in one unit would hide imaginary parts in others.
+   real(wp) function residual_at(problem, pairs, j, lambda, factor) result(error)
+      type(modal_problem_type), intent(in) :: problem
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: j
+      complex(wp), intent(in) :: lambda
+      complex(wp), optional, intent(in) :: factor
+      type(eigenpairs_type) :: pair
+      integer :: i
+
+      pair = chosen_pairs(pairs, [(i == j, i=1, size(pairs%lambda))])
+      pair%lambda = lambda
+      if (present(factor)) call make_real(pair, 1, factor)
+      error = sum(residual_parts(problem, pair, [.true.]))
+   end function residual_at
+
+   ! Replaces shape and multipliers of pair j by the real part of factor times them.
+   pure subroutine make_real(pairs, j, factor)
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: j
+      complex(wp), intent(in) :: factor
+
+      if (pairs%is_real()) then
+         pairs%real_phi(:, j) = real(factor, wp)*pairs%real_phi(:, j)
+      else
+         pairs%phi(:, j) = real(factor*pairs%phi(:, j), wp)
+      end if
+      pairs%xi(:, j) = real(factor*pairs%xi(:, j), wp)
+   end subroutine make_real
+
+   ! The factor of modulus one that makes a vector x as real as possible, from x^T x.
+   pure complex(wp) function real_phase(square) result(phase)
+      !> x^T x.
+      complex(wp), intent(in) :: square
+
+      phase = sqrt(conjg(square))
+      if (abs(phase) > 0) then
+         phase = phase/abs(phase)
+      else
+         phase = 1
+      end if
+   end function real_phase
+end module kschur_eigenvalue_correction
