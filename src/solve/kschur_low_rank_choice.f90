@@ -1,5 +1,5 @@
-!> Chooses between the low-rank form, where it fits, and the quadratic form, by an estimate of the words that each reads from memory.
-!> As in the choice of blocks, no clock is used.
+!> Chooses between the low-rank form, where it fits, and the quadratic form, by an estimate of the words that each reads from
+!> memory. As in the choice of blocks, no clock is used.
 module kschur_low_rank_choice
    use kschur_context, only: solve_context_type
    use kschur_error, only: error_type
@@ -41,8 +41,8 @@ contains
          " that is no combination of mass and stiffness: too much for so few modes")
    end subroutine weigh_low_rank
 
-   !> Whether the low-rank form reads fewer words than the quadratic one. The numbers of vectors that both take, on grids, and the time
-   !> of projected eigenproblems were measured (docs/performance.md).
+   !> Whether the low-rank form reads fewer words than the quadratic one. The numbers of vectors that both take, on grids, and the
+   !> time of projected eigenproblems were measured (docs/performance.md).
    pure logical function low_rank_is_cheaper(unknowns, factor_entries, modes, rank) result(cheaper)
       integer, intent(in) :: unknowns
       !> Entries of the triangular factors.
