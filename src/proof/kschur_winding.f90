@@ -143,7 +143,7 @@ contains
       logical, intent(in) :: which(:)
       character(len=reason_length), intent(out) :: reason
       integer, allocatable :: panels(:, :)
-      integer :: i, half, ends(2), j
+      integer :: i, half, neighbours(2), j
       real(wp) :: weight
 
       reason = ""
@@ -155,13 +155,13 @@ contains
             if (abs(samples%part(panel(3)) - samples%part(panel(1))) < narrowest) &
                reason = "an eigenvalue that is not listed seems to lie next to the curve"
             do half = 1, 2
-               ends = panel(half:half + 1)
+               neighbours = panel(half:half + 1)
                j = samples%count + 1
                weight = uneven_weight(j)/2
                if (reason == "") call sample(samples, f, curve, &
-                  (1 - weight)*samples%part(ends(1)) + weight*samples%part(ends(2)), zeros, origin, reason)
+                  (1 - weight)*samples%part(neighbours(1)) + weight*samples%part(neighbours(2)), zeros, origin, reason)
                if (reason /= "") return
-               panels = reshape([panels, ends(1), j, ends(2)], [3, size(panels, 2) + 1])
+               panels = reshape([panels, neighbours(1), j, neighbours(2)], [3, size(panels, 2) + 1])
             end do
          end associate
       end do

@@ -99,24 +99,24 @@ contains
       type(winding_certificate_type), intent(inout) :: certificate
       complex(wp), allocatable :: known_zeros(:)
       real(wp) :: gap_radius
-      integer :: unknown, nearer, nearest
+      integer :: unknown, unknown_nearer, missing
 
       allocate (known_zeros, source=[pack(listed, abs(listed) > 0), pack(beyond, abs(beyond) > 0)])
       call count_within(radius_beyond(reach, distances(beyond, target)), unknown)
       if (unknown == 0) certificate%verdict = certified_yes
       if (unknown <= 0) return
       gap_radius = radius_within(reach, distances(listed, target))
-      call count_within(gap_radius, nearer)
-      nearest = nearer
-      if (nearer < unknown) call count_within((1 - blurred_value)*reach, nearest)
-      if (nearest < 0 .and. nearer > 0) then
-         nearest = nearer
+      call count_within(gap_radius, unknown_nearer)
+      missing = unknown_nearer
+      if (unknown_nearer < unknown) call count_within((1 - blurred_value)*reach, missing)
+      if (missing < 0 .and. unknown_nearer > 0) then
+         missing = unknown_nearer
          certificate%reach = gap_radius
          certificate%reason = ""
       end if
-      if (nearest < 0) return
-      certificate%verdict = merge(certified_yes, certified_no, nearest == 0)
-      certificate%missing = nearest
+      if (missing < 0) return
+      certificate%verdict = merge(certified_yes, certified_no, missing == 0)
+      certificate%missing = missing
 
    contains
 

@@ -90,7 +90,7 @@ contains
       real(wp), parameter :: offsets(3) = [0.0_wp, 1.0e-3_wp, -2.0e-3_wp]
       type(effort_type) :: effort_before
       character(len=note_length), allocatable :: notes(:)
-      integer, allocatable :: inside(:)
+      integer, allocatable :: in_part(:)
       integer :: expected, attempt, i
 
       expected = part%below_to - part%below_from
@@ -126,11 +126,11 @@ contains
       found%effort%factorizations = sum(found%effort%factorizations_for)
       found%counted = all(abs(real(found%lambda, wp)) <= twelve_digits*abs(found%lambda))
       if (.not. found%counted) return
-      inside = pack([(i, i=1, size(found%lambda))], aimag(found%lambda) > (1 - same_value)*part%from .and. &
+      in_part = pack([(i, i=1, size(found%lambda))], aimag(found%lambda) > (1 - same_value)*part%from .and. &
          aimag(found%lambda) < (1 + same_value)*part%to .and. abs(found%lambda) > 0)
-      if (size(inside) > expected) inside = inside(:expected)
-      call found%take(inside)
-      found%certified = merge(certified_yes, certified_no, size(inside) == expected)
+      if (size(in_part) > expected) in_part = in_part(:expected)
+      call found%take(in_part)
+      found%certified = merge(certified_yes, certified_no, size(in_part) == expected)
       if (found%reason /= reason_converged) found%certified = certified_unknown
    end subroutine solve_part
 end module kschur_band_part

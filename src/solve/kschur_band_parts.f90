@@ -18,9 +18,9 @@ module kschur_band_parts
    ! A part with more modes than this is cut.
    integer, parameter :: largest_part = 100
    ! A part narrower than this, relative to its upper end, is not cut.
-   real(wp), parameter :: narrow = 1.0e-3_wp
+   real(wp), parameter :: narrowest = 1.0e-3_wp
 
-   !> The modes with from < omega < to (rad/s).
+   !> A part of a band: the modes with from < omega < to (rad/s).
    type :: part_type
       real(wp) :: from = 0, to = 0
       !> Number of omega below either end, zeros included.
@@ -79,27 +79,27 @@ contains
       ! Where a gap is looked for, as fractions of the width.
       real(wp), parameter :: fractions(5) = [0.5_wp, 0.4_wp, 0.6_wp, 0.3_wp, 0.7_wp]
       ! The middle of a part with a larger ratio of its ends may be far from its modes: an empty upper half is cut off.
-      real(wp), parameter :: wide = 4
+      real(wp), parameter :: widest_ratio = 4
       real(wp) :: omega
-      integer :: i, left, right
+      integer :: i, below_gap, below_next
 
       if (part%below_to == part%below_from) return
-      if (.not. part%is_lowest() .and. part%to > wide*part%from) then
+      if (.not. part%is_lowest() .and. part%to > widest_ratio*part%from) then
          omega = (part%from + part%to)/2
-         call count_at(s, omega**2, left)
-         if (left == part%below_to) then
-            call cut(s, part_type(part%from, omega, part%below_from, left), parts)
+         call count_at(s, omega**2, below_gap)
+         if (below_gap == part%below_to) then
+            call cut(s, part_type(part%from, omega, part%below_from, below_gap), parts)
             return
          end if
       end if
-      if (part%below_to - part%below_from > largest_part .and. part%to - part%from > narrow*part%to) then
+      if (part%below_to - part%below_from > largest_part .and. part%to - part%from > narrowest*part%to) then
          do i = 1, size(fractions)
             omega = part%from + fractions(i)*(part%to - part%from)
-            call count_at(s, ((1 - same_value)*omega)**2, left)
-            call count_at(s, ((1 + same_value)*omega)**2, right)
-            if (left /= right .or. left < part%below_from .or. right > part%below_to) cycle
-            call cut(s, part_type(part%from, (1 - same_value)*omega, part%below_from, left), parts)
-            call cut(s, part_type((1 + same_value)*omega, part%to, right, part%below_to), parts)
+            call count_at(s, ((1 - same_value)*omega)**2, below_gap)
+            call count_at(s, ((1 + same_value)*omega)**2, below_next)
+            if (below_gap /= below_next .or. below_gap < part%below_from .or. below_next > part%below_to) cycle
+            call cut(s, part_type(part%from, (1 - same_value)*omega, part%below_from, below_gap), parts)
+            call cut(s, part_type((1 + same_value)*omega, part%to, below_next, part%below_to), parts)
             return
          end do
       end if

@@ -46,22 +46,23 @@ contains
       type(modal_problem_type), intent(in) :: problem
 
       digest = 1
-      call add(problem%mass)
-      call add(problem%stiffness)
-      call add(problem%damping)
-      call add(problem%constraints)
-      if (allocated(problem%loss)) call add(problem%loss)
+      call add_matrix(problem%mass)
+      call add_matrix(problem%stiffness)
+      call add_matrix(problem%damping)
+      call add_matrix(problem%constraints)
+      if (allocated(problem%loss)) call add_matrix(problem%loss)
 
    contains
 
-      subroutine add(matrix)
+      ! Adds sizes, pattern and values of a matrix to the checksum.
+      subroutine add_matrix(matrix)
          type(csr_matrix_type), intent(in) :: matrix
 
          digest = checksum(digest, [matrix%rows, matrix%columns])
          digest = checksum(digest, matrix%row_start)
          digest = checksum(digest, matrix%column)
          digest = checksum(digest, matrix%value)
-      end subroutine add
+      end subroutine add_matrix
    end function digest_of_problem
 
    ! Checksum of the options that change the computation. Threads are left out: they change digits only where MUMPS factors.

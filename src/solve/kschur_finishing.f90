@@ -114,15 +114,15 @@ contains
       type(eigenpairs_type), intent(in) :: found
       type(modes_type), intent(inout) :: modes
       type(eigenpairs_type) :: added
-      type(modes_type) :: more
+      type(modes_type) :: new_modes
 
       call modes%drop(dropped)
       if (.not. allocated(found%lambda)) return
       ! The polished pairs of a wide cluster may include neighbours that stay in the list.
       added = found
       call drop_dependent(added, modes)
-      call judge_pairs(s%work, wanted_type(target=s%options%target, reference=s%reference()), added, more)
-      call modes%append(more)
+      call judge_pairs(s%work, wanted_type(target=s%options%target, reference=s%reference()), added, new_modes)
+      call modes%append(new_modes)
    end subroutine replace_modes
 
    ! Removes pairs whose states are linearly dependent on those of known pairs with nearly the same eigenvalue.
@@ -285,7 +285,7 @@ contains
          lost = [lost, spread(cluster%centre, 1, max(0, least_number() - polished%eigenvalues))]
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          if (allocated(found%lambda)) then
-            ! Eigenvalues known so badly that they were not near to each other may be found beside both.
+            ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
             call drop_dependent(polished%pairs, found)
             call append_pairs(found, polished%pairs)
          else
@@ -309,12 +309,12 @@ contains
       ! Whether the polished pairs replace the members: all Ritz values in the cluster are accurate, or the pairs are as many as the
       ! members and accurate enough or more accurate.
       logical function is_accepted()
-         integer :: before
+         integer :: number_before
 
-         before = size(members%lambda)
-         if (cluster%on_axis) before = before + count(abs(aimag(members%lambda)) > 0)
-         is_accepted = polished%complete .or. (polished%eigenvalues >= before .and. (polished%worst() <= polisher%above .or. &
-            polished%worst() < maxval(judgement%errors(cluster%members))))
+         number_before = size(members%lambda)
+         if (cluster%on_axis) number_before = number_before + count(abs(aimag(members%lambda)) > 0)
+         is_accepted = polished%complete .or. (polished%eigenvalues >= number_before .and. &
+            (polished%worst() <= polisher%above .or. polished%worst() < maxval(judgement%errors(cluster%members))))
       end function is_accepted
    end subroutine polish_cluster
 

@@ -186,21 +186,21 @@ contains
       character(len=:), allocatable, intent(out) :: obstacle
       type(error_type), allocatable, intent(out) :: error
       type(local_forces_type) :: forces
-      logical :: few, heavy(problem%unknowns())
+      logical :: are_few, has_mass(problem%unknowns())
 
       obstacle = ""
-      heavy = problem%mass%row_maxima() > 0
+      has_mass = problem%mass%row_maxima() > 0
       if (.not. problem%mass%is_symmetric()) then
          obstacle = "its mass matrix is not symmetric"
          return
       end if
-      call new_local_forces(problem, forces, few, error)
+      call new_local_forces(problem, forces, are_few, error)
       if (allocated(error)) return
       ! If forces act on more than half of all motions, a space of undamped modes does not help.
-      if (few) few = 2*forces%rank() <= problem%unknowns()
-      if (.not. few) then
+      if (are_few) are_few = 2*forces%rank() <= problem%unknowns()
+      if (.not. are_few) then
          obstacle = "it differs from a symmetric problem with proportional damping at more than a few unknowns"
-      else if (.not. all(heavy([forces%rows, forces%columns]))) then
+      else if (.not. all(has_mass([forces%rows, forces%columns]))) then
          obstacle = "it is damped at unknowns without mass"
       end if
    end subroutine find_low_rank_obstacle

@@ -29,10 +29,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(local_forces_type) :: forces
       integer(long) :: entries
-      logical :: few
+      logical :: are_few
 
       if (s%options%formulation /= formulation_auto .or. s%formulation /= formulation_low_rank .or. s%only_rigid()) return
-      call new_local_forces(s%work, forces, few, error)
+      call new_local_forces(s%work, forces, are_few, error)
       if (allocated(error)) return
       entries = size(s%work%stiffness%value, kind=long)
       if (allocated(s%known%stiffness)) entries = max(entries, s%known%stiffness%solver%factor_entries)

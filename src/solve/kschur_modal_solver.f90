@@ -83,7 +83,7 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       integer :: threads_before
       integer(long) :: started
-      logical :: kept, dense_tells
+      logical :: is_outdated, dense_tells
 
       call enter_solve(options%threads, self%problem%unknowns(), threads_before, error)
       if (allocated(error)) then
@@ -93,11 +93,11 @@ contains
       started = clock()
       dense_tells = .false.
       do
-         call make_ready(self, options, .false., kept, error, monitor)
+         call make_ready(self, options, .false., is_outdated, error, monitor)
          if (.not. allocated(error)) dense_tells = dense_may_tell(self%context)
          if (.not. allocated(error)) call solve_prepared(self%context, options, result, error)
          if (allocated(error)) exit
-         if (.not. kept) exit
+         if (.not. is_outdated) exit
          if (result%reason == reason_cancelled) exit
          if (result%reason /= reason_converged .or. seems_rigid(self%context, result)) then
             ! The preparation may be invalid for the new values: there may be rigid motions now. Solve once more without it.
@@ -125,7 +125,7 @@ contains
       type(modal_options_type) :: settings
       integer :: threads_before
       integer(long) :: started
-      logical :: kept
+      logical :: is_outdated
 
       call enter_solve(options%threads, self%problem%unknowns(), threads_before, error)
       if (allocated(error)) then
@@ -136,7 +136,7 @@ contains
       call band_options(first, last, options, settings, error)
       ! A band needs the exact number of zeros, which new values may change.
       if (self%changed .and. allocated(self%context)) deallocate (self%context)
-      if (.not. allocated(error)) call make_ready(self, settings, .true., kept, error, monitor)
+      if (.not. allocated(error)) call make_ready(self, settings, .true., is_outdated, error, monitor)
       if (.not. allocated(error)) call solve_band_prepared(self%context, first, last, settings, result, error)
       call end_context(self, settings, result, error)
       call result%set_total(seconds_since(started))
@@ -216,17 +216,17 @@ contains
    subroutine copy(self, from)
       class(modal_solver_type), intent(inout) :: self
       type(modal_solver_type), intent(in) :: from
-      type(modal_solver_type), allocatable :: own
+      type(modal_solver_type), allocatable :: copied
 
-      allocate (own)
-      if (allocated(from%problem)) allocate (own%problem, source=from%problem)
-      if (allocated(from%solvers)) allocate (own%solvers, source=from%solvers)
-      if (allocated(from%context)) allocate (own%context, source=from%context)
-      if (allocated(from%notes)) allocate (own%notes, source=from%notes)
-      call move_alloc(own%problem, self%problem)
-      call move_alloc(own%solvers, self%solvers)
-      call move_alloc(own%context, self%context)
-      call move_alloc(own%notes, self%notes)
+      allocate (copied)
+      if (allocated(from%problem)) allocate (copied%problem, source=from%problem)
+      if (allocated(from%solvers)) allocate (copied%solvers, source=from%solvers)
+      if (allocated(from%context)) allocate (copied%context, source=from%context)
+      if (allocated(from%notes)) allocate (copied%notes, source=from%notes)
+      call move_alloc(copied%problem, self%problem)
+      call move_alloc(copied%solvers, self%solvers)
+      call move_alloc(copied%context, self%context)
+      call move_alloc(copied%notes, self%notes)
       call self%spare%clear()
       self%options = from%options
       self%for_band = from%for_band
@@ -268,16 +268,16 @@ contains
 
    ! Makes the context ready for a solve with these options: reuses the preparation if it is valid for them, else begins anew. Fails
    ! on options that a solver that remembers does not support.
-   subroutine make_ready(self, options, for_band, kept, error, monitor)
+   subroutine make_ready(self, options, for_band, is_outdated, error, monitor)
       class(modal_solver_type), target, intent(inout) :: self
       type(modal_options_type), intent(in) :: options
       logical, intent(in) :: for_band
       !> Whether the preparation was made for other values of the matrices.
-      logical, intent(out) :: kept
+      logical, intent(out) :: is_outdated
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
 
-      kept = .false.
+      is_outdated = .false.
       if (allocated(options%communicator)) then
          call new_error(error, error_usage, "a solver that remembers works in one process: leave out the communicator")
       else if (allocated(options%checkpoint) .or. allocated(options%resume)) then
@@ -288,14 +288,14 @@ contains
          if (.not. is_prepared_for(self, options, for_band)) deallocate (self%context)
       end if
       if (allocated(self%context)) then
-         kept = self%changed
+         is_outdated = self%changed
          self%context%problem => self%problem
-         if (.not. (kept .and. same_target(self%context%options, options)) .and. allocated(self%context%last)) &
+         if (.not. (is_outdated .and. same_target(self%context%options, options)) .and. allocated(self%context%last)) &
             deallocate (self%context%last)
          if (options%modes /= self%context%options%modes) self%context%dimension = 0
          call resume(self%context, options, error, monitor)
          if (.not. allocated(error)) allocate (self%context%notes, source=self%notes)
-         if (kept .and. .not. allocated(error)) call reduce_again(self%context, error)
+         if (is_outdated .and. .not. allocated(error)) call reduce_again(self%context, error)
       else
          ! Spare solvers share an analysis with the solvers of the discarded context.
          call self%spare%clear()

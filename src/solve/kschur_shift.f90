@@ -210,18 +210,18 @@ contains
 
    ! Factors at the first candidate that is neither an eigenvalue nor so near to one that rounding errors along its eigenvector
    ! spoil the others. A note says if that is not the wanted shift.
-   subroutine factor_first(s, formulation, shifts, error, given)
+   subroutine factor_first(s, formulation, shifts, error, desired)
       type(solve_context_type), target, intent(inout) :: s
       integer, intent(in) :: formulation
       complex(wp), intent(in) :: shifts(:)
       type(error_type), allocatable, intent(out) :: error
       !> The wanted shift; absent: the first candidate.
-      complex(wp), optional, intent(in) :: given
+      complex(wp), optional, intent(in) :: desired
       complex(wp) :: wanted
       integer :: i
 
       wanted = shifts(1)
-      if (present(given)) wanted = given
+      if (present(desired)) wanted = desired
       do i = 1, size(shifts)
          call factor_at(s, formulation, shifts(i), error)
          if (.not. allocated(error)) exit

@@ -98,6 +98,7 @@ contains
       end associate
    end subroutine counts
 
+   ! Ignores the reports of the nested computation.
    subroutine report_nothing(self, restart, converged, wanted, residual, proceed)
       class(stopper_type), intent(inout) :: self
       integer, intent(in) :: restart, converged, wanted
