@@ -298,12 +298,12 @@ contains
    contains
 
       ! Least number of eigenvalues in the cluster: of its linearly independent members that are not in doubt.
-      integer function least_number()
+      integer function least_number() result(number)
          logical :: certain(size(cluster%members))
 
          certain = rests_of_states(modes, cluster%members) > dependent_state .and. .not. judgement%doubtful(cluster%members)
-         least_number = count(certain)
-         if (cluster%on_axis) least_number = least_number + count(certain .and. abs(aimag(modes%lambda(cluster%members))) > 0)
+         number = count(certain)
+         if (cluster%on_axis) number = number + count(certain .and. abs(aimag(modes%lambda(cluster%members))) > 0)
       end function least_number
 
       ! Whether the polished pairs replace the members: all Ritz values in the cluster are accurate, or the pairs are as many as the
