@@ -37,7 +37,7 @@ module kschur_bordered_determinant
       class(monitor_type), pointer :: monitor => null()
    contains
       procedure :: evaluate
-      !> Whether it is of K + i H, and not real on the real axis.
+      !> Whether the problem has a loss matrix H, so that the function is not real on the real axis.
       procedure :: is_lossy
       procedure, private :: coefficients
    end type bordered_determinant_type
@@ -81,7 +81,7 @@ contains
       end associate
    end subroutine new_bordered_determinant
 
-   ! Adds N and its transpose.
+   ! Adds the second border, N and its transpose, with random entries of the size of Cq.
    subroutine border(blocks, unknowns, level, redundant, error)
       type(csr_matrix_type), intent(inout) :: blocks(:)
       integer, intent(in) :: unknowns
@@ -166,7 +166,7 @@ contains
       is_lossy = size(self%blocks) > 3
    end function is_lossy
 
-   ! Of the blocks.
+   ! Coefficients of the blocks M, R, K and H at lambda.
    pure function coefficients(self, lambda)
       class(bordered_determinant_type), intent(in) :: self
       complex(wp), intent(in) :: lambda
@@ -177,6 +177,7 @@ contains
       coefficients = all(:size(coefficients))
    end function coefficients
 
+   ! Random trial vectors with entries of modulus one.
    subroutine random_phases(self, x)
       class(bordered_determinant_type), intent(inout) :: self
       complex(wp), allocatable, intent(out) :: x(:, :)

@@ -81,7 +81,7 @@ contains
       indistinct = same_value*min(distance, size)
    end function indistinct
 
-   !> Ritz values are 1/(theta - shift).
+   !> Creates a census of Ritz values 1/(theta - shift).
    subroutine new_inertia_census(census, problem, map, shift, factored, solver, zeros, matrices)
       type(inertia_census_type), intent(out) :: census
       type(modal_problem_type), target, intent(in) :: problem
@@ -139,7 +139,7 @@ contains
 
       complete = .false.
       if (self%given_up .or. wanted == 0 .or. wanted > size(values)) return
-      ! Accuracy of zeros.
+      ! The reach is at least the accuracy of computed zeros.
       reach = max(self%within, maxval(self%distance_of(values(:wanted))), nearly_zero*sqrt(abs(self%shift)))
       slack = indistinct(reach, sqrt(abs(self%shift) + 1/minval(abs(values(:wanted)), abs(values(:wanted)) > tiny(1.0_wp))))
       if (self%counted .and. reach <= self%certificate%reach + slack) &
@@ -260,7 +260,7 @@ contains
       logical, intent(in) :: tight
       real(wp), intent(out) :: theta
       integer, intent(out) :: negative
-      real(wp) :: last, place
+      real(wp) :: last, end_value
 
       theta = self%shift
       negative = self%negative_at_shift
@@ -272,11 +272,11 @@ contains
       ! If the distance is not monotonic in theta, the interval may contain values that were not sought.
       if (any(side*values > last .and. self%distance_of(values) > (1 + same_value)*reach)) return
 
-      place = 0
-      if (.not. tight) place = clear_gap(side*values, residuals, last)
-      if (.not. place > 0) place = near_gap(side*values, residuals, last)
-      if (.not. place > 0) place = (1 + same_value)*last
-      theta = self%shift + side/place
+      end_value = 0
+      if (.not. tight) end_value = clear_gap(side*values, residuals, last)
+      if (.not. end_value > 0) end_value = near_gap(side*values, residuals, last)
+      if (.not. end_value > 0) end_value = (1 + same_value)*last
+      theta = self%shift + side/end_value
       negative = self%negative_at(theta, merge(self%converged_below(theta, values, residuals), 0, side > 0))
    end subroutine end_of_interval
 

@@ -17,7 +17,7 @@ module kschur_closed_curve
       !> Whether the path ends where it begins, in the upper half plane; else it is the half of a curve symmetric about the
       !> real axis, from the right end on that axis to the left one.
       logical :: closed = .false.
-      ! Whether it is that half and the axis back.
+      ! Whether it is that half and the way back along the real axis.
       logical, private :: returns = .false.
       ! Angle of the right end, negative.
       real(wp), private :: start = 0
@@ -34,7 +34,8 @@ contains
    pure function new_closed_curve(target, radius, upper) result(curve)
       complex(wp), intent(in) :: target
       real(wp), intent(in) :: radius
-      !> Around what of it is above the real axis, as what is below is not its conjugate. Absent: no.
+      !> Whether to enclose only the part of the region above the real axis, because eigenvalues below are no conjugates of those
+      !> above. Absent: no.
       logical, optional, intent(in) :: upper
       type(closed_curve_type) :: curve
 
@@ -51,7 +52,7 @@ contains
    elemental complex(wp) function point(self, part)
       class(closed_curve_type), intent(in) :: self
       real(wp), intent(in) :: part
-      ! What of the path is the arc where it goes back along the axis.
+      ! Fraction of the parameter that belongs to the arc, if the path returns along the axis.
       real(wp), parameter :: arc = 0.6_wp
       real(wp) :: angle, along
 

@@ -1,4 +1,4 @@
-!> Counts of eigenvalues by Sylvester's law of inertia.
+!> Counts eigenvalues below a value by Sylvester's law of inertia.
 module kschur_inertia
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -63,7 +63,7 @@ contains
       structure%least_negative = least + m
    end subroutine counting_matrix
 
-   !> Number of negative eigenvalues of such a matrix, without those of the constraints; -1 if unknown.
+   !> Number of negative eigenvalues of a matrix of `counting_matrix`, without those of the constraints; -1 if unknown.
    integer function negative_directions(matrix, structure, solver) result(negative)
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure

@@ -84,7 +84,7 @@ contains
       complex(wp), allocatable :: logarithms(:)
       logical, allocatable :: passed(:)
       logical :: confirmed
-      real(wp) :: turned
+      real(wp) :: turning
 
       unknown = 0
       call take_first_samples(samples, f, curve, zeros, origin, reason)
@@ -101,13 +101,14 @@ contains
       end do
       if (reason /= "") return
       associate (p => samples%panels)
-         turned = sum(phase(logarithms(p(2, :)) - logarithms(p(1, :))) + phase(logarithms(p(3, :)) - logarithms(p(2, :))))
+         turning = sum(phase(logarithms(p(2, :)) - logarithms(p(1, :))) + phase(logarithms(p(3, :)) - logarithms(p(2, :))))
       end associate
-      if (curve%closed) turned = turned/2
-      unknown = nint(turned/pi)
-      if (abs(turned/pi - unknown) > integer_tolerance) reason = "the phase of the determinant is rounding on the real axis"
+      if (curve%closed) turning = turning/2
+      unknown = nint(turning/pi)
+      if (abs(turning/pi - unknown) > integer_tolerance) reason = "the phase of the determinant is rounding on the real axis"
    end subroutine count_unknown_zeros
 
+   ! Samples the ends and interiors of the initial panels.
    subroutine take_first_samples(samples, f, curve, zeros, origin, reason)
       type(samples_type), intent(inout) :: samples
       class(analytic_function_type), intent(inout) :: f
@@ -121,7 +122,7 @@ contains
       panels = merge(panels_of_circle, panels_of_half, curve%closed)
       allocate (part(0:2*panels), source=0.0_wp)
       do j = 1, 2*panels
-         part(j) = part(j - 1) + uneven(j)
+         part(j) = part(j - 1) + uneven_weight(j)
       end do
       reason = ""
       do j = 0, 2*panels
@@ -132,7 +133,7 @@ contains
       samples%panels = reshape([([2*j - 1, 2*j, 2*j + 1], j=1, panels)], [3, panels])
    end subroutine take_first_samples
 
-   ! Halves the selected panels.
+   ! Halves the selected panels, with a new interior sample in each half. Fails if one is too narrow.
    subroutine halve(samples, f, curve, zeros, origin, which, reason)
       type(samples_type), intent(inout) :: samples
       class(analytic_function_type), intent(inout) :: f
@@ -142,7 +143,7 @@ contains
       logical, intent(in) :: which(:)
       character(len=reason_length), intent(out) :: reason
       integer, allocatable :: panels(:, :)
-      integer :: i, half, ends(2), j
+      integer :: i, half, neighbours(2), j
       real(wp) :: weight
 
       reason = ""
@@ -154,19 +155,21 @@ contains
             if (abs(samples%part(panel(3)) - samples%part(panel(1))) < narrowest) &
                reason = "an eigenvalue that is not listed seems to lie next to the curve"
             do half = 1, 2
-               ends = panel(half:half + 1)
+               neighbours = panel(half:half + 1)
                j = samples%count + 1
-               weight = uneven(j)/2
+               weight = uneven_weight(j)/2
                if (reason == "") call sample(samples, f, curve, &
-                  (1 - weight)*samples%part(ends(1)) + weight*samples%part(ends(2)), zeros, origin, reason)
+                  (1 - weight)*samples%part(neighbours(1)) + weight*samples%part(neighbours(2)), zeros, origin, reason)
                if (reason /= "") return
-               panels = reshape([panels, ends(1), j, ends(2)], [3, size(panels, 2) + 1])
+               panels = reshape([panels, neighbours(1), j, neighbours(2)], [3, size(panels, 2) + 1])
             end do
          end associate
       end do
       call move_alloc(panels, samples%panels)
    end subroutine halve
 
+   ! Evaluates the function, divided by its known zeros, at a point of the curve, and appends the sample. Fails if the phase is too
+   ! uncertain, or there are too many samples.
    subroutine sample(samples, f, curve, part, zeros, origin, reason)
       type(samples_type), intent(inout) :: samples
       class(analytic_function_type), intent(inout) :: f
@@ -210,7 +213,7 @@ contains
       complex(wp), allocatable, intent(out) :: logarithms(:)
       !> Whether each panel is accepted.
       logical, allocatable, intent(out) :: passed(:)
-      complex(wp), allocatable :: less(:)
+      complex(wp), allocatable :: remainder(:)
       integer :: degree, most
 
       allocate (passed(size(samples%panels, 2)), source=.false.)
@@ -219,11 +222,11 @@ contains
       most = samples%count/samples_per_coefficient - 1
       if (curve%closed) most = most/2
       do
-         less = samples%logarithm(:samples%count) - fitted(samples, curve, degree)
-         associate (pass => test_panels(samples, curve%closed, less))
+         remainder = samples%logarithm(:samples%count) - fitted(samples, curve, degree)
+         associate (pass => test_panels(samples, curve%closed, remainder))
             if (count(pass) > count(passed)) then
                passed = pass
-               logarithms = less
+               logarithms = remainder
             end if
          end associate
          if (degree >= most .or. all(passed)) return
@@ -231,7 +234,7 @@ contains
       end do
    end subroutine fit_and_test
 
-   ! Whether modulus and phase change little and evenly.
+   ! Accepts panels in which modulus and phase change little and evenly, and which are not too long or wide.
    pure function test_panels(samples, closed, logarithms) result(pass)
       type(samples_type), intent(in) :: samples
       !> Whether the curve is closed.
@@ -294,9 +297,9 @@ contains
    end function phase
 
    ! Quasi-random weight between 0.7 and 1.3.
-   elemental real(wp) function uneven(j)
+   elemental real(wp) function uneven_weight(j)
       integer, intent(in) :: j
 
-      uneven = 0.7_wp + 0.6_wp*modulo(j*golden, 1.0_wp)
-   end function uneven
+      uneven_weight = 0.7_wp + 0.6_wp*modulo(j*golden, 1.0_wp)
+   end function uneven_weight
 end module kschur_winding

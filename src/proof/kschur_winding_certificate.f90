@@ -88,6 +88,7 @@ contains
       call certificate%add_effort(determinant%effort)
    end subroutine certify_by_winding
 
+   ! Compares the number of zeros inside curves with the listed and other known eigenvalues.
    subroutine compare(determinant, listed, beyond, zeros, target, reach, certificate)
       type(bordered_determinant_type), intent(inout) :: determinant
       complex(wp), intent(in) :: listed(:), beyond(:)
@@ -97,29 +98,29 @@ contains
       real(wp), intent(in) :: reach
       type(winding_certificate_type), intent(inout) :: certificate
       complex(wp), allocatable :: known_zeros(:)
-      real(wp) :: in_a_gap
-      integer :: unknown, nearer, nearest
+      real(wp) :: gap_radius
+      integer :: unknown, unknown_nearer, missing
 
       allocate (known_zeros, source=[pack(listed, abs(listed) > 0), pack(beyond, abs(beyond) > 0)])
       call count_within(radius_beyond(reach, distances(beyond, target)), unknown)
       if (unknown == 0) certificate%verdict = certified_yes
       if (unknown <= 0) return
-      in_a_gap = radius_within(reach, distances(listed, target))
-      call count_within(in_a_gap, nearer)
-      nearest = nearer
-      if (nearer < unknown) call count_within((1 - blurred_value)*reach, nearest)
-      if (nearest < 0 .and. nearer > 0) then
-         nearest = nearer
-         certificate%reach = in_a_gap
+      gap_radius = radius_within(reach, distances(listed, target))
+      call count_within(gap_radius, unknown_nearer)
+      missing = unknown_nearer
+      if (unknown_nearer < unknown) call count_within((1 - blurred_value)*reach, missing)
+      if (missing < 0 .and. unknown_nearer > 0) then
+         missing = unknown_nearer
+         certificate%reach = gap_radius
          certificate%reason = ""
       end if
-      if (nearest < 0) return
-      certificate%verdict = merge(certified_yes, certified_no, nearest == 0)
-      certificate%missing = nearest
+      if (missing < 0) return
+      certificate%verdict = merge(certified_yes, certified_no, missing == 0)
+      certificate%missing = missing
 
    contains
 
-      ! Both members of each conjugate pair; -1 if unknown.
+      ! Number of unknown eigenvalues inside a radius, both members of each conjugate pair; -1 if the count fails.
       subroutine count_within(radius, number)
          real(wp), intent(in) :: radius
          integer, intent(out) :: number
@@ -135,6 +136,7 @@ contains
       end subroutine count_within
    end subroutine compare
 
+   ! Prepares the determinant, bordered for redundant constraints.
    subroutine prepare(problem, solver, level, determinant, reason)
       type(modal_problem_type), intent(in) :: problem
       class(complex_linear_solver_type), intent(in) :: solver

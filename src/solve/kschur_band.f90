@@ -1,4 +1,4 @@
-!> All modes of a band of natural frequencies.
+!> Computes all modes in a band of natural frequencies.
 module kschur_band
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kschur_band_counted, only: can_be_counted, solve_counted
@@ -35,39 +35,36 @@ module kschur_band
 
 contains
 
-   !> Computes all modes with first <= frequency_hz <= last, where `frequency_hz` is
-   !> that of `modal_result_type`: of both roots of an overdamped oscillator its undamped
-   !> one. Either edge takes in what is within 1e-6 of it, relative to it. The modes come in
-   !> the order of their frequencies; the result has the target i 2 pi first. No mode in the
-   !> band is a success with no modes.
+   !> Computes all modes with first <= frequency_hz <= last, in ascending order. `frequency_hz` is that of `modal_result_type`: of
+   !> both roots of an overdamped oscillator the undamped frequency. The edges include frequencies within a relative 1e-6 of them.
+   !> The target of the result is i 2 pi first. A band without modes is a success.
    !>
-   !> Undamped and proportionally damped symmetric problems with nothing unstable are
-   !> counted, cut into parts at gaps of the spectrum and solved part by part:
-   !> `certified` says whether what was found is what was counted. Of other problems, and of those with losses, all
-   !> modes with |lambda| <= 2 pi last are computed, nearest to zero first, and those in
-   !> the band kept: what is below the band costs as much as what is in it, the faster root
-   !> of an overdamped oscillator may be outside, and `certified` is unknown, but for H = g K.
-   !> The shift, the solver and its factors are those of the last part or attempt.
+   !> Undamped and proportionally damped symmetric problems without unstable modes: the eigenvalues are counted by inertia, the
+   !> band is cut into parts at gaps of the spectrum, and the parts are solved one by one; `certified` says whether as many modes
+   !> were found as were counted. Other problems, and those with losses: all modes with |lambda| <= 2 pi last are computed,
+   !> nearest to zero first, and those in the band kept. So modes below the band cost as much as modes in it, the faster root of
+   !> an overdamped oscillator may be missing, and `certified` is unknown except for H = g K. Shift, solver and factors in the
+   !> result are those of the last part or attempt.
    !>
-   !> Fails as `solve_modes` does, and where there are more than 10,000 modes in the
-   !> band, or 2,000 below its end where they cannot be counted.
+   !> Fails as `solve_modes` does, and if the band holds more than 10,000 modes, or more than 2,000 lie below its end and cannot
+   !> be counted.
    subroutine solve_band(problem, first, last, options, result, error, monitor, solvers)
       type(modal_problem_type), target, intent(in) :: problem
       !> The edges (Hz), 0 <= first < last.
       real(wp), intent(in) :: first, last
-      !> The number of modes, target and shift are not looked at.
+      !> Number of modes, target and shift are ignored.
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(out) :: result
       type(error_type), allocatable, intent(out) :: error
-      !> Watches the iterations and may end them.
+      !> Follows the iterations and may cancel them.
       class(monitor_type), target, intent(inout), optional :: monitor
-      !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
+      !> Linear solvers of the caller; `options%inner` must be `inner_auto` then.
       type(inner_solvers_type), intent(in), optional :: solvers
       type(processes_type), target :: processes
       type(band_groups_type) :: groups
       type(solve_context_type), allocatable, target :: s
       type(checkpoint_type), target :: checkpoint
-      type(modal_options_type) :: own
+      type(modal_options_type) :: settings
       integer(long) :: started
       integer :: threads_before
       logical :: cancelled
@@ -81,18 +78,18 @@ contains
          call worker_loop(processes)
       else if (.not. allocated(error)) then
          allocate (s)
-         call band_options(first, last, options, own, error)
-         if (.not. allocated(error)) call begin(s, problem, own, error, monitor, solvers, processes)
+         call band_options(first, last, options, settings, error)
+         if (.not. allocated(error)) call begin(s, problem, settings, error, monitor, solvers, processes)
          if (.not. allocated(error)) call begin_checkpoint(s, [first, last], checkpoint, error)
          if (.not. allocated(error)) then
-            ! A caller's own solvers are in this process only.
+            ! The caller's solvers exist in this process only, so that other groups could not factor with them.
             if (can_be_counted(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes, error)
             if (.not. allocated(error)) call prepare_band(s, error)
-            if (.not. allocated(error)) call solve_band_prepared(s, first, last, own, result, error, groups)
+            if (.not. allocated(error)) call solve_band_prepared(s, first, last, settings, result, error, groups)
             call groups%finish()
          end if
          call take_cancelled(error, cancelled)
-         if (cancelled) call report_none(s, own, result, error)
+         if (cancelled) call report_none(s, settings, result, error)
          deallocate (s)
          call groups%disband(processes)
          call result%set_total(seconds_since(started))
@@ -101,21 +98,22 @@ contains
       call leave_solve(threads_before)
    end subroutine solve_band
 
-   !> The options of a caller as a band solves with them. Fails where they do not fit one.
-   subroutine band_options(first, last, options, own, error)
+   !> Makes the options that a band is solved with from those of the caller. Fails on edges or options that do not fit a band.
+   subroutine band_options(first, last, options, settings, error)
       real(wp), intent(in) :: first, last
       type(modal_options_type), intent(in) :: options
-      type(modal_options_type), intent(out) :: own
+      type(modal_options_type), intent(out) :: settings
       type(error_type), allocatable, intent(out) :: error
 
-      own = options
-      own%modes = 1
-      own%target = cmplx(0, 2*pi*first, wp)
-      if (allocated(own%shift)) deallocate (own%shift)
-      call check_band(first, last, own, error)
+      settings = options
+      settings%modes = 1
+      settings%target = cmplx(0, 2*pi*first, wp)
+      if (allocated(settings%shift)) deallocate (settings%shift)
+      call check_band(first, last, settings, error)
    end subroutine band_options
 
-   !> What is done before the modes of a band are looked for, and holds for other bands as well.
+   !> Reduces and examines a problem before its modes are computed; serves other bands as well. Excludes the dense formulation, and
+   !> the low-rank one if it was chosen automatically.
    subroutine prepare_band(s, error)
       type(solve_context_type), target, intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
@@ -128,38 +126,39 @@ contains
       call s%end_step(phase_examine)
    end subroutine prepare_band
 
-   !> The modes of a band of a problem that is prepared. The context stays so, without factors.
+   !> Computes the modes of a band of a prepared problem. The context stays prepared; its factors are freed.
    subroutine solve_band_prepared(s, first, last, options, result, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(in) :: first, last
-      !> As `band_options` made them.
+      !> Made by `band_options`.
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      !> Who finds the modes of its parts; absent: this process.
+      !> Groups of processes that solve the parts; absent: this process solves them.
       type(band_groups_type), intent(inout), optional :: groups
-      type(modal_options_type) :: own
+      type(modal_options_type) :: reported
       type(modes_type) :: modes
       real(wp) :: band(2)
       logical :: counted
 
-      own = options
+      reported = options
       band = 2*pi*[(1 - same_frequency)*first, (1 + same_frequency)*last]
       counted = can_be_counted(s)
       if (counted) call solve_counted(s, band, modes, counted, error, groups)
       if (.not. allocated(error) .and. .not. counted) call solve_disc(s, band, modes, error)
       call s%end_step(phase_judge)
-      if (.not. allocated(error) .and. own%left) then
+      if (.not. allocated(error) .and. reported%left) then
          call find_left_modes(s, modes, error)
          call s%end_step(phase_left)
       end if
       if (allocated(error)) return
-      own%modes = size(modes%lambda)
-      if (counted) own%modes = modes%found
-      call report(s, own, modes, result, error, by_frequency=.true.)
+      reported%modes = size(modes%lambda)
+      if (counted) reported%modes = modes%found
+      call report(s, reported, modes, result, error, by_frequency=.true.)
       allocate (result%band(2), source=[first, last])
    end subroutine solve_band_prepared
 
+   ! Fails on edges or options that do not fit a band.
    subroutine check_band(first, last, options, error)
       real(wp), intent(in) :: first, last
       type(modal_options_type), intent(in) :: options

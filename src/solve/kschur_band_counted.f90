@@ -1,4 +1,5 @@
-!> The modes of a band that can be counted, found part by part.
+!> Computes all modes of a band of an undamped or proportionally damped symmetric problem: the eigenvalues are counted by inertia,
+!> and the parts of the band are solved one by one (docs/theory.md, section 14).
 module kschur_band_counted
    use kschur_band_groups, only: band_groups_type
    use kschur_band_part, only: finished_parts_type, part_modes_type, solve_part
@@ -21,16 +22,18 @@ module kschur_band_counted
    private
    public :: can_be_counted, solve_counted
 
-   !> Undamped modes, with room for more.
+   !> Undamped modes of a band, allocated for as many as were counted.
    type, extends(eigenpairs_type) :: oscillators_type
+      !> Number of modes filled in so far.
       integer :: found = 0
-      !> False where it turned out that they cannot be counted.
+      !> False if an eigenvalue omega^2 is negative, so that the count does not apply.
       logical :: counted = .true.
    end type oscillators_type
 
 contains
 
-   !> Whether its modes are counted, unless it turns out that they cannot be.
+   !> Whether the modes of a band may be counted by inertia: with a symmetric formulation, alpha and beta not negative, no losses,
+   !> and a solver that computes inertias. The counts may still show that omega^2 is negative somewhere.
    pure logical function can_be_counted(s)
       type(solve_context_type), intent(in) :: s
 
@@ -38,17 +41,18 @@ contains
          min(s%problem%alpha, s%problem%beta) >= 0 .and. allocated(s%inner%counting) .and. .not. s%is_lossy()
    end function can_be_counted
 
-   !> All modes with band(1) <= omega <= band(2) (rad/s): the undamped modes of each part, from which the damped ones follow.
+   !> Computes all modes with band(1) <= omega <= band(2) (rad/s): the undamped modes part by part, and from these the damped modes,
+   !> which have the same shapes (docs/theory.md, eq. (4)).
    subroutine solve_counted(s, band, modes, counted, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(in) :: band(2)
-      !> `found` is how many the band holds, listed or not.
+      !> `found` is the number of modes in the band, listed or not.
       type(modes_type), intent(out) :: modes
-      !> False where it turned out that the modes cannot be counted.
+      !> False if the modes turned out not to be countable: nothing is computed then.
       logical, intent(out) :: counted
       type(error_type), allocatable, intent(out) :: error
       type(band_groups_type), intent(inout), optional :: groups
-      ! So many that it takes a while.
+      ! From this number on the monitor is told how many modes there are, as they take long.
       integer, parameter :: many = 1000
       type(modal_problem_type), target :: undamped
       type(modal_problem_type) :: damped
@@ -83,7 +87,7 @@ contains
       s%known%rigid = rigid
       counted = oscillators%counted
       if (allocated(error) .or. .not. counted) return
-      call damp(oscillators, spectral_map_type(.true., 1.0_wp, given%alpha, given%beta), pairs)
+      call compute_damped(oscillators, spectral_map_type(.true., 1.0_wp, given%alpha, given%beta), pairs)
       rigid = chosen_pairs(rigid, abs(rigid%lambda) >= band(1) .and. abs(rigid%lambda) <= band(2))
       total = total - oscillators%found + size(pairs%lambda) + size(rigid%lambda)
       call append_pairs(pairs, rigid)
@@ -93,7 +97,8 @@ contains
       modes%found = total
    end subroutine solve_counted
 
-   ! Without its damping the problem is iterated part by part.
+   ! Solves the parts one by one, with the undamped problem in the place of the damped one. At the end options, reduced damping,
+   ! decays and the number of eigenvalues are those of the damped problem again; the caller restores the rest.
    subroutine solve_parts(s, undamped, parts, oscillators, modes, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       !> The problem as given, without its damping.
@@ -104,26 +109,26 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(band_groups_type), intent(inout), optional :: groups
       type(modal_problem_type) :: damped
-      type(modal_options_type) :: asked
-      type(eigenvalue_count_type) :: total
+      type(modal_options_type) :: saved_options
+      type(eigenvalue_count_type) :: saved_total
       type(part_modes_type) :: found
       type(finished_parts_type), target :: finished
-      real(wp), allocatable :: decay(:)
-      integer :: before, i
+      real(wp), allocatable :: saved_decay(:)
+      integer :: applications, i
       logical :: cancelled
 
-      asked = s%options
+      saved_options = s%options
       if (allocated(s%matrices)) deallocate (s%matrices)
       call exchange_damping(s%work, damped)
-      allocate (decay, source=s%known%deflation%decay)
-      total = s%known%total
+      allocate (saved_decay, source=s%known%deflation%decay)
+      saved_total = s%known%total
       s%problem => undamped
       s%formulation = formulation_symmetric
       s%known%rigid = chosen_pairs(s%known%rigid, .not. abs(s%known%rigid%lambda) > 0)
       s%known%deflation%decay = 0
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
          size(s%known%rigid%lambda))
-      before = s%effort%operator_applications
+      applications = s%effort%operator_applications
       if (associated(s%checkpoint)) then
          allocate (finished%found(size(parts)))
          call s%checkpoint%begin_parts(finished, error)
@@ -142,25 +147,26 @@ contains
             call solve_part(s, parts(i), found, error)
          end if
          call take_cancelled(error, cancelled)
-         ! The parts before are whole.
+         ! The parts before this one are complete.
          if (cancelled) modes%reason = reason_cancelled
          if (cancelled) modes%certified = certified_unknown
          if (allocated(error) .or. cancelled) exit
-         call modes%history%append(found%history, before)
-         before = before + found%effort%operator_applications
+         call modes%history%append(found%history, applications)
+         applications = applications + found%effort%operator_applications
          call add_part(found, oscillators, modes)
          if (.not. oscillators%counted .or. modes%reason == reason_cancelled) exit
          call keep_part(s, i, found, finished)
       end do
-      ! What comes after them is computed again.
+      ! Later steps are not saved: a resumed solve repeats them.
       nullify (s%checkpoint)
-      s%options = asked
+      s%options = saved_options
       if (allocated(s%matrices)) deallocate (s%matrices)
       call exchange_damping(s%work, damped)
-      s%known%deflation%decay = decay
-      s%known%total = total
+      s%known%deflation%decay = saved_decay
+      s%known%total = saved_total
    end subroutine solve_parts
 
+   ! Adds the modes of a part to the checkpoint, if there is one.
    subroutine keep_part(s, part, found, finished)
       type(solve_context_type), intent(inout) :: s
       integer, intent(in) :: part
@@ -173,18 +179,19 @@ contains
       call s%checkpoint%next_part()
    end subroutine keep_part
 
-   ! Two problems give each other their damping: at first the second one has none, in no matrix at all.
+   ! Exchanges the damping of two problems. The damping matrix of the second may not be allocated: it is zero then.
    subroutine exchange_damping(first, second)
       type(modal_problem_type), intent(inout) :: first, second
-      type(modal_problem_type) :: third
+      type(modal_problem_type) :: temporary
 
       if (.not. allocated(second%damping%value)) second%damping = empty_csr_matrix(first%unknowns(), first%unknowns())
-      call give_damping(first, third)
-      call give_damping(second, first)
-      call give_damping(third, second)
+      call copy_damping(first, temporary)
+      call copy_damping(second, first)
+      call copy_damping(temporary, second)
    end subroutine exchange_damping
 
-   subroutine give_damping(from, to)
+   ! Copies the damping matrix with its kind and coefficients.
+   subroutine copy_damping(from, to)
       type(modal_problem_type), intent(in) :: from
       type(modal_problem_type), intent(inout) :: to
 
@@ -192,13 +199,13 @@ contains
       to%damping_kind = from%damping_kind
       to%alpha = from%alpha
       to%beta = from%beta
-   end subroutine give_damping
+   end subroutine copy_damping
 
-   ! Adds the modes of a part to the oscillators.
+   ! Appends the modes of a part to the oscillators, and merges its reason, verdict and locking error into those of the band.
    subroutine add_part(found, oscillators, modes)
       type(part_modes_type), intent(in) :: found
       type(oscillators_type), intent(inout) :: oscillators
-      !> Gathers how it went.
+      !> Reason, verdict and locking error of the band.
       type(modes_type), intent(inout) :: modes
       integer :: first, last, i
 
@@ -226,31 +233,31 @@ contains
       end if
    end subroutine add_part
 
-   ! Both roots of each oscillator, of a conjugate pair one.
-   subroutine damp(oscillators, map, pairs)
+   ! Computes the damped modes of undamped oscillators: one of a conjugate pair, or both real roots.
+   subroutine compute_damped(oscillators, map, pairs)
       type(oscillators_type), intent(in) :: oscillators
       type(spectral_map_type), intent(in) :: map
       type(eigenpairs_type), intent(out) :: pairs
       complex(wp) :: lambda(2*oscillators%found), roots(2)
-      integer :: of(2*oscillators%found), i, k, l
+      integer :: oscillator(2*oscillators%found), i, k, l
 
       k = 0
       do i = 1, oscillators%found
          roots = map%lambdas(cmplx(aimag(oscillators%lambda(i))**2, 0, wp))
          l = merge(1, 2, abs(aimag(roots(1))) > 0)
          lambda(k + 1:k + l) = cmplx(real(roots(:l), wp), abs(aimag(roots(:l))), wp)
-         of(k + 1:k + l) = i
+         oscillator(k + 1:k + l) = i
          k = k + l
       end do
       allocate (pairs%lambda(k), source=lambda(:k))
       if (oscillators%is_real()) then
-         allocate (pairs%real_phi(oscillators%rows(), k), source=oscillators%real_phi(:, of(:k)))
+         allocate (pairs%real_phi(oscillators%rows(), k), source=oscillators%real_phi(:, oscillator(:k)))
       else
-         allocate (pairs%phi(oscillators%rows(), k), source=oscillators%phi(:, of(:k)))
+         allocate (pairs%phi(oscillators%rows(), k), source=oscillators%phi(:, oscillator(:k)))
       end if
-      allocate (pairs%xi(size(oscillators%xi, 1), k), source=oscillators%xi(:, of(:k)))
+      allocate (pairs%xi(size(oscillators%xi, 1), k), source=oscillators%xi(:, oscillator(:k)))
       do i = 1, k
          pairs%xi(:, i) = map%reaction(lambda(i))*pairs%xi(:, i)
       end do
-   end subroutine damp
+   end subroutine compute_damped
 end module kschur_band_counted

@@ -1,4 +1,4 @@
-!> The modes of a band that cannot be counted.
+!> Computes the modes of a band that inertia cannot count: all modes up to its end, nearest to zero first.
 module kschur_band_disc
    use kschur_context, only: solve_context_type
    use kschur_description, only: describe
@@ -15,20 +15,21 @@ module kschur_band_disc
    private
    public :: solve_disc
 
-   ! No more modes than this are computed.
+   ! Largest number of modes that are computed.
    integer, parameter :: most_uncounted = 2000
    real(wp), parameter :: pi = acos(-1.0_wp)
 
 contains
 
-   !> Modes nearest to zero, more and more of them until they reach beyond the band.
+   !> Computes the modes nearest to zero, more in each round until the furthest lies beyond the end of the band (rad/s), and keeps
+   !> those whose undamped frequency is in the band. Fails if more than 2,000 modes lie below its end.
    subroutine solve_disc(s, band, modes, error)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(in) :: band(2)
       type(modes_type), intent(out) :: modes
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: at_first = 20
-      type(modal_options_type) :: asked
+      integer, parameter :: initial_modes = 20
+      type(modal_options_type) :: saved_options
       type(history_type) :: history
       integer, allocatable :: order(:)
       real(wp), allocatable :: omega(:)
@@ -37,9 +38,9 @@ contains
 
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
       history = modes%history
-      asked = s%options
+      saved_options = s%options
       s%options%target = 0
-      s%options%modes = at_first
+      s%options%modes = initial_modes
       do
          if (s%only_rigid()) then
             call take_rigid(s, modes)
@@ -48,7 +49,7 @@ contains
          if (associated(s%monitor)) call s%monitor%counts(0, s%options%modes, 0)
          call place_shift(s, error)
          call take_cancelled(error, cancelled)
-         ! Those nearest to zero are whole.
+         ! The modes of the round before are complete as far as they reach.
          if (cancelled) modes%reason = reason_cancelled
          if (cancelled) exit
          if (.not. allocated(error)) call find_modes(s, modes, error)
@@ -60,44 +61,45 @@ contains
                "and they cannot be counted: end it lower, or ask for modes near a target")
             return
          end if
-         s%options%modes = min(most_uncounted, larger(s%options%modes, maxval([0.0_wp, abs(modes%lambda)])/band(2)))
+         s%options%modes = min(most_uncounted, next_number(s%options%modes, maxval([0.0_wp, abs(modes%lambda)])/band(2)))
       end do
-      s%options%target = asked%target
+      s%options%target = saved_options%target
       modes%history = history
       if (modes%reason == reason_fewer_modes) modes%reason = reason_converged
-      ! Nothing is overdamped with losses.
+      ! The faster root of an overdamped oscillator may lie outside of the disc. With losses no oscillator is overdamped.
       if (.not. s%is_lossy()) modes%certified = certified_unknown
-      call tell_frequencies(s, modes, omega)
+      call find_frequencies(s, modes, omega)
       order = pack([(i, i=1, size(omega))], abs(modes%lambda) <= band(2) .and. omega >= band(1) .and. omega <= band(2))
       call modes%take(order)
    end subroutine solve_disc
 
-   ! As many as there would be if their number grew with the square of |lambda|.
-   integer function larger(modes, reach)
+   ! The number of modes of the next round: what the band would hold if their number grew with the square of |lambda|, between 1.25
+   ! and 4 times the present number.
+   integer function next_number(modes, covered)
       integer, intent(in) :: modes
-      !> Part of the band that they cover.
-      real(wp), intent(in) :: reach
+      !> Largest |lambda| of the present modes, relative to the end of the band.
+      real(wp), intent(in) :: covered
       real(wp), parameter :: least = 1.25_wp, most = 4
 
-      larger = ceiling(modes*min(most, max(least, (1.1_wp/max(reach, tiny(1.0_wp)))**2)))
-   end function larger
+      next_number = ceiling(modes*min(most, max(least, (1.1_wp/max(covered, tiny(1.0_wp)))**2)))
+   end function next_number
 
-   ! The undamped frequencies (rad/s) that a result tells.
-   subroutine tell_frequencies(s, modes, omega)
+   ! Computes undamped frequencies (rad/s) of modes as a result reports them: of an overdamped oscillator this is not |lambda|.
+   subroutine find_frequencies(s, modes, omega)
       type(solve_context_type), intent(in) :: s
-      !> As it was, on return.
+      !> Unchanged on return, but for complex shapes.
       type(modes_type), intent(inout) :: modes
       real(wp), allocatable, intent(out) :: omega(:)
-      type(modal_result_type) :: told
+      type(modal_result_type) :: described
       real(wp), allocatable :: rigid(:, :)
 
       call modes%make_complex()
-      call move_alloc(modes%lambda, told%eigenvalues)
-      call move_alloc(modes%phi, told%eigenvectors)
+      call move_alloc(modes%lambda, described%eigenvalues)
+      call move_alloc(modes%phi, described%eigenvectors)
       call s%known%rigid_motions(rigid)
-      call describe(s%problem, rigid, told)
-      call move_alloc(told%eigenvalues, modes%lambda)
-      call move_alloc(told%eigenvectors, modes%phi)
-      allocate (omega, source=2*pi*told%frequency_hz)
-   end subroutine tell_frequencies
+      call describe(s%problem, rigid, described)
+      call move_alloc(described%eigenvalues, modes%lambda)
+      call move_alloc(described%eigenvectors, modes%phi)
+      allocate (omega, source=2*pi*described%frequency_hz)
+   end subroutine find_frequencies
 end module kschur_band_disc

@@ -1,4 +1,4 @@
-!> Who finds the modes of the parts of a band. In this build one process does it, one part after the other; `with/mpi` has
+!> Groups of processes that compute the parts of a band. This build has one process, which solves them one by one; `with/mpi` has
 !> the module for several.
 module kschur_band_groups
    use kschur_band_part, only: part_modes_type, solve_part
@@ -12,20 +12,20 @@ module kschur_band_groups
    private
    public :: band_groups_type
 
-   !> Groups of processes: here there is one, of one process.
+   !> The groups: here a single one of one process.
    type :: band_groups_type
    contains
-      !> Cuts the processes into groups, each of which prepares for the problem.
+      !> Splits the processes into groups, and distributes the problem to them.
       procedure, nopass :: begin
       !> Whether there is more than one group.
       procedure, nopass :: are_several
-      !> Says which parts there are.
+      !> Distributes the list of parts.
       procedure, nopass :: announce
-      !> The modes of a part; the parts are asked for one after the other.
+      !> Returns the modes of a part; parts are requested in order.
       procedure, nopass :: obtain
-      !> Ends the work on parts, also where some were not asked for.
+      !> Ends the work on parts, requested or not.
       procedure, nopass :: finish
-      !> The processes are together again; to be called when no factors are left.
+      !> Joins the groups again; call after all factors are freed.
       procedure, nopass :: disband
    end type band_groups_type
 
@@ -34,7 +34,7 @@ contains
    subroutine begin(problem, options, processes, error)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
-      !> The group of this process, on return.
+      !> On return the group of this process.
       type(processes_type), intent(inout) :: processes
       type(error_type), allocatable, intent(out) :: error
 

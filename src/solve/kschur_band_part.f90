@@ -1,4 +1,4 @@
-!> One part of a band: the modes that were counted in it.
+!> Computes the modes of one part of a band, and compares their number with the count.
 module kschur_band_part
    use kschur_archive, only: archive_type
    use kschur_band_parts, only: part_type
@@ -17,16 +17,17 @@ module kschur_band_part
    private
    public :: finished_parts_type, part_modes_type, solve_part
 
-   !> The modes of a part, certified if they are as many as were counted.
+   !> The modes of a part; certified if as many were found as were counted.
    type, extends(modes_type) :: part_modes_type
-      !> False where it turned out that the modes cannot be counted.
+      !> False if an eigenvalue omega^2 is negative, so that the count does not apply.
       logical :: counted = .true.
-      !> What they took: the counts only.
+      !> Effort of the part: applications, restarts and factorisations, no times.
       type(effort_type) :: effort
    end type part_modes_type
 
-   !> The modes of the first parts, for a checkpoint.
+   !> The modes of the parts solved so far, as a checkpoint saves them.
    type, extends(finished_type) :: finished_parts_type
+      !> Number of parts solved.
       integer :: parts = 0
       type(part_modes_type), allocatable :: found(:)
    contains
@@ -35,6 +36,7 @@ module kschur_band_part
 
 contains
 
+   ! Writes the solved parts to a checkpoint, or reads them.
    subroutine carry(self, archive)
       class(finished_parts_type), intent(inout) :: self
       type(archive_type), intent(inout) :: archive
@@ -46,7 +48,7 @@ contains
       end do
    end subroutine carry
 
-   ! What a band takes of a part.
+   ! Writes or reads what the band uses of a part.
    subroutine carry_part(found, archive)
       type(part_modes_type), intent(inout) :: found
       type(archive_type), intent(inout) :: archive
@@ -76,23 +78,24 @@ contains
       found%effort%factorizations = sum(found%effort%factorizations_for)
    end subroutine carry_part
 
-   !> Finds the modes of a part.
+   !> Computes the undamped modes of a part. The lowest part is solved from near zero, with all modes below it; any other from a
+   !> shift in its middle, moved a little if that is an eigenvalue.
    subroutine solve_part(s, part, found, error)
-      !> Undamped.
+      !> With the undamped problem.
       type(solve_context_type), target, intent(inout) :: s
       type(part_type), intent(in) :: part
       type(part_modes_type), intent(out) :: found
       type(error_type), allocatable, intent(out) :: error
-      ! A shift is an eigenvalue once at most.
+      ! Relative displacements of the shift from the middle, tried in turn.
       real(wp), parameter :: offsets(3) = [0.0_wp, 1.0e-3_wp, -2.0e-3_wp]
-      type(effort_type) :: before
+      type(effort_type) :: effort_before
       character(len=note_length), allocatable :: notes(:)
-      integer, allocatable :: inside(:)
+      integer, allocatable :: in_part(:)
       integer :: expected, attempt, i
 
       expected = part%below_to - part%below_from
       call s%drop_transform()
-      before = s%effort
+      effort_before = s%effort
       ! Notes on the shift of a part are internal: they are discarded.
       allocate (notes, source=s%notes)
       if (allocated(s%options%shift)) deallocate (s%options%shift)
@@ -114,20 +117,20 @@ contains
       call move_alloc(notes, s%notes)
       call find_modes(s, found%modes_type, error)
       if (allocated(error)) return
-      found%effort%operator_applications = s%effort%operator_applications - before%operator_applications
-      found%history%operator_applications = found%history%operator_applications - before%operator_applications
-      found%effort%restarts = s%effort%restarts - before%restarts
-      ! Those of a certificate are added to the others when the factors are left.
-      found%effort%factorizations_for = s%effort%factorizations_for - before%factorizations_for + &
+      found%effort%operator_applications = s%effort%operator_applications - effort_before%operator_applications
+      found%history%operator_applications = found%history%operator_applications - effort_before%operator_applications
+      found%effort%restarts = s%effort%restarts - effort_before%restarts
+      ! Factorisations for the certificate are added to those of the context only when the transform is dropped.
+      found%effort%factorizations_for = s%effort%factorizations_for - effort_before%factorizations_for + &
          s%transform%certificate%factorizations_for
       found%effort%factorizations = sum(found%effort%factorizations_for)
       found%counted = all(abs(real(found%lambda, wp)) <= twelve_digits*abs(found%lambda))
       if (.not. found%counted) return
-      inside = pack([(i, i=1, size(found%lambda))], aimag(found%lambda) > (1 - same_value)*part%from .and. &
+      in_part = pack([(i, i=1, size(found%lambda))], aimag(found%lambda) > (1 - same_value)*part%from .and. &
          aimag(found%lambda) < (1 + same_value)*part%to .and. abs(found%lambda) > 0)
-      if (size(inside) > expected) inside = inside(:expected)
-      call found%take(inside)
-      found%certified = merge(certified_yes, certified_no, size(inside) == expected)
+      if (size(in_part) > expected) in_part = in_part(:expected)
+      call found%take(in_part)
+      found%certified = merge(certified_yes, certified_no, size(in_part) == expected)
       if (found%reason /= reason_converged) found%certified = certified_unknown
    end subroutine solve_part
 end module kschur_band_part

@@ -1,5 +1,5 @@
-!> A band of frequencies of an undamped symmetric problem, counted and cut into
-!> parts that hold a few modes each.
+!> Counts the eigenvalues in a band of an undamped symmetric problem by inertia, and cuts the band at gaps of the spectrum into
+!> parts of at most a hundred modes, where it has gaps.
 module kschur_band_parts
    use kschur_context, only: solve_context_type
    use kschur_effort, only: for_count
@@ -13,38 +13,37 @@ module kschur_band_parts
    private
    public :: count_at, part_type, count_parts
 
-   !> No more modes than this are computed at once.
+   !> Largest number of modes of a band.
    integer, parameter :: most_modes = 10000
    ! A part with more modes than this is cut.
-   integer, parameter :: enough = 100
-   ! A part narrower than this, relative to its place, is not cut.
-   real(wp), parameter :: narrow = 1.0e-3_wp
+   integer, parameter :: largest_part = 100
+   ! A part narrower than this, relative to its upper end, is not cut.
+   real(wp), parameter :: narrowest = 1.0e-3_wp
 
-   !> The modes with from < omega < to (rad/s).
+   !> A part of a band: the modes with from < omega < to (rad/s).
    type :: part_type
       real(wp) :: from = 0, to = 0
-      !> How many omega are below either end, zeros included.
+      !> Number of omega below either end, zeros included.
       integer :: below_from = 0, below_to = 0
    contains
-      !> Whether the part is best found with all that is below it. From its middle, zeros
-      !> would be as far as its ends.
+      !> Whether the part is better solved from near zero, with all modes below it, than from its middle: from there zeros would
+      !> be as far as its ends.
       procedure :: is_lowest
    end type part_type
 
 contains
 
-   !> Parts that do not overlap and together hold every nonzero omega of a band. Two
-   !> neighbours leave a gap between them, in which nothing was counted: each multiple
-   !> eigenvalue is in one part. Fails where there are too many.
+   !> Counts a band and cuts it into disjoint parts that together hold all its nonzero omega. Between neighbours is a gap that two
+   !> equal counts prove empty, so that a multiple eigenvalue lies in one part. Fails if the band holds more than 10,000 modes.
    subroutine count_parts(s, band, zeros, parts, counted, error)
-      !> Its work is symmetric, with a semidefinite M; its damping does not matter.
+      !> Its reduced problem is symmetric with semidefinite M; its damping is ignored.
       type(solve_context_type), intent(inout) :: s
-      !> Two omega (rad/s), the first one may be zero.
+      !> The edges (rad/s); the first may be zero.
       real(wp), intent(in) :: band(2)
-      !> How often omega = 0 is an eigenvalue.
+      !> Multiplicity of the eigenvalue omega = 0.
       integer, intent(in) :: zeros
       type(part_type), allocatable, intent(out) :: parts(:)
-      !> False where the modes cannot be counted, as where K has negative eigenvalues.
+      !> False if the modes cannot be counted, for example because K has negative eigenvalues.
       logical, intent(out) :: counted
       type(error_type), allocatable, intent(out) :: error
       type(part_type) :: whole
@@ -72,34 +71,35 @@ contains
       end if
    end subroutine count_parts
 
-   ! Adds a part to the others, or what it is cut into; nothing where it holds no modes.
+   ! Cuts a part recursively at gaps that two equal counts prove empty, and appends the pieces that hold modes to `parts`.
    recursive subroutine cut(s, part, parts)
       type(solve_context_type), intent(inout) :: s
       type(part_type), intent(in) :: part
       type(part_type), allocatable, intent(inout) :: parts(:)
-      real(wp), parameter :: places(5) = [0.5_wp, 0.4_wp, 0.6_wp, 0.3_wp, 0.7_wp]
-      ! The middle of a part wider than this may be far from its modes.
-      real(wp), parameter :: wide = 4
-      real(wp) :: middle
-      integer :: i, left, right
+      ! Where a gap is looked for, as fractions of the width.
+      real(wp), parameter :: fractions(5) = [0.5_wp, 0.4_wp, 0.6_wp, 0.3_wp, 0.7_wp]
+      ! The middle of a part with a larger ratio of its ends may be far from its modes: an empty upper half is cut off.
+      real(wp), parameter :: widest_ratio = 4
+      real(wp) :: omega
+      integer :: i, below_gap, below_next
 
       if (part%below_to == part%below_from) return
-      if (.not. part%is_lowest() .and. part%to > wide*part%from) then
-         middle = (part%from + part%to)/2
-         call count_at(s, middle**2, left)
-         if (left == part%below_to) then
-            call cut(s, part_type(part%from, middle, part%below_from, left), parts)
+      if (.not. part%is_lowest() .and. part%to > widest_ratio*part%from) then
+         omega = (part%from + part%to)/2
+         call count_at(s, omega**2, below_gap)
+         if (below_gap == part%below_to) then
+            call cut(s, part_type(part%from, omega, part%below_from, below_gap), parts)
             return
          end if
       end if
-      if (part%below_to - part%below_from > enough .and. part%to - part%from > narrow*part%to) then
-         do i = 1, size(places)
-            middle = part%from + places(i)*(part%to - part%from)
-            call count_at(s, ((1 - same_value)*middle)**2, left)
-            call count_at(s, ((1 + same_value)*middle)**2, right)
-            if (left /= right .or. left < part%below_from .or. right > part%below_to) cycle
-            call cut(s, part_type(part%from, (1 - same_value)*middle, part%below_from, left), parts)
-            call cut(s, part_type((1 + same_value)*middle, part%to, right, part%below_to), parts)
+      if (part%below_to - part%below_from > largest_part .and. part%to - part%from > narrowest*part%to) then
+         do i = 1, size(fractions)
+            omega = part%from + fractions(i)*(part%to - part%from)
+            call count_at(s, ((1 - same_value)*omega)**2, below_gap)
+            call count_at(s, ((1 + same_value)*omega)**2, below_next)
+            if (below_gap /= below_next .or. below_gap < part%below_from .or. below_next > part%below_to) cycle
+            call cut(s, part_type(part%from, (1 - same_value)*omega, part%below_from, below_gap), parts)
+            call cut(s, part_type((1 + same_value)*omega, part%to, below_next, part%below_to), parts)
             return
          end do
       end if
@@ -110,10 +110,10 @@ contains
       class(part_type), intent(in) :: self
       real(wp), parameter :: near_zero = 0.01_wp
 
-      is_lowest = self%from <= near_zero*self%to .and. self%below_from <= enough
+      is_lowest = self%from <= near_zero*self%to .and. self%below_from <= largest_part
    end function is_lowest
 
-   !> How many omega^2 are below theta ((rad/s)^2), zeros included.
+   !> Counts the eigenvalues omega^2 < theta ((rad/s)^2) by inertia, zeros included; -1 if that fails.
    subroutine count_at(s, theta, below)
       type(solve_context_type), intent(inout) :: s
       real(wp), intent(in) :: theta

@@ -1,4 +1,4 @@
-!> All modes of each of several bands: bands that overlap or touch are found as one.
+!> Computes all modes of each of several bands; bands that overlap or touch are solved as one.
 module kschur_bands
    use kschur_effort, only: effort_type
    use kschur_error, only: error_type, new_error, error_usage
@@ -18,23 +18,23 @@ module kschur_bands
 
 contains
 
-   !> For each band what `solver%solve_band` gives for it. Those that overlap or touch are cut out of the one that they make
-   !> together, and so are all that are left where modes cannot be counted, as each would be cut out of all modes below its
-   !> end. Where not all of that band was found, or one of its modes is noted for something, each is solved by itself. The
-   !> effort stands with the first result of those that share one. Fails as `solve_band`.
+   !> Returns for each band what `solver%solve_band` gives for it. Bands that overlap or touch are solved as one band, of which each
+   !> takes its modes. So are all remaining bands if modes cannot be counted, as each would need all modes below its end. If the
+   !> joint band is incomplete, or a note is about one of its modes, each band is solved separately. The effort is reported with
+   !> the first of the results that share it. Fails as `solve_band`.
    subroutine solve_bands(solver, bands, options, results, error, monitor)
       type(modal_solver_type), target, intent(inout) :: solver
-      !> First and last frequency of each (Hz), 2 x bands.
+      !> Edges of each band (Hz), 2 x number of bands.
       real(wp), intent(in) :: bands(:, :)
       type(modal_options_type), intent(in) :: options
-      !> One a band.
+      !> One for each band.
       type(modal_result_type), allocatable, intent(out) :: results(:)
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
       type(modal_result_type) :: found
-      integer, allocatable :: waiting(:), own(:)
-      ! Whether all that are left are tried as one band; whether none are, as that failed.
-      logical :: at_once, alone
+      integer, allocatable :: waiting(:), group(:)
+      ! Whether all remaining bands are joined, as their modes cannot be counted; whether none are, as a joint band was incomplete.
+      logical :: join_all, join_none
       integer :: i
 
       if (size(bands, 1) /= 2 .or. any(bands(1, :) >= bands(2, :))) then
@@ -43,52 +43,53 @@ contains
       end if
       allocate (results(size(bands, 2)))
       waiting = ascending_order(-bands(2, :))
-      at_once = .false.
-      alone = .false.
+      join_all = .false.
+      join_none = .false.
       do while (size(waiting) > 0)
-         own = waiting(:merge(size(waiting), joined(bands(:, waiting)), at_once))
-         if (size(own) > 1 .and. .not. alone) then
-            call solver%solve_band(minval(bands(1, own)), maxval(bands(2, own)), options, found, error, monitor)
+         group = waiting(:merge(size(waiting), number_joined(bands(:, waiting)), join_all))
+         if (size(group) > 1 .and. .not. join_none) then
+            call solver%solve_band(minval(bands(1, group)), maxval(bands(2, group)), options, found, error, monitor)
             if (allocated(error)) return
-            alone = .not. is_whole(found)
+            join_none = .not. is_complete(found)
          end if
-         if (size(own) == 1 .or. alone) then
-            own = waiting(:1)
-            call solver%solve_band(bands(1, own(1)), bands(2, own(1)), options, results(own(1)), error, monitor)
+         if (size(group) == 1 .or. join_none) then
+            group = waiting(:1)
+            call solver%solve_band(bands(1, group(1)), bands(2, group(1)), options, results(group(1)), error, monitor)
             if (allocated(error)) return
          else
-            do i = 1, size(own)
-               results(own(i)) = part_of(found, bands(:, own(i)))
+            do i = 1, size(group)
+               results(group(i)) = cut_out(found, bands(:, group(i)))
                found%effort_type = effort_type()
             end do
          end if
-         at_once = results(own(1))%certified == certified_unknown
-         waiting = waiting(size(own) + 1:)
+         join_all = results(group(1))%certified == certified_unknown
+         waiting = waiting(size(group) + 1:)
       end do
    end subroutine solve_bands
 
-   ! How many of the first ones overlap or touch.
-   pure integer function joined(bands)
+   ! Number of leading bands that overlap or touch; the bands are sorted by descending upper edge.
+   pure integer function number_joined(bands)
       real(wp), intent(in) :: bands(:, :)
 
-      do joined = 1, size(bands, 2) - 1
-         if (bands(2, joined + 1) < minval(bands(1, :joined))) return
+      do number_joined = 1, size(bands, 2) - 1
+         if (bands(2, number_joined + 1) < minval(bands(1, :number_joined))) return
       end do
-   end function joined
+   end function number_joined
 
-   pure logical function is_whole(found)
+   ! Whether all modes were found, and no note is about one of them (such notes begin with "mode").
+   pure logical function is_complete(found)
       type(modal_result_type), intent(in) :: found
       integer :: i
 
-      is_whole = found%reason == reason_converged .and. found%certified /= certified_no
+      is_complete = found%reason == reason_converged .and. found%certified /= certified_no
       if (.not. allocated(found%notes)) return
       do i = 1, size(found%notes)
-         is_whole = is_whole .and. index(found%notes(i), "mode") /= 1
+         is_complete = is_complete .and. index(found%notes(i), "mode") /= 1
       end do
-   end function is_whole
+   end function is_complete
 
-   ! The modes of a band, in the order of its own solve.
-   function part_of(found, band) result(part)
+   ! The result for one band, cut out of that for a joint band.
+   function cut_out(found, band) result(part)
       type(modal_result_type), intent(in) :: found
       real(wp), intent(in) :: band(2)
       type(modal_result_type) :: part
@@ -102,5 +103,5 @@ contains
          found%frequency_hz >= (1 - same_frequency)*band(1) .and. found%frequency_hz <= (1 + same_frequency)*band(2)))
       part%modes_asked = size(part%eigenvalues)
       part%options%modes = part%modes_asked
-   end function part_of
+   end function cut_out
 end module kschur_bands

@@ -1,4 +1,4 @@
-!> The proof that `options%certify` asks for.
+!> Certifies modes by a count of eigenvalues, as `options%certify` requests.
 module kschur_certify
    use kschur_context, only: solve_context_type
    use kschur_kinds, only: wp
@@ -13,25 +13,25 @@ module kschur_certify
 
 contains
 
-   !> Counts the eigenvalues about the target, unless it is proved already that no mode is missing. Sets
-   !> `certified` and `missing` where the count tells; else a note says why it does not. What is counted is reduced and
-   !> balanced: where entries are of one size, the phase of the determinant is not lost in rounding.
+   !> Counts the eigenvalues around the target by the winding number of the determinant, unless the modes are certified already or
+   !> the solve was cancelled. Sets `certified` and `missing`; if the count fails, a note says why. The reduced and balanced problem
+   !> is used: with entries of one size, rounding does not destroy the phase of the determinant.
    subroutine certify_modes(s, modes)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(winding_certificate_type) :: certificate
-      complex(wp) :: none(0)
+      complex(wp) :: nothing_beyond(0)
 
       if (modes%certified == certified_yes) modes%missing = 0
       if (modes%certified == certified_yes .or. modes%reason == reason_cancelled) return
       call s%announce_phase("count of eigenvalues")
-      call certify_by_winding(s%work, s%inner%complex, modes%lambda, none, s%known%deflation%zeros(), s%options%target, &
+      call certify_by_winding(s%work, s%inner%complex, modes%lambda, nothing_beyond, s%known%deflation%zeros(), s%options%target, &
          nearly_zero*s%reference(), certificate, monitor=s%monitor)
       call s%effort%add_effort(certificate)
       select case (certificate%verdict)
       case (certified_yes)
          modes%missing = 0
-         ! A set that has not been completed is not complete for having its first ones.
+         ! Only a converged list is certified, even if no nearer mode is missing.
          if (modes%reason == reason_converged) modes%certified = certified_yes
       case (certified_no)
          modes%missing = certificate%missing

@@ -1,4 +1,4 @@
-!> Which solves keep checkpoints, and what tells one solve from another.
+!> Starts the checkpoints of a solve, and identifies the solve by checksums of its problem and options.
 module kschur_checkpointing
    use kschur_archive, only: checksum
    use kschur_checkpoint, only: checkpoint_type
@@ -14,12 +14,13 @@ module kschur_checkpointing
 
 contains
 
-   !> Fails where a file was named for a solve that has no use for it, or where `options%resume` is not of this solve.
+   !> Opens the checkpoint that the options name, if any, and attaches it to the context. Fails if this kind of solve keeps no
+   !> checkpoints, or if `options%resume` is the checkpoint of another problem or of other options.
    subroutine begin_checkpoint(s, edges, checkpoint, error)
       type(solve_context_type), intent(inout) :: s
-      !> Of a band (Hz); none: modes nearest to a target.
+      !> Edges of a band (Hz); empty: modes nearest to a target.
       real(wp), intent(in) :: edges(:)
-      !> It must live as long as the context.
+      !> Must live as long as the context.
       type(checkpoint_type), target, intent(inout) :: checkpoint
       type(error_type), allocatable, intent(out) :: error
 
@@ -40,29 +41,31 @@ contains
       if (.not. allocated(error)) s%checkpoint => checkpoint
    end subroutine begin_checkpoint
 
+   ! Checksum of all matrices.
    integer(long) function digest_of_problem(problem) result(digest)
       type(modal_problem_type), intent(in) :: problem
 
       digest = 1
-      call add(problem%mass)
-      call add(problem%stiffness)
-      call add(problem%damping)
-      call add(problem%constraints)
-      if (allocated(problem%loss)) call add(problem%loss)
+      call add_matrix(problem%mass)
+      call add_matrix(problem%stiffness)
+      call add_matrix(problem%damping)
+      call add_matrix(problem%constraints)
+      if (allocated(problem%loss)) call add_matrix(problem%loss)
 
    contains
 
-      subroutine add(matrix)
+      ! Adds sizes, pattern and values of a matrix to the checksum.
+      subroutine add_matrix(matrix)
          type(csr_matrix_type), intent(in) :: matrix
 
          digest = checksum(digest, [matrix%rows, matrix%columns])
          digest = checksum(digest, matrix%row_start)
          digest = checksum(digest, matrix%column)
          digest = checksum(digest, matrix%value)
-      end subroutine add
+      end subroutine add_matrix
    end function digest_of_problem
 
-   ! Of those that change what is computed; threads change it only where MUMPS factors.
+   ! Checksum of the options that change the computation. Threads are left out: they change digits only where MUMPS factors.
    integer(long) function digest_of_options(options, edges) result(digest)
       type(modal_options_type), intent(in) :: options
       real(wp), intent(in) :: edges(:)

@@ -1,4 +1,4 @@
-!> What belongs to one solve: the steps share it, and each changes its own part.
+!> State of one solve: all steps share it, and each changes its own part.
 module kschur_context
    use kschur_checkpoint, only: checkpoint_type
    use kschur_effort, only: effort_type
@@ -29,100 +29,100 @@ module kschur_context
    private
    public :: begin, resume, solve_context_type
 
-   !> Which matrices the first process has whole, where all processes have rows of them: none, those of the problem as given in
-   !> the place of those that are iterated, these in the place of those, or both.
+   !> Which whole matrices the first process holds beside the rows that all processes have: none, those of the problem as given,
+   !> those of the iterated problem, or both.
    integer, parameter, public :: whole_none = 0, whole_given = 1, whole_iterated = 2, whole_both = 3
 
-   !> A transform points to parts of it: its variables are targets.
+   !> Its variables must be targets, because a transform points to their components.
    type :: solve_context_type
-      !> What was asked for: the problem as given, the options as the method sets them, whose solvers, who watches.
+      !> The request: problem as given, options as the method sets them, linear solvers, monitor.
       type(modal_problem_type), pointer :: problem => null()
-      !> Where the matrices of the problem can be put away; not associated: they cannot.
+      !> Distributed owner of the problem, which can free its whole matrices; not associated: they stay.
       type(shared_problem_type), pointer :: shared => null()
       type(modal_options_type) :: options
       type(inner_solvers_type) :: inner
-      !> What these solvers share.
+      !> Symbolic analysis and memory that these solvers share.
       type(last_analysis_type) :: last_analysis
       class(monitor_type), pointer :: monitor => null()
-      !> Where the state of iterations is kept; not associated: nowhere.
+      !> Checkpoint that saves the state of iterations; not associated: none.
       type(checkpoint_type), pointer :: checkpoint => null()
-      !> Who works on it.
+      !> Processes of the solve; not associated: this one alone.
       type(processes_type), pointer :: processes => null()
-      !> One of `formulation_*`, and why it was chosen.
+      !> One of `formulation_*`; `decision` says why it was chosen.
       integer :: formulation = formulation_auto
-      !> Whether it is not iterated, but all eigenvalues are computed from its matrix.
+      !> Whether all eigenvalues are computed from its dense matrix, instead of some by iteration.
       logical :: dense = .false.
-      !> Whether `formulation_auto` may take it so: the linear solvers are the library's, and a band is not asked for.
+      !> Whether `formulation_auto` may choose that: the linear solvers are the library's, and no band is requested.
       logical :: may_be_dense = .false.
       character(len=:), allocatable :: decision
-      !> What is iterated: what presolve and balance left of the problem, and the way back.
+      !> The iterated problem, reduced by presolve and balanced; `plan` leads back to the problem as given.
       type(modal_problem_type) :: work
-      !> Its matrices, to multiply with; not allocated: not yet, or not any more.
+      !> Its matrices for products, distributed by rows; not allocated before the first transform, nor at the end.
       type(row_problem_type), allocatable :: matrices
       type(presolve_type) :: plan
-      !> What is known of it beforehand; the rigid motions in it are those of the problem as given.
+      !> What the examination found out; its rigid motions are those of the problem as given.
       type(examination_type) :: known
-      !> The formulation of it that was factored, and where (1/s).
+      !> The factored formulation, and the shift of the factors (1/s).
       class(transform_type), allocatable :: transform
       complex(wp) :: shift = (0.0_wp, 0.0_wp)
-      !> Solvers of transforms before it, for the next one.
+      !> Solvers of earlier transforms, for the next one.
       type(spare_solvers_type) :: spare
-      !> Whether another solve may follow, and these wait for it.
+      !> Whether another solve may follow, so that these solvers are kept.
       logical :: remembers = .false.
-      !> Vectors that the last iteration took at a time.
+      !> Block size of the last iteration.
       integer :: block = 1
-      !> The scale of the lowest modes that was observed (1/s); 0: not yet.
+      !> Observed scale of the lowest modes (1/s); 0: not yet observed.
       real(wp) :: scale = 0
-      !> Modes of what is iterated, of a solve before of nearly the same; not allocated where there was none.
+      !> Modes of the iterated problem from a solve of a similar one, with which to start; not allocated: none.
       type(eigenpairs_type), allocatable :: last
-      !> The dimension of the space in which an iteration that begins with such modes is expected to converge; 0: not known.
+      !> Dimension of the Krylov space at which an iteration that starts with them should converge; 0: not known.
       integer :: dimension = 0
-      !> What all that took.
+      !> Effort of the whole solve.
       type(effort_type) :: effort
       character(len=note_length), allocatable :: notes(:)
    contains
       !> Appends a sentence to the notes.
       procedure :: add_note
-      !> Bytes of so many shapes with their multipliers.
+      !> Memory of a number of complex shapes with their multipliers (bytes).
       procedure :: bytes_of_shapes
-      !> Shapes and multipliers of the problem as given, whose matrices are whole from here on.
+      !> Expands shapes and multipliers of the iterated problem to those of the problem as given, whose whole matrices are restored.
       procedure :: expand
-      !> Shapes and multipliers of what is iterated, from those of the problem as given.
+      !> Restricts shapes and multipliers of the problem as given to those of the iterated problem.
       procedure :: contract
-      !> From here on the first process has these matrices whole, others with all processes only. Costs nothing where there is one.
+      !> Restores the selected whole matrices in the first process and frees the others. Does nothing with one process.
       procedure :: hold
-      !> Tells the monitor what comes next, which works with these matrices.
+      !> Tells the monitor the next phase, and holds the matrices that it needs.
       procedure :: announce_phase
-      !> The same, and fails where the monitor ends the solve.
+      !> Likewise, but fails if the monitor cancels the solve.
       procedure :: enter_phase
-      !> Whether the monitor ends the solve.
+      !> Whether the monitor cancels the solve.
       procedure :: is_stopped => is_solve_stopped
-      !> Whether rigid motions are all there is, or not even these.
+      !> Whether there are no modes but rigid motions and their decays, or no unknowns at all.
       procedure :: only_rigid
-      !> Whether the problem has an H, so that what is below the real axis belongs to no mode.
+      !> Whether the problem has a loss matrix H: then eigenvalues below the real axis are no modes.
       procedure :: is_lossy
-      !> The size of eigenvalues about the shift (1/s), against which zeros are seen.
+      !> Size of eigenvalues (1/s), relative to which zeros are recognised: the shift, else the observed scale, else an estimate.
       procedure :: reference
-      !> What was done since the step before belongs to a phase of the effort.
+      !> Ends a step, and adds its time to a phase of the effort.
       procedure :: end_step
-      !> The same to nothing: what was accounted for has changed.
+      !> Begins a step without ending one: for use after solvers whose times are still to be added have changed.
       procedure :: begin_step
-      !> Leaves the factors, and accounts for what they took.
+      !> Frees the transform with its factors, and adds their effort; keeps the solver's analysis.
       procedure :: drop_transform
-      !> The same of the stiffness, which tells a scale, and is then no longer needed.
+      !> Likewise for the factored stiffness of the examination.
       procedure :: drop_stiffness
    end type solve_context_type
 
 contains
 
-   !> Checks the options and chooses solvers and formulation.
+   !> Begins a solve: checks options and memory, and chooses solvers and formulation.
    subroutine begin(s, problem, options, error, monitor, solvers, processes)
       type(solve_context_type), target, intent(out) :: s
       type(modal_problem_type), target, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, optional, intent(inout) :: monitor
-      !> Linear solvers of the caller's own.
+      !> Linear solvers of the caller.
       type(inner_solvers_type), intent(in), optional :: solvers
       !> Absent: this process works alone.
       type(processes_type), target, intent(in), optional :: processes
@@ -150,7 +150,7 @@ contains
       if (s%options%formulation /= options%formulation) s%decision = "it is the one that plain ARPACK iterates"
    end subroutine begin
 
-   ! What does not know of losses yet.
+   ! Fails on options that do not support a loss matrix, and mirrors the target to above the real axis.
    subroutine check_lossy(s, options, error)
       type(solve_context_type), intent(inout) :: s
       type(modal_options_type), intent(in) :: options
@@ -162,11 +162,11 @@ contains
       if (options%method /= method_krylov_schur) call refuse_loss(s%problem, "ARPACK", error)
       if (options%inner == inner_iterative) call refuse_loss(s%problem, "an iterative inner solver", error)
       if (allocated(error)) return
-      ! The modes are above the axis, mirrored targets as near to them.
+      ! The modes lie above the axis; their conjugates are as near to the mirrored target.
       s%options%target = cmplx(real(options%target, wp), abs(aimag(options%target)), wp)
    end subroutine check_lossy
 
-   !> Begins another solve with a context that is prepared, and whose options make no difference to that.
+   !> Begins another solve in a prepared context, with options for which the preparation is valid.
    subroutine resume(s, options, error, monitor)
       type(solve_context_type), target, intent(inout) :: s
       type(modal_options_type), intent(in) :: options
@@ -176,7 +176,7 @@ contains
       call check_options(options, error)
       if (.not. allocated(error)) call check_memory(s%problem, options, s%inner, error)
       if (allocated(error)) return
-      ! Of a copy they are those of the context that it is of.
+      ! In a copied context they point to the matrices of the original.
       if (allocated(s%matrices)) deallocate (s%matrices)
       nullify (s%monitor)
       if (present(monitor)) s%monitor => monitor
@@ -236,7 +236,7 @@ contains
       class(solve_context_type), intent(inout) :: self
       !> One of `whole_*`.
       integer, intent(in) :: whole
-      !> Memory for them may end.
+      !> Set if memory is short.
       type(error_type), allocatable, intent(inout) :: error
       logical :: given
 
@@ -259,7 +259,7 @@ contains
       class(solve_context_type), intent(inout) :: self
       !> "factorisation", "iteration", ...
       character(len=*), intent(in) :: phase
-      !> As in `hold`; absent: as before.
+      !> As for `hold`; absent: unchanged.
       integer, intent(in), optional :: whole
       type(error_type), allocatable, intent(inout), optional :: error
 
@@ -319,7 +319,7 @@ contains
       call self%effort%end_step(phase, seconds_in_use(self))
    end subroutine end_step
 
-   ! What is accounted for when factors are left.
+   ! Time of solvers in use, which is added to the effort only when they are dropped.
    real(wp) function seconds_in_use(self) result(seconds)
       class(solve_context_type), intent(in) :: self
       class(linear_solver_type), pointer :: solver

@@ -1,4 +1,4 @@
-!> Whether all eigenvalues at once are cheaper than an iteration for some.
+!> Decides whether to compute all eigenvalues of a dense matrix, instead of iterating for some.
 module kschur_dense_choice
    use kschur_context, only: solve_context_type
    use kschur_formulation, only: is_structured
@@ -8,28 +8,30 @@ module kschur_dense_choice
    private
    public :: consider_dense, dense_may_end_stall, dense_may_tell, settle_dense
 
-   ! Where both cost as many instructions, measured with 5 to 40 modes of beams and rotors of 100 to 300 states.
-   integer, parameter :: of_states = 40, of_states_a_mode = 6
-   ! The same of motions, whose matrix is symmetric, with 10 to 100 modes of chains of 60 to 240.
-   integer, parameter :: of_motions = 60, of_motions_a_mode = 3
-   ! Beyond this order it was not measured.
-   integer, parameter :: most = 600
+   ! Order at which both ways cost as many instructions: a constant, and an increment for each wanted mode. For states: measured
+   ! with 5 to 40 modes of beams and rotors of order 100 to 300.
+   integer, parameter :: states_limit = 40, states_limit_per_mode = 6
+   ! For undamped motions, whose matrix is symmetric: measured with 10 to 100 modes of chains of order 60 to 240.
+   integer, parameter :: motions_limit = 60, motions_limit_per_mode = 3
+   ! Largest order for which a dense solve is chosen: beyond, costs were not measured.
+   integer, parameter :: largest_order = 600
 
 contains
 
-   !> Sets `dense` where `formulation_auto` takes it: nobody asked for what only an iteration has, and the matrix is small.
+   !> Sets `dense` if the formulation is chosen automatically, no option is set that only an iteration has, and the matrix is small.
    subroutine consider_dense(s)
       type(solve_context_type), intent(inout) :: s
       integer :: limit
 
       if (s%options%formulation /= formulation_auto) return
-      limit = min(most, merge(of_states + of_states_a_mode*s%options%modes, of_motions + of_motions_a_mode*s%options%modes, &
-         theta_is_lambda(s)))
-      s%dense = leaves_open(s) .and. is_structured(s%formulation) .and. size_of_matrix(s) <= limit
+      limit = min(largest_order, merge(states_limit + states_limit_per_mode*s%options%modes, &
+         motions_limit + motions_limit_per_mode*s%options%modes, theta_is_lambda(s)))
+      s%dense = permits_dense(s) .and. is_structured(s%formulation) .and. order_of_cost(s) <= limit
       if (s%dense .and. s%formulation == formulation_low_rank) s%formulation = formulation_quadratic
    end subroutine consider_dense
 
-   !> Takes that back where it is not known how many eigenvalues there are, or where the rigid motions are all.
+   !> Revokes that after the examination, if the number of eigenvalues is not known exactly, so that nothing would show a missing
+   !> one (losses excepted), or if there are no modes but rigid motions. Otherwise says why it is dense.
    subroutine settle_dense(s)
       type(solve_context_type), intent(inout) :: s
 
@@ -38,50 +40,52 @@ contains
       if (s%dense) s%decision = "dense: order "//text(order_of_matrix(s))//", cheaper than an iteration"
    end subroutine settle_dense
 
-   !> Whether all eigenvalues may yet tell what an iteration did not: nobody asked for one, they were not computed before, and
-   !> that does not take long.
+   !> Whether a dense solve may replace modes of an iteration that are not trusted: the options permit it, it was not tried yet, and
+   !> it is fast.
    pure logical function dense_may_tell(s)
-      !> That of the iteration.
+      !> Context of the iteration.
       type(solve_context_type), intent(in) :: s
 
-      dense_may_tell = s%options%formulation == formulation_auto .and. leaves_open(s) .and. .not. s%dense .and. &
-         size_of_matrix(s) <= most
+      dense_may_tell = s%options%formulation == formulation_auto .and. permits_dense(s) .and. .not. s%dense .and. &
+         order_of_cost(s) <= largest_order
    end function dense_may_tell
 
-   !> The same where an iteration stalls, as in a crowd of real eigenvalues, which no shift tells apart: up to half a minute.
+   !> Likewise for an iteration that stalls, as in a crowd of real eigenvalues that no shift separates: also for orders that take up
+   !> to half a minute.
    pure logical function dense_may_end_stall(s)
       type(solve_context_type), intent(in) :: s
-      ! Of states, and of motions.
+      ! Largest order for states, and for motions.
       integer, parameter :: most_states = 2000, most_motions = 3000
 
-      dense_may_end_stall = s%options%formulation == formulation_auto .and. leaves_open(s) .and. .not. s%dense .and. &
-         size_of_matrix(s) <= merge(most_states, most_motions, theta_is_lambda(s))
+      dense_may_end_stall = s%options%formulation == formulation_auto .and. permits_dense(s) .and. .not. s%dense .and. &
+         order_of_cost(s) <= merge(most_states, most_motions, theta_is_lambda(s))
    end function dense_may_end_stall
 
-   ! Whether nothing was asked for that only an iteration has.
-   pure logical function leaves_open(s)
+   ! Whether no option is set that only an iteration has.
+   pure logical function permits_dense(s)
       type(solve_context_type), intent(in) :: s
 
       associate (o => s%options)
-         leaves_open = s%may_be_dense .and. o%method == method_krylov_schur .and. o%inner == inner_auto .and. &
+         permits_dense = s%may_be_dense .and. o%method == method_krylov_schur .and. o%inner == inner_auto .and. &
             o%subspace == 0 .and. o%block == 0 .and. .not. allocated(o%shift)
       end associate
-   end function leaves_open
+   end function permits_dense
 
+   ! Whether the matrix is one of states, with eigenvalues lambda; otherwise it is one of motions, with lambda^2.
    pure logical function theta_is_lambda(s)
       type(solve_context_type), intent(in) :: s
 
       theta_is_lambda = any(s%formulation == [formulation_quadratic, formulation_low_rank])
    end function theta_is_lambda
 
-   ! The null space of many constraints costs as much as a matrix of that order.
-   pure integer function size_of_matrix(s)
+   ! Order that determines the cost: with many constraints, their null space costs as much as a matrix of all unknowns.
+   pure integer function order_of_cost(s)
       type(solve_context_type), intent(in) :: s
 
-      size_of_matrix = max(order_of_matrix(s), s%work%unknowns())
-   end function size_of_matrix
+      order_of_cost = max(order_of_matrix(s), s%work%unknowns())
+   end function order_of_cost
 
-   ! Of the motions that the constraints allow, in states of position and velocity where damping is general.
+   ! Order of the matrix: number of motions that the constraints allow, twice that for states of position and velocity.
    pure integer function order_of_matrix(s)
       type(solve_context_type), intent(in) :: s
 

@@ -1,4 +1,4 @@
-!> The transform of each formulation.
+!> Factors a formulation at a shift, and makes the transform that is iterated.
 module kschur_factoring
    use kschur_allowed_motions, only: allowed_motions
    use kschur_complex_dense_transform, only: complex_dense_transform_type, new_complex_dense_transform
@@ -27,24 +27,24 @@ module kschur_factoring
 
 contains
 
-   !> Factors a formulation at a shift, and nowhere else: s%transform and s%shift. Fails where it is an eigenvalue.
-   !> Where all eigenvalues are computed, a real shift serves them all.
-   subroutine factor_at(s, formulation, shift, error, known)
+   !> Factors a formulation at a shift, without trying others; sets s%transform and s%shift. Fails with `error_singular` if the
+   !> shift is an eigenvalue. For a dense solve the shift is made real: it serves all eigenvalues.
+   subroutine factor_at(s, formulation, shift, error, factored)
       type(solve_context_type), target, intent(inout) :: s
       !> One of `formulation_*`.
       integer, intent(in) :: formulation
       complex(wp), intent(in) :: shift
       type(error_type), allocatable, intent(out) :: error
-      !> A solver that has factored the real matrix there. Absent: none.
-      class(real_linear_solver_type), allocatable, optional, intent(inout) :: known
+      !> Solver that has already factored the real matrix at this shift; absent: none.
+      class(real_linear_solver_type), allocatable, optional, intent(inout) :: factored
       type(placement_type) :: placement
 
       call s%drop_transform()
-      if (present(known)) call move_alloc(known, s%spare%real)
+      if (present(factored)) call move_alloc(factored, s%spare%real)
       s%shift = shift
       if (s%dense .and. .not. (s%is_lossy() .and. formulation == formulation_quadratic)) s%shift = abs(shift)
-      ! What is deflated cannot be seen in the factors.
-      if (.not. present(known) .and. &
+      ! Deflated eigenvalues do not show in the factors.
+      if (.not. present(factored) .and. &
          any(abs(s%known%deflation%eigenvalues() - s%shift) <= rounding_of_row*abs(s%shift))) then
          call new_error(error, error_singular, "the shift is the eigenvalue of a rigid motion; move it a little")
          return
@@ -75,11 +75,11 @@ contains
       if (allocated(error)) then
          if (error%code /= error_singular) return
       end if
-      if (.not. present(known)) call s%effort%add_factors(s%transform%linear_solver(), for_iteration)
+      if (.not. present(factored)) call s%effort%add_factors(s%transform%linear_solver(), for_iteration)
       if (s%dense .and. .not. allocated(error)) call make_dense(s, error)
    end subroutine factor_at
 
-   ! They stay with the processes for all shifts.
+   ! Distributes M, R and K to the processes, once for all shifts.
    subroutine share_matrices(s, placement, error)
       type(solve_context_type), target, intent(inout) :: s
       type(placement_type), intent(inout) :: placement
@@ -92,6 +92,7 @@ contains
       placement%matrices => s%matrices
    end subroutine share_matrices
 
+   ! Replaces the transform by a dense one, with the matrix of its operator on the motions that the constraints allow.
    subroutine make_dense(s, error)
       type(solve_context_type), intent(inout) :: s
       type(error_type), allocatable, intent(inout) :: error
@@ -117,49 +118,53 @@ contains
       end if
    end subroutine make_dense
 
+   ! Factors an undamped or proportional form, with a solver for its eigenvalue count unless none is wanted.
    subroutine factor_symmetric(s, placement, error)
       type(solve_context_type), target, intent(inout) :: s
       type(placement_type), intent(in) :: placement
       type(error_type), allocatable, intent(out) :: error
-      type(symmetric_transform_type), allocatable :: symmetric
+      type(symmetric_transform_type), allocatable :: form
       class(real_linear_solver_type), allocatable :: solver, counting_solver
 
-      allocate (symmetric)
+      allocate (form)
       call take_real(s, solver)
       if (allocated(s%inner%counting) .and. .not. (s%dense .or. s%options%uncounted)) &
          allocate (counting_solver, source=s%inner%counting)
-      call new_symmetric_transform(symmetric, s%work, s%known%deflation, placement, solver, error, counting_solver)
-      call move_alloc(symmetric, s%transform)
+      call new_symmetric_transform(form, s%work, s%known%deflation, placement, solver, error, counting_solver)
+      call move_alloc(form, s%transform)
    end subroutine factor_symmetric
 
+   ! Factors the low-rank form, with a solver for its eigenvalue count.
    subroutine factor_low_rank(s, placement, error)
       type(solve_context_type), target, intent(inout) :: s
       type(placement_type), intent(in) :: placement
       type(error_type), allocatable, intent(out) :: error
-      type(low_rank_transform_type), allocatable :: low_rank
+      type(low_rank_transform_type), allocatable :: form
       class(real_linear_solver_type), allocatable :: solver, counting_solver
 
-      allocate (low_rank)
+      allocate (form)
       call take_real(s, solver)
       if (allocated(s%inner%counting)) allocate (counting_solver, source=s%inner%counting)
-      call new_low_rank_transform(low_rank, s%work, s%known%deflation, placement, solver, error, counting_solver)
-      call move_alloc(low_rank, s%transform)
+      call new_low_rank_transform(form, s%work, s%known%deflation, placement, solver, error, counting_solver)
+      call move_alloc(form, s%transform)
    end subroutine factor_low_rank
 
+   ! Factors the quadratic form at a real shift.
    subroutine factor_real_quadratic(s, placement, error)
       type(solve_context_type), target, intent(inout) :: s
       type(placement_type), intent(in) :: placement
       type(error_type), allocatable, intent(out) :: error
-      type(real_quadratic_type), allocatable :: quadratic
+      type(real_quadratic_type), allocatable :: form
       class(real_linear_solver_type), allocatable :: solver
 
-      allocate (quadratic)
+      allocate (form)
       call take_real(s, solver)
-      call new_real_quadratic(quadratic, s%work, s%known%deflation, placement, solver, error)
-      call move_alloc(quadratic, s%transform)
+      call new_real_quadratic(form, s%work, s%known%deflation, placement, solver, error)
+      call move_alloc(form, s%transform)
    end subroutine factor_real_quadratic
 
-   ! A spare one may know the pattern, of a context before. One of the other kind may still have factors.
+   ! Takes a solver for real matrices: a spare one, which may have analysed the pattern, or a new one. Frees a spare solver for
+   ! complex matrices, which may still hold factors.
    subroutine take_real(s, solver)
       type(solve_context_type), target, intent(inout) :: s
       class(real_linear_solver_type), allocatable, intent(out) :: solver
@@ -174,6 +179,7 @@ contains
       end select
    end subroutine take_real
 
+   ! Likewise for complex matrices.
    subroutine take_complex(s, solver)
       type(solve_context_type), intent(inout) :: s
       class(complex_linear_solver_type), allocatable, intent(out) :: solver
@@ -185,7 +191,7 @@ contains
       solver%monitor => s%inner%complex%monitor
    end subroutine take_complex
 
-   ! The quadratic form at a complex shift, or a pencil.
+   ! Factors the quadratic form at a complex shift or with losses, or a pencil.
    subroutine factor_complex(s, placement, error)
       type(solve_context_type), target, intent(inout) :: s
       type(placement_type), intent(in) :: placement
@@ -202,7 +208,7 @@ contains
       else
          allocate (pencil)
          call new_pencil_transform(pencil, s%work, s%known%deflation, placement, solver, error)
-         ! Without an operator there is nothing to be left.
+         ! Without an operator nothing was factored.
          if (allocated(pencil%operator)) call move_alloc(pencil, s%transform)
       end if
    end subroutine factor_complex

@@ -1,4 +1,4 @@
-!> What an iteration left inaccurate or in doubt is polished, cluster by cluster.
+!> Polishes modes that an iteration left inaccurate or in doubt, cluster by cluster (docs/theory.md, section 11).
 module kschur_finishing
    use kschur_backward_error, only: judge_as_given
    use kschur_context, only: solve_context_type, whole_given, whole_iterated
@@ -22,34 +22,34 @@ module kschur_finishing
    private
    public :: are_good, finish_modes, good_enough_of
 
-   ! What may be anything is looked for as far as this part of its eigenvalue.
-   real(wp), parameter :: half = 0.5_wp
+   ! Radius, relative to the eigenvalue, in which a doubtful one is searched for.
+   real(wp), parameter :: doubtful_radius = 0.5_wp
 
-   !> What is asked of each mode.
+   !> Accuracy of each mode, and whether it is polished.
    type :: judgement_type
-      !> Backward errors; where units differ much, residuals beside their own terms.
+      !> Backward errors, or if larger and units are uneven, residuals relative to their own terms.
       real(wp), allocatable :: errors(:)
-      !> How far eigenvalues may be off (1/s), by the better of their bounds in both units.
+      !> Error bounds of the eigenvalues (1/s): the smaller of those in balanced units and in the units as given.
       real(wp), allocatable :: uncertainty(:)
-      !> Which are worth polishing; which may be no eigenvalues by their error bounds.
+      !> Whether `errors` is worth reducing; whether the error bound is so large that it may be no eigenvalue.
       logical, allocatable :: poor(:), doubtful(:)
    end type judgement_type
 
 contains
 
-   !> Polishes each cluster in which a mode is inaccurate, in doubt, or no other than its neighbours: once
-   !> factored beside and iterated, what lies where it is takes its place, whatever that is. A mode in doubt that is not
-   !> found there is no eigenvalue, unless all were computed at once: these are as many after as before.
+   !> Polishes each cluster in which a mode is inaccurate, in doubt, or linearly dependent on the others. Its members are replaced
+   !> by the eigenpairs that an iteration finds there with factors beside the cluster. A doubtful member that is not found again is
+   !> dropped as no eigenvalue. If all eigenvalues were computed densely, their number must stay the same.
    subroutine finish_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
-      !> Of what is iterated, in the units that balance has found: in those as given, errors may hide behind a few large entries.
+      !> Of the iterated problem, in balanced units: in the units as given, a few large entries may hide errors.
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
       type(judgement_type) :: judgement
       type(polisher_type) :: polisher
       type(cluster_type), allocatable :: clusters(:)
       type(eigenpairs_type) :: found
-      logical, dimension(size(modes%lambda)) :: gone, nowhere
+      logical, dimension(size(modes%lambda)) :: replaced, not_found
       complex(wp), allocatable :: lost(:)
       logical :: done
       integer :: i
@@ -57,110 +57,112 @@ contains
       call judge(s, modes, judgement, error)
       if (allocated(error)) return
       allocate (lost(0))
-      gone = .false.
-      nowhere = .false.
+      replaced = .false.
+      not_found = .false.
       call find_suspects(modes, judgement, clusters)
       if (size(clusters) == 0) return
       call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough_of(s), s%inner%complex)
       do i = 1, size(clusters)
          if (s%is_stopped()) exit
-         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, gone, nowhere, lost, error)
+         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, replaced, not_found, lost, error)
          if (allocated(error)) return
       end do
       call s%effort%add_solves(polisher%solver)
-      if (.not. any(gone .or. nowhere)) return
-      nowhere = nowhere .and. .not. gone
+      if (.not. any(replaced .or. not_found)) return
+      not_found = not_found .and. .not. replaced
       if (s%dense .and. s%transform%certificate%verdict == certified_yes) then
-         call keep_number(s, gone, nowhere, found, modes, done)
+         call replace_keeping_number(s, replaced, not_found, found, modes, done)
          if (done) return
       end if
-      ! Infinite eigenvalues that rounding blurred, or modes.
-      modes%unlisted = [modes%unlisted, lost, pack(modes%lambda, nowhere)]
-      call replace(s, gone .or. nowhere, found, modes)
+      ! These are infinite eigenvalues moved by rounding, or modes.
+      modes%unlisted = [modes%unlisted, lost, pack(modes%lambda, not_found)]
+      call replace_modes(s, replaced .or. not_found, found, modes)
    end subroutine finish_modes
 
-   ! The same where all eigenvalues are known: with those that were not found again, or as they were, if so many they are and none
-   ! is inaccurate.
-   subroutine keep_number(s, gone, nowhere, found, modes, done)
+   ! Replaces modes of a complete set without changing the number of eigenvalues: without the members that were not found again, or
+   ! with them, or leaves the set as it was. Takes the first of these with the same number and no inaccurate mode; `done` is false
+   ! if there is none.
+   subroutine replace_keeping_number(s, replaced, not_found, found, modes, done)
       type(solve_context_type), intent(in) :: s
-      logical, intent(in) :: gone(:), nowhere(:)
+      logical, intent(in) :: replaced(:), not_found(:)
       type(eigenpairs_type), intent(in) :: found
       type(modes_type), intent(inout) :: modes
       logical, intent(out) :: done
-      type(modes_type) :: others
-      integer :: way
+      type(modes_type) :: candidate
+      integer :: attempt
 
-      do way = 1, 3
-         others = modes
-         select case (way)
+      do attempt = 1, 3
+         candidate = modes
+         select case (attempt)
          case (1)
-            call replace(s, gone .or. nowhere, found, others)
+            call replace_modes(s, replaced .or. not_found, found, candidate)
          case (2)
-            call replace(s, gone, found, others)
+            call replace_modes(s, replaced, found, candidate)
          end select
-         done = others%found == modes%found .and. all(others%backward_error <= inaccurate_above)
+         done = candidate%found == modes%found .and. all(candidate%backward_error <= inaccurate_above)
          if (.not. done) cycle
-         modes = others
+         modes = candidate
          return
       end do
-   end subroutine keep_number
+   end subroutine replace_keeping_number
 
-   ! Puts what was found in the place of some modes.
-   subroutine replace(s, dropped, found, modes)
+   ! Drops modes and appends the polished pairs.
+   subroutine replace_modes(s, dropped, found, modes)
       type(solve_context_type), intent(in) :: s
       logical, intent(in) :: dropped(:)
       !> Not allocated: nothing.
       type(eigenpairs_type), intent(in) :: found
       type(modes_type), intent(inout) :: modes
-      type(eigenpairs_type) :: others
-      type(modes_type) :: more
+      type(eigenpairs_type) :: added
+      type(modes_type) :: new_modes
 
       call modes%drop(dropped)
       if (.not. allocated(found%lambda)) return
-      ! A wide cluster may have held neighbours that stay.
-      others = found
-      call leave_out_known(others, modes)
-      call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference()), others, more)
-      call modes%append(more)
-   end subroutine replace
+      ! The polished pairs of a wide cluster may include neighbours that stay in the list.
+      added = found
+      call drop_dependent(added, modes)
+      call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference()), added, new_modes)
+      call modes%append(new_modes)
+   end subroutine replace_modes
 
-   ! Takes out of some pairs those whose states lie in the span of others.
-   subroutine leave_out_known(pairs, known)
+   ! Removes pairs whose states are linearly dependent on those of known pairs with nearly the same eigenvalue.
+   subroutine drop_dependent(pairs, known)
       type(eigenpairs_type), intent(inout) :: pairs
       class(eigenpairs_type), intent(in) :: known
       integer :: j
 
       call keep_pairs(pairs, [(independent_part(known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
-   end subroutine leave_out_known
+   end subroutine drop_dependent
 
+   ! Decides which modes are inaccurate or in doubt.
    subroutine judge(s, modes, judgement, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
       type(judgement_type), intent(out) :: judgement
       type(error_type), allocatable, intent(out) :: error
-      logical, allocatable :: open(:)
-      logical :: evenly
+      logical, allocatable :: candidates(:)
+      logical :: by_terms
 
       allocate (judgement%errors, source=modes%backward_error)
       allocate (judgement%uncertainty, source=modes%uncertainty)
-      ! Where all eigenvalues there are were found, each is one, and is to be known well in any units. Backward errors suit
-      ! eigenvalues of one size only: terms of a residual tell what is poor.
-      evenly = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
-      if (evenly) judgement%errors = max(judgement%errors, residual_parts(s%work, modes, &
+      ! Backward errors are relative to the largest terms, and say little about small eigenvalues or small units. So if units are
+      ! uneven, or the set is complete and each of its eigenvalues must be accurate, residuals are compared with their own terms.
+      by_terms = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
+      if (by_terms) judgement%errors = max(judgement%errors, residual_parts(s%work, modes, &
          modes%backward_error <= good_enough_of(s)))
-      ! Rigid motions and their decays are known.
-      allocate (open, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
-      ! What has a larger backward error is not near to an eigenpair, unless units hide that it is, or all there are were found.
-      if (.not. evenly) open = open .and. judgement%errors <= no_correct_digits
-      allocate (judgement%poor, source=open .and. judgement%errors > good_enough_of(s))
-      allocate (judgement%doubtful, source=open .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
+      ! Rigid motions and their decays are known from the examination.
+      allocate (candidates, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
+      ! A pair with a larger backward error is not near an eigenpair, except in those two cases.
+      if (.not. by_terms) candidates = candidates .and. judgement%errors <= no_correct_digits
+      allocate (judgement%poor, source=candidates .and. judgement%errors > good_enough_of(s))
+      allocate (judgement%doubtful, source=candidates .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
       if (.not. any(judgement%doubtful)) return
       call bound_in_given_units(s, modes, judgement, error)
       if (allocated(error)) return
       judgement%doubtful = unpack(feel_inertia(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
    end subroutine judge
 
-   ! In the units of the problem as given, modes in doubt may have better bounds.
+   ! Reduces error bounds of doubtful modes to those in the units of the problem as given, where these are better.
    subroutine bound_in_given_units(s, modes, judgement, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
@@ -182,7 +184,7 @@ contains
       call s%hold(whole_iterated, error)
    end subroutine bound_in_given_units
 
-   !> Whether no mode is worth polishing by its backward error.
+   !> Whether no mode needs polishing for its backward error: it is small enough, beyond repair, or that of a rigid motion.
    pure logical function are_good(s, modes)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(in) :: modes
@@ -190,14 +192,14 @@ contains
       are_good = all(modes%backward_error <= good_enough_of(s) .or. modes%backward_error > no_correct_digits .or. modes%motion > 0)
    end function are_good
 
-   !> The backward error that is good enough.
+   !> Backward error up to which modes are not polished: a tenth of the tolerance, but above rounding.
    pure real(wp) function good_enough_of(s)
       type(solve_context_type), intent(in) :: s
 
       good_enough_of = max(above_all_rounding, s%options%tolerance/10)
    end function good_enough_of
 
-   ! The clusters that are to be polished.
+   ! Splits the modes into clusters, and returns those to be polished, as wide as the errors of their members may be.
    subroutine find_suspects(modes, judgement, suspects)
       type(modes_type), intent(in) :: modes
       type(judgement_type), intent(in) :: judgement
@@ -219,12 +221,13 @@ contains
          suspects(j) = clusters(i)
          associate (members => clusters(i)%members)
             if (any(judgement%poor(members))) call suspects(j)%widen(no_correct_digits)
-            if (any(judgement%doubtful(members))) call suspects(j)%widen(half)
+            if (any(judgement%doubtful(members))) call suspects(j)%widen(doubtful_radius)
          end associate
       end do
 
    contains
 
+      ! Whether a member is inaccurate or in doubt, or members are linearly dependent.
       logical function is_suspect(cluster)
          type(cluster_type), intent(in) :: cluster
 
@@ -236,27 +239,28 @@ contains
       end function is_suspect
    end subroutine find_suspects
 
-   ! One cluster: factored, iterated, and accepted or left as it was.
-   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, gone, nowhere, lost, error)
+   ! Factors the problem beside one cluster, polishes it, and accepts the pairs found there or leaves the members as they were.
+   ! A singular matrix, no convergence or a cancellation leaves them, too.
+   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, replaced, not_found, lost, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
       type(cluster_type), intent(in) :: cluster
       type(judgement_type), intent(in) :: judgement
       type(polisher_type), intent(inout) :: polisher
-      !> Of what is iterated; what takes the place of the members is put behind. Not allocated: nothing yet.
+      !> Pairs of the iterated problem, to which those that replace the members are appended. Not allocated: none yet.
       type(eigenpairs_type), intent(inout) :: found
-      !> Members whose place is taken, and those that are no eigenvalues.
-      logical, intent(inout) :: gone(:), nowhere(:)
-      !> Grows by what should be there and is not.
+      !> Modes that are replaced, and modes that were not found again.
+      logical, intent(inout) :: replaced(:), not_found(:)
+      !> Eigenvalues that clusters should have but have not: those of this cluster are appended.
       complex(wp), allocatable, intent(inout) :: lost(:)
       type(error_type), allocatable, intent(out) :: error
-      ! Copies that may not be known, beside one or several members.
+      ! Random vectors beside one or several members, for copies not yet found.
       integer, parameter :: guards(2) = [2, 4]
       type(polished_type) :: polished
       type(eigenpairs_type) :: members
       complex(wp) :: shift
       logical :: chosen(size(modes%lambda))
-      integer :: few
+      integer :: guard_vectors
 
       chosen = .false.
       chosen(cluster%members) = .true.
@@ -265,10 +269,11 @@ contains
       call polisher%factor_beside(s%work, cluster, shift, error)
       if (.not. allocated(error)) then
          call s%effort%add_factors(polisher%solver, for_refinement)
-         few = guards(min(size(cluster%members), 2))
-         ! Copies of oscillators are what Lanczos counts.
-         if (modes%is_real() .and. size(cluster%members) == 1) few = 0
-         call polisher%polish(s%work, cluster, shift, members, maxval(judgement%errors(cluster%members)), few, polished, error)
+         guard_vectors = guards(min(size(cluster%members), 2))
+         ! The count by inertia shows missing copies in the symmetric forms.
+         if (modes%is_real() .and. size(cluster%members) == 1) guard_vectors = 0
+         call polisher%polish(s%work, cluster, shift, members, maxval(judgement%errors(cluster%members)), guard_vectors, &
+            polished, error)
       end if
       if (allocated(error)) then
          if (all(error%code /= [error_singular, error_convergence, error_cancelled])) return
@@ -276,49 +281,51 @@ contains
          return
       end if
       if (is_accepted()) then
-         gone(cluster%members) = .true.
-         lost = [lost, spread(cluster%centre, 1, max(0, least_of_members() - polished%eigenvalues))]
+         replaced(cluster%members) = .true.
+         lost = [lost, spread(cluster%centre, 1, max(0, least_number() - polished%eigenvalues))]
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          if (allocated(found%lambda)) then
-            ! Eigenvalues known so badly that they were not near to each other may be found beside both.
-            call leave_out_known(polished%pairs, found)
+            ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
+            call drop_dependent(polished%pairs, found)
             call append_pairs(found, polished%pairs)
          else
             found = polished%pairs
          end if
       else if (polished%eigenvalues == 0) then
-         nowhere(cluster%members) = judgement%doubtful(cluster%members) .or. judgement%errors(cluster%members) > inaccurate_above
+         not_found(cluster%members) = judgement%doubtful(cluster%members) .or. judgement%errors(cluster%members) > inaccurate_above
       end if
 
    contains
 
-      ! How many eigenvalues those of the members that are independent, and not in doubt, stand for.
-      integer function least_of_members() result(least)
+      ! Least number of eigenvalues in the cluster: of its linearly independent members that are not in doubt.
+      integer function least_number() result(number)
          logical :: certain(size(cluster%members))
 
          certain = independent_parts(modes, cluster%members) > dependent_state .and. .not. judgement%doubtful(cluster%members)
-         least = count(certain)
-         if (cluster%on_axis) least = least + count(certain .and. abs(aimag(modes%lambda(cluster%members))) > 0)
-      end function least_of_members
+         number = count(certain)
+         if (cluster%on_axis) number = number + count(certain .and. abs(aimag(modes%lambda(cluster%members))) > 0)
+      end function least_number
 
-      ! All that there are, or as many as there were, and known better.
+      ! Whether the polished pairs replace the members: all Ritz values in the cluster are accurate, or the pairs are as many as the
+      ! members and accurate enough or more accurate.
       logical function is_accepted()
-         integer :: before
+         integer :: number_before
 
-         before = size(members%lambda)
-         if (cluster%on_axis) before = before + count(abs(aimag(members%lambda)) > 0)
-         is_accepted = polished%complete .or. (polished%eigenvalues >= before .and. (polished%worst() <= polisher%tolerance .or. &
-            polished%worst() < maxval(judgement%errors(cluster%members))))
+         number_before = size(members%lambda)
+         if (cluster%on_axis) number_before = number_before + count(abs(aimag(members%lambda)) > 0)
+         is_accepted = polished%complete .or. (polished%eigenvalues >= number_before .and. &
+            (polished%worst() <= polisher%tolerance .or. polished%worst() < maxval(judgement%errors(cluster%members))))
       end function is_accepted
    end subroutine polish_cluster
 
-   ! Shapes of oscillators are real but for their phase; those of copies are combinations, and become orthogonal.
+   ! Makes the shapes of undamped or proportionally damped modes real: they are real but for a complex factor, or, for copies,
+   ! complex combinations of real shapes, which are made orthogonal.
    subroutine make_real(map, pairs)
       type(spectral_map_type), intent(in) :: map
       type(eigenpairs_type), intent(inout) :: pairs
       complex(wp) :: xi(size(pairs%xi, 1), 2)
-      real(wp) :: shape(pairs%rows(), 2), left(2)
-      integer :: i, j, l
+      real(wp) :: shape(pairs%rows(), 2), remaining(2)
+      integer :: i, j, part
 
       allocate (pairs%real_phi(pairs%rows(), size(pairs%lambda)))
       do j = 1, size(pairs%lambda)
@@ -328,22 +335,22 @@ contains
             xi(:, 1) = reaction*real(pairs%xi(:, j)/reaction, wp)
             xi(:, 2) = reaction*aimag(pairs%xi(:, j)/reaction)
          end associate
-         do l = 1, 2
+         do part = 1, 2
             do i = 1, j - 1
                if (abs(pairs%lambda(i) - pairs%lambda(j)) > cancelled*abs(pairs%lambda(j))) cycle
-               associate (part => dot_product(pairs%real_phi(:, i), shape(:, l)))
-                  shape(:, l) = shape(:, l) - part*pairs%real_phi(:, i)
-                  xi(:, l) = xi(:, l) - part*pairs%xi(:, i)
+               associate (overlap => dot_product(pairs%real_phi(:, i), shape(:, part)))
+                  shape(:, part) = shape(:, part) - overlap*pairs%real_phi(:, i)
+                  xi(:, part) = xi(:, part) - overlap*pairs%xi(:, i)
                end associate
             end do
-            left(l) = norm2(shape(:, l))
+            remaining(part) = norm2(shape(:, part))
          end do
-         l = merge(1, 2, left(1) > same_shape)
-         if (left(2) > same_shape .or. l == 1) then
-            pairs%real_phi(:, j) = shape(:, l)/left(l)
-            pairs%xi(:, j) = xi(:, l)/left(l)
+         part = merge(1, 2, remaining(1) > same_shape)
+         if (remaining(2) > same_shape .or. part == 1) then
+            pairs%real_phi(:, j) = shape(:, part)/remaining(part)
+            pairs%xi(:, j) = xi(:, part)/remaining(part)
          else
-            ! The shape of a double root.
+            ! Both parts depend on shapes before: a double root has one shape.
             pairs%real_phi(:, j) = real(pairs%phi(:, j), wp)
          end if
       end do

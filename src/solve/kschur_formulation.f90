@@ -1,5 +1,4 @@
-!> Which formulation of a problem is solved: the one that was asked for, if it
-!> fits, or the smallest exact one.
+!> Chooses the formulation of a problem: the one that the options name, if it fits, or the smallest exact one.
 module kschur_formulation
    use kschur_effort, only: effort_type
    use kschur_error, only: error_type, new_error, error_usage
@@ -16,7 +15,7 @@ module kschur_formulation
 
 contains
 
-   ! The smallest formulation that is exact for a problem with a definite mass matrix.
+   ! The smallest formulation that is exact if the mass matrix is definite.
    pure integer function smallest_formulation(problem) result(formulation)
       type(modal_problem_type), intent(in) :: problem
 
@@ -31,6 +30,7 @@ contains
       end if
    end function smallest_formulation
 
+   ! The formulation that any problem fits: the quadratic form, or the smallest pencil of Table 1 without damping and losses.
    pure integer function general_formulation(problem) result(formulation)
       type(modal_problem_type), intent(in) :: problem
 
@@ -39,7 +39,7 @@ contains
          formulation = merge(formulation_undamped_constrained, formulation_undamped, problem%multipliers() > 0)
    end function general_formulation
 
-   !> Whether a formulation is not an explicit pencil of Table 1.
+   !> Whether a formulation is one of the library's structured forms, not an explicit pencil of Table 1.
    pure logical function is_structured(formulation)
       integer, intent(in) :: formulation
 
@@ -47,23 +47,23 @@ contains
          formulation_low_rank, formulation_dense])
    end function is_structured
 
-   !> The formulation that was asked for, or the smallest exact one for `formulation_auto`; for `formulation_dense` the
-   !> one whose matrix is computed. Fails where it does not fit the problem, with the reason.
+   !> Returns the formulation asked for, or for `formulation_auto` the smallest exact one, and for `formulation_dense` the one whose
+   !> matrix is computed. Fails with the reason if it does not fit the problem.
    subroutine choose_formulation(problem, asked, formulation, decision, error, inner, effort)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
       integer, intent(in) :: asked
       integer, intent(out) :: formulation
-      !> Why, in words.
+      !> Why it was chosen, in words.
       character(len=:), allocatable, intent(out) :: decision
       type(error_type), allocatable, intent(out) :: error
-      !> What factors the mass; absent: the library's own.
+      !> Solvers that factor the mass; absent: the library's.
       type(inner_solvers_type), intent(in), optional :: inner
-      !> What that takes is added.
+      !> To which the effort of that is added.
       class(effort_type), intent(inout), optional :: effort
-      type(inner_solvers_type) :: own
+      type(inner_solvers_type) :: solvers
       character(len=:), allocatable :: obstacle
-      logical :: poor
+      logical :: ill_conditioned
 
       formulation = asked
       if (any(asked == [formulation_auto, formulation_dense])) formulation = smallest_formulation(problem)
@@ -76,14 +76,14 @@ contains
          if (allocated(error)) return
       end if
       if (present(inner)) then
-         own = inner
+         solvers = inner
       else
-         call choose_inner_solvers(modal_options_type(), own, error)
+         call choose_inner_solvers(modal_options_type(), solvers, error)
       end if
-      call find_obstacle(problem, formulation, own, obstacle, poor, error, effort)
+      call find_obstacle(problem, formulation, solvers, obstacle, ill_conditioned, error, effort)
       if (allocated(error)) return
       if (asked == formulation_auto .and. may_be_low_rank(problem)) &
-         call try_low_rank(problem, formulation, own, decision, error, effort)
+         call try_low_rank(problem, formulation, solvers, decision, error, effort)
       if (allocated(error) .or. allocated(decision)) return
       if (len(obstacle) > 0 .and. all(asked /= [formulation_auto, formulation_dense])) then
          call new_error(error, error_usage, "the formulation "//trim(formulation_names(formulation))// &
@@ -105,11 +105,12 @@ contains
       else
          decision = "the damping is a combination of mass and stiffness, so that the undamped modes give the damped ones"
       end if
-      if (allocated(error) .or. .not. poor) return
-      if (seem_swapped(problem, own)) decision = decision//"; are mass and stiffness swapped?"
+      if (allocated(error) .or. .not. ill_conditioned) return
+      if (seem_swapped(problem, solvers)) decision = decision//"; are mass and stiffness swapped?"
    end subroutine choose_formulation
 
-   ! Whether a stiffness is conditioned as well as masses are, beside a mass that is not, though it has no negative entry.
+   ! Whether mass and stiffness of a problem with an ill-conditioned mass seem to be swapped: the mass has no negative diagonal
+   ! entry, and the stiffness is as well conditioned as masses of finite elements are.
    logical function seem_swapped(problem, inner)
       type(modal_problem_type), intent(in) :: problem
       type(inner_solvers_type), intent(in) :: inner
@@ -118,7 +119,7 @@ contains
       if (seem_swapped) seem_swapped = is_definite(problem%stiffness, inner)
    end function seem_swapped
 
-   ! Of a symmetric problem that has an H.
+   ! Why the formulation of a symmetric problem with a loss matrix was chosen, in words.
    pure function decision_of_loss(problem) result(decision)
       type(modal_problem_type), intent(in) :: problem
       character(len=120) :: decision
@@ -132,7 +133,7 @@ contains
       end if
    end function decision_of_loss
 
-   !> What `choose_formulation` takes where the mass is an inner product: nothing is factored to see that.
+   !> The formulation that `choose_formulation` returns if the mass is semidefinite; nothing is factored to test that.
    subroutine likely_formulation(problem, asked, formulation, error)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
@@ -144,15 +145,15 @@ contains
       formulation = asked
       if (any(asked == [formulation_auto, formulation_dense])) formulation = smallest_formulation(problem)
       if (asked /= formulation_auto .or. .not. may_be_low_rank(problem)) return
-      call find_distributed(problem, obstacle, error)
+      call find_low_rank_obstacle(problem, obstacle, error)
       if (allocated(error)) return
       if (len(obstacle) == 0) formulation = formulation_low_rank
    end subroutine likely_formulation
 
-   ! Whether only few unknowns are damped otherwise than all.
+   ! Whether few enough unknowns, at most a quarter, have damping that is not proportional.
    pure logical function may_be_low_rank(problem)
       type(modal_problem_type), intent(in) :: problem
-      ! More than this part of all unknowns is not few.
+      ! Inverse of the largest fraction of unknowns that is few.
       integer, parameter :: few_part = 4
 
       may_be_low_rank = allocated(problem%dampers) .and. problem%damping_kind == damping_general .and. &
@@ -161,7 +162,7 @@ contains
       if (may_be_low_rank) may_be_low_rank = few_part*count(problem%dampers%row_maxima() > 0) <= problem%unknowns()
    end function may_be_low_rank
 
-   ! Takes it where it fits.
+   ! Sets the low-rank formulation and the decision, if it fits.
    subroutine try_low_rank(problem, formulation, inner, decision, error, effort)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(inout) :: formulation
@@ -170,61 +171,62 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(effort_type), intent(inout), optional :: effort
       character(len=:), allocatable :: obstacle
-      logical :: poor
+      logical :: ill_conditioned
 
-      call find_obstacle(problem, formulation_low_rank, inner, obstacle, poor, error, effort)
+      call find_obstacle(problem, formulation_low_rank, inner, obstacle, ill_conditioned, error, effort)
       if (allocated(error) .or. len(obstacle) > 0) return
       formulation = formulation_low_rank
       decision = trim(description_of(problem))
    end subroutine try_low_rank
 
-   ! What keeps a problem from being symmetric and proportionally damped but for local forces that move masses.
-   subroutine find_distributed(problem, obstacle, error)
+   ! Why the low-rank form does not fit a problem, as far as nothing is factored: it must be symmetric and proportionally damped
+   ! except for a few local forces, which act on unknowns with mass. Empty if it fits.
+   subroutine find_low_rank_obstacle(problem, obstacle, error)
       type(modal_problem_type), intent(in) :: problem
       character(len=:), allocatable, intent(out) :: obstacle
       type(error_type), allocatable, intent(out) :: error
       type(local_forces_type) :: forces
-      logical :: few, heavy(problem%unknowns())
+      logical :: are_few, has_mass(problem%unknowns())
 
       obstacle = ""
-      heavy = problem%mass%row_maxima() > 0
+      has_mass = problem%mass%row_maxima() > 0
       if (.not. problem%mass%is_symmetric()) then
          obstacle = "its mass matrix is not symmetric"
          return
       end if
-      call new_local_forces(problem, forces, few, error)
+      call new_local_forces(problem, forces, are_few, error)
       if (allocated(error)) return
-      ! Of most motions the undamped space is no help.
-      if (few) few = 2*forces%rank() <= problem%unknowns()
-      if (.not. few) then
+      ! If forces act on more than half of all motions, a space of undamped modes does not help.
+      if (are_few) are_few = 2*forces%rank() <= problem%unknowns()
+      if (.not. are_few) then
          obstacle = "it differs from a symmetric problem with proportional damping at more than a few unknowns"
-      else if (.not. all(heavy([forces%rows, forces%columns]))) then
+      else if (.not. all(has_mass([forces%rows, forces%columns]))) then
          obstacle = "it is damped at unknowns without mass"
       end if
-   end subroutine find_distributed
+   end subroutine find_low_rank_obstacle
 
-   ! What keeps a problem from a formulation for symmetric matrices; empty where nothing does.
-   subroutine find_obstacle(problem, formulation, inner, obstacle, poor, error, effort)
+   ! Why a formulation for symmetric matrices does not fit a problem; empty if it fits, or for other formulations.
+   subroutine find_obstacle(problem, formulation, inner, obstacle, ill_conditioned, error, effort)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation
       type(inner_solvers_type), intent(in) :: inner
       character(len=:), allocatable, intent(out) :: obstacle
-      !> Whether the mass was looked at, and is conditioned worse than masses are.
-      logical, intent(out) :: poor
+      !> Whether the mass was examined, and is conditioned worse than masses of finite elements are.
+      logical, intent(out) :: ill_conditioned
       type(error_type), allocatable, intent(out) :: error
       class(effort_type), intent(inout), optional :: effort
       logical :: semidefinite
       integer :: nullity
 
       obstacle = ""
-      poor = .false.
+      ill_conditioned = .false.
       if (all(formulation /= [formulation_symmetric, formulation_proportional, formulation_low_rank])) return
       if (allocated(problem%loss) .and. formulation /= formulation_proportional) then
          obstacle = "it has a loss matrix H"
       else if (allocated(problem%loss) .and. .not. abs(problem%loss_factor) > 0) then
          obstacle = "its loss matrix H is not proportional to the stiffness"
       else if (formulation == formulation_low_rank) then
-         call find_distributed(problem, obstacle, error)
+         call find_low_rank_obstacle(problem, obstacle, error)
          if (allocated(error) .or. len(obstacle) > 0) return
       else if (.not. problem%symmetric) then
          obstacle = "its matrices are not symmetric"
@@ -234,15 +236,15 @@ contains
          obstacle = "its damping is not proportional"
       end if
       if (len(obstacle) == 0) then
-         call examine_mass(problem%mass, inner, semidefinite, nullity, poor, error, effort)
+         call examine_mass(problem%mass, inner, semidefinite, nullity, ill_conditioned, error, effort)
          if (allocated(error)) return
          if (.not. semidefinite) then
-            ! Constraints may leave none of these motions.
+            ! As given: constraints may exclude all such motions.
             obstacle = "its mass matrix as given has eigenvalues that are negative or next to zero"
          else if (nullity > 0 .and. abs(problem%beta) > 0) then
             obstacle = "its mass matrix is singular, so that damping by stiffness makes modes that it lacks without"
          else if (nullity > count(.not. problem%mass%row_maxima() > 0)) then
-            ! A Krylov space in the inner product of M does not see what rounding leaves in such motions.
+            ! A Krylov space in the inner product of M does not see the components that rounding leaves in such motions.
             obstacle = "its mass matrix is singular in motions of several unknowns"
          end if
       end if

@@ -1,4 +1,4 @@
-!> Modes that rounding of the stiffness hides: what is known of them, and what is not.
+!> Recognises and reports modes so low that rounding of the stiffness hides them (docs/theory.md, section 11).
 module kschur_hidden
    use kschur_context, only: solve_context_type, whole_both, whole_given
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type
@@ -16,31 +16,32 @@ module kschur_hidden
 
 contains
 
-   !> Ends a solve as inaccurate, with a note, where a mode of the list lies below what rounding of the stiffness hides, or where
-   !> what is listed as rigid may be a mode. Of symmetric problems, whose error bounds are known.
+   !> Makes the result inaccurate and adds a note, if a listed mode lies below the limit under which rounding of the stiffness hides
+   !> modes, or if a motion listed as rigid may be such a mode. For symmetric problems only, as others may have no error bounds.
    subroutine tell_hidden(s, modes, error)
       type(solve_context_type), intent(inout) :: s
-      !> As given.
+      !> Of the problem as given.
       type(modes_type), intent(inout) :: modes
-      !> Where there is no memory for the matrices.
+      !> Set if memory for the matrices is short.
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: limits(size(modes%lambda))
-      logical :: hidden(size(modes%lambda))
+      real(wp) :: hidden_below(size(modes%lambda))
+      logical :: is_hidden(size(modes%lambda))
 
       if (.not. s%problem%symmetric .or. size(modes%lambda) == 0) return
       call s%hold(whole_given, error)
       if (allocated(error)) return
-      limits = modes%uncertainty
-      where (modes%error_bound >= 0) limits = min(limits, modes%error_bound)
-      limits = max(limit_of_zeros(s%problem, modes), limit_of(modes%lambda, limits))
-      hidden = abs(modes%lambda) > 0 .and. limits >= abs(modes%lambda) .and. .not. are_known(s, modes%lambda)
-      ! The units as given may hide more than those that balance has found.
-      if (any(hidden)) call s%hold(whole_both, error)
+      hidden_below = modes%uncertainty
+      where (modes%error_bound >= 0) hidden_below = min(hidden_below, modes%error_bound)
+      hidden_below = max(limit_of_rigid_motions(s%problem, modes), limit_of_mode(modes%lambda, hidden_below))
+      is_hidden = abs(modes%lambda) > 0 .and. hidden_below >= abs(modes%lambda) .and. .not. are_known(s, modes%lambda)
+      ! Rounding may hide less in balanced units than in those as given.
+      if (any(is_hidden)) call s%hold(whole_both, error)
       if (allocated(error)) return
-      if (any(hidden)) hidden = unpack(.not. feel_inertia(s%work, s%contract(chosen_pairs(modes, hidden))), hidden, .false.)
-      if (any(hidden)) then
+      if (any(is_hidden)) is_hidden = unpack(.not. feel_inertia(s%work, s%contract(chosen_pairs(modes, is_hidden))), is_hidden, &
+         .false.)
+      if (any(is_hidden)) then
          call s%add_note("rounding of the stiffness hides the lowest modes: nothing is known of what lies below "// &
-            magnitude(maxval(limits, hidden))//" 1/s")
+            magnitude(maxval(hidden_below, is_hidden))//" 1/s")
       else if (s%known%doubtful .and. any(.not. abs(modes%lambda) > 0)) then
          call s%add_note("rounding of the stiffness hides the lowest modes: a motion that is listed as rigid may be one")
       else
@@ -52,8 +53,9 @@ contains
       modes%missing = -1
    end subroutine tell_hidden
 
-   ! Below this (1/s) a mode cannot be told from a zero: |lambda|^2 times the inertia of its shape is rounding of the energy.
-   real(wp) function limit_of_zeros(problem, pairs) result(limit)
+   ! |lambda| (1/s) below which a mode is indistinguishable from the rigid motions among the pairs: |lambda|^2 phi^* M phi is then
+   ! below the rounding of the strain energy phi^* K phi.
+   real(wp) function limit_of_rigid_motions(problem, pairs) result(limit)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
       complex(wp), dimension(pairs%rows(), 1) :: phi, forces
@@ -72,18 +74,19 @@ contains
          if (inertia > cancelled*dot_product(abs(phi(:, 1)), abs(forces(:, 1)))) &
             limit = max(limit, sqrt(rounding_of_sums*dot_product(abs(phi(:, 1)), terms(:, 1))/inertia))
       end do
-   end function limit_of_zeros
+   end function limit_of_rigid_motions
 
-   ! A root x of m x^2 + 2 |lambda| m x = f is the bound of an error, where f is rounding: sqrt(f/m).
-   elemental real(wp) function limit_of(lambda, bound) result(limit)
+   ! |lambda| (1/s) below which rounding f hides a mode with the inertia m of this one, sqrt(f/m). f/m follows from the error bound
+   ! x of lambda, the root of m x^2 + 2 |lambda| m x = f.
+   elemental real(wp) function limit_of_mode(lambda, bound) result(limit)
       complex(wp), intent(in) :: lambda
       real(wp), intent(in) :: bound
 
       limit = sqrt(bound)*sqrt(bound + 2*abs(lambda))
-   end function limit_of
+   end function limit_of_mode
 
-   !> Whether inertia and damping are a part of the forces on a shape that rounding of the stiffness does not hide. Where they
-   !> are not, as of the lowest modes of a fine mesh, an eigenvalue has a wide bound, but is none that is infinite.
+   !> Whether the forces of inertia and damping on each shape exceed the rounding of the stiffness forces. If not, as for the lowest
+   !> modes of a fine mesh, the eigenvalue has a large error bound, but is not a perturbed infinite one.
    function feel_inertia(problem, pairs) result(feel)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
@@ -100,18 +103,18 @@ contains
       end do
    end function feel_inertia
 
-   !> Which eigenvalues are those of rigid motions and their decays.
+   !> Whether each eigenvalue is that of a rigid motion or of its decay, as the examination found them.
    function are_known(s, lambda)
       type(solve_context_type), intent(in) :: s
       complex(wp), intent(in) :: lambda(:)
       logical :: are_known(size(lambda))
-      complex(wp), allocatable :: known(:)
+      complex(wp), allocatable :: rigid_eigenvalues(:)
       integer :: i
 
-      allocate (known, source=s%known%deflation%eigenvalues())
+      allocate (rigid_eigenvalues, source=s%known%deflation%eigenvalues())
       are_known = .false.
-      do i = 1, size(known)
-         are_known = are_known .or. abs(lambda - known(i)) <= same_value*abs(known(i))
+      do i = 1, size(rigid_eigenvalues)
+         are_known = are_known .or. abs(lambda - rigid_eigenvalues(i)) <= same_value*abs(rigid_eigenvalues(i))
       end do
    end function are_known
 end module kschur_hidden

@@ -1,4 +1,4 @@
-!> One run of the iteration on a transform: Ritz pairs become eigenpairs of what is iterated.
+!> Runs the iteration on the current transform once, and makes eigenpairs of the iterated problem from its Ritz pairs.
 module kschur_iteration
    use kschur_block_choice, only: chosen_block
    use kschur_context, only: solve_context_type, whole_iterated, whole_none
@@ -21,64 +21,66 @@ module kschur_iteration
 
 contains
 
-   !> Runs the iteration and purifies what it found by one more application,
-   !> which removes what is left of infinite eigenvalues.
-   subroutine iterate(s, asked, pairs, reach, statistics, error)
+   !> Computes the wanted eigenpairs nearest to the target by iteration on the current transform. Where needed, one more application
+   !> of the operator purifies the vectors of components of infinite eigenvalues (docs/theory.md, section 7). If the iteration
+   !> was not verified and a block may have missed copies, it is repeated with verification.
+   subroutine iterate(s, wanted, pairs, complete_radius, statistics, error)
       type(solve_context_type), target, intent(inout) :: s
-      !> How many modes are wanted.
-      integer, intent(in) :: asked
+      !> Number of wanted modes.
+      integer, intent(in) :: wanted
+      !> Of the iterated problem, without rigid motions that are deflated.
       type(eigenpairs_type), intent(out) :: pairs
-      !> All eigenvalues nearer to the target than this are among the pairs.
-      real(wp), intent(out) :: reach
+      !> All eigenvalues nearer to the target than this (1/s) are among the pairs; huge if the iteration did not converge.
+      real(wp), intent(out) :: complete_radius
       type(krylov_statistics_type), intent(out) :: statistics
       type(error_type), allocatable, intent(out) :: error
       type(modal_selection_type) :: selection
       type(modal_options_type) :: settings
       class(krylov_options_type), allocatable :: options
       type(ritz_pairs_type) :: ritz
-      ! Eigenvalues of modes that are not to be found, but count.
-      complex(wp), allocatable :: known(:)
+      ! Eigenvalues of deflated modes, which count as wanted ones.
+      complex(wp), allocatable :: deflated(:)
       logical, allocatable :: paired(:)
-      logical :: counts
+      logical :: is_counted
       integer :: j
 
       call s%end_step(phase_place)
-      allocate (known, source=s%known%deflation%eigenvalues())
-      selection = modal_selection_type(asked, s%transform%map, s%transform%shift, s%options%target, known, s%is_lossy())
+      allocate (deflated, source=s%known%deflation%eigenvalues())
+      selection = modal_selection_type(wanted, s%transform%map, s%transform%shift, s%options%target, deflated, s%is_lossy())
       settings = s%options
-      settings%block = chosen_block(s, merge(1, 2, s%transform%map%oscillator)*asked)
+      settings%block = chosen_block(s, merge(1, 2, s%transform%map%oscillator)*wanted)
       s%block = settings%block
-      call set_iteration_options(settings, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), asked, &
-         count(abs(known - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
+      call set_iteration_options(settings, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), wanted, &
+         count(abs(deflated - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
       if (allocated(s%last)) call s%transform%begin_with(s%last, options%block, options%start)
-      ! A symmetric form counts instead.
-      counts = s%formulation == formulation_low_rank .or. (.not. s%options%uncounted .and. &
+      ! The symmetric and low-rank forms count eigenvalues instead of verifying.
+      is_counted = s%formulation == formulation_low_rank .or. (.not. s%options%uncounted .and. &
          any(s%formulation == [formulation_symmetric, formulation_proportional]))
-      options%verify = counts .or. options%block == 1
+      options%verify = is_counted .or. options%block == 1
       if (allocated(options%start)) options%verify = options%verify .or. most_copies(s%last%lambda) > 1
       if (allocated(options%start)) options%expected = s%dimension
       if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
       options%checkpoint => s%checkpoint
       options%processes => s%processes
-      ! The certificate makes other factors beside those that there are.
+      ! Whole matrices are freed meanwhile: the count of the certificate needs memory for further factors.
       call s%announce_phase("iteration", whole_none, error)
       do
          call s%transform%iterate(selection, options, ritz, error, s%monitor)
          if (allocated(error)) exit
-         call account(s, ritz%statistics)
+         call add_statistics(s, ritz%statistics)
          if (options%verify .or. most_copies(ritz%mu) < options%block) exit
-         ! A block finds as many copies as it has vectors, and there may be more.
+         ! A block of b vectors finds b copies of an eigenvalue at most: if it found so many, there may be more.
          options%verify = .true.
       end do
       call s%hold(whole_iterated, error)
       if (allocated(error)) return
-      if (associated(s%checkpoint)) call tell_complaint(s)
+      if (associated(s%checkpoint)) call note_failed_write(s)
       call require_memory(s%bytes_of_shapes(3*size(ritz%mu)), "mode shapes", error)
       if (allocated(error)) return
       statistics = ritz%statistics
       s%dimension = expected_dimension(statistics, options)
-      reach = huge(1.0_wp)
-      if (statistics%reason == reason_converged) reach = maxval([0.0_wp, (selection%key(ritz%mu(j)), j=1, size(ritz%mu))])
+      complete_radius = huge(1.0_wp)
+      if (statistics%reason == reason_converged) complete_radius = maxval([0.0_wp, (selection%key(ritz%mu(j)), j=1, size(ritz%mu))])
       if (allocated(ritz%paired)) then
          call move_alloc(ritz%paired, paired)
       else
@@ -93,8 +95,8 @@ contains
       call s%end_step(phase_recover)
    end subroutine iterate
 
-   ! Where another iteration that begins with modes is expected to converge; 0: not known. A step less would have done where
-   ! the residuals are far below what is asked.
+   ! Dimension of the space at which another iteration that starts with known modes should converge; 0: not known. It is one step
+   ! before the last test, and one more if the residuals were far below the tolerance there.
    pure integer function expected_dimension(statistics, options) result(dimension)
       type(krylov_statistics_type), intent(in) :: statistics
       class(krylov_options_type), intent(in) :: options
@@ -109,7 +111,8 @@ contains
       if (statistics%history%residual(looks) < far_below*options%tolerance) dimension = dimension - options%block
    end function expected_dimension
 
-   subroutine account(s, statistics)
+   ! Adds the effort of an iteration to that of the solve.
+   subroutine add_statistics(s, statistics)
       type(solve_context_type), intent(inout) :: s
       type(krylov_statistics_type), intent(in) :: statistics
 
@@ -118,9 +121,9 @@ contains
          effort%restarts = effort%restarts + statistics%restarts
          effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds
       end associate
-   end subroutine account
+   end subroutine add_statistics
 
-   ! Of how many values some one may be.
+   ! Largest number of values that are equal within `same_frequency`.
    pure integer function most_copies(values)
       complex(wp), intent(in) :: values(:)
       integer :: j
@@ -128,55 +131,57 @@ contains
       most_copies = maxval([0, (count(abs(values - values(j)) <= same_frequency*abs(values(j))), j=1, size(values))])
    end function most_copies
 
-   subroutine tell_complaint(s)
+   ! Adds a note if a checkpoint could not be written.
+   subroutine note_failed_write(s)
       type(solve_context_type), intent(inout) :: s
 
       if (.not. allocated(s%checkpoint%complaint)) return
       call s%add_note("a checkpoint could not be written: "//s%checkpoint%complaint)
       deallocate (s%checkpoint%complaint)
-   end subroutine tell_complaint
+   end subroutine note_failed_write
 
-   ! An oscillator has two eigenvalues with one shape; of a conjugate pair one is enough.
+   ! Sets the eigenvalues lambda of Ritz values mu. Both roots of an oscillator share its shape: of a conjugate pair one is listed,
+   ! with losses only the root above the real axis. Multipliers are scaled from the undamped problem to lambda.
    subroutine set_eigenvalues(transform, mu, paired, pairs)
       class(transform_type), intent(in) :: transform
       complex(wp), intent(in) :: mu(:)
       logical, intent(in) :: paired(:)
-      !> Its shapes and multipliers are those of mu.
+      !> With the shapes and multipliers of mu.
       type(eigenpairs_type), intent(inout) :: pairs
       complex(wp) :: lambda(2*size(mu)), roots(2)
-      integer :: of(2*size(mu)), j, k
+      integer :: ritz_index(2*size(mu)), j, k
 
       k = 0
       do j = 1, size(mu)
          roots = transform%map%lambdas(transform%theta(mu(j)))
          k = k + 1
          lambda(k) = roots(1)
-         of(k) = j
+         ritz_index(k) = j
          if (.not. transform%map%oscillator) cycle
          if (abs(aimag(roots(1))) > 0 .and. .not. abs(roots(2) - conjg(roots(1))) > 0) cycle
          if (abs(transform%map%loss) > 0) cycle
          k = k + 1
          lambda(k) = roots(2)
-         of(k) = j
+         ritz_index(k) = j
       end do
       allocate (pairs%lambda(k), source=lambda(:k))
       if (k > size(mu)) then
          if (pairs%is_real()) then
-            pairs%real_phi = pairs%real_phi(:, of(:k))
+            pairs%real_phi = pairs%real_phi(:, ritz_index(:k))
          else
-            pairs%phi = pairs%phi(:, of(:k))
+            pairs%phi = pairs%phi(:, ritz_index(:k))
          end if
-         pairs%xi = pairs%xi(:, of(:k))
+         pairs%xi = pairs%xi(:, ritz_index(:k))
       end if
-      ! Each of the four of an oscillator whose theta is one of a pair, too.
-      allocate (pairs%paired(k), source=paired(of(:k)))
-      if (transform%map%oscillator) pairs%paired = pairs%paired .or. [(count(of(:k) == of(j)) == 1, j=1, k)]
+      ! With a complex pair of theta, each of its roots stands for a conjugate pair, too; so does one listed alone.
+      allocate (pairs%paired(k), source=paired(ritz_index(:k)))
+      if (transform%map%oscillator) pairs%paired = pairs%paired .or. [(count(ritz_index(:k) == ritz_index(j)) == 1, j=1, k)]
       do j = 1, k
          pairs%xi(:, j) = transform%map%reaction(lambda(j))*pairs%xi(:, j)
       end do
    end subroutine set_eigenvalues
 
-   ! Leaves out eigenvalues below the real axis that mirror others above it.
+   ! Removes Ritz pairs whose eigenvalues are conjugates of others above the real axis, and marks the latter as `paired`.
    subroutine drop_mirrored(transform, mu, vectors, paired)
       class(transform_type), intent(in) :: transform
       complex(wp), allocatable, intent(inout) :: mu(:)
@@ -184,15 +189,15 @@ contains
       logical, allocatable, intent(inout) :: paired(:)
       complex(wp) :: theta(size(mu))
       complex(wp), allocatable :: kept(:, :)
-      logical :: again(size(mu))
+      logical :: mirrored(size(mu))
       integer :: j
 
       theta = [(transform%theta(mu(j)), j=1, size(mu))]
-      call match_conjugates(theta, same_value*abs(theta), paired, again)
-      if (.not. any(again)) return
-      allocate (kept(size(vectors, 1), count(.not. again)), source=vectors(:, pack([(j, j=1, size(mu))], .not. again)))
+      call match_conjugates(theta, same_value*abs(theta), paired, mirrored)
+      if (.not. any(mirrored)) return
+      allocate (kept(size(vectors, 1), count(.not. mirrored)), source=vectors(:, pack([(j, j=1, size(mu))], .not. mirrored)))
       call move_alloc(kept, vectors)
-      mu = pack(mu, .not. again)
-      paired = pack(paired, .not. again)
+      mu = pack(mu, .not. mirrored)
+      paired = pack(paired, .not. mirrored)
    end subroutine drop_mirrored
 end module kschur_iteration

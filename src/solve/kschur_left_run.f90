@@ -1,4 +1,4 @@
-!> Left vectors are conjugated modes of the transposed problem: the modes themselves where the problem is symmetric.
+!> Computes left eigenvectors as conjugated modes of the transposed problem; of a symmetric problem these are the modes themselves.
 module kschur_left_run
    use kschur_backward_error, only: backward_errors
    use kschur_context, only: solve_context_type, whole_both
@@ -23,7 +23,7 @@ module kschur_left_run
 
 contains
 
-   !> Sets the left vectors and condition numbers of modes, and why they are not all there.
+   !> Sets left vectors and condition numbers of modes. If some cannot be found, the reason becomes inaccurate, or cancelled.
    subroutine find_left_modes(s, modes, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
@@ -48,9 +48,9 @@ contains
       if (s%problem%symmetric) then
          found = modes
       else
-         call find_modes_of(s, adjoint, found, error)
+         call find_transposed_modes(s, adjoint, found, error)
       end if
-      if (.not. allocated(error)) call find_in_even_units(s, adjoint, found, modes, left, error)
+      if (.not. allocated(error)) call find_balanced_left_pairs(s, adjoint, found, modes, left, error)
       if (allocated(error)) return
       call adjoint%expand(left, error)
       if (allocated(error)) return
@@ -61,9 +61,9 @@ contains
          modes%reason = merge(reason_cancelled, reason_inaccurate, found%reason == reason_cancelled)
    end subroutine find_left_modes
 
-   ! The modes of the transposed problem; none where nothing was iterated, or no longer is, or where solves with the transposed
-   ! matrix fail as those with a singular one do: what is missing is polished.
-   subroutine find_modes_of(s, adjoint, found, error)
+   ! Computes the modes of the transposed problem on the factors of the problem. Returns none if there is no transform, if the
+   ! monitor cancels, or if the transposed matrix is singular in the solves: missing left vectors are polished later.
+   subroutine find_transposed_modes(s, adjoint, found, error)
       type(solve_context_type), target, intent(inout) :: s
       type(solve_context_type), target, intent(inout) :: adjoint
       type(modes_type), intent(out) :: found
@@ -85,18 +85,18 @@ contains
       if (iterated .and. .not. cancelled) return
       found = no_modes(adjoint%problem%unknowns(), adjoint%problem%multipliers())
       if (cancelled) found%reason = reason_cancelled
-   end subroutine find_modes_of
+   end subroutine find_transposed_modes
 
-   ! One left pair of what is iterated for each mode. Of the units that balance has found: in those as given errors may
-   ! hide behind a few large entries.
-   subroutine find_in_even_units(s, adjoint, found, modes, left, error)
+   ! Finds one left pair of the iterated problem for each mode, and polishes those that are missing or inaccurate. In balanced
+   ! units: in the units as given, a few large entries may hide errors.
+   subroutine find_balanced_left_pairs(s, adjoint, found, modes, left, error)
       type(solve_context_type), intent(inout) :: s
       type(solve_context_type), intent(in) :: adjoint
       class(modes_type), intent(in) :: found, modes
       type(eigenpairs_type), intent(out) :: left
       type(error_type), allocatable, intent(out) :: error
       type(eigenpairs_type) :: pairs
-      ! Not allocated where the monitor has ended the iteration.
+      ! Not allocated if the monitor has cancelled the iteration.
       type(polisher_type), allocatable :: polisher
       real(wp), allocatable :: errors(:)
       integer :: j
@@ -113,9 +113,9 @@ contains
          polisher%reference = max(s%reference(), first_scale(adjoint%work))
       end if
       call find_left_pairs(s%work, adjoint%work, adjoint%contract(found), pairs, errors, left, s%effort, error, polisher)
-   end subroutine find_in_even_units
+   end subroutine find_balanced_left_pairs
 
-   ! A context for the transposed problem, with the same reduction.
+   ! Makes a context for the transposed problem, with the transposed reduction.
    subroutine begin_transposed(s, transposed, adjoint, error)
       type(solve_context_type), target, intent(in) :: s
       type(modal_problem_type), target, intent(in) :: transposed
@@ -137,7 +137,7 @@ contains
       call transpose_problem(s%work, adjoint%work, error)
    end subroutine begin_transposed
 
-   ! Its rigid motions, and its transform on the same factors.
+   ! Finds the rigid motions of the transposed problem, and makes its transform on the same factors.
    subroutine transpose_transform(s, adjoint, error)
       type(solve_context_type), target, intent(in) :: s
       type(solve_context_type), target, intent(inout) :: adjoint
@@ -145,7 +145,7 @@ contains
       type(eigenpairs_type) :: rigid
 
       if (size(s%known%rigid%lambda) > 0) then
-         ! There are as many from the left.
+         ! The transposed stiffness has a null space of the same dimension.
          call find_rigid_motions(adjoint%work, adjoint%formulation, s%options%modes, adjoint%inner, adjoint%known, adjoint%effort, &
             error, s%monitor)
       else

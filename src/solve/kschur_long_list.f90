@@ -1,4 +1,5 @@
-!> A long list of modes nearest to zero: those of a band that holds a few more, which groups of processes find part by part.
+!> Computes a long list of modes nearest to zero with groups of processes: as the modes of a band from zero that holds a few more
+!> (docs/theory.md, section 14).
 module kschur_long_list
    use kschur_band_counted, only: can_be_counted, solve_counted
    use kschur_band_groups, only: band_groups_type
@@ -13,12 +14,13 @@ module kschur_long_list
    private
    public :: find_long_list, is_long_list
 
-   ! Shorter lists are found at once; a band holds no more modes than a bit more than the longest.
+   ! Shorter lists are computed at once; a band for longer ones may exceed its largest number of modes.
    integer, parameter :: shortest = 500, longest = 9000
 
 contains
 
-   !> Whether the modes of a problem that is begun are best found in parts.
+   !> Whether the requested modes are better computed as parts of a band: many modes nearest to zero that can be counted, without
+   !> options that a band does not have.
    pure logical function is_long_list(s)
       type(solve_context_type), intent(in) :: s
 
@@ -30,20 +32,20 @@ contains
       if (is_long_list) is_long_list = can_be_counted(s) .and. .not. (associated(s%checkpoint) .or. s%is_lossy())
    end function is_long_list
 
-   !> The modes nearest to zero, as many as were asked for.
+   !> Computes the requested number of modes nearest to zero.
    subroutine find_long_list(s, groups, modes, done, error)
-      !> Prepared.
+      !> Prepared for a solve.
       type(solve_context_type), target, intent(inout) :: s
       type(band_groups_type), intent(inout) :: groups
       type(modes_type), intent(out) :: modes
-      !> False where they are to be found in another way.
+      !> False if they are to be computed in another way: there is one group only, or no suitable band.
       logical, intent(out) :: done
       type(error_type), allocatable, intent(out) :: error
       integer, allocatable :: order(:)
       real(wp) :: last
 
       last = 0
-      if (groups%are_several()) call find_end(s, last)
+      if (groups%are_several()) call find_band_end(s, last)
       done = last > 0
       if (done) call solve_counted(s, [0.0_wp, last], modes, done, error, groups)
       if (allocated(error) .or. .not. done) return
@@ -51,43 +53,44 @@ contains
       call modes%take(order(:min(size(order), s%options%modes)))
    end subroutine find_long_list
 
-   ! An omega (rad/s) below which there are as many modes as were asked for and a few more; zero where there is none.
-   subroutine find_end(s, last)
+   ! Finds an omega (rad/s) below which there are as many modes as requested, and at most 5 % more, by bisection with counts; zero
+   ! if there is none.
+   subroutine find_band_end(s, last)
       type(solve_context_type), intent(inout) :: s
       real(wp), intent(out) :: last
-      ! Relative: where two ends are one, and where modes are as good as rigid.
-      real(wp), parameter :: close = 1.0e-3_wp, lowest = 1.0e-6_wp
+      ! Relative width at which the bisection stops; omega relative to the highest below which modes are taken as rigid.
+      real(wp), parameter :: least_width = 1.0e-3_wp, seems_rigid = 1.0e-6_wp
       real(wp) :: low, high, middle, top
-      integer :: below, enough
+      integer :: below, most_modes
 
       last = 0
       if (s%plan%unknowns_after == 0) return
-      enough = s%options%modes + s%options%modes/20
+      most_modes = s%options%modes + s%options%modes/20
       low = 0
-      top = stiffest(s)
+      top = highest_estimate(s)
       high = top
-      do while (high - low > close*high .and. high > lowest*top)
+      do while (high - low > least_width*high .and. high > seems_rigid*top)
          middle = merge((low + high)/2, high/2, low > 0)
          call count_at(s, middle**2, below)
          if (below < s%options%modes) then
             low = middle
          else
             high = middle
-            if (below <= enough) exit
+            if (below <= most_modes) exit
          end if
       end do
-      if (.not. (high - low > close*high .and. high > lowest*top)) return
-      ! Where damping is above half of critical, modes above may be nearer to zero.
+      if (.not. (high - low > least_width*high .and. high > seems_rigid*top)) return
+      ! If damping exceeds half of critical, overdamped modes above the band may be nearer to zero.
       if (s%problem%alpha/high + s%problem%beta*high <= 1) last = high
-   end subroutine find_end
+   end subroutine find_band_end
 
-   ! A guess at the highest omega: that of an unknown alone.
-   pure real(wp) function stiffest(s)
+   ! Estimate of the highest omega (rad/s): the largest sqrt(k/m) of the diagonals.
+   pure real(wp) function highest_estimate(s)
       type(solve_context_type), intent(in) :: s
       real(wp), allocatable :: mass(:), stiffness(:)
 
       allocate (mass, source=s%work%mass%diagonal())
       allocate (stiffness, source=s%work%stiffness%diagonal())
-      stiffest = sqrt(maxval([0.0_wp, pack(stiffness, mass > 0)/pack(mass, mass > 0)]))
-   end function stiffest
+      highest_estimate = sqrt(maxval([0.0_wp, pack(stiffness, mass > 0)/pack(mass, mass > 0)]))
+   end function highest_estimate
 end module kschur_long_list

@@ -1,5 +1,5 @@
-!> How much memory a solve takes, told before anything is factored: what is known of matrices by their patterns, of factors by
-!> their analysis, of the Krylov space by its dimension.
+!> Estimates the memory of a solve before anything is factored: of matrices from their patterns, of factors from their symbolic
+!> analysis, of the Krylov space from its dimension.
 module kschur_memory_estimate
    use kschur_error, only: error_type, new_error, error_input, error_memory
    use kschur_formulation, only: is_structured, likely_formulation
@@ -21,20 +21,21 @@ module kschur_memory_estimate
    private
    public :: check_memory, estimate_memory, memory_estimate_type
 
-   !> Bytes.
+   !> Estimates in bytes.
    type :: memory_estimate_type
-      !> Of the matrices as given and reduced, and of what is made of them to be factored.
+      !> Matrices as given, reduced ones, and those to be factored.
       real(wp) :: matrices = 0
-      !> Of the factors that there are at a time, and of their making.
+      !> Largest size of factors that exist at a time, with the work space of the factorisation.
       real(wp) :: factors = 0
-      !> Of the Krylov space, or of dense matrices in its place, and of the shapes.
+      !> Krylov space, or dense matrices in its place, and shapes.
       real(wp) :: vectors = 0
    contains
-      !> All that, and the program.
+      !> Sum of these and of the program.
       procedure :: total
    end type memory_estimate_type
 
-   ! What is factored, whether the shift is complex, and what is iterated.
+   ! Formulation, pattern and structure of the factored matrix; whether it is complex and theta is omega^2; length of the iterated
+   ! vectors.
    type :: plan_type
       integer :: formulation = 0
       type(csr_matrix_type) :: pattern
@@ -45,14 +46,14 @@ module kschur_memory_estimate
 
 contains
 
-   !> Of a solve with such options for the modes nearest to the target. Mass is taken for an inner product, and modes for
-   !> accurate as they are found. Solvers that do not tell are left out.
+   !> Estimates the memory of a solve with these options for the modes nearest to the target. Assumes that the mass is semidefinite
+   !> and that no mode needs polishing. Solvers that give no estimate count as zero.
    subroutine estimate_memory(problem, options, estimate, error, solvers)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
       type(memory_estimate_type), intent(out) :: estimate
       type(error_type), allocatable, intent(out) :: error
-      !> Absent: those that the options name.
+      !> Linear solvers; absent: those that the options name.
       type(inner_solvers_type), intent(in), optional :: solvers
       type(modal_options_type) :: settings
       type(inner_solvers_type) :: inner
@@ -73,7 +74,7 @@ contains
       if (allocated(error)) return
       call presolve(problem, work, unused, error, eliminating=settings%presolve .and. is_structured(plan%formulation))
       if (allocated(error)) then
-         ! No motion is left.
+         ! No unknown is left, so that nothing is factored.
          if (error%code == error_input) deallocate (error)
          return
       end if
@@ -85,7 +86,7 @@ contains
       estimate%vectors = bytes_of_vectors(problem, settings, plan)
    end subroutine estimate_memory
 
-   !> Fails where a solve is estimated to take more than the options allow.
+   !> Fails if the estimate of a solve exceeds the memory limit of the options; without a limit nothing is estimated.
    subroutine check_memory(problem, options, solvers, error)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
@@ -102,6 +103,7 @@ contains
          text(floor(real(options%memory, wp)/megabyte, long))//" MB: raise it, or ask for fewer modes")
    end subroutine check_memory
 
+   ! Forms the pattern of the factored matrix, and describes what is iterated.
    subroutine make_plan(work, settings, plan, error)
       type(modal_problem_type), intent(inout) :: work
       type(modal_options_type), intent(in) :: settings
@@ -132,7 +134,8 @@ contains
       end if
    end subroutine make_plan
 
-   ! The stiffness is factored for the rigid motions, and left. Beside the factors at the shift eigenvalues are counted.
+   ! Estimates the factors (bytes): those of the stiffness for rigid motions, which are freed before, or if larger those at the
+   ! shift together with those of an eigenvalue count.
    subroutine estimate_factors(inner, work, plan, bytes, error)
       type(inner_solvers_type), intent(in) :: inner
       type(modal_problem_type), intent(in) :: work
@@ -157,49 +160,49 @@ contains
       bytes = max(unshifted, bytes + counting)
    end subroutine estimate_factors
 
-   ! Of the Krylov space what is used where nothing restarts, though there is room for more; a two-level basis of states has vectors
-   ! of half the length. Shapes of oscillators are real until they are handed out, others are recovered and judged as complex ones.
+   ! Estimates the Krylov space and the shapes (bytes). Of the space, counts the part in use if nothing restarts; a two-level basis
+   ! of states has vectors of half the length. Shapes of oscillators are real until the result, others are complex throughout.
    real(wp) function bytes_of_vectors(problem, settings, plan) result(bytes)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: settings
       type(plan_type), intent(in) :: plan
-      ! Images and what the operator takes; matrices of the dense form; projected matrices and their decompositions.
-      integer, parameter :: beside = 16, dense_matrices = 12, projected = 6, projected_symmetric = 3
-      ! Of a wanted value, and of a vector of a block.
-      real(wp), parameter :: used = 1.5_wp, steps = 40
+      ! Vectors of images and of the operator; matrices of the dense form; projected matrices and their decompositions.
+      integer, parameter :: other_vectors = 16, dense_matrices = 12, projected = 6, projected_symmetric = 3
+      ! Vectors for each wanted value, and steps of a block beyond these.
+      real(wp), parameter :: vectors_per_value = 1.5_wp, extra_steps = 40
       class(krylov_options_type), allocatable :: krylov
-      real(wp) :: word, vectors, small
+      real(wp) :: bytes_of_number, vectors, projected_bytes
       integer :: length, modes, room
 
       modes = min(settings%modes, plan%order)
       length = plan%order
       if (any(plan%formulation == [formulation_quadratic, formulation_low_rank])) length = length/2
       call set_iteration_options(settings, plan%formulation, plan%order, modes, 0, plan%oscillator, krylov)
-      word = merge(complex_bytes, real_bytes, plan%complex)
+      bytes_of_number = merge(complex_bytes, real_bytes, plan%complex)
       room = min(krylov%subspace, plan%order)
-      vectors = min(real(room, wp), used*merge(1, 2, plan%oscillator)*modes + steps*max(krylov%block, 1))
-      if (plan%formulation == formulation_low_rank) vectors = vectors + beside_responses(problem)
-      small = projected*word*real(room, wp)**2
-      if (plan%formulation == formulation_low_rank) small = projected*word*vectors**2
-      if (plan%oscillator) small = projected_symmetric*word*vectors**2
-      bytes = word*length*(vectors + beside) + small
+      vectors = min(real(room, wp), vectors_per_value*merge(1, 2, plan%oscillator)*modes + extra_steps*max(krylov%block, 1))
+      if (plan%formulation == formulation_low_rank) vectors = vectors + extra_low_rank_vectors(problem)
+      projected_bytes = projected*bytes_of_number*real(room, wp)**2
+      if (plan%formulation == formulation_low_rank) projected_bytes = projected*bytes_of_number*vectors**2
+      if (plan%oscillator) projected_bytes = projected_symmetric*bytes_of_number*vectors**2
+      bytes = bytes_of_number*length*(vectors + other_vectors) + projected_bytes
       if (settings%formulation == formulation_dense) bytes = dense_matrices*real_bytes*real(plan%order, wp)**2
       if (settings%left) bytes = 2*bytes
       bytes = bytes + merge(1, 2, plan%oscillator)*complex_bytes*modes*(real(problem%unknowns(), wp) + problem%multipliers())
    end function bytes_of_vectors
 
-   ! Vectors that a space of low rank has room for beside what is asked of it: responses to each local force, and six rigid motions.
-   pure integer function beside_responses(problem) result(vectors)
+   ! Vectors of a low-rank space beyond those for the wanted modes: responses to each local force and to six rigid motions.
+   pure integer function extra_low_rank_vectors(problem) result(vectors)
       type(modal_problem_type), intent(in) :: problem
       integer, parameter :: of_force = 10, of_rigid_motions = 18
 
       vectors = of_rigid_motions
       if (allocated(problem%dampers)) vectors = vectors + of_force*count(problem%dampers%row_maxima() > 0)
-   end function beside_responses
+   end function extra_low_rank_vectors
 
    pure real(wp) function total(self)
       class(memory_estimate_type), intent(in) :: self
-      ! With its libraries.
+      ! The program with its libraries.
       real(wp), parameter :: program = 3.0e7_wp
 
       total = program + self%matrices + self%factors + self%vectors

@@ -1,5 +1,5 @@
-!> A solver that remembers: what was found out about a problem serves the next solve, of other targets and bands or of
-!> other values in the same matrices.
+!> A solver that keeps what it finds out about a problem for its next solves, with other targets and bands or with other values of
+!> the matrices (docs/theory.md, section 15).
 module kschur_modal_solver
    use kschur_band, only: band_options, prepare_band, solve_band_prepared
    use kschur_clock, only: clock, seconds_since
@@ -27,54 +27,54 @@ module kschur_modal_solver
    private
    public :: modal_solver_type, new_modal_solver
 
-   ! Fewer modes than this part of the unknowns are few.
-   integer, parameter :: few_part = 4
+   ! Inverse of the largest fraction of the unknowns, as modes, that influences no choice of the preparation.
+   integer, parameter :: few_modes_part = 4
 
-   !> Made by `new_modal_solver`. One thread at a time may use it; copies, made by assignment, remember for themselves.
-   !> What MUMPS factored last stays in memory with the analysis of its pattern, until other factors are made or the solver
-   !> goes.
+   !> Created by `new_modal_solver`. Only one thread at a time may use it; copies, made by assignment, are independent. The last
+   !> factors of MUMPS stay in memory with the analysis of their pattern, until other factors are made or the solver is deallocated.
    type :: modal_solver_type
       private
       type(modal_problem_type), allocatable :: problem
       type(inner_solvers_type), allocatable :: solvers
-      ! What is prepared, with which options, and what was noted then; not allocated where nothing is.
+      ! Prepared context, and the options and notes of its preparation; not allocated: nothing is prepared.
       type(solve_context_type), allocatable :: context
-      ! What its solvers know of the pattern, between solves.
+      ! Solvers with their analysis of the pattern, between solves.
       type(spare_solvers_type) :: spare
       type(modal_options_type) :: options
       character(len=note_length), allocatable :: notes(:)
+      ! Whether it was prepared for bands.
       logical :: for_band = .false.
-      ! Whether the values have changed since.
+      ! Whether the values of the matrices have changed since the preparation.
       logical :: changed = .false.
    contains
-      !> The modes nearest to a target, as `solve_modes`.
+      !> Computes the modes nearest to a target, as `solve_modes`.
       procedure :: solve
-      !> All modes of a band, as `solve_band`.
+      !> Computes all modes of a band, as `solve_band`.
       procedure :: solve_band
-      !> Other values for the matrices.
+      !> Replaces the matrices.
       procedure :: update_values
-      !> The problem as it is now.
+      !> Returns a copy of the problem with its current matrices.
       procedure :: current_problem
-      !> A copy, without what its solvers know of the pattern.
+      !> Copies the solver without its analyses of patterns.
       generic :: assignment(=) => copy
       procedure, private :: copy
    end type modal_solver_type
 
 contains
 
-   !> A solver for a problem, of which it keeps a copy.
+   !> Creates a solver for a problem, of which it keeps a copy.
    subroutine new_modal_solver(solver, problem, solvers)
       type(modal_solver_type), intent(out) :: solver
       type(modal_problem_type), intent(in) :: problem
-      !> Linear solvers of the caller's own, as in `solve_modes`.
+      !> Linear solvers of the caller, as for `solve_modes`.
       type(inner_solvers_type), intent(in), optional :: solvers
 
       allocate (solver%problem, source=problem)
       if (present(solvers)) allocate (solver%solvers, source=solvers)
    end subroutine new_modal_solver
 
-   !> The modes nearest to a target, as those of `solve_modes`. What does not depend on the target and is known from a
-   !> solve before is not done again: presolve, order, rank of the constraints, rigid motions, the scale of the modes.
+   !> Computes the modes nearest to a target, as `solve_modes`. Reuses from earlier solves what does not depend on the target:
+   !> presolve, elimination order, rank of the constraints, rigid motions, scale of the modes.
    subroutine solve(self, options, result, error, monitor)
       class(modal_solver_type), target, intent(inout) :: self
       type(modal_options_type), intent(in) :: options
@@ -83,7 +83,7 @@ contains
       class(monitor_type), target, intent(inout), optional :: monitor
       integer :: threads_before
       integer(long) :: started
-      logical :: kept, dense_tells
+      logical :: is_outdated, dense_tells
 
       call enter_solve(options%threads, self%problem%unknowns(), threads_before, error)
       if (allocated(error)) then
@@ -93,27 +93,27 @@ contains
       started = clock()
       dense_tells = .false.
       do
-         call make_ready(self, options, .false., kept, error, monitor)
+         call make_ready(self, options, .false., is_outdated, error, monitor)
          if (.not. allocated(error)) dense_tells = dense_may_tell(self%context)
          if (.not. allocated(error)) call solve_prepared(self%context, options, result, error)
          if (allocated(error)) exit
-         if (.not. kept) exit
+         if (.not. is_outdated) exit
          if (result%reason == reason_cancelled) exit
          if (result%reason /= reason_converged .or. seems_rigid(self%context, result)) then
-            ! What is kept may not hold any more: what had no rigid motions may have some now.
+            ! The preparation may be invalid for the new values: there may be rigid motions now. Solve once more without it.
             deallocate (self%context)
          else
             exit
          end if
       end do
       if (.not. allocated(error) .and. dense_tells) call solve_again_dense(self%context, options, result)
-      if (.not. allocated(error)) call remember(self%context, result)
+      if (.not. allocated(error)) call keep_modes(self%context, result)
       call end_context(self, options, result, error)
       call result%set_total(seconds_since(started))
       call leave_solve(threads_before)
    end subroutine solve
 
-   !> All modes with first <= frequency_hz <= last, as those of `solve_band`.
+   !> Computes all modes with first <= frequency_hz <= last, as `solve_band`.
    subroutine solve_band(self, first, last, options, result, error, monitor)
       class(modal_solver_type), target, intent(inout) :: self
       !> The edges (Hz), 0 <= first < last.
@@ -122,10 +122,10 @@ contains
       type(modal_result_type), intent(out) :: result
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
-      type(modal_options_type) :: own
+      type(modal_options_type) :: settings
       integer :: threads_before
       integer(long) :: started
-      logical :: kept
+      logical :: is_outdated
 
       call enter_solve(options%threads, self%problem%unknowns(), threads_before, error)
       if (allocated(error)) then
@@ -133,18 +133,18 @@ contains
          return
       end if
       started = clock()
-      call band_options(first, last, options, own, error)
-      ! Zeros are counted there.
+      call band_options(first, last, options, settings, error)
+      ! A band needs the exact number of zeros, which new values may change.
       if (self%changed .and. allocated(self%context)) deallocate (self%context)
-      if (.not. allocated(error)) call make_ready(self, own, .true., kept, error, monitor)
-      if (.not. allocated(error)) call solve_band_prepared(self%context, first, last, own, result, error)
-      call end_context(self, own, result, error)
+      if (.not. allocated(error)) call make_ready(self, settings, .true., is_outdated, error, monitor)
+      if (.not. allocated(error)) call solve_band_prepared(self%context, first, last, settings, result, error)
+      call end_context(self, settings, result, error)
       call result%set_total(seconds_since(started))
       call leave_solve(threads_before)
    end subroutine solve_band
 
-   ! Nothing is kept of a solve that failed, or was ended before there was anything to be found. What solvers know goes where
-   ! no copy takes it.
+   ! Ends a solve. After a success the solvers with their analyses are moved out of the context, so that copies do not take them.
+   ! After a failure the context is discarded; a solve cancelled before any mode was found succeeds with an empty result.
    subroutine end_context(self, options, result, error)
       class(modal_solver_type), intent(inout) :: self
       type(modal_options_type), intent(in) :: options
@@ -161,15 +161,15 @@ contains
       if (allocated(self%context)) deallocate (self%context)
    end subroutine end_context
 
-   !> Puts other matrices in the place of those of the problem. Where their patterns, mass and constraints are the same,
-   !> there is no loss matrix, and nothing is rigid or without mass, what is known stays known. Fails as `new_modal_problem`,
-   !> and on other numbers of unknowns or constraints; the problem stays as it was then.
+   !> Replaces the matrices of the problem. The preparation is kept if mass, constraints and kind of damping are the same, there is
+   !> no loss matrix, no rigid motion, no redundant constraint, and no motion without mass. Fails as `new_modal_problem`, and on
+   !> other numbers of unknowns or constraints; the problem is unchanged then.
    subroutine update_values(self, mass, stiffness, error, damping, constraints, symmetric, loss)
       class(modal_solver_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: mass, stiffness
       type(error_type), allocatable, intent(out) :: error
       type(csr_matrix_type), intent(in), optional :: damping, constraints
-      !> As that of `new_modal_problem`.
+      !> As for `new_modal_problem`.
       integer, intent(in), optional :: symmetric
       type(csr_matrix_type), intent(in), optional :: loss
       type(modal_problem_type), allocatable :: problem
@@ -196,7 +196,7 @@ contains
       problem%index_base = self%problem%index_base
       if (allocated(self%problem%mesh)) allocate (problem%mesh, source=self%problem%mesh)
       if (allocated(self%context)) then
-         if (may_stay(self%context, self%problem, problem)) then
+         if (stays_valid(self%context, self%problem, problem)) then
             self%changed = .true.
          else
             deallocate (self%context)
@@ -212,28 +212,28 @@ contains
       problem = self%problem
    end function current_problem
 
-   ! MUMPS has memory of its own, which nobody can copy.
+   ! Copies all but the spare solvers: memory that MUMPS has allocated cannot be copied.
    subroutine copy(self, from)
       class(modal_solver_type), intent(inout) :: self
       type(modal_solver_type), intent(in) :: from
-      type(modal_solver_type), allocatable :: own
+      type(modal_solver_type), allocatable :: copied
 
-      allocate (own)
-      if (allocated(from%problem)) allocate (own%problem, source=from%problem)
-      if (allocated(from%solvers)) allocate (own%solvers, source=from%solvers)
-      if (allocated(from%context)) allocate (own%context, source=from%context)
-      if (allocated(from%notes)) allocate (own%notes, source=from%notes)
-      call move_alloc(own%problem, self%problem)
-      call move_alloc(own%solvers, self%solvers)
-      call move_alloc(own%context, self%context)
-      call move_alloc(own%notes, self%notes)
+      allocate (copied)
+      if (allocated(from%problem)) allocate (copied%problem, source=from%problem)
+      if (allocated(from%solvers)) allocate (copied%solvers, source=from%solvers)
+      if (allocated(from%context)) allocate (copied%context, source=from%context)
+      if (allocated(from%notes)) allocate (copied%notes, source=from%notes)
+      call move_alloc(copied%problem, self%problem)
+      call move_alloc(copied%solvers, self%solvers)
+      call move_alloc(copied%context, self%context)
+      call move_alloc(copied%notes, self%notes)
       call self%spare%clear()
       self%options = from%options
       self%for_band = from%for_band
       self%changed = from%changed
    end subroutine copy
 
-   ! Whether the damping is taken for general, as it was: that is exact for any.
+   ! Whether new damping is taken as general, as before, without a test for proportionality: the quadratic form is exact for any.
    logical function stays_general(self, damping)
       class(modal_solver_type), intent(in) :: self
       type(csr_matrix_type), intent(in), optional :: damping
@@ -242,23 +242,23 @@ contains
       if (stays_general) stays_general = self%context%formulation == formulation_quadratic .and. .not. damping%is_zero()
    end function stays_general
 
-   ! Whether what was prepared of a problem holds for one with other values.
-   logical function may_stay(s, before, now)
+   ! Whether the preparation of a problem is valid for one with other values.
+   logical function stays_valid(s, before, now)
       type(solve_context_type), intent(in) :: s
       type(modal_problem_type), intent(in) :: before, now
 
       associate (known => s%known)
-         may_stay = (before%symmetric .eqv. now%symmetric) .and. .not. (allocated(before%loss) .or. allocated(now%loss))
-         may_stay = may_stay .and. before%damping_kind == now%damping_kind .and. s%formulation /= formulation_low_rank .and. &
+         stays_valid = (before%symmetric .eqv. now%symmetric) .and. .not. (allocated(before%loss) .or. allocated(now%loss))
+         stays_valid = stays_valid .and. before%damping_kind == now%damping_kind .and. s%formulation /= formulation_low_rank .and. &
             same_matrix(before%mass, now%mass) .and. same_matrix(before%constraints, now%constraints) .and. &
             s%plan%unknowns_after > 0 .and. known%redundant == 0 .and. .not. allocated(s%plan%replaced) .and. &
             size(known%rigid%lambda) == 0 .and. &
             known%deflation%not_deflated == 0 .and. known%deflation%infinite%multiplicity() == 0 .and. &
             (known%deflation%infinite_is_known .or. any(s%formulation == [formulation_symmetric, formulation_proportional]))
       end associate
-   end function may_stay
+   end function stays_valid
 
-   ! The same entries with the same values.
+   ! Whether two matrices have the same pattern and values.
    pure logical function same_matrix(a, b)
       type(csr_matrix_type), intent(in) :: a, b
 
@@ -266,17 +266,18 @@ contains
       if (same_matrix) same_matrix = all(.not. abs(a%value - b%value) > 0)
    end function same_matrix
 
-   ! A context that is prepared for a solve with these options.
-   subroutine make_ready(self, options, for_band, kept, error, monitor)
+   ! Makes the context ready for a solve with these options: reuses the preparation if it is valid for them, else begins anew. Fails
+   ! on options that a solver that remembers does not support.
+   subroutine make_ready(self, options, for_band, is_outdated, error, monitor)
       class(modal_solver_type), target, intent(inout) :: self
       type(modal_options_type), intent(in) :: options
       logical, intent(in) :: for_band
-      !> Whether what is known is that of other values.
-      logical, intent(out) :: kept
+      !> Whether the preparation was made for other values of the matrices.
+      logical, intent(out) :: is_outdated
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
 
-      kept = .false.
+      is_outdated = .false.
       if (allocated(options%communicator)) then
          call new_error(error, error_usage, "a solver that remembers works in one process: leave out the communicator")
       else if (allocated(options%checkpoint) .or. allocated(options%resume)) then
@@ -284,19 +285,19 @@ contains
       end if
       if (allocated(error)) return
       if (allocated(self%context)) then
-         if (.not. serves(self, options, for_band)) deallocate (self%context)
+         if (.not. is_prepared_for(self, options, for_band)) deallocate (self%context)
       end if
       if (allocated(self%context)) then
-         kept = self%changed
+         is_outdated = self%changed
          self%context%problem => self%problem
-         if (.not. (kept .and. same_target(self%context%options, options)) .and. allocated(self%context%last)) &
+         if (.not. (is_outdated .and. same_target(self%context%options, options)) .and. allocated(self%context%last)) &
             deallocate (self%context%last)
          if (options%modes /= self%context%options%modes) self%context%dimension = 0
          call resume(self%context, options, error, monitor)
          if (.not. allocated(error)) allocate (self%context%notes, source=self%notes)
-         if (kept .and. .not. allocated(error)) call reduce_again(self%context, error)
+         if (is_outdated .and. .not. allocated(error)) call reduce_again(self%context, error)
       else
-         ! They share with others of the context before.
+         ! Spare solvers share an analysis with the solvers of the discarded context.
          call self%spare%clear()
          allocate (self%context)
          call begin(self%context, self%problem, options, error, monitor, self%solvers)
@@ -317,35 +318,36 @@ contains
       self%changed = .false.
    end subroutine make_ready
 
+   ! Whether both targets are the same.
    pure logical function same_target(before, now)
       type(modal_options_type), intent(in) :: before, now
 
       same_target = .not. abs(before%target - now%target) > 0
    end function same_target
 
-   ! Whether what was prepared for other options is the same for these.
-   logical function serves(self, options, for_band)
+   ! Whether the preparation is valid for these options.
+   logical function is_prepared_for(self, options, for_band)
       class(modal_solver_type), intent(in) :: self
       type(modal_options_type), intent(in) :: options
       logical, intent(in) :: for_band
-      integer :: most
+      integer :: most_modes
 
       associate (s => self%context, o => self%options)
-         serves = self%for_band .eqv. for_band
-         serves = serves .and. o%formulation == options%formulation .and. o%method == options%method .and. &
+         is_prepared_for = self%for_band .eqv. for_band
+         is_prepared_for = is_prepared_for .and. o%formulation == options%formulation .and. o%method == options%method .and. &
             o%arpack == options%arpack .and. o%inner == options%inner .and. (o%presolve .eqv. options%presolve) .and. &
             o%subspace == options%subspace .and. o%block == options%block .and. &
             (allocated(o%shift) .eqv. allocated(options%shift))
-         if (.not. serves .or. o%modes == options%modes) return
-         ! Few enough that nothing was chosen by their number.
-         most = max(o%modes, options%modes)
-         serves = .not. s%dense .and. s%formulation /= formulation_low_rank .and. &
-            2*most*few_part < s%work%unknowns() - s%work%multipliers()
+         if (.not. is_prepared_for .or. o%modes == options%modes) return
+         ! No choice of the preparation depended on the number of modes, if both are few.
+         most_modes = max(o%modes, options%modes)
+         is_prepared_for = .not. s%dense .and. s%formulation /= formulation_low_rank .and. &
+            2*most_modes*few_modes_part < s%work%unknowns() - s%work%multipliers()
       end associate
-   end function serves
+   end function is_prepared_for
 
-   ! The modes that were found, to begin with where the values change.
-   subroutine remember(s, result)
+   ! Keeps the modes found for the start of the next iteration, if values change, and their scale for the next shift.
+   subroutine keep_modes(s, result)
       type(solve_context_type), intent(inout) :: s
       type(modal_result_type), intent(in) :: result
       type(eigenpairs_type) :: given
@@ -357,9 +359,9 @@ contains
       allocate (given%phi, source=result%eigenvectors)
       allocate (given%xi, source=result%multipliers)
       allocate (s%last, source=s%contract(given))
-   end subroutine remember
+   end subroutine keep_modes
 
-   ! Whether a mode is so low that it may be a zero that nobody looked for.
+   ! Whether a mode is so low that it may be the zero of a rigid motion that was not searched for.
    pure logical function seems_rigid(s, result)
       type(solve_context_type), intent(in) :: s
       type(modal_result_type), intent(in) :: result

@@ -1,4 +1,4 @@
-!> What is done to a problem before it is iterated: it is reduced, and examined.
+!> Prepares a problem for the iteration: reduces and examines it.
 module kschur_preparation
    use kschur_balance, only: balance
    use kschur_clock, only: clock, seconds_since
@@ -28,8 +28,8 @@ module kschur_preparation
 
 contains
 
-   !> Eliminates clamped and tied unknowns, and balances what is left. The pencils of Table 1 keep all unknowns, those of
-   !> plain ARPACK as they are.
+   !> Eliminates clamped and tied unknowns, and balances the reduced problem. The pencils of Table 1 keep all unknowns; plain ARPACK
+   !> also keeps their units.
    subroutine reduce(s, error)
       type(solve_context_type), intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
@@ -39,18 +39,19 @@ contains
       if (allocated(error)) return
       call presolve(s%problem, s%work, s%plan, error, eliminating=s%options%presolve .and. is_structured(s%formulation))
       if (allocated(error)) then
-         ! No motion is left.
+         ! No unknown is left: a problem without modes.
          if (s%plan%unknowns_after == 0 .and. error%code == error_input) deallocate (error)
       end if
       if (allocated(error) .or. s%plan%unknowns_after == 0) return
       if (.not. s%options%is_plain()) call balance(s%work, s%plan)
    end subroutine reduce
 
-   !> The same of other values of damping and stiffness, for which the order is the same if the patterns are.
+   !> Reduces the problem again after damping and stiffness have got other values. Keeps the elimination order if the patterns are
+   !> the same, and counts the eigenvalues.
    subroutine reduce_again(s, error)
       type(solve_context_type), intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
-      type(modal_problem_type), allocatable :: before
+      type(modal_problem_type), allocatable :: former
       logical :: fits
 
       call s%enter_phase("presolve", error)
@@ -59,23 +60,23 @@ contains
       if (fits) then
          if (.not. s%options%is_plain()) call balance(s%work, s%plan)
       else
-         allocate (before, source=s%work)
+         allocate (former, source=s%work)
          call reduce(s, error)
          if (allocated(error)) return
-         if (same_pattern(before%mass, s%work%mass) .and. same_pattern(before%damping, s%work%damping) .and. &
-            same_pattern(before%stiffness, s%work%stiffness) .and. same_pattern(before%constraints, s%work%constraints) .and. &
-            allocated(before%position)) call move_alloc(before%position, s%work%position)
+         if (same_pattern(former%mass, s%work%mass) .and. same_pattern(former%damping, s%work%damping) .and. &
+            same_pattern(former%stiffness, s%work%stiffness) .and. same_pattern(former%constraints, s%work%constraints) .and. &
+            allocated(former%position)) call move_alloc(former%position, s%work%position)
       end if
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
          size(s%known%rigid%lambda))
    end subroutine reduce_again
 
-   !> Finds redundant constraints and rigid motions, and counts the eigenvalues: none where the constraints leave no
-   !> motion.
+   !> Finds redundant constraints, which it removes, and rigid motions, and counts the eigenvalues; zero if the constraints leave no
+   !> motion. Adds notes on the problem. Fails if a motion has neither mass, damping nor stiffness.
    subroutine examine(s, error)
       type(solve_context_type), target, intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
-      type(modes_type) :: none
+      type(modes_type) :: no_rigid_motions
       type(dependence_type) :: dependence
       type(eigenpairs_type) :: rigid
       integer(long) :: started
@@ -84,8 +85,8 @@ contains
       call note_penalties(s%problem, s%notes)
       call note_suspicions(s%problem, s%notes)
       if (s%plan%unknowns_after == 0) then
-         none = no_modes(s%problem%unknowns(), s%problem%multipliers())
-         s%known%rigid = none%eigenpairs_type
+         no_rigid_motions = no_modes(s%problem%unknowns(), s%problem%multipliers())
+         s%known%rigid = no_rigid_motions%eigenpairs_type
          call note_problem(s%work, s%problem%multipliers(), s%known%redundant, s%notes)
          return
       end if
@@ -136,7 +137,7 @@ contains
       s%known%redundant = s%plan%redundant + s%known%redundant
    end subroutine examine
 
-   ! Names the unknowns of a motion that makes the problem singular.
+   ! Makes the error that names the unknowns of a motion without mass, damping and stiffness.
    subroutine name_motion(s, error)
       type(solve_context_type), intent(in) :: s
       type(error_type), allocatable, intent(inout) :: error
@@ -153,6 +154,7 @@ contains
       end associate
    end subroutine name_motion
 
+   ! Adds a note, and tells the monitor, if more modes are requested than there are eigenvalues.
    subroutine announce_number(s)
       type(solve_context_type), intent(inout) :: s
 

@@ -1,4 +1,4 @@
-!> Modes of small problems, refined one by one.
+!> Refines single modes of small problems by Newton's method (docs/theory.md, section 11).
 module kschur_refining
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type
@@ -15,47 +15,47 @@ module kschur_refining
    public :: refine_modes
 
    ! Beyond this number of unknowns and multipliers dense factors for each mode cost more than the modes.
-   integer, parameter :: most = 100
+   integer, parameter :: largest_size = 100
 
 contains
 
-   !> Refines the eigenvalues that are alone. Where a problem is not symmetric there is no functional that tells them better than
-   !> their shapes, and a small residual says little; where it is, those that are known badly by their bounds are in need of it.
-   !> What Newton's method does not hold is dropped as inaccurate.
+   !> Refines simple eigenvalues with their shapes. Of unsymmetric problems all: no Rayleigh functional makes them more accurate
+   !> than the shapes, and a small residual bounds their errors badly. Of symmetric problems those with large error bounds, if all
+   !> eigenvalues are known. A mode that Newton's method does not confirm is dropped as inaccurate.
    subroutine refine_modes(s, modes)
       type(solve_context_type), intent(in) :: s
-      !> Of what is iterated.
+      !> Of the iterated problem.
       type(modes_type), intent(inout) :: modes
       type(csr_matrix_type) :: transposed
       type(cluster_type), allocatable :: clusters(:)
       type(eigenpairs_type) :: pair
-      logical, dimension(size(modes%lambda)) :: open, unknown
-      real(wp) :: change, reach
+      logical, dimension(size(modes%lambda)) :: chosen, unconfirmed
+      real(wp) :: correction, radius
       integer :: i, k
       logical :: complete
 
-      if (s%work%unknowns() + s%work%multipliers() > most) return
-      open = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
+      if (s%work%unknowns() + s%work%multipliers() > largest_size) return
+      chosen = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
       complete = s%dense .and. s%transform%certificate%verdict == certified_yes
       if (s%problem%symmetric) then
-         open = open .and. complete .and. modes%uncertainty > equal_value*abs(modes%lambda)
-         if (any(open)) open = unpack(feel_inertia(s%work, chosen_pairs(modes, open)), open, .false.)
+         chosen = chosen .and. complete .and. modes%uncertainty > equal_value*abs(modes%lambda)
+         if (any(chosen)) chosen = unpack(feel_inertia(s%work, chosen_pairs(modes, chosen)), chosen, .false.)
       end if
-      if (.not. any(open)) return
-      unknown = .false.
+      if (.not. any(chosen)) return
+      unconfirmed = .false.
       transposed = transpose_csr(s%work%constraints)
       call split(modes%lambda, same_value*abs(modes%lambda), clusters)
       do i = 1, size(clusters)
          associate (j => clusters(i)%members(1))
-            if (size(clusters(i)%members) > 1 .or. .not. open(j)) cycle
+            if (size(clusters(i)%members) > 1 .or. .not. chosen(j)) cycle
             if (clusters(i)%on_axis .and. abs(aimag(modes%lambda(j))) > 0) cycle
-            pair = chosen_pairs(modes, [(k == j, k=1, size(open))])
+            pair = chosen_pairs(modes, [(k == j, k=1, size(chosen))])
             call pair%make_complex()
-            ! Where some may be missing, what is another one is not the one that was to be found.
-            reach = clusters(i)%gap/2
-            if (.not. complete) reach = min(reach, no_correct_digits*abs(modes%lambda(j)))
-            call refine_pair(s%work, transposed, pair, reach, change)
-            unknown(j) = change > no_correct_digits
+            ! If modes may be missing, a step of more than a hundredth may have led to one of them.
+            radius = clusters(i)%gap/2
+            if (.not. complete) radius = min(radius, no_correct_digits*abs(modes%lambda(j)))
+            call refine_pair(s%work, transposed, pair, radius, correction)
+            unconfirmed(j) = correction > no_correct_digits
             modes%lambda(j) = pair%lambda(1)
             modes%xi(:, j) = pair%xi(:, 1)
             if (modes%is_real()) then
@@ -65,7 +65,7 @@ contains
             end if
          end associate
       end do
-      modes%unlisted = [modes%unlisted, pack(modes%lambda, unknown)]
-      call modes%drop(unknown)
+      modes%unlisted = [modes%unlisted, pack(modes%lambda, unconfirmed)]
+      call modes%drop(unconfirmed)
    end subroutine refine_modes
 end module kschur_refining

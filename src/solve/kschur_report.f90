@@ -1,4 +1,4 @@
-!> What the caller gets, in the end.
+!> Fills the result of a solve.
 module kschur_report
    use kschur_context, only: solve_context_type, whole_given
    use kschur_description, only: describe
@@ -24,15 +24,16 @@ module kschur_report
 
 contains
 
-   !> Fills the result from modes, which are used up, and from the context.
+   !> Fills the result from the modes and the context: describes, notes and normalises the modes, and adds up the effort. The modes
+   !> are moved into the result; factors are freed.
    subroutine report(s, options, modes, result, error, by_frequency)
       type(solve_context_type), intent(inout) :: s
-      !> As the caller gave them.
+      !> Options of the caller.
       type(modal_options_type), intent(in) :: options
       type(modes_type), intent(inout) :: modes
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      !> Present: in the order of frequencies, not of distances from the target.
+      !> Present: sorts the modes by frequency, instead of by distance from the target.
       logical, intent(in), optional :: by_frequency
       real(wp), allocatable :: rigid(:, :)
 
@@ -43,7 +44,7 @@ contains
       call s%announce_phase("result", whole_given, error)
       if (allocated(error)) return
       call report_problem(s, options, result)
-      ! Complex shapes need the room that factors and basis had.
+      ! After the factors and matrices are freed: complex shapes need their memory.
       call report_modes(modes, result)
       call move_alloc(s%notes, result%notes)
       call s%known%rigid_motions(rigid)
@@ -57,6 +58,7 @@ contains
       result%effort_type = s%effort
    end subroutine report
 
+   ! Sorts the modes by frequency.
    subroutine order_by_frequency(result)
       type(modal_result_type), intent(inout) :: result
 
@@ -64,6 +66,7 @@ contains
          call result%take(nearest_first(cmplx(0, result%frequency_hz, wp), (0.0_wp, 0.0_wp)))
    end subroutine order_by_frequency
 
+   ! Reports the problem, the options, and the formulation with the reason for it.
    subroutine report_problem(s, options, result)
       type(solve_context_type), intent(in) :: s
       type(modal_options_type), intent(in) :: options
@@ -87,6 +90,7 @@ contains
       call join_nodes(result%mesh, s%problem%stiffness)
    end subroutine report_problem
 
+   ! Moves the modes, with complex shapes, and how the search ended into the result.
    subroutine report_modes(modes, result)
       type(modes_type), intent(inout) :: modes
       type(modal_result_type), intent(inout) :: result
@@ -107,7 +111,8 @@ contains
       result%history = modes%history
    end subroutine report_modes
 
-   ! Where the last factors were. What they are of is left with them, but by a solver that remembers.
+   ! Reports shift and size of the last factors, and frees them; unless the solver remembers, also the analysis and the iterated
+   ! problem.
    subroutine report_factors(s, result)
       type(solve_context_type), intent(inout) :: s
       type(modal_result_type), intent(inout) :: result

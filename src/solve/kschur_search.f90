@@ -1,4 +1,4 @@
-!> The search for the wanted modes: it ends when they are there, or when it is known that there are no more.
+!> Searches for the wanted modes, until they are found or it is known that there are no more.
 module kschur_search
    use kschur_backward_error, only: judge_as_given
    use kschur_certificate, only: indistinct
@@ -29,12 +29,14 @@ module kschur_search
 
 contains
 
-   !> The wanted modes, from the transform that was factored.
+   !> Computes the wanted modes of the problem as given: iterates on the current transform, and at other shifts if eigenvalues are
+   !> known to be missing, polishes and refines the modes, and judges them. Sets why the search ended, and whether a count
+   !> certifies them.
    subroutine find_modes(s, modes, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(out) :: modes
       type(error_type), allocatable, intent(out) :: error
-      ! Whether it is certain that the iteration has no more modes to give.
+      ! Whether the iteration is certain to have no more modes.
       logical :: complete
       integer, allocatable :: order(:)
 
@@ -42,20 +44,20 @@ contains
       call search_here(s, modes, complete, error)
       if (allocated(error)) return
       if (.not. s%options%is_plain() .and. modes%reason /= reason_cancelled) then
-         ! What polishing could not mend may be infinite.
-         if (fewer(s, modes) .and. s%known%total%exact) call modes%drop(modes%backward_error > inaccurate_above)
-         if (fewer(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
+         ! Modes that polishing could not make accurate may be infinite eigenvalues.
+         if (has_too_few(s, modes) .and. s%known%total%exact) call modes%drop(modes%backward_error > inaccurate_above)
+         if (has_too_few(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
             call search_elsewhere(s, modes, error)
          if (allocated(error)) return
       end if
       if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled)) call refine_modes(s, modes)
-      if (.not. allocated(error)) call give_shapes(s, modes, error)
+      if (.not. allocated(error)) call expand_modes(s, modes, error)
       if (allocated(error)) return
       if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled .or. are_good(s, modes))) then
-         ! What is accurate in even units may not be so as given.
-         call take_shapes(s, modes, error)
+         ! Modes that are accurate in balanced units may not be so in the units as given.
+         call contract_modes(s, modes, error)
          if (.not. allocated(error)) call finish_modes(s, modes, error)
-         if (.not. allocated(error)) call give_shapes(s, modes, error)
+         if (.not. allocated(error)) call expand_modes(s, modes, error)
          if (allocated(error)) return
       end if
       allocate (order, source=nearest_first(modes%lambda, s%options%target))
@@ -64,12 +66,12 @@ contains
       if (s%is_stopped()) modes%reason = reason_cancelled
       if (all_known(s, modes)) modes%unlisted = [complex(wp) ::]
       call keep_nearer_unlisted(mode_request_type(s%options%modes, s%options%target), modes)
-      call give_reason(s, complete, modes)
+      call set_reason(s, complete, modes)
       call certify_by_count(s, modes)
       call s%end_step(phase_judge)
    end subroutine find_modes
 
-   !> Where rigid motions are all there is, or as many as are wanted of nothing else.
+   !> Takes the rigid motions and their decays for the modes, if there are no others.
    subroutine take_rigid(s, modes)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(out) :: modes
@@ -79,17 +81,18 @@ contains
       pairs = s%known%rigid
       call accept_pairs(s%problem, mode_request_type(s%options%modes, s%options%target, size(pairs%lambda), size(pairs%lambda)), &
          pairs, modes)
-      if (fewer(s, modes)) modes%reason = reason_fewer_modes
+      if (has_too_few(s, modes)) modes%reason = reason_fewer_modes
    end subroutine take_rigid
 
-   pure logical function fewer(s, modes)
+   ! Whether the list has fewer modes than are wanted.
+   pure logical function has_too_few(s, modes)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(in) :: modes
 
-      fewer = size(modes%lambda) < s%options%modes
-   end function fewer
+      has_too_few = size(modes%lambda) < s%options%modes
+   end function has_too_few
 
-   ! Whether there are no more eigenvalues than were found.
+   ! Whether all eigenvalues of the problem were found, by their exact number.
    pure logical function all_known(s, modes)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(in) :: modes
@@ -97,38 +100,38 @@ contains
       all_known = s%known%total%exact .and. modes%found == s%known%total%number
    end function all_known
 
-   ! Ritz values near zero cannot be told apart while they iterate: where they make fewer modes
-   ! than they seemed to, more are asked for, as long as that helps.
+   ! Searches from the current shift, or from a better one at the scale of the modes found. If the Ritz pairs make fewer modes than
+   ! wanted, because some near zero turned out to be the same mode, more are computed in another round, as long as that adds modes.
    subroutine search_here(s, modes, complete, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       logical, intent(out) :: complete
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: rounds = 5
+      integer, parameter :: most_rounds = 5
       type(eigenpairs_type) :: pairs
       type(krylov_statistics_type) :: statistics
-      integer :: applications, asked, missing, before, round, places
-      logical :: moved, all_asked, cancelled, ends
-      real(wp) :: reach
+      integer :: applications, wanted, missing, missing_before, round, moves
+      logical :: moved, all_asked, cancelled, is_last
+      real(wp) :: complete_radius
 
       complete = .false.
-      asked = min(s%options%modes, s%known%total%number)
-      before = s%options%modes + 1
-      places = 0
+      wanted = min(s%options%modes, s%known%total%number)
+      missing_before = s%options%modes + 1
+      moves = 0
       round = 1
       do
          applications = s%effort%operator_applications
-         call iterate(s, asked, pairs, reach, statistics, error)
+         call iterate(s, wanted, pairs, complete_radius, statistics, error)
          if (allocated(error)) return
          moved = .false.
-         if (places < rounds .and. statistics%reason /= reason_cancelled) call move_to_modes(s, pairs%lambda, moved, error)
+         if (moves < most_rounds .and. statistics%reason /= reason_cancelled) call move_to_modes(s, pairs%lambda, moved, error)
          call take_cancelled(error, cancelled)
          if (allocated(error)) return
-         ! They are what was found at the shift before.
+         ! The pairs are those from the shift before.
          if (cancelled) statistics%reason = reason_cancelled
          if (cancelled) moved = .false.
          if (moved) then
-            places = places + 1
+            moves = moves + 1
             cycle
          end if
          call s%end_step(phase_recover)
@@ -136,12 +139,13 @@ contains
          if (allocated(error)) return
          call append_pairs(pairs, s%contract(s%known%rigid))
          call judge_pairs(s%work, mode_request_type(s%options%modes, s%options%target, merge(huge(1), s%known%total%number, &
-            s%is_lossy()), size(s%known%rigid%lambda), s%reference(), reach, merge(s%known%deflation%zero_noise, 0.0_wp, &
+            s%is_lossy()), size(s%known%rigid%lambda), s%reference(), complete_radius, merge(s%known%deflation%zero_noise, 0.0_wp, &
             s%is_lossy())), pairs, modes)
          missing = s%options%modes - size(modes%lambda)
-         ends = s%options%is_plain() .or. asked == s%known%total%number .or. statistics%reason /= reason_converged .or. &
-            round == rounds .or. missing >= before
-         if (.not. s%options%is_plain() .and. statistics%reason /= reason_cancelled .and. (ends .or. .not. fewer(s, modes))) then
+         is_last = s%options%is_plain() .or. wanted == s%known%total%number .or. statistics%reason /= reason_converged .or. &
+            round == most_rounds .or. missing >= missing_before
+         if (.not. s%options%is_plain() .and. statistics%reason /= reason_cancelled .and. &
+            (is_last .or. .not. has_too_few(s, modes))) then
             call s%announce_phase("refinement")
             call finish_modes(s, modes, error)
             if (allocated(error)) return
@@ -149,12 +153,12 @@ contains
          call drop_spurious(modes)
          call s%end_step(phase_judge)
          missing = s%options%modes - size(modes%lambda)
-         if (missing <= 0 .or. ends) exit
+         if (missing <= 0 .or. is_last) exit
          round = round + 1
-         before = missing
-         asked = min(asked + max(missing, asked/4), s%known%total%number)
+         missing_before = missing
+         wanted = min(wanted + max(missing, wanted/4), s%known%total%number)
       end do
-      all_asked = asked == s%known%total%number
+      all_asked = wanted == s%known%total%number
       complete = statistics%reason == reason_fewer_modes .or. modes%reached_infinite .or. all_asked
       modes%reason = statistics%reason
       modes%locking_error = statistics%locking_error
@@ -162,37 +166,37 @@ contains
       modes%history%operator_applications = applications + modes%history%operator_applications
    end subroutine search_here
 
-   ! Adds to the modes what is found at shifts above and below all of them, until there are as many eigenvalues as
-   ! the problem has: what is far from the first shift is filtered out there as infinite eigenvalues are.
+   ! Searches for missing eigenvalues at shifts above and below the first one, until as many are found as the problem has: from the
+   ! first shift, far eigenvalues are filtered out like infinite ones. Uses the quadratic form, with accepted modes locked.
    subroutine search_elsewhere(s, modes, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: steps(8) = [1.0_wp, 1.0e2_wp, 1.0e-2_wp, 1.0e4_wp, 1.0e-4_wp, 1.0e6_wp, 1.0e-6_wp, 1.0e8_wp]
-      ! Off the first shift itself; beyond so many times the spectrum all eigenvalues look alike.
-      real(wp), parameter :: off = 3, beyond_all = 10
-      type(eigenpairs_type) :: more
+      real(wp), parameter :: shift_factors(8) = [1.0_wp, 1.0e2_wp, 1.0e-2_wp, 1.0e4_wp, 1.0e-4_wp, 1.0e6_wp, 1.0e-6_wp, 1.0e8_wp]
+      ! Factor that avoids the first shift; from a shift beyond this multiple of the highest frequency all eigenvalues look alike.
+      real(wp), parameter :: off_first_shift = 3, beyond_all = 10
+      type(eigenpairs_type) :: found
       type(krylov_statistics_type) :: statistics
-      class(transform_type), allocatable :: first
-      real(wp) :: scale, reach
-      complex(wp) :: shift
-      integer :: formulation, i
-      logical :: dense
+      class(transform_type), allocatable :: first_transform
+      real(wp) :: first_scale, complete_radius
+      complex(wp) :: first_shift
+      integer :: first_formulation, i
+      logical :: first_dense
 
       call s%end_step(phase_judge)
-      ! What comes after takes the factors for those at the shift.
-      call move_alloc(s%transform, first)
+      ! Later steps, as that for left vectors, need the factors at the first shift.
+      call move_alloc(s%transform, first_transform)
       call s%begin_step()
-      shift = s%shift
-      formulation = s%formulation
-      dense = s%dense
+      first_shift = s%shift
+      first_formulation = s%formulation
+      first_dense = s%dense
       s%formulation = formulation_quadratic
       s%dense = .false.
-      scale = s%reference()
-      do i = 1, size(steps)
+      first_scale = s%reference()
+      do i = 1, size(shift_factors)
          if (modes%found >= s%known%total%number) exit
-         if (steps(i) > 1 .and. off*steps(i)*scale > beyond_all*largest_rate(s%work)) cycle
-         call factor_beside(s, cmplx(off*steps(i)*scale, 0, wp), error)
+         if (shift_factors(i) > 1 .and. off_first_shift*shift_factors(i)*first_scale > beyond_all*largest_rate(s%work)) cycle
+         call factor_beside(s, cmplx(off_first_shift*shift_factors(i)*first_scale, 0, wp), error)
          if (allocated(error)) then
             if (all(error%code /= [error_singular, error_cancelled])) exit
             deallocate (error)
@@ -200,27 +204,28 @@ contains
             cycle
          end if
          s%known%deflation%locked = accepted_pairs(modes)
-         call iterate(s, s%known%total%number, more, reach, statistics, error)
+         call iterate(s, s%known%total%number, found, complete_radius, statistics, error)
          s%known%deflation%locked = eigenpairs_type()
          if (allocated(error)) exit
          call s%end_step(phase_recover)
-         call add_pairs(s, more, scale, modes)
+         call add_pairs(s, found, first_scale, modes)
          call finish_modes(s, modes, error)
          if (allocated(error)) exit
          call drop_spurious(modes)
       end do
-      s%formulation = formulation
-      s%dense = dense
+      s%formulation = first_formulation
+      s%dense = first_dense
       if (allocated(error)) return
       call s%drop_transform()
       call s%end_step(phase_judge)
-      call move_alloc(first, s%transform)
+      call move_alloc(first_transform, s%transform)
       call s%begin_step()
-      s%shift = shift
+      s%shift = first_shift
       call modes%drop(modes%backward_error > inaccurate_above)
    end subroutine search_elsewhere
 
-   ! Those that need not be found again: others than roots of a defective eigenvalue, whose space is known to the root of rounding.
+   ! Accurate modes, to be locked at other shifts. Roots of a defective eigenvalue are excluded: their space is known only to the
+   ! square root of rounding.
    function accepted_pairs(modes) result(pairs)
       type(modes_type), intent(in) :: modes
       type(eigenpairs_type) :: pairs
@@ -237,8 +242,8 @@ contains
       call pairs%make_complex()
    end function accepted_pairs
 
-   ! Shapes of the problem as given, and how well they satisfy it.
-   subroutine give_shapes(s, modes, error)
+   ! Expands modes of the iterated problem to the problem as given, and computes their backward errors and error bounds there.
+   subroutine expand_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
@@ -261,10 +266,10 @@ contains
       end do
       call judge_as_given(s%problem, modes%eigenpairs_type, modes%motion > 0, modes%backward_error, modes%error_bound)
       call s%hold(whole_iterated, error)
-   end subroutine give_shapes
+   end subroutine expand_modes
 
-   ! The same modes as what is iterated has them, with what is known of them.
-   subroutine take_shapes(s, modes, error)
+   ! Restricts modes of the problem as given to the iterated problem.
+   subroutine contract_modes(s, modes, error)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
@@ -276,36 +281,37 @@ contains
       do j = 1, size(modes%lambda)
          call normalize(modes, j)
       end do
-   end subroutine take_shapes
+   end subroutine contract_modes
 
-   ! Of what was found at another shift, what is none of the modes that there are.
+   ! Appends the pairs from another shift that are none of the modes.
    subroutine add_pairs(s, more, reference, modes)
       type(solve_context_type), intent(in) :: s
-      !> Used up.
+      !> The pairs, invalid on return.
       type(eigenpairs_type), intent(inout) :: more
-      !> A size of lambda (1/s), against which zeros are seen.
+      !> Size of eigenvalues (1/s), relative to which zeros are recognised.
       real(wp), intent(in) :: reference
       type(modes_type), intent(inout) :: modes
-      type(modes_type) :: others
-      logical, allocatable :: again(:)
+      type(modes_type) :: added
+      logical, allocatable :: is_known(:)
       integer :: j
 
       call append_pairs(more, s%contract(s%known%rigid))
       call judge_pairs(s%work, mode_request_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
-         more, others)
-      allocate (again, source=.not. abs(others%lambda) > 0)
-      do j = 1, size(again)
-         if (others%motion(j) > 0) again(j) = again(j) .or. any(modes%motion == others%motion(j))
+         more, added)
+      allocate (is_known, source=.not. abs(added%lambda) > 0)
+      do j = 1, size(is_known)
+         if (added%motion(j) > 0) is_known(j) = is_known(j) .or. any(modes%motion == added%motion(j))
          ! Roots of a defective eigenvalue that were found from different shifts lie apart, with one shape.
-         if (.not. again(j)) again(j) = independent_part(modes, others, j, no_correct_digits) <= same_shape
+         if (.not. is_known(j)) is_known(j) = independent_part(modes, added, j, no_correct_digits) <= same_shape
       end do
-      call others%drop(again)
-      call modes%append(others)
+      call added%drop(is_known)
+      call modes%append(added)
    end subroutine add_pairs
 
-   ! Why the search ended.
-   subroutine give_reason(s, complete, modes)
+   ! Sets the reason why the search ended.
+   subroutine set_reason(s, complete, modes)
       type(solve_context_type), intent(inout) :: s
+      !> Whether the iteration is certain to have no more modes.
       logical, intent(in) :: complete
       type(modes_type), intent(inout) :: modes
       logical :: all_found
@@ -314,9 +320,9 @@ contains
          all_found = complete .and. size(modes%unlisted) == 0
          if (total%exact) all_found = modes%found == total%number
          if (any(modes%reason == [reason_max_restarts, reason_cancelled]) .and. .not. (total%exact .and. all_found)) then
-            ! Those that converged need not be the nearest.
+            ! The converged modes need not be the nearest ones.
             return
-         else if (.not. fewer(s, modes)) then
+         else if (.not. has_too_few(s, modes)) then
             modes%reason = merge(reason_inaccurate, reason_converged, &
                size(modes%unlisted) > 0 .or. any(modes%backward_error > inaccurate_above))
          else
@@ -325,9 +331,10 @@ contains
                text(modes%found)//" were found")
          end if
       end associate
-   end subroutine give_reason
+   end subroutine set_reason
 
-   ! The modes are the nearest to the target if they are no further than what is proved.
+   ! Sets `certified` from the verdict of the iteration's count: the modes are proved to be the nearest ones if they lie within the
+   ! radius of the certificate.
    subroutine certify_by_count(s, modes)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(inout) :: modes
@@ -341,7 +348,7 @@ contains
          furthest = maxval(distances(modes%lambda, s%options%target))
          slack = 2*indistinct(furthest, maxval(abs(modes%lambda)))
          if (furthest > certificate%reach + slack) modes%certified = certified_unknown
-         ! Nothing that was computed may have been lost on the way to the modes.
+         ! If all eigenvalues were computed, none that is nearer than the furthest mode may be missing in the list.
          if (allocated(certificate%distances)) then
             furthest = furthest - slack
             if (count(certificate%distances < furthest) + nearer_than(furthest, s%known%rigid%lambda) /= &
@@ -354,7 +361,7 @@ contains
 
    contains
 
-      ! Both of a conjugate pair counted.
+      ! Number of eigenvalues nearer to the target than this, both of a conjugate pair counted.
       integer function nearer_than(distance, lambda)
          real(wp), intent(in) :: distance
          complex(wp), intent(in) :: lambda(:)

@@ -1,5 +1,5 @@
-!> What a method asks of everything around it: Krylov-Schur, ARPACK in its place, or ARPACK as
-!> the paper compares with it.
+!> Checks options, and sets those that a method prescribes: Krylov-Schur, ARPACK in its place (fair), or ARPACK as in the paper
+!> (plain).
 module kschur_settings
    use kschur_arpack_options, only: arpack_options_type
    use kschur_error, only: error_type, new_error, error_usage
@@ -16,53 +16,54 @@ module kschur_settings
    private
    public :: check_options, set_iteration_options, method_name, settings_of
 
-   ! More modes, dimensions of a space or vectors of a block than anybody has memory for; a hundred times as many are still a
-   ! default integer.
+   ! Largest number of modes, dimension of a space or block size: beyond any memory, but a hundred times as many are still a default
+   ! integer.
    integer, parameter :: most_columns = 10**7
 
 contains
 
-   !> Fails on options that no problem fits.
+   !> Fails on options that are invalid for every problem.
    subroutine check_options(options, error)
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(out) :: error
 
-      call between("number of modes", options%modes, 1, most_columns, error)
+      call check_range("number of modes", options%modes, 1, most_columns, error)
       if (.not. (allocated(error) .or. (options%tolerance > 0 .and. options%tolerance < 1))) call new_error(error, error_usage, &
          "the tolerance is "//text(options%tolerance)//" but must lie between 0 and 1")
-      call check_place("target", options%target, error)
-      if (allocated(options%shift)) call check_place("shift", options%shift, error)
-      call between("subspace dimension", options%subspace, 0, most_columns, error)
-      call between("number of vectors of a block", options%block, 0, most_columns, error)
-      call between("number of threads", options%threads, 0, most_threads, error)
-      call at_least("limit of memory", options%memory, 0, error)
-      call at_least("number of rows from which a matrix is distributed", int(options%distribute, long), 1, error)
-      call at_least("number of groups", int(options%groups, long), 0, error)
-      call at_least("number of restarts", int(options%max_restarts, long), 1, error)
-      call one_of("formulation", options%formulation, formulation_names, error)
-      call one_of("constraint scaling", options%constraint_scaling, scaling_names, error)
-      call one_of("inner solver", options%inner, inner_names, error)
-      call one_of("normalisation", options%normalisation, normalisation_names, error)
-      call one_of("method", options%method, method_names, error)
-      call one_of("setting of ARPACK", options%arpack, arpack_names, error)
+      call check_point("target", options%target, error)
+      if (allocated(options%shift)) call check_point("shift", options%shift, error)
+      call check_range("subspace dimension", options%subspace, 0, most_columns, error)
+      call check_range("number of vectors of a block", options%block, 0, most_columns, error)
+      call check_range("number of threads", options%threads, 0, most_threads, error)
+      call check_minimum("limit of memory", options%memory, 0, error)
+      call check_minimum("number of rows from which a matrix is distributed", int(options%distribute, long), 1, error)
+      call check_minimum("number of groups", int(options%groups, long), 0, error)
+      call check_minimum("number of restarts", int(options%max_restarts, long), 1, error)
+      call check_choice("formulation", options%formulation, formulation_names, error)
+      call check_choice("constraint scaling", options%constraint_scaling, scaling_names, error)
+      call check_choice("inner solver", options%inner, inner_names, error)
+      call check_choice("normalisation", options%normalisation, normalisation_names, error)
+      call check_choice("method", options%method, method_names, error)
+      call check_choice("setting of ARPACK", options%arpack, arpack_names, error)
       if (.not. allocated(error) .and. options%certify .and. options%uncounted) call new_error(error, error_usage, &
          "the modes cannot be both certified and uncounted")
       if (.not. allocated(error)) call check_method(options, error)
       if (.not. allocated(error) .and. options%formulation == formulation_dense) call check_dense(options, error)
    end subroutine check_options
 
-   ! Of a number that others are added to, and that is multiplied.
-   subroutine between(name, value, least, most, error)
+   ! Fails if a number lies outside its range. The upper limit keeps sums and multiples of it in range of default integers.
+   subroutine check_range(name, value, least, most, error)
       character(len=*), intent(in) :: name
       integer, intent(in) :: value, least, most
       type(error_type), allocatable, intent(inout) :: error
 
-      call at_least(name, int(value, long), least, error)
+      call check_minimum(name, int(value, long), least, error)
       if (.not. allocated(error) .and. value > most) call new_error(error, error_usage, "the "//name//" is "//text(value)// &
          " but must be at most "//text(most))
-   end subroutine between
+   end subroutine check_range
 
-   subroutine at_least(name, value, least, error)
+   ! Fails if a number is below its minimum.
+   subroutine check_minimum(name, value, least, error)
       character(len=*), intent(in) :: name
       integer(long), intent(in) :: value
       integer, intent(in) :: least
@@ -70,9 +71,10 @@ contains
 
       if (.not. allocated(error) .and. value < least) call new_error(error, error_usage, "the "//name//" is "//text(value)// &
          " but must be at least "//text(least))
-   end subroutine at_least
+   end subroutine check_minimum
 
-   subroutine check_place(name, value, error)
+   ! Fails if a target or shift is not finite, or so large that its powers may overflow.
+   subroutine check_point(name, value, error)
       character(len=*), intent(in) :: name
       complex(wp), intent(in) :: value
       type(error_type), allocatable, intent(inout) :: error
@@ -80,20 +82,21 @@ contains
 
       if (.not. (allocated(error) .or. abs(value) <= largest)) &
          call new_error(error, error_usage, "the "//name//" must be a number below 1e100")
-   end subroutine check_place
+   end subroutine check_point
 
-   subroutine one_of(name, value, names, error)
+   ! Fails if a number is none of an enumeration.
+   subroutine check_choice(name, value, names, error)
       character(len=*), intent(in) :: name
       integer, intent(in) :: value
-      !> From number 0 on.
+      !> Names of the enumeration, from 0 on.
       character(len=*), intent(in) :: names(0:)
       type(error_type), allocatable, intent(inout) :: error
 
       if (.not. allocated(error) .and. (value < 0 .or. value > ubound(names, 1))) call new_error(error, error_usage, &
          "there is no "//name//" number "//text(value)//", only 0 to "//text(ubound(names, 1)))
-   end subroutine one_of
+   end subroutine check_choice
 
-   ! Fails on options of an iteration.
+   ! Fails on options that only an iteration has, for `formulation_dense`.
    subroutine check_dense(options, error)
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(out) :: error
@@ -128,7 +131,7 @@ contains
       end if
    end subroutine check_method
 
-   !> The options that a method solves with.
+   !> Returns the options that a method solves with: plain ARPACK sets formulation, scaling, presolve and shift as in the paper.
    function settings_of(options) result(settings)
       type(modal_options_type), intent(in) :: options
       type(modal_options_type) :: settings
@@ -153,35 +156,35 @@ contains
       if (options%method == method_arpack) name = "arpack-"//arpack_names(options%arpack)
    end function method_name
 
-   !> What the iteration is told.
-   subroutine set_iteration_options(options, formulation, order, asked, known, oscillator, krylov)
+   !> Makes the options of the iteration: dimension of the Krylov space, tolerance, limits, and for ARPACK the number of values.
+   subroutine set_iteration_options(options, formulation, order, wanted, known, oscillator, krylov)
       type(modal_options_type), intent(in) :: options
       integer, intent(in) :: formulation
       !> Length of the vectors that are iterated.
       integer, intent(in) :: order
-      !> How many modes are wanted; how many of them are known beforehand.
-      integer, intent(in) :: asked, known
-      !> Whether a mode is one eigenvalue; otherwise it is two.
+      !> Number of wanted modes, and how many of them are known beforehand.
+      integer, intent(in) :: wanted, known
+      !> Whether a mode is one eigenvalue theta = omega^2; otherwise it is two lambda.
       logical, intent(in) :: oscillator
       class(krylov_options_type), allocatable, intent(out) :: krylov
       integer :: values, subspace
 
-      values = merge(1, 2, oscillator)*asked
+      values = merge(1, 2, oscillator)*wanted
       subspace = options%subspace
       if (options%method == method_arpack) then
          if (.not. options%is_plain()) then
             values = max(values - merge(1, 2, oscillator)*known, 1)
-            ! The wanted eigenvalues are nearest to the target, those of ARPACK to the shift. A certificate
-            ! wants to see the next ones.
+            ! More values than wanted: ARPACK finds those nearest to the shift, not to the target, and a certificate needs the next
+            ! ones to find a gap.
             values = values + merge(2, max(values/4, 2), oscillator)
          end if
          allocate (krylov, source=arpack_options_type(values=values, raw=options%is_plain()))
       else
          allocate (krylov_options_type :: krylov)
-         ! So much that a restart is rare; memory is touched as far as it is used.
+         ! So large that restarts are rare; only the part in use takes memory.
          if (subspace == 0 .and. is_structured(formulation)) then
             subspace = 3*values + 40*options%block
-            ! Of most of all there is the projected problem costs more than a restart.
+            ! If most of all eigenvalues are wanted, a larger projected problem costs more than a restart.
             if (.not. oscillator) subspace = min(subspace, max(subspace_dimension(0, values, options%block), order/2))
          end if
       end if

@@ -1,7 +1,7 @@
-!> Where a formulation is factored: at the shift that was given, next to a target, or at the scale of the wanted modes.
+!> Chooses the shift and factors there: at the shift of the options, next to the target, or at the scale of the wanted modes.
 !>
-!> Each place has candidates, and the first that is no eigenvalue is factored. A scale is what was observed: by a few
-!> steps on the stiffness, by a few at the shift, by the modes that were found from there.
+!> Each of these has candidates, of which the first that is no eigenvalue is factored. The scale is observed, by a few steps of an
+!> iteration on the factored stiffness, by a few at the shift, or by the modes found from there (docs/theory.md, section 10).
 module kschur_shift
    use kschur_block_choice, only: chosen_block
    use kschur_context, only: solve_context_type, whole_iterated
@@ -25,36 +25,37 @@ module kschur_shift
    private
    public :: factor_beside, move_to_modes, place_shift, scale_of
 
-   ! A shift within this factor of that place is left where it is.
+   ! A shift within this factor of the observed scale is kept.
    real(wp), parameter :: close_enough = 4
+   ! Largest number of shifts that are tried for a scale.
    integer, parameter :: shift_attempts = 5
-   ! A few steps tell a scale to this part of it.
-   real(wp), parameter :: roughly = 0.1_wp
-   ! From zero, eigenvalues so many times the lowest are told as well as from among them.
+   ! Tolerance of the few steps that observe a scale.
+   real(wp), parameter :: rough_tolerance = 0.1_wp
+   ! Largest ratio of wanted eigenvalues that the shift zero serves as well as a shift among them.
    real(wp), parameter :: seen_from_zero = 30
-   ! Where to, by what factors, should it be an eigenvalue.
-   real(wp), parameter :: moved(3) = [1.0_wp, 1.1_wp, 1.3_wp]
-   ! To the right of a target a stable system has no eigenvalue.
+   ! Factors that move a shift, in turn, if it is an eigenvalue.
+   real(wp), parameter :: moving_factors(3) = [1.0_wp, 1.1_wp, 1.3_wp]
+   ! Distances of the shift to the right of a target, relative to it, in turn: a stable system has no eigenvalue there.
    real(wp), parameter :: off_axis(3) = [0.01_wp, 0.03_wp, 0.1_wp]
 
 contains
 
-   !> Factors at the shift that was given, next to a target, or, where that is
-   !> small, at the scale of the lowest modes. Sets s%transform and s%shift.
+   !> Chooses the shift and factors there: at the shift of the options, next to the target, or if the target is near zero at the
+   !> scale of the lowest modes. Sets s%transform and s%shift. Fails with `error_singular` if each candidate is an eigenvalue.
    subroutine place_shift(s, error)
       type(solve_context_type), target, intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: scale, suggested
-      integer :: search
+      real(wp) :: scale, estimated_scale
+      integer :: scale_formulation
       logical :: placed
 
       call s%enter_phase("factorisation", error, whole_iterated)
       if (allocated(error)) return
-      suggested = first_scale(s%work)
+      estimated_scale = first_scale(s%work)
       scale = s%scale
-      if (.not. scale > 0) scale = max(suggested, s%known%deflation%zero_noise)
-      if (.not. (allocated(s%options%shift) .or. serves_all(s)) .and. abs(s%options%target) <= suggested) then
-         if (may_stay_at_zero(s)) then
+      if (.not. scale > 0) scale = max(estimated_scale, s%known%deflation%zero_noise)
+      if (.not. (allocated(s%options%shift) .or. any_low_shift_serves(s)) .and. abs(s%options%target) <= estimated_scale) then
+         if (zero_may_serve(s)) then
             call try_zero(s, scale, placed, error)
             if (allocated(error) .or. placed) return
          else
@@ -64,55 +65,57 @@ contains
       call s%drop_stiffness()
       if (allocated(error)) return
       if (allocated(s%options%shift)) then
-         call factor_first(s, s%formulation, beside(s, s%options%shift), error, s%options%shift)
+         call factor_first(s, s%formulation, candidates_beside(s, s%options%shift), error, s%options%shift)
          return
       end if
-      if (abs(s%options%target) <= suggested) then
-         ! A pencil has infinite eigenvalues and costs more: the structured form tells the scale.
-         search = merge(s%formulation, formulation_quadratic, is_structured(s%formulation))
+      if (abs(s%options%target) <= estimated_scale) then
+         ! A pencil has more infinite eigenvalues and costs more: the quadratic form observes the scale in its place.
+         scale_formulation = merge(s%formulation, formulation_quadratic, is_structured(s%formulation))
          if (allocated(s%last)) then
-            call factor_first(s, search, moved*scale*direction_of(s), error)
+            call factor_first(s, scale_formulation, moving_factors*scale*shift_direction(s), error)
          else
-            call factor_at_scale(s, search, scale, error)
+            call factor_at_scale(s, scale_formulation, scale, error)
          end if
          if (allocated(error)) return
          s%scale = scale
-         if (abs(s%options%target) <= scale .and. search == s%formulation) return
+         if (abs(s%options%target) <= scale .and. scale_formulation == s%formulation) return
          call s%drop_transform()
       else
          scale = 0
       end if
       if (abs(s%options%target) <= scale) then
-         call factor_first(s, s%formulation, moved*scale*direction_of(s), error)
+         call factor_first(s, s%formulation, moving_factors*scale*shift_direction(s), error)
       else if (s%dense) then
-         call factor_first(s, s%formulation, moved*min(abs(s%options%target), largest_rate(s%work))*direction_of(s), error)
+         call factor_first(s, s%formulation, moving_factors* &
+            min(abs(s%options%target), largest_rate(s%work))*shift_direction(s), error)
       else
          call factor_first(s, s%formulation, s%options%target + off_axis*abs(s%options%target), error)
       end if
    end subroutine place_shift
 
-   ! In which direction from zero the shift lies: where both of a conjugate pair are eigenvalues on the real axis, with losses among
-   ! those above it, and to the right of where a stable system has them.
-   pure complex(wp) function direction_of(s) result(direction)
+   ! Direction of the shift from zero, to the right of the eigenvalues of a stable system: on the real axis, as near to both of a
+   ! conjugate pair; with losses above it, as only the eigenvalues there are modes.
+   pure complex(wp) function shift_direction(s) result(direction)
       type(solve_context_type), intent(in) :: s
       complex(wp), parameter :: above = (0.28_wp, 0.96_wp)
 
       direction = merge(above, (1.0_wp, 0.0_wp), s%is_lossy() .and. s%formulation == formulation_quadratic)
-   end function direction_of
+   end function shift_direction
 
-   ! Whether the factors of the stiffness serve the iteration: what is zero is then not in it.
-   pure logical function may_stay_at_zero(s)
+   ! Whether the factors of the stiffness can serve an iteration at the shift zero: they solve without regularisation, the problem
+   ! is symmetric, and all rigid motions are deflated.
+   pure logical function zero_may_serve(s)
       type(solve_context_type), intent(in) :: s
 
-      may_stay_at_zero = allocated(s%known%stiffness) .and. s%work%symmetric .and. s%known%deflation%not_deflated == 0 .and. &
+      zero_may_serve = allocated(s%known%stiffness) .and. s%work%symmetric .and. s%known%deflation%not_deflated == 0 .and. &
          s%options%inner == inner_auto .and. .not. (s%dense .or. allocated(s%last)) .and. any(s%formulation == &
          [formulation_symmetric, formulation_proportional, formulation_quadratic, formulation_low_rank]) .and. &
          .not. (s%is_lossy() .and. s%formulation == formulation_quadratic)
-      if (may_stay_at_zero) may_stay_at_zero = s%known%stiffness%exact
-   end function may_stay_at_zero
+      if (zero_may_serve) zero_may_serve = s%known%stiffness%exact
+   end function zero_may_serve
 
-   ! Iterates at the shift zero, on the factors of the stiffness, a few steps, which tell the scale (1/s). It stays there
-   ! unless what is wanted spreads too far: from zero the highest would have fewer digits.
+   ! Takes over the factors of the stiffness for the shift zero, and observes the scale (1/s) by a few steps there. The shift stays
+   ! at zero (`placed`) unless the wanted eigenvalues spread so far that the largest_rate would lose digits, or the steps fail.
    subroutine try_zero(s, scale, placed, error)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(inout) :: scale
@@ -143,83 +146,83 @@ contains
       placed = spread <= seen_from_zero
    end subroutine try_zero
 
-   !> Factors at a shift, or beside it if it is an eigenvalue.
+   !> Factors at a shift, moved a little if it is an eigenvalue.
    subroutine factor_beside(s, shift, error)
       type(solve_context_type), target, intent(inout) :: s
       complex(wp), intent(in) :: shift
       type(error_type), allocatable, intent(out) :: error
       integer :: i
 
-      do i = 1, size(moved)
-         call factor_at(s, s%formulation, moved(i)*shift, error)
+      do i = 1, size(moving_factors)
+         call factor_at(s, s%formulation, moving_factors(i)*shift, error)
          if (.not. allocated(error)) return
          if (error%code /= error_singular) return
       end do
    end subroutine factor_beside
 
-   !> Goes to the scale of eigenvalues that were found, where from target and shift most of them look alike; back to where it was
-   !> if nothing can be factored there.
+   !> Moves the shift to the scale of the eigenvalues found, if most of them are so far below target and shift that they look alike
+   !> from there; factors at the former shift again if each shift at that scale is singular.
    subroutine move_to_modes(s, lambda, has_moved, error)
       type(solve_context_type), target, intent(inout) :: s
       complex(wp), intent(in) :: lambda(:)
       logical, intent(out) :: has_moved
       type(error_type), allocatable, intent(out) :: error
-      ! Wanted eigenvalues of this part of the shift all look alike from there.
+      ! Eigenvalues below this fraction of the shift look alike from there; the new shift is this multiple of the largest of them.
       real(wp), parameter :: much_smaller = 1.0e-2_wp, above_them = 2
-      complex(wp) :: before
+      complex(wp) :: former_shift
       real(wp) :: limit
 
       limit = much_smaller*min(abs(s%options%target), abs(s%shift))
       has_moved = .not. (s%dense .or. allocated(s%options%shift)) .and. 2*count(abs(lambda) < limit) > size(lambda) .and. &
          maxval(abs(lambda), abs(lambda) < limit) > 0
       if (.not. has_moved) return
-      before = s%shift
+      former_shift = s%shift
       associate (target => s%options%target)
          call factor_beside(s, above_them*maxval(abs(lambda), abs(lambda) < limit)*target/abs(target), error)
       end associate
       if (.not. allocated(error)) return
       if (error%code /= error_singular) return
-      ! Rounding of rigid motions drowns all else there.
+      ! Rounding along rigid motions exceeds all else at such a low shift.
       has_moved = .false.
-      call factor_at(s, s%formulation, before, error)
+      call factor_at(s, s%formulation, former_shift, error)
    end subroutine move_to_modes
 
-   ! The shift of a user and, should it be an eigenvalue, others next to it. Zeros are double: next
-   ! to zero it is the square of a shift that rounding must leave visible.
-   function beside(s, shift) result(shifts)
+   ! Candidates for the shift of the options: itself unless it is a known zero, and others next to it. Zeros are double: so near
+   ! zero, the square of a shift must exceed rounding.
+   function candidates_beside(s, shift) result(shifts)
       type(solve_context_type), intent(in) :: s
       complex(wp), intent(in) :: shift
       complex(wp), allocatable :: shifts(:)
       real(wp), parameter :: steps(5) = [1.0e-8_wp, 1.0e-7_wp, 1.0e-6_wp, 1.0e-5_wp, 1.0e-4_wp], &
          above_zero(5) = [1, 2, 5, 10, 20]
-      real(wp) :: visible
-      logical :: hidden
+      real(wp) :: least_shift
+      logical :: is_zero
 
-      ! Whether rounding does not tell it from the eigenvalue zero.
-      hidden = size(s%known%rigid%lambda) > 0 .and. .not. abs(shift) > 0
-      if (is_structured(s%formulation)) hidden = hidden .or. abs(shift) < s%known%deflation%zero_noise
-      visible = max(0.01_wp*first_scale(s%work), s%known%deflation%zero_noise)
+      ! Whether the shift is the eigenvalue zero, to rounding.
+      is_zero = size(s%known%rigid%lambda) > 0 .and. .not. abs(shift) > 0
+      if (is_structured(s%formulation)) is_zero = is_zero .or. abs(shift) < s%known%deflation%zero_noise
+      least_shift = max(0.01_wp*first_scale(s%work), s%known%deflation%zero_noise)
       allocate (shifts(6))
       shifts(1) = shift
       shifts(2:) = shift*(1 + steps)
-      if (abs(shift) < visible) shifts(2:) = above_zero*visible
-      if (hidden) shifts = shifts(2:)
-   end function beside
+      if (abs(shift) < least_shift) shifts(2:) = above_zero*least_shift
+      if (is_zero) shifts = shifts(2:)
+   end function candidates_beside
 
-   ! At the first of some shifts that is neither an eigenvalue nor so near to one that
-   ! it blurs the others.
-   subroutine factor_first(s, formulation, shifts, error, given)
+   ! Factors at the first candidate that is neither an eigenvalue nor so near to one that rounding errors along its eigenvector
+   ! spoil the others. A note says if that is not the wanted shift.
+   subroutine factor_first(s, formulation, shifts, error, desired)
       type(solve_context_type), target, intent(inout) :: s
       integer, intent(in) :: formulation
       complex(wp), intent(in) :: shifts(:)
       type(error_type), allocatable, intent(out) :: error
-      !> Where it should be; absent: at the first.
-      complex(wp), optional, intent(in) :: given
+      !> The wanted shift; absent: the first candidate.
+      complex(wp), optional, intent(in) :: desired
       complex(wp) :: wanted
       integer :: i
 
       wanted = shifts(1)
-      if (present(given)) wanted = given
+      if (present(desired)) wanted = desired
       do i = 1, size(shifts)
          call factor_at(s, formulation, shifts(i), error)
          if (.not. allocated(error)) exit
@@ -234,11 +237,11 @@ contains
       end if
    end subroutine factor_first
 
-   ! At the scale of the lowest modes, found by trial.
+   ! Factors at the scale of the lowest modes: observes the scale at the shift, and moves there until it stays within a factor of 4.
    subroutine factor_at_scale(s, formulation, scale, error)
       type(solve_context_type), target, intent(inout) :: s
       integer, intent(in) :: formulation
-      !> The shift (1/s): the first one to be tried, and the one that was taken.
+      !> First shift to be tried, and the final one (1/s).
       real(wp), intent(inout) :: scale
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: decades = 100, enough_below = 1.0e-2_wp
@@ -249,56 +252,57 @@ contains
       previous = scale
       placed = .false.
       do attempt = 1, shift_attempts
-         call factor_first(s, formulation, moved*scale*direction_of(s), error)
+         call factor_first(s, formulation, moving_factors*scale*shift_direction(s), error)
          scale = abs(s%shift)
          observed = 0
          placed = placed .or. .not. allocated(error)
-         ! Nobody waits for a better one.
+         ! A cancelled solve needs no better shift.
          if (.not. allocated(error)) then
             if (s%is_stopped()) return
          end if
          if (.not. allocated(error) .and. attempt < shift_attempts) call observe_here(s, observed, error)
          if (allocated(error)) then
             if (error%code == error_singular .and. .not. placed .and. attempt < shift_attempts) then
-               ! At a low shift rounding may drown all but the rigid motions.
+               ! At a low shift rounding along rigid motions may exceed all else.
                scale = decades*scale
                previous = scale
                cycle
             end if
             if (all(error%code /= [error_singular, error_convergence]) .or. attempt == 1) return
             scale = previous
-            call factor_at(s, formulation, scale*direction_of(s), error)
+            call factor_at(s, formulation, scale*shift_direction(s), error)
             return
          end if
          if (.not. observed > 0) return
          observed = max(observed, s%known%deflation%zero_noise)
          if (observed >= scale/close_enough .and. observed <= scale*close_enough) return
-         if (serves_all(s) .and. observed >= enough_below*scale) return
+         if (any_low_shift_serves(s) .and. observed >= enough_below*scale) return
          previous = scale
          scale = observed
       end do
    end subroutine factor_at_scale
 
-   ! Whether any shift that is low serves all eigenvalues, as their matrix is balanced; rigid motions would drown others.
-   pure logical function serves_all(s)
+   ! Whether any low shift serves: for a dense solve, whose matrix is balanced, without rigid motions, along which rounding would
+   ! exceed all else.
+   pure logical function any_low_shift_serves(s)
       type(solve_context_type), intent(in) :: s
 
-      serves_all = s%dense .and. size(s%known%rigid%lambda) == 0
-   end function serves_all
+      any_low_shift_serves = s%dense .and. size(s%known%rigid%lambda) == 0
+   end function any_low_shift_serves
 
-   ! The scale of the lowest undamped frequencies in place of the one that is given; damping may put the eigenvalues
-   ! elsewhere.
+   ! Replaces the scale by that of the lowest undamped frequencies, which a few steps on the factored stiffness give, if enough are
+   ! seen. With damping the eigenvalues may have another scale.
    subroutine observe_stiffness(s, scale, error)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(inout) :: scale
       type(error_type), allocatable, intent(out) :: error
-      ! One that is far below all others hides them.
-      integer, parameter :: enough = 4
+      ! Least number of frequencies: a single one far below all others would tell nothing about them.
+      integer, parameter :: least_number = 4
       real(wp), allocatable :: frequencies(:)
       integer :: movable
 
       if (.not. allocated(s%known%stiffness)) return
-      ! Rigid motions that stay in the iteration are all that it would see.
+      ! If rigid motions were not deflated, the iteration would find nothing else.
       if (s%known%deflation%not_deflated == 0) then
          call find_lowest_frequencies(s%work, s%known, s%options%modes, s%options%seed, s%processes, frequencies, s%effort, &
             error)
@@ -308,28 +312,28 @@ contains
             deallocate (error)
          else
             movable = s%work%unknowns() - s%work%multipliers() - size(s%known%deflation%decay)
-            call observe(frequencies, 0.0_wp, min(too_far*minval([huge(1.0_wp), frequencies]), &
+            call set_scale(frequencies, 0.0_wp, min(too_far*minval([huge(1.0_wp), frequencies]), &
                above_the_typical*typical_rate(s%work)), &
-               max(1, min(enough, s%options%modes - size(s%known%deflation%eigenvalues()), movable)), scale)
+               max(1, min(least_number, s%options%modes - size(s%known%deflation%eigenvalues()), movable)), scale)
          end if
       end if
    end subroutine observe_stiffness
 
-   ! The scale of what a few steps at the shift tell; zero where they do not tell.
+   ! Observes the scale by a few steps of an iteration at the current shift; zero if they show too few eigenvalues.
    subroutine observe_here(s, scale, error, spread)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(out) :: scale
       type(error_type), allocatable, intent(out) :: error
-      !> The ratio of the highest to the lowest of them.
+      !> Ratio of the largest to the smallest eigenvalue seen.
       real(wp), optional, intent(out) :: spread
       type(modal_selection_type) :: selection
       type(ritz_pairs_type) :: ritz
       type(stopper_type) :: stopper
       complex(wp) :: lambdas(2)
       real(wp), allocatable :: magnitudes(:)
-      logical, allocatable :: real_ones(:)
+      logical, allocatable :: is_real_eigenvalue(:)
       real(wp) :: furthest
-      ! A polynomial of lower degree tells nothing.
+      ! Least number of steps: a polynomial of lower degree shows no scale.
       integer, parameter :: steps = 6
       integer :: subspace, block, i
 
@@ -339,73 +343,73 @@ contains
       if (s%formulation /= formulation_low_rank) block = chosen_block(s, merge(1, 2, s%transform%map%oscillator)*s%options%modes)
       selection = modal_selection_type(s%options%modes, s%transform%map, s%transform%shift, s%options%target, &
          s%known%deflation%eigenvalues(), s%is_lossy())
-      ! A mode is one value of an oscillator, and two otherwise.
+      ! A mode is one eigenvalue omega^2, or two lambda.
       subspace = max(merge(20, 30, s%transform%map%oscillator), steps*block)
       stopper%of => s%monitor
-      ! The search goes on from there, if it may have a space as large.
-      call s%transform%iterate(selection, krylov_options_type(subspace=subspace, tolerance=roughly, max_restarts=1, &
+      ! The search continues with this Krylov space, unless the options limit it to a smaller one.
+      call s%transform%iterate(selection, krylov_options_type(subspace=subspace, tolerance=rough_tolerance, max_restarts=1, &
          seed=s%options%seed, block=block, verify=.false., observes=.true., processes=s%processes, &
          keep=s%options%subspace == 0 .or. s%options%subspace >= subspace), ritz, error, stopper)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
       s%effort%seconds%orthogonalize = s%effort%seconds%orthogonalize + ritz%statistics%orthogonalize_seconds
-      allocate (magnitudes(size(ritz%mu)), real_ones(size(ritz%mu)))
+      allocate (magnitudes(size(ritz%mu)), is_real_eigenvalue(size(ritz%mu)))
       do i = 1, size(ritz%mu)
          lambdas = s%transform%map%lambdas(s%transform%theta(ritz%mu(i)))
          magnitudes(i) = maxval(abs(lambdas))
-         real_ones(i) = .not. any(abs(aimag(lambdas)) > 0)
+         is_real_eigenvalue(i) = .not. any(abs(aimag(lambdas)) > 0)
       end do
       if (size(magnitudes) == 0) return
       furthest = too_far*merge(abs(s%shift), minval(magnitudes), abs(s%shift) > 0)
-      call observe(but_lowest(magnitudes, real_ones, slow_decays(s)), nearly_zero*abs(s%shift), &
+      call set_scale(without_lowest(magnitudes, is_real_eigenvalue, count_slow_decays(s)), nearly_zero*abs(s%shift), &
          min(furthest, above_the_typical*typical_rate(s%work)), 1, scale, spread)
    end subroutine observe_here
 
-   ! How many eigenvalues rigid motions have beside the zeros, where damping keeps them in the iteration. Like those zeros
-   ! they tell no scale: the frequencies may lie decades above them.
-   integer function slow_decays(s)
+   ! Number of nonzero eigenvalues (slow decays) of rigid motions that damping keeps from being deflated. Like zeros they tell
+   ! nothing about the scale of the frequencies, which may lie decades above them.
+   integer function count_slow_decays(s)
       type(solve_context_type), intent(in) :: s
 
       associate (deflation => s%known%deflation)
-         slow_decays = max(2*deflation%not_deflated - deflation%zero%states(), 0)
+         count_slow_decays = max(2*deflation%not_deflated - deflation%zero%states(), 0)
       end associate
-   end function slow_decays
+   end function count_slow_decays
 
-   ! Without the lowest of those that count, so many at most; with them where nothing else is there.
-   pure function but_lowest(magnitudes, counts, most) result(left)
+   ! Leaves out the lowest of the magnitudes marked in `may_go`, at most `most` of them; none if nothing else would be left.
+   pure function without_lowest(magnitudes, may_go, most) result(remaining)
       real(wp), intent(in) :: magnitudes(:)
-      logical, intent(in) :: counts(:)
+      logical, intent(in) :: may_go(:)
       integer, intent(in) :: most
-      real(wp), allocatable :: left(:)
+      real(wp), allocatable :: remaining(:)
       logical :: stays(size(magnitudes))
       integer :: i
 
       stays = .true.
-      do i = 1, min(most, count(counts))
-         stays(minloc(magnitudes, 1, counts .and. stays)) = .false.
+      do i = 1, min(most, count(may_go))
+         stays(minloc(magnitudes, 1, may_go .and. stays)) = .false.
       end do
       if (.not. any(stays)) stays = .true.
-      allocate (left, source=pack(magnitudes, stays))
-   end function but_lowest
+      allocate (remaining, source=pack(magnitudes, stays))
+   end function without_lowest
 
-   !> The scale of modes that were found (1/s); as it was where they do not tell.
+   !> Scale of the modes found (1/s); the scale before if all are zero.
    real(wp) function scale_of(lambda, before) result(scale)
       complex(wp), intent(in) :: lambda(:)
       real(wp), intent(in) :: before
 
       scale = before
-      call observe(abs(lambda), tiny(1.0_wp), huge(1.0_wp), 1, scale)
+      call set_scale(abs(lambda), tiny(1.0_wp), huge(1.0_wp), 1, scale)
    end function scale_of
 
-   ! The middle, by ratio, of those of some |lambda| that lie between two bounds, if they are enough: from there both ends
-   ! are found with the same digits.
-   subroutine observe(magnitudes, least, most, enough, scale, spread)
+   ! Sets the scale to the geometric mean of the smallest and largest |lambda| between two bounds, if there are enough: from there
+   ! both lose equally many digits.
+   subroutine set_scale(magnitudes, least, most, enough, scale, spread)
       real(wp), intent(in) :: magnitudes(:), least, most
       integer, intent(in) :: enough
       real(wp), intent(inout) :: scale
-      !> Of the highest to the lowest of them; as it was where they are too few.
+      !> Ratio of the largest to the smallest; unchanged if there are too few.
       real(wp), optional, intent(inout) :: spread
-      ! What is far below the shift looks alike, and is lower than it looks; what is far beyond is lost.
+      ! Limits of the scale: eigenvalues far below a shift look alike, and are lower than they look; those far above are lost.
       real(wp), parameter :: above_the_smallest = 10, below_the_largest = 1.0e-2_wp
       real(wp) :: smallest, largest
       logical :: seen(size(magnitudes))
@@ -416,5 +420,5 @@ contains
       largest = maxval(magnitudes, seen)
       scale = max(min(sqrt(smallest*largest), above_the_smallest*smallest), below_the_largest*largest)
       if (present(spread)) spread = largest/smallest
-   end subroutine observe
+   end subroutine set_scale
 end module kschur_shift

@@ -1,4 +1,4 @@
-!> The modes of a problem.
+!> Computes the modes nearest to a target: the steps of a solve from the options to the result.
 module kschur_solver
    use kschur_band_groups, only: band_groups_type
    use kschur_certify, only: certify_modes
@@ -35,10 +35,9 @@ module kschur_solver
    private
    public :: prepare, report_none, solve_again_dense, solve_modes, solve_prepared
 
-   !> Computes the modes nearest to a target. What converged is in `result`
-   !> even where it is less than was asked for: then `result%reason` says why.
-   !> What else a user must know is in `result%notes`. Fails on options that do not fit
-   !> the problem, on a problem that is singular for every lambda, and where memory or a library fails.
+   !> Computes the modes nearest to a target. `result` has the converged modes even if they are fewer than requested;
+   !> `result%reason` says why, and `result%notes` what else a user should know. Fails on options that do not fit the problem, on a
+   !> problem that is singular for every lambda, and if memory is short or a library fails.
    interface solve_modes
       module procedure solve_given, solve_shared
    end interface solve_modes
@@ -50,9 +49,9 @@ contains
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(out) :: result
       type(error_type), allocatable, intent(out) :: error
-      !> Watches the iteration and may end it.
+      !> Follows the iteration and may cancel it.
       class(monitor_type), target, intent(inout), optional :: monitor
-      !> Linear solvers of the caller's own; `options%inner` is `inner_auto` then.
+      !> Linear solvers of the caller; `options%inner` must be `inner_auto` then.
       type(inner_solvers_type), intent(in), optional :: solvers
       type(modal_problem_type), pointer :: given
 
@@ -60,7 +59,7 @@ contains
       call solve_together(given, options, result, error, monitor, solvers)
    end subroutine solve_given
 
-   ! Of a problem that the same processes have read.
+   ! The same for a problem whose rows the processes have read.
    subroutine solve_shared(shared, options, result, error, monitor, solvers)
       type(shared_problem_type), target, intent(inout) :: shared
       type(modal_options_type), intent(in) :: options
@@ -74,6 +73,8 @@ contains
       call solve_together(given, options, result, error, monitor, solvers, shared)
    end subroutine solve_shared
 
+   ! Joins the processes of the communicator, and solves in the first; the others serve its requests. Sets threads, and returns
+   ! errors in all processes.
    subroutine solve_together(problem, options, result, error, monitor, solvers, shared)
       type(modal_problem_type), pointer, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
@@ -101,6 +102,7 @@ contains
       call leave_solve(threads_before)
    end subroutine solve_together
 
+   ! Solves in the first process: prepares, computes modes, and replaces modes that are not trusted by those of a dense solve.
    subroutine solve(problem, options, processes, result, error, monitor, solvers, shared)
       type(modal_problem_type), pointer, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
@@ -113,16 +115,16 @@ contains
       type(solve_context_type), allocatable, target :: s
       type(band_groups_type) :: groups
       type(checkpoint_type), target :: checkpoint
-      real(wp) :: none(0)
+      real(wp) :: no_edges(0)
       integer(long) :: started
       logical :: cancelled, dense_tells, dense_ends
 
       started = clock()
       allocate (s)
       call begin(s, problem, options, error, monitor, solvers, processes)
-      if (.not. allocated(error)) call begin_checkpoint(s, none, checkpoint, error)
+      if (.not. allocated(error)) call begin_checkpoint(s, no_edges, checkpoint, error)
       if (.not. allocated(error)) then
-         ! A caller's own solvers are in this process only.
+         ! The caller's solvers exist in this process only, so that other groups could not factor with them.
          if (is_long_list(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes, error)
          if (groups%are_several()) then
             s%may_be_dense = .false.
@@ -147,7 +149,7 @@ contains
       call result%set_total(seconds_since(started))
    end subroutine solve
 
-   !> What is done before modes are looked for, and holds for other targets as well.
+   !> Reduces and examines a problem before modes are computed; serves other targets as well.
    subroutine prepare(s, error)
       type(solve_context_type), target, intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
@@ -159,14 +161,15 @@ contains
       call s%end_step(phase_examine)
    end subroutine prepare
 
-   !> The modes of a problem that is prepared. The context stays so, without factors.
+   !> Computes the modes of a prepared problem, with certificate and left vectors if requested. The context stays prepared; its
+   !> factors are freed.
    subroutine solve_prepared(s, options, result, error, groups)
       type(solve_context_type), target, intent(inout) :: s
-      !> As the caller gave them.
+      !> Options of the caller.
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      !> Who finds a long list in parts; absent: nobody.
+      !> Groups of processes that compute a long list in parts; absent: none.
       type(band_groups_type), intent(inout), optional :: groups
       type(modes_type) :: modes
 
@@ -182,12 +185,13 @@ contains
          call find_left_modes(s, modes, error)
          call s%end_step(phase_left)
       end if
-      ! What else was asked for may be missing.
+      ! Certificate or left vectors may be missing.
       if (s%is_stopped()) modes%reason = reason_cancelled
       if (.not. allocated(error)) call report(s, options, modes, result, error)
    end subroutine solve_prepared
 
-   ! What nobody asked for gives way to the next form where it does not come to an end that is trusted.
+   ! Chooses the shift and computes the modes. Falls back to iteration if an automatically chosen dense solve is not certified, and
+   ! to the quadratic form if an automatically chosen low-rank one does not converge.
    subroutine search(s, modes, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(out) :: modes
@@ -219,11 +223,12 @@ contains
       end do
    end subroutine search
 
-   !> Where an iteration that nobody asked for ended with modes that are not trusted, all eigenvalues take their place, if they
-   !> are known to be all. Only where `dense_may_tell`, which is known before the iteration.
+   !> Solves again with all eigenvalues of the dense matrix, if an automatically chosen iteration ended with modes that are not
+   !> trusted, and replaces the result if the dense set is certified. For use only if `dense_may_tell` was true before the
+   !> iteration, or it stalled and `dense_may_end_stall` was.
    subroutine solve_again_dense(s, options, result)
       type(solve_context_type), intent(inout) :: s
-      !> As the caller gave them.
+      !> Options of the caller.
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(inout) :: result
       type(solve_context_type), allocatable, target :: own
@@ -248,8 +253,8 @@ contains
       result = dense
    end subroutine solve_again_dense
 
-   ! Whether a list that was not counted reaches where stiff motions crowd, at -1/beta: the nearest are the stiffest, and so far from
-   ! the shift copies are not seen.
+   ! Whether a list that is not certified has overdamped modes near -1/beta, where eigenvalues of stiff motions accumulate: the
+   ! nearest to that point are the stiffest, and so far from the shift the iteration misses copies.
    pure logical function reaches_crowd(problem, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(in) :: result
@@ -259,28 +264,28 @@ contains
       if (reaches_crowd) reaches_crowd = any(result%kind == kind_overdamped .and. abs(result%eigenvalues)*problem%beta > about)
    end function reaches_crowd
 
-   !> The result of a solve that the monitor ended before there were factors with which modes are found. The context is good
-   !> for nothing else.
+   !> Fills the result of a solve that was cancelled before modes could be computed: no modes. Invalidates the context.
    subroutine report_none(s, options, result, error)
       type(solve_context_type), intent(inout) :: s
-      !> As the caller gave them.
+      !> Options of the caller.
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      type(examination_type) :: nothing
-      type(modes_type) :: none
+      type(examination_type) :: nothing_known
+      type(modes_type) :: no_modes_found
 
-      s%known = nothing
+      s%known = nothing_known
       call assume_no_rigid_motions(s%problem, s%known)
       if (.not. allocated(s%decision)) s%decision = ""
-      none = no_modes(s%problem%unknowns(), s%problem%multipliers())
-      none%reason = reason_cancelled
-      if (options%left) allocate (none%left_phi(s%problem%unknowns(), 0), none%left_xi(s%problem%multipliers(), 0), &
-         none%condition(0))
-      call report(s, options, none, result, error)
+      no_modes_found = no_modes(s%problem%unknowns(), s%problem%multipliers())
+      no_modes_found%reason = reason_cancelled
+      if (options%left) allocate (no_modes_found%left_phi(s%problem%unknowns(), 0), &
+         no_modes_found%left_xi(s%problem%multipliers(), 0), no_modes_found%condition(0))
+      call report(s, options, no_modes_found, result, error)
    end subroutine report_none
 
-   ! A set that was found dense is kept where it is known to be complete, one of low rank where it converged.
+   ! Whether an automatically chosen formulation has failed: a singular matrix, a dense set that is not known to be complete, or a
+   ! low-rank one that did not converge.
    logical function should_fall_back(s, modes, error)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(in) :: modes
@@ -293,7 +298,7 @@ contains
       else if (modes%reason == reason_cancelled) then
          should_fall_back = .false.
       else if (s%dense) then
-         ! With losses nothing counts them.
+         ! With losses no dense set is certified.
          should_fall_back = modes%certified /= certified_yes .and. modes%reason /= reason_fewer_modes .and. &
             .not. (s%is_lossy() .and. modes%reason == reason_converged)
       else

@@ -1,4 +1,4 @@
-!> What all processes but the first one do of a solve. In this build there is none; `with/mpi` has the module for several.
+!> Work of the processes other than the first in a solve. This build has none; `with/mpi` has the module for several.
 module kschur_worker_loop
    use kschur_processes, only: processes_type
    use kschur_shared_problem, only: shared_problem_type
@@ -8,10 +8,10 @@ module kschur_worker_loop
 
 contains
 
-   !> Waits for what the first process asks for, until it ends: there is nothing to wait for.
+   !> Serves requests of the first process until the solve ends: here there are none.
    subroutine worker_loop(processes, shared)
       type(processes_type), intent(inout) :: processes
-      !> The problem, where its rows are shared.
+      !> The problem, if its rows are distributed.
       type(shared_problem_type), intent(inout), optional :: shared
 
       processes%number = 1

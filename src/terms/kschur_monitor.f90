@@ -25,10 +25,11 @@ module kschur_monitor
 
    !> Cancels a nested computation with the monitor of the outer one, without reports.
    type, extends(monitor_type) :: stopper_type
+      !> Monitor of the outer computation; not associated: never cancels.
       class(monitor_type), pointer :: of => null()
    contains
       procedure :: report => report_nothing
-      procedure :: stops => stops_as_target
+      procedure :: stops => stops_with_outer
    end type stopper_type
 
    abstract interface
@@ -56,7 +57,7 @@ contains
       if (present(monitor)) is_stopped = monitor%stops()
    end function is_stopped
 
-   !> As an error (error_cancelled), for computations without partial results.
+   !> Fails with `error_cancelled` if the monitor cancels, for computations without partial results.
    subroutine ask_monitor(monitor, error)
       class(monitor_type), optional, intent(inout) :: monitor
       type(error_type), allocatable, intent(out) :: error
@@ -97,6 +98,7 @@ contains
       end associate
    end subroutine counts
 
+   ! Ignores the reports of the nested computation.
    subroutine report_nothing(self, restart, converged, wanted, residual, proceed)
       class(stopper_type), intent(inout) :: self
       integer, intent(in) :: restart, converged, wanted
@@ -108,10 +110,10 @@ contains
       end associate
    end subroutine report_nothing
 
-   logical function stops_as_target(self)
+   logical function stops_with_outer(self)
       class(stopper_type), intent(inout) :: self
 
-      stops_as_target = .false.
-      if (associated(self%of)) stops_as_target = self%of%stops()
-   end function stops_as_target
+      stops_with_outer = .false.
+      if (associated(self%of)) stops_with_outer = self%of%stops()
+   end function stops_with_outer
 end module kschur_monitor

@@ -70,7 +70,7 @@ contains
    subroutine append(self, more, before)
       class(history_type), intent(inout) :: self
       type(history_type), intent(in) :: more
-      !> Number of applications before it.
+      !> Number of operator applications before that iteration.
       integer, intent(in) :: before
 
       self%converged = [self%converged, more%converged]
