@@ -2,8 +2,8 @@
 """docs/messages.md lists every message of the sources: test_messages.py SOURCE [--write]
 
 A message is what stands in a call of `new_error` or `line_error`, on one line or on several: its texts, `...` in the place of what
-is put in when it is given. The page has what is wrong; what the message adds about it is cut. With --write the page is written, else
-it is compared. Exit status 0: it is as the sources are.
+is put in when it is given. The page has its beginning, which says what is wrong. With --write the page is written, else it is
+compared. Exit status 0: it is as the sources are.
 """
 import re
 import sys
@@ -27,13 +27,14 @@ KINDS = {
     "status": ("Calls of the C interface (the status of the function)", "[c_api.md](c_api.md) and the header say what each takes."),
 }
 TEXT = re.compile(r'"((?:[^"]|"")*)"')
-# What is wrong ends here: what to do, what another library said, and what stood there instead follow.
-ENDS = re.compile(r"[:;] |, not '?\.\.\.'?$")
+# Where the beginning of a message ends: why, what to do, what another library said, what stood there instead follow.
+ENDS = re.compile(r"[:;] |, (?:as|and|but|only|which|one) |, not '?\.\.\.'?$")
 HEAD = """# Messages
 
-Every error of the library and the program, by kind, and the exit status of `kschur`. `...` stands for names, numbers or a file. Listed
-is what is wrong; most messages go on with what to do. In Fortran they are `error%message`, in C that of the handle, in Python the text
-of the exception. Notes of a result are no errors ([files.md](files.md)). `tests/python/test_messages.py . --write` writes it.
+Every error of the library and the program, by kind, and the exit status of `kschur`. Listed is how each begins; most go
+on with details and with what to do. `...` stands for names, numbers or a file. In Fortran they are `error%message`, in
+C that of the handle, in Python the text of the exception. Notes of a result are no errors ([files.md](files.md)).
+`tests/python/test_messages.py . --write` writes this page.
 """
 
 
@@ -104,10 +105,10 @@ def kind_of(code):
 
 
 def brief(message):
-    """What is wrong, without what follows; the file or the line that stands before belongs to it."""
+    """How it begins, with the file or the line that stands before; the whole message where that is short."""
     head = re.match(r"((\.\.\.|line \.\.\.): )?", message)[0]
     wrong = ENDS.split(message[len(head):])[0]
-    return head + wrong if len(wrong.replace("...", "").split()) > 2 else message
+    return head + wrong if len(wrong.replace("...", "").split()) > 3 else message
 
 
 def page(found):
