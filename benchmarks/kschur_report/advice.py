@@ -145,19 +145,28 @@ def what_is_wrong(runs):
     return f"{run.worst_backward_error:.0e}"
 
 
+def growth(campaign):
+    """How the time of the default grows: a sentence, or none."""
+    by_method = curves(campaign, "median_seconds")
+    if "auto" not in by_method:
+        return []
+    unknowns, seconds = by_method["auto"]
+    line = fit_line(unknowns, seconds)
+    if not line:
+        return []
+    return [
+        f"Up to {unknowns[-1]:,.0f} unknowns the time of {label('auto')} grows as n to the power "
+        f"{growth_exponent(unknowns, seconds):.2f} (straight line: R² = {line.r_squared:.4f})."
+    ]
+
+
 def about_size(campaign):
     """How the time of the default grows, and whom it is ahead of on the largest grid that both solved."""
     by_method = curves(campaign, "median_seconds")
     if "auto" not in by_method:
         return []
     unknowns, seconds = by_method["auto"]
-    line = fit_line(unknowns, seconds)
-    words = []
-    if line:
-        words.append(
-            f"Up to {unknowns[-1]:,.0f} unknowns the time of {label('auto')} grows as n to the power "
-            f"{growth_exponent(unknowns, seconds):.2f} (straight line: R² = {line.r_squared:.4f})."
-        )
+    words = growth(campaign)
     ratios = []
     for method, (sizes, times) in by_method.items():
         common = [n for n in sizes if n in unknowns]

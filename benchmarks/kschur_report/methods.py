@@ -49,7 +49,7 @@ METHODS = {
         Method(
             "quadratic",
             "kschur (quadratic)",
-            "the structured form for any damping, order n + m",
+            "the form for any damping, order n + m",
             "#56B4E9",
             "s",
             ("--formulation", "quadratic"),
@@ -57,7 +57,7 @@ METHODS = {
         Method(
             "low-rank",
             "kschur (low-rank)",
-            "the structured form for few dampers, order n + m",
+            "the form for few dampers, order n + m",
             "#44AA99",
             "d",
             ("--formulation", "low-rank"),
@@ -73,7 +73,7 @@ METHODS = {
         Method(
             "pencil",
             "kschur (pencil 33)",
-            "the paper's pencil of order 2n + m, complex MUMPS LU, our scaling and shift",
+            "the paper's pencil, order 2n + m, complex MUMPS LU, kschur's scaling and shift",
             "#009E73",
             "^",
             ("--formulation", "damped-constrained"),
@@ -81,7 +81,7 @@ METHODS = {
         Method(
             "pencil-zero",
             "kschur (pencil 34)",
-            "the paper's pencil with spurious zeros, order 2n + m",
+            "the same with spurious zeros",
             "#117733",
             "v",
             ("--formulation", "damped-constrained-zero"),
@@ -89,7 +89,7 @@ METHODS = {
         Method(
             "arpack-fair",
             "ARPACK (fair)",
-            "ARPACK in the place of our Krylov-Schur, everything else the same",
+            "ARPACK in the place of Krylov-Schur, all else the same",
             "#E69F00",
             "D",
             ("--method", "arpack", "--arpack", "fair"),
@@ -97,7 +97,7 @@ METHODS = {
         Method(
             "arpack-plain",
             "ARPACK (plain)",
-            "ARPACK as the paper compares with it: pencil (33), shift 1e-3 1/s, no scaling",
+            "as the paper uses it: pencil (33), shift 1e-3 1/s, no scaling",
             "#D55E00",
             "X",
             ("--method", "arpack", "--arpack", "plain"),
@@ -105,8 +105,7 @@ METHODS = {
         Method(
             "slepc-toar",
             "SLEPc TOAR",
-            "PEP TOAR on the quadratic problem of order n + m, real, our shift, constraints scaled by "
-            "one factor as in the paper, MUMPS LU (ICNTL(14) = 300, its own ordering)",
+            "PEP TOAR on the quadratic problem of order n + m, real, MUMPS LU (ICNTL(14) = 300, its own ordering)",
             "#CC79A7",
             "P",
             (),
@@ -151,7 +150,7 @@ METHODS = {
             "slepc-saddle",
             "SLEPc symmetric (constraints)",
             "EPS Krylov-Schur on K phi + Cq^T mu = omega^2 M phi, Cq phi = 0, for any constraints, proportional damping put back "
-            "by formula, our shift, MUMPS Cholesky",
+            "by formula, MUMPS Cholesky",
             "#AA7744",
             "d",
             (),
@@ -162,7 +161,7 @@ METHODS = {
         Method(
             "slepc-real",
             "SLEPc Krylov-Schur (real)",
-            "EPS Krylov-Schur on the pencil (33), real, our shift, constraints " "scaled by one factor, MUMPS LU",
+            "EPS Krylov-Schur on the pencil (33), real, MUMPS LU",
             "#882255",
             "<",
             (),
@@ -173,7 +172,7 @@ METHODS = {
         Method(
             "slepc-complex",
             "SLEPc Krylov-Schur (complex)",
-            "EPS Krylov-Schur on the pencil (33), complex, our shift, constraints " "scaled by one factor, MUMPS LU",
+            "EPS Krylov-Schur on the pencil (33), complex, MUMPS LU",
             "#661100",
             ">",
             (),
@@ -184,8 +183,8 @@ METHODS = {
         Method(
             "slepc-symmetric",
             "SLEPc symmetric",
-            "EPS Krylov-Schur on K phi = omega^2 M phi with tied unknowns eliminated by "
-            "hand and proportional damping put back by formula, our shift, MUMPS Cholesky",
+            "EPS Krylov-Schur on K phi = omega^2 M phi, tied unknowns eliminated by hand, proportional damping put back by formula, "
+            "MUMPS Cholesky",
             "#AA4499",
             "h",
             (),
@@ -196,8 +195,7 @@ METHODS = {
         Method(
             "scipy",
             "SciPy eigs",
-            "ARPACK in scipy.sparse.linalg.eigs on the pencil (33), real, our shift, constraints scaled "
-            "by one factor, SuperLU",
+            "ARPACK in scipy.sparse.linalg.eigs on the pencil (33), real, SuperLU",
             "#000000",
             "*",
             (),

@@ -9,7 +9,7 @@ from . import advice
 from .figures import blocks_and_threads, conditions, constraint_scaling, dampers, phases, residuals, scaling, solids, stability, work_precision
 from .figures.picture import plt
 from .plan import ACCURACY
-from .summary import summary_tables
+from .summary import summary_tables, versions
 from .tables import headline_table, tables
 
 DRAWERS = (
@@ -127,19 +127,17 @@ def how_measured(campaign):
     counts = [len(run.seconds) for run in campaign.runs if run.is_good and run.study != "constraint-scaling"]
     fewer = sum(count < 5 for count in counts)
     words = (
-        "Every run is a process of its own, with one thread but where threads are compared; the methods take turns, so that a busy moment hits all of them; "
-        "a time is the median of its repetitions. "
+        "Every run is a process of its own, on one thread unless threads are compared; the methods take turns, and a time is the median of "
+        "its repetitions. "
     )
     if fewer:
         words += (
-            f"Of {len(counts)} combinations {fewer} were repeated fewer than five times to keep it short: the tables say how "
-            "often each ran. "
+            f"Of {len(counts)} combinations {fewer} were repeated fewer than five times. "
         )
     again = campaign.settings.get("again")
     return words + (
         f"Measured on {campaign.machine['date']}{f' ({again})' if again else ''} on {campaign.machine['processor']}, "
-        f"preset {campaign.preset}. "
-        "All numbers are in data.h5 beside this page."
+        f"preset {campaign.preset}."
     )
 
 
@@ -155,16 +153,16 @@ def markdown(campaign):
         "",
         *(f"    {line}" for line in campaign.settings["command"].splitlines()),
         "",
-        "which writes these tables to results.md in its folder, beside index.html with every run and its pictures.",
+        "which writes results.md, index.html with every run and its pictures, and data.h5 with all numbers.",
         "",
     ]
-    # Of several problems the table above says which to use.
-    advised = advice.across(campaign) if len(advice.runs_by_problem(campaign)) > 1 else advice.paragraphs(campaign)
+    # Of several problems the tables say which to use.
+    advised = advice.paragraphs(campaign) if len(advice.runs_by_problem(campaign)) < 2 else []
     if advised:
         lines += ["## Which to use", "", *(line for words in advised for line in paragraph(words))]
     for table in summary_tables(campaign):
         lines += [f"## {table.title}", "", *paragraph(table.note), *markdown_table(table)]
-    return "\n".join(lines)
+    return "\n".join([*lines, "## Machine and versions", "", versions(campaign), ""])
 
 
 def paragraph(words):
@@ -173,6 +171,9 @@ def paragraph(words):
 
 
 def markdown_table(table):
+    """A list where there is one column only."""
+    if len(table.header) == 1:
+        return [*(f"- {row[0]}" for row in table.rows), ""]
     return [
         "| " + " | ".join(table.header) + " |",
         "|" + "---|" * len(table.header),

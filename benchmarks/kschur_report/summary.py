@@ -1,11 +1,12 @@
 """The tables of results.md: of each method one run a problem, and times side by side. The page has every run."""
 
-from .advice import ACCURATE, fastest, is_complete, runs_by_problem
+from .advice import ACCURATE, fastest, growth, is_complete, runs_by_problem
 from .methods import METHODS
 from .plan import ACCURACY, BLOCKS, CONSTRAINT_SCALING, DAMPERS, SCALING, SOLIDS, THREADS
-from .tables import Table, error, found, hard_tables, machine_table, megabytes, method_table, not_first_table
+from .tables import METHODS_NOTE, Table, error, found, hard_tables, megabytes, not_first_table
 
-RUNNING = "time and memory: seconds, MB"
+RUNNING = "seconds, MB"
+NOT_VERSIONS = ("again", "command", "date")  # stand further up
 
 
 def summary_tables(campaign):
@@ -14,22 +15,21 @@ def summary_tables(campaign):
         not_first_table(campaign),
         accuracy_table(campaign),
         side_by_side(campaign.study(SCALING), "unknowns", by_unknowns, by_method, "Growth with the number of unknowns",
-                     f"The grid of beams of the paper's Figure 5 in growing sizes; {RUNNING}."),
+                     " ".join([f"The grid of beams of the paper's Figure 5; {RUNNING}.", *growth(campaign)])),
         side_by_side(campaign.study(SOLIDS), "problem", by_problem, by_method, "Solids",
                      f"Cubes of eight-node bricks, clamped at a face, their 20 lowest modes; {RUNNING}."),
         side_by_side(campaign.study(DAMPERS), "dampers", by_dampers, by_form, "Growth with the number of dampers",
-                     f"A grid of beams with proportional damping and more and more dashpots to the ground; {RUNNING}; * what kschur "
-                     "takes by itself.", marked_cost_of),
+                     f"A grid of beams with proportional damping and dashpots to the ground; {RUNNING}; * what kschur takes by itself.",
+                     marked_cost_of),
         side_by_side(campaign.study(CONSTRAINT_SCALING), "problem, method", by_problem_and_method, by_value,
-                     "Constraint scaling", "Worst backward error with each scaling of the constraints.", accuracy_of),
+                     "Constraint scaling", "Worst backward errors.", accuracy_of),
         side_by_side(campaign.study(BLOCKS), "problem", by_problem, by_value, "Vectors at a time",
-                     f"The same modes from blocks of more vectors; {RUNNING}."),
+                     f"Blocks of vectors; {RUNNING}."),
         side_by_side(campaign.study(THREADS), "problem", by_problem, by_value, "Threads",
-                     f"The same modes on more threads; {RUNNING}."),
+                     f"By threads; {RUNNING}."),
         *hard_tables(campaign),
         method_table(campaign),
         note_table(campaign),
-        machine_table(campaign),
     ]  # fmt: skip
     return [table for table in every if table.rows]
 
@@ -43,9 +43,9 @@ def accuracy_table(campaign):
         by_method,
         by_problem,
         "Speed against accuracy",
-        f"Of each method the fastest run with all modes to a backward error of {ACCURATE:.0e}, else the most accurate one: seconds (median, "
-        "one thread, from the matrices in memory to the modes in memory), MB, worst backward error of all modes; in brackets the eigenvalues "
-        "found, both of a pair, where some are missing.",
+        f"Of each method the fastest run with all modes to a backward error of {ACCURATE:.0e}, else the most accurate one: seconds (from "
+        "matrices in memory to modes in memory), MB, worst backward error; in brackets the eigenvalues found, both of a pair, where some "
+        "are missing.",
         lambda run: f"{cost_of(run)}, {error(run.worst_backward_error)}",
     )
     order = [table.header[0], *runs_by_problem(campaign)]
@@ -126,7 +126,27 @@ def accuracy_of(run):
     return error(run.worst_backward_error)
 
 
+def method_table(campaign):
+    """Their settings, without the libraries, which stand with the versions."""
+    used = {run.method for run in campaign.runs}
+    rows = [[method.label, method.settings] for name, method in METHODS.items() if name in used]
+    return Table("Methods and their settings", METHODS_NOTE, ["method", "settings"], rows)
+
+
 def note_table(campaign):
-    """What did not run, but for what only was not run twice."""
-    notes = [note for note in campaign.notes if not note.endswith("not run twice.")]
-    return Table("Left out", "What did not run, and why.", ["note"], [[note] for note in notes])
+    """What did not run, once for each method and reason, but for what only was not run twice."""
+    problems = {}
+    for note in campaign.notes:
+        if not note.endswith("not run twice."):
+            head, colon, reason = note.partition(": ")
+            method, on, problem = head.partition(" on ")
+            problems.setdefault((method + on, colon + reason), []).append(problem)
+    return Table("Left out", "", ["note"], [[method + "; ".join(names) + reason] for (method, reason), names in problems.items()])
+
+
+def versions(campaign):
+    """The machine and what is installed there, in one paragraph."""
+    facts = {**campaign.machine, **campaign.settings}
+    names = sorted(set(facts) - set(NOT_VERSIONS), key=str.lower)
+    words = [f"{facts[name]}" if str(facts[name]).startswith(name) else f"{name} {facts[name]}" for name in names]
+    return "; ".join(dict.fromkeys([*words, *sorted({run.library for run in campaign.runs if run.library})])) + "."

@@ -115,7 +115,7 @@ contains
    end function zero_may_serve
 
    ! Takes over the factors of the stiffness for the shift zero, and observes the scale (1/s) by a few steps there. The shift stays
-   ! at zero (`placed`) unless the wanted eigenvalues spread so far that the largest_rate would lose digits, or the steps fail.
+   ! at zero (`placed`) unless the wanted eigenvalues spread so far that the highest would lose digits, or the steps fail.
    subroutine try_zero(s, scale, placed, error)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(inout) :: scale

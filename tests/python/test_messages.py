@@ -2,7 +2,8 @@
 """docs/messages.md lists every message of the sources: test_messages.py SOURCE [--write]
 
 A message is what stands in a call of `new_error` or `line_error`, on one line or on several: its texts, `...` in the place of what
-is put in when it is given. With --write the page is written, else it is compared. Exit status 0: it is as the sources are.
+is put in when it is given. The page has its beginning, which says what is wrong. With --write the page is written, else it is
+compared. Exit status 0: it is as the sources are.
 """
 import re
 import sys
@@ -13,25 +14,27 @@ PAGE = SOURCE / "docs" / "messages.md"
 FOLDERS = ("app", "capi", "examples/scenes", "src", "with", "without")
 # Of each kind its heading, and what to do beyond what the messages say.
 KINDS = {
-    "error_usage": ("Wrong usage: what was asked for does not fit (exit status 1)", "`kschur help COMMAND` lists the options of a command."),
-    "error_input": ("Bad input: a file or a matrix (exit status 2)", "[files.md](files.md) has the formats. What stands before `:` is the file."),
-    "error_file": ("Files (exit status 2 of an input, 4 of an output)", "An output is never half written: what was there before is there still."),
-    "error_memory": ("Memory (exit status 4)", "Ask for fewer modes, take one thread, or see what [choosing.md](choosing.md) says of large problems."),
+    "error_usage": ("Wrong usage (exit status 1)", "`kschur help COMMAND` lists the options of a command."),
+    "error_input": ("Bad input: a file or a matrix (exit status 2)", "Formats: [files.md](files.md). What stands before `:` is the file."),
+    "error_file": ("Files (exit status 2 of an input, 4 of an output)", "An output is never half written: what was there before stays."),
+    "error_memory": ("Memory (exit status 4)", "Ask for fewer modes, take one thread, or see *Large* in [choosing.md](choosing.md)."),
     "error_singular": (
         "Singular matrices (exit status 4)",
-        "Some motion has neither mass nor stiffness, or the shift is an eigenvalue: look at `kschur info PROBLEM`, or take another `--shift`.",
+        "Some motion has neither mass nor stiffness, or the shift is an eigenvalue: see `kschur info PROBLEM`, or take another `--shift`.",
     ),
-    "error_library": ("Another library failed (exit status 4)", "Where a linear solver failed, `--inner mumps` or `--inner ldl` takes another one."),
-    "error_convergence": ("An iteration did not end well (exit status 4)", ""),
-    "status": ("Calls of the C interface that do not fit (the status of the function)", "[c_api.md](c_api.md) and the header say what each takes."),
+    "error_library": ("Another library failed (exit status 4)", "Where a linear solver failed, take another: `--inner mumps` or `--inner ldl`."),
+    "error_convergence": ("An iteration failed (exit status 4)", "Take other units, or `--inner auto`."),
+    "status": ("Calls of the C interface (the status of the function)", "[c_api.md](c_api.md) and the header say what each takes."),
 }
 TEXT = re.compile(r'"((?:[^"]|"")*)"')
+# Where the beginning of a message ends: why, what to do, what another library said, what stood there instead follow.
+ENDS = re.compile(r"[:;] |, (?:as|and|but|only|which|one) |, not '?\.\.\.'?$")
 HEAD = """# Messages
 
-Every error of the library and the program, by kind, and the exit status of `kschur`; `...` stands for what is put in: names, numbers, a
-file. A message is one sentence that names what is wrong and where, and, where that is not plain from it, what to do. In Fortran it is
-`error%message`, in C that of the handle, in Python the text of the exception. What is worth knowing but no error are notes of the
-result ([files.md](files.md)). `tests/python/test_messages.py` makes this page of the sources, and a test compares them.
+Every error of the library and the program, by kind, and the exit status of `kschur`. Listed is how each begins; most go
+on with details and with what to do. `...` stands for names, numbers or a file. In Fortran they are `error%message`, in
+C that of the handle, in Python the text of the exception. Notes of a result are no errors ([files.md](files.md)).
+`tests/python/test_messages.py . --write` writes this page.
 """
 
 
@@ -87,7 +90,8 @@ def messages():
                     parts = [part.strip() for part in arguments(statement, call.end())]
                     message = outside(parts[-1])
                     if call[1] == "line":
-                        found["error_input"].add(f"line ...: {message}")
+                        if message != "...":
+                            found["error_input"].add(f"line ...: {message}")
                     elif message.strip(". ,:;()'"):
                         found[kind_of(parts[1])].add(message)
     return found
@@ -100,11 +104,18 @@ def kind_of(code):
     return code if code in KINDS else "error_library"
 
 
+def brief(message):
+    """How it begins, with the file or the line that stands before; the whole message where that is short."""
+    head = re.match(r"((\.\.\.|line \.\.\.): )?", message)[0]
+    wrong = ENDS.split(message[len(head):])[0]
+    return head + wrong if len(wrong.replace("...", "").split()) > 3 else message
+
+
 def page(found):
     lines = [HEAD]
     for kind, (title, advice) in KINDS.items():
-        lines += [f"## {title}", "", *([advice, ""] if advice else [])]
-        lines += [f"- {message}" for message in sorted(found[kind], key=lambda m: (m.lstrip(".' ").lower(), m))] + [""]
+        lines += [f"## {title}", "", advice, "", "```text"]
+        lines += sorted({brief(message) for message in found[kind]}, key=lambda m: (m.lstrip(".' ").lower(), m)) + ["```", ""]
     return "\n".join(lines)
 
 
