@@ -266,11 +266,11 @@ contains
          "  --unit UNIT            that of the parameter, for tables and diagrams: rpm, Hz, ...", &
          "  --left                 left vectors of unsymmetric problems, in place of shapes", &
          "  -o, --output SWEEP.h5  write values, branches, shares, events and onsets", &
-         "  --shapes               in it the modes of each point too, with shapes and geometry, for", &
+         "  --shapes               in it the modes of each point, with shapes and geometry, for", &
          "                         kschur view --point", &
          "  --html FILE.html       a page for a browser: Campbell diagram and root locus, and shapes", &
          "                         where problems say where they stand", &
-         "  --orders N1,N2,...     lines in it at multiples of the speed, in rpm, 1/min, Hz, 1/s, rad/s", &
+         "  --orders N1,N2,...     lines in it at multiples of a speed in rpm, 1/min, Hz, 1/s, rad/s", &
          "  -f, --format NAME      table, json, csv (table): damped frequencies in Hz; of json and", &
          "                         csv all of them", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &

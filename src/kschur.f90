@@ -43,6 +43,7 @@ module kschur
    use kschur_hdf5_sweep, only: is_hdf5_sweep, read_hdf5_sweep, read_hdf5_sweep_point, write_hdf5_sweep
    use kschur_inertia_solver, only: inertia_real_type
    use kschur_solver_choice, only: inner_solvers_type
+   use kschur_kept_result, only: kept_result_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_complex, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
@@ -95,8 +96,8 @@ module kschur
       empty_csr_matrix
    use kschur_suspicions, only: asymmetry_of
    use kschur_symmetric_storage, only: symmetric_check, symmetric_lower, symmetric_names, symmetric_no, symmetric_upper
-   use kschur_sweep, only: kept_result_type, sweep_type, sweep_event_type, sweep_onset_type, new_sweep, event_names, &
-      event_crossing, event_veering, event_unsure
+   use kschur_sweep, only: sweep_type, sweep_event_type, sweep_onset_type, new_sweep, event_names, event_crossing, event_veering, &
+      event_unsure
    use kschur_targets, only: solve_targets
    use kschur_suggestion, only: did_you_mean
    use kschur_text, only: text

@@ -9,10 +9,11 @@ module kschur_hdf5_sweep
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, kind_length
    use kschur_hdf5_facts, only: position_of
    use kschur_hdf5_result, only: bytes_of, is_whole, read_result, write_result
+   use kschur_kept_result, only: kept_result_type
    use kschur_kinds, only: long, wp
    use kschur_release, only: kschur_version
    use kschur_result, only: modal_result_type
-   use kschur_sweep, only: kept_result_type, sweep_type, event_names
+   use kschur_sweep, only: sweep_type, event_names
    use kschur_text, only: text
    use kschur_trial, only: try_in_child
    implicit none

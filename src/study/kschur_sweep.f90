@@ -13,8 +13,7 @@ module kschur_sweep
    use kschur_tolerances, only: equal_value
    implicit none
    private
-   public :: kept_result_type, sweep_type, sweep_event_type, sweep_onset_type, new_sweep
-   public :: event_names, event_crossing, event_veering, event_unsure
+   public :: sweep_type, sweep_event_type, sweep_onset_type, new_sweep, event_names, event_crossing, event_veering, event_unsure
 
    !> Two branches cross and keep their shapes; approach each other and exchange shapes; or the match is ambiguous from here on.
    integer, parameter :: event_crossing = 0, event_veering = 1, event_unsure = 2
@@ -39,11 +38,6 @@ module kschur_sweep
       !> Value of the parameter, and width of the bracket: a thousandth of the value, or more if the mode was lost in between.
       real(wp) :: value = 0, within = 0
    end type sweep_onset_type
-
-   !> The result of a point, for files. Not associated: it is not kept.
-   type :: kept_result_type
-      type(modal_result_type), pointer :: result => null()
-   end type kept_result_type
 
    ! One point: branch of each mode, and share of each branch in each other one at the point before.
    type :: point_type

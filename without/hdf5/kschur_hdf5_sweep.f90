@@ -1,8 +1,9 @@
 !> In the place of the module of this name where kschur is built without HDF5.
 module kschur_hdf5_sweep
    use kschur_error, only: error_type, new_error, error_usage
+   use kschur_kept_result, only: kept_result_type
    use kschur_result, only: modal_result_type
-   use kschur_sweep, only: kept_result_type, sweep_type
+   use kschur_sweep, only: sweep_type
    implicit none
    private
    public :: is_hdf5_sweep, read_hdf5_sweep, read_hdf5_sweep_point, write_hdf5_sweep
