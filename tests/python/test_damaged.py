@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Damaged HDF5 files, by hand and at random: test_damaged.py KSCHUR [--files N] [--seed S] [--megabytes M] [--seconds T] [--keep FOLDER]
 
-Whatever is in a file, `kschur info`, `kschur solve` and, of a sweep, `kschur view --point` end with exit status 2 and one line, or, where the damage does no
-harm, with 0 (info) or 0, 3 or 4 (solve); soon, with little memory, and without a word of HDF5's. N files of each kind
-are damaged at random (default 40); those that fail are kept in FOLDER. Exit status 0: all is well.
+Whatever is in a file, `kschur info`, `kschur solve` and, of a sweep, `kschur view --point` end with exit status 2 and one line, or,
+where the damage does no harm, with 0 (info, view) or 0, 3 or 4 (solve); soon, with little memory, and without a word of HDF5's. N
+files of each kind are damaged at random (default 40); those that fail are kept in FOLDER. Exit status 0: all is well.
 """
 import argparse
 import os

@@ -94,7 +94,8 @@ def test_eliminated_unknowns(folder):
     matrices, mesh, rows, T = slab()
     n = T.shape[0]
     tied = write(folder/"tied.h5", matrices | {"constraints": rows}, mesh)
-    reduced = write(folder/"reduced.h5", {name: (T.T @ matrix @ T).tocsr() for name, matrix in matrices.items()} | {"transformation": T}, mesh)
+    reduced = write(folder/"reduced.h5", {name: (T.T @ matrix @ T).tocsr() for name, matrix in matrices.items()} | {"transformation": T},
+                    mesh)
     pictures = []
     for problem in (tied, reduced):
         result, view = problem.with_suffix(".modes.h5"), problem.with_suffix(".view")
@@ -138,7 +139,8 @@ def test_points_of_a_sweep(folder):
         done = run("view", path, *point, "--output", folder/f"view{len(point)}", "--frames", 0)
         check("points: are drawn", done.returncode == 0 and "5 modes on 12 nodes" in done.stdout, done)
     one, other = (meshio.read(folder/f"view{k}/mode_5.vtu").point_data["mode_5_real"] for k in (0, 2))
-    check("points: the same picture, slaves move", np.allclose(one, other, atol=1e-8) and np.abs(one[[9, 10]]).max() > 1e-3, (one, other))
+    check("points: the same picture, slaves move", np.allclose(one, other, atol=1e-8) and np.abs(one[[9, 10]]).max() > 1e-3,
+          (one, other))
     plain = folder/"plain.h5"
     run("sweep", *problems, "--modes", 3, "--output", plain)
     with h5py.File(plain) as file:
@@ -201,7 +203,8 @@ def test_picture(folder):
     run("sweep", folder/"damped.h5", folder/"damped.h5", "--modes", 5, "--shapes", "--output", folder/"sweep.h5")
     before = sorted(folder.iterdir())
     done = run("view", folder/"sweep.h5", "--point", 2, "--picture", picture, "--modes", "1,2,5")
-    check("picture: of a point of a sweep", done.returncode == 0 and "3 modes" in done.stdout and sorted(folder.iterdir()) == before, done)
+    check("picture: of a point of a sweep", done.returncode == 0 and "3 modes" in done.stdout and sorted(folder.iterdir()) == before,
+          done)
     del matrices["damping"]
     run("solve", write(folder/"own.h5", matrices, mesh), "--modes", 5, "--output", result)
     done = run("view", result, "--picture", picture, "--modes", "1,2,5")
@@ -305,7 +308,8 @@ def test_scenes(folder):
                     check(f"{scene}: a rotation keeps the ties", abs(matrix(file, "constraints") @ turn).max() < 1e-9)
 
 
-tests = [test_own_model, test_eliminated_unknowns, test_points_of_a_sweep, test_frames, test_cells_and_order, test_refusals, test_scenes]
+tests = [test_own_model, test_eliminated_unknowns, test_points_of_a_sweep, test_frames, test_cells_and_order, test_refusals,
+         test_scenes]
 if "--without-picture" not in sys.argv:
     tests.append(test_picture)
 for test in tests:
