@@ -266,9 +266,11 @@ contains
          "  --unit UNIT            that of the parameter, for tables and diagrams: rpm, Hz, ...", &
          "  --left                 left vectors of unsymmetric problems, in place of shapes", &
          "  -o, --output SWEEP.h5  write values, branches, shares, events and onsets", &
+         "  --shapes               in it the modes of each point, with shapes and geometry, for", &
+         "                         kschur view --point", &
          "  --html FILE.html       a page for a browser: Campbell diagram and root locus, and shapes", &
          "                         where problems say where they stand", &
-         "  --orders N1,N2,...     lines in it at multiples of the speed, in rpm, 1/min, Hz, 1/s, rad/s", &
+         "  --orders N1,N2,...     lines in it at multiples of a speed in rpm, 1/min, Hz, 1/s, rad/s", &
          "  -f, --format NAME      table, json, csv (table): damped frequencies in Hz; of json and", &
          "                         csv all of them", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &
@@ -325,7 +327,7 @@ contains
          "A page, a picture, or files for ParaView, of a result of kschur solve --output, of a", &
          "problem whose file says where it is: /coordinates, nodes x 3, and of each unknown", &
          "/unknown_node, from 0, and /unknown_component, 0 to 5 (docs/view.md). Those of kschur", &
-         "scene do.", &
+         "scene do. With --point it is a sweep of kschur sweep --shapes --output.", &
          "", &
          "  -o, --output FOLDER    files for ParaView, which are:", &
          "", &
@@ -336,6 +338,7 @@ contains
          "  --html FILE.html       a page for a browser: a list of modes, and the model in motion", &
          "  --picture FILE.png     the modes side by side; .pdf and .svg as well", &
          "  -m, --modes 1,3,7      which modes (all)", &
+         "  --point K              those at the K-th point of a sweep, from 1", &
          "  --frames N             pictures of a period; 0: no motion (12)", &
          "  --amplitude A          largest displacement in it, relative to the structure (0.1)"])
    end subroutine print_view_help

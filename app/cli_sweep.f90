@@ -11,8 +11,9 @@ module cli_sweep
    use cli_progress, only: new_progress, progress_type
    use cli_sweep_page, only: keep_shapes, make_page, page_type, prepare, take_page
    use cli_system, only: check_new_file, check_output, complain, print_line
-   use kschur, only: error_type, error_usage, event_names, event_unsure, modal_options_type, modal_problem_type, &
-      modal_result_type, new_error, new_sweep, problem_family_type, reason_converged, sweep_type, text, wp, write_hdf5_sweep
+   use kschur, only: error_type, error_usage, event_names, event_unsure, kept_result_type, modal_options_type, &
+      modal_problem_type, modal_result_type, new_error, new_sweep, problem_family_type, reason_converged, sweep_type, text, wp, &
+      write_hdf5_sweep
    use kschur_scenes, only: build_scene
    implicit none
    private
@@ -51,7 +52,8 @@ contains
       type(sweep_type) :: sweep
       type(page_type) :: page
       character(len=:), allocatable :: output, unit
-      logical :: quiet
+      type(modal_result_type), allocatable, target :: results(:)
+      logical :: quiet, shapes
       integer :: format
 
       complete = .false.
@@ -59,6 +61,7 @@ contains
       call take_iteration(arguments, options, error)
       call arguments%take_flag("--left", options%left, error)
       call arguments%take_text("--output", output, error)
+      call arguments%take_flag("--shapes", shapes, error)
       call take_format(arguments, format, error)
       call arguments%take_integer("--threads", 1, options%threads, error)
       call arguments%take_flag("--quiet", quiet, error)
@@ -66,6 +69,8 @@ contains
       call take_page(arguments, page, error)
       call take_source(arguments, source, error)
       if (allocated(unit)) source%unit = unit
+      if (shapes .and. .not. (allocated(error) .or. allocated(output))) &
+         call new_error(error, error_usage, "--shapes is for the file of --output, which is not given")
       if (.not. allocated(error) .and. allocated(output)) call check_place(source, output, error)
       if (.not. allocated(error) .and. allocated(page%path)) call check_place(source, page%path, error)
       if (.not. allocated(error)) call prepare(page, source%unit, error)
@@ -73,17 +78,39 @@ contains
       progress = new_progress(quiet)
       call new_sweep(sweep, options)
       call catch_interrupts()
-      call solve_points(source, sweep, progress, page, complete, error)
+      allocate (results(merge(size(source%values), 0, shapes)))
+      call solve_points(source, sweep, progress, page, results, complete, error)
       call progress%finish()
       if (.not. allocated(error)) call sweep%finish()
       call make_page(page, sweep, source%parameter, source%unit, error)
       if (allocated(error)) return
-      if (allocated(output)) call write_hdf5_sweep(sweep, source%parameter, output, error, source%unit)
+      if (allocated(output)) call write_sweep(sweep, source, results, output, error)
       call print_sweep(sweep, source, format)
       call check_output(error)
       if (is_interrupted()) call complain("the sweep was interrupted after "//text(size(sweep%values))//" of "// &
          text(size(source%values))//" points")
    end subroutine sweep_command
+
+   ! Writes the file, with the results of the points where they are kept.
+   subroutine write_sweep(sweep, source, results, output, error)
+      type(sweep_type), intent(in) :: sweep
+      type(source_type), intent(in) :: source
+      !> None, or one for each value; the sweep may have fewer points.
+      type(modal_result_type), target, intent(in) :: results(:)
+      character(len=*), intent(in) :: output
+      type(error_type), allocatable, intent(out) :: error
+      type(kept_result_type) :: kept(min(size(results), size(sweep%values)))
+      integer :: k
+
+      do k = 1, size(kept)
+         kept(k)%result => results(k)
+      end do
+      if (size(results) > 0) then
+         call write_hdf5_sweep(sweep, source%parameter, output, error, source%unit, kept)
+      else
+         call write_hdf5_sweep(sweep, source%parameter, output, error, source%unit)
+      end if
+   end subroutine write_sweep
 
    subroutine check_place(source, output, error)
       type(source_type), intent(in) :: source
@@ -221,11 +248,13 @@ contains
    end function with_room
 
    ! An interrupt ends it with the points before.
-   subroutine solve_points(source, sweep, progress, page, complete, error)
+   subroutine solve_points(source, sweep, progress, page, results, complete, error)
       type(source_type), target, intent(inout) :: source
       type(sweep_type), intent(inout) :: sweep
       type(progress_type), intent(inout) :: progress
       type(page_type), intent(in) :: page
+      !> Of the points, where they are kept; of size 0 else.
+      type(modal_result_type), intent(inout) :: results(:)
       logical, intent(out) :: complete
       type(error_type), allocatable, intent(out) :: error
       type(scenes_type) :: scenes
@@ -246,6 +275,7 @@ contains
          end if
          if (.not. allocated(error)) call keep_shapes(page, i, size(source%values), result, error)
          if (allocated(error)) return
+         if (size(results) > 0) results(i) = result
          complete = complete .and. result%reason == reason_converged
          if (is_interrupted()) complete = .false.
          if (is_interrupted()) return

@@ -3,9 +3,10 @@ module cli_view
    use cli_arguments, only: arguments_type
    use cli_numbers, only: read_integer
    use cli_picture, only: draw_picture, make_page
+   use cli_scratch, only: make_scratch, remove_scratch
    use cli_system, only: check_new_file, check_new_folder, print_line
    use kschur, only: add_context, error_file, error_input, error_type, error_usage, modal_result_type, new_error, &
-      read_hdf5_result, text, write_view, wp
+      read_hdf5_result, read_hdf5_sweep_point, text, write_hdf5_result, write_view, wp
    implicit none
    private
    public :: view_command
@@ -13,6 +14,8 @@ module cli_view
    !> Request of `kschur view`.
    type :: request_type
       character(len=:), allocatable :: result, output, picture, html, modes
+      !> Of a sweep; 0: a result.
+      integer :: point = 0
       integer :: frames = 12
       !> Largest displacement in the frames, relative to the size of the structure.
       real(wp) :: amplitude = 0.1_wp
@@ -32,7 +35,12 @@ contains
       if (.not. allocated(error) .and. allocated(request%output)) call check_new_folder(request%output, error)
       if (.not. allocated(error) .and. allocated(request%picture)) call check_new_file(request%picture, error)
       if (.not. allocated(error) .and. allocated(request%html)) call check_new_file(request%html, error)
-      if (.not. allocated(error)) call read_hdf5_result(result, request%result, error, trial=.true.)
+      if (allocated(error)) return
+      if (request%point > 0) then
+         call read_hdf5_sweep_point(result, request%result, request%point, error, trial=.true.)
+      else
+         call read_hdf5_result(result, request%result, error, trial=.true.)
+      end if
       if (.not. allocated(error)) call choose_modes(request, size(result%eigenvalues), modes, error)
       if (allocated(error)) return
       if (.not. allocated(result%mesh)) then
@@ -46,14 +54,35 @@ contains
             text(result%mesh%nodes())//" nodes, open modes.pvd or mode_"//text(modes(1))//".pvd")
       end if
       if (allocated(request%picture) .and. .not. allocated(error)) then
-         call draw_picture(request%result, modes, request%picture, error)
+         call draw(request, result, draw_picture, modes, request%picture, error)
          if (.not. allocated(error)) call print_line(request%picture//": "//text(size(modes))//" modes")
       end if
       if (allocated(request%html) .and. .not. allocated(error)) then
-         call make_page(request%result, modes, request%html, error)
+         call draw(request, result, make_page, modes, request%html, error)
          if (.not. allocated(error)) call print_line(request%html//": "//text(size(modes))//" modes, open it in a browser")
       end if
    end subroutine view_command
+
+   ! Has a script draw modes, which reads a file of a result: of a point of a sweep one is made for it.
+   subroutine draw(request, result, drawing, modes, picture, error)
+      type(request_type), intent(in) :: request
+      type(modal_result_type), intent(in) :: result
+      procedure(draw_picture) :: drawing
+      integer, intent(in) :: modes(:)
+      character(len=*), intent(in) :: picture
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: folder
+
+      if (request%point == 0) then
+         call drawing(request%result, modes, picture, error)
+         return
+      end if
+      call make_scratch(picture, folder, error)
+      if (allocated(error)) return
+      call write_hdf5_result(result, folder//"/point_"//text(request%point)//".h5", error)
+      if (.not. allocated(error)) call drawing(folder//"/point_"//text(request%point)//".h5", modes, picture, error)
+      call remove_scratch(folder)
+   end subroutine draw
 
    subroutine take_request(arguments, request, error)
       type(arguments_type), intent(inout) :: arguments
@@ -65,6 +94,7 @@ contains
       call arguments%take_text("--picture", request%picture, error)
       call arguments%take_text("--html", request%html, error)
       call arguments%take_text("--modes", request%modes, error, "numbers of modes, as 1,3,7")
+      call arguments%take_integer("--point", 1, request%point, error)
       call arguments%take_integer("--frames", 0, request%frames, error)
       call arguments%take_positive("--amplitude", amplitude, error)
       if (allocated(amplitude)) request%amplitude = amplitude

@@ -40,9 +40,10 @@ module kschur
    use kschur_hdf5_problem, only: read_hdf5_problem, write_hdf5_problem
    use kschur_hdf5_response, only: write_hdf5_response
    use kschur_hdf5_result, only: is_hdf5_result, read_hdf5_result, write_hdf5_result
-   use kschur_hdf5_sweep, only: is_hdf5_sweep, read_hdf5_sweep, write_hdf5_sweep
+   use kschur_hdf5_sweep, only: is_hdf5_sweep, read_hdf5_sweep, read_hdf5_sweep_point, write_hdf5_sweep
    use kschur_inertia_solver, only: inertia_real_type
    use kschur_solver_choice, only: inner_solvers_type
+   use kschur_kept_result, only: kept_result_type
    use kschur_kinds, only: wp, long
    use kschur_krylov_complex, only: krylov_schur
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type

@@ -200,6 +200,10 @@ int kschur_result_write_hdf5(kschur_result *result, const char *path);
  * KSCHUR_ERROR_FILE, KSCHUR_ERROR_INPUT. */
 int kschur_result_read_hdf5(kschur_result *result, const char *path);
 
+/* The same of the modes of a point, counted from 0, of a sweep that kschur_sweep_write_hdf5_results or `kschur sweep --shapes`
+ * wrote. KSCHUR_ERROR_INPUT where the file has not the modes of this point. */
+int kschur_result_read_hdf5_point(kschur_result *result, const char *path, int64_t point);
+
 #ifdef __cplusplus
 }
 #endif

@@ -137,6 +137,11 @@ int kschur_sweep_get_size(kschur_sweep *sweep, int64_t *branches, int64_t *point
  * known. KSCHUR_ERROR_FILE where it cannot be written. */
 int kschur_sweep_write_hdf5(kschur_sweep *sweep, const char *parameter, const char *unit, const char *path);
 
+/* The same, with the modes of points, shapes and geometry included: results[i] is that of point i, as kschur_sweep_get_result gave
+ * it, NULL where its modes are not to be kept; there are as many as points. KSCHUR_ERROR_ORDER where one holds no modes. */
+int kschur_sweep_write_hdf5_results(kschur_sweep *sweep, const char *parameter, const char *unit, const char *path,
+                                    kschur_result *const *results);
+
 /* Takes the place of a sweep by one that was written; no points can be added to it. KSCHUR_ERROR_FILE, KSCHUR_ERROR_INPUT. */
 int kschur_sweep_read_hdf5(kschur_sweep *sweep, const char *path);
 
@@ -152,7 +157,8 @@ int kschur_is_sweep(const char *path);
 /* How many branches change their stability. */
 int kschur_sweep_get_onsets(kschur_sweep *sweep, int64_t *onsets);
 
-/* Numbers by name: "values", one a point; "eigenvalues" (pairs), "frequency_hz", "damping_ratio" and "share", what is left of the
+/* Numbers by name: "values", one a point, and "kept", 1 where the file that was read has the modes of the point, for
+ * kschur_result_read_hdf5_point; "eigenvalues" (pairs), "frequency_hz", "damping_ratio" and "share", what is left of the
  * mode before, of the branches of each point, branches fastest, NaN where a branch is not; of the events "event_kind", 0 a
  * crossing, 1 a veering, 2 where it is not clear which mode is which, "event_first" and "event_second", the branches counted
  * from 0, -1 for none, and "event_value"; of the onsets "onset_branch", "onset_unstable", 1 where the branch is unstable from

@@ -2,8 +2,8 @@
 module kschur_capi_sweep
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_null_funptr, c_null_ptr, c_ptr
-   use kschur, only: error_type, is_hdf5_sweep, modal_problem_type, modal_result_type, new_error, new_sweep, &
-      problem_family_type, read_hdf5_sweep, reason_cancelled, sweep_type, wp, write_hdf5_sweep
+   use kschur, only: error_type, is_hdf5_sweep, kept_result_type, modal_problem_type, modal_result_type, new_error, new_sweep, &
+      problem_family_type, read_hdf5_sweep, read_hdf5_sweep_point, reason_cancelled, sweep_type, text, wp, write_hdf5_sweep
    use kschur_capi_arrays, only: give_array, put
    use kschur_capi_callbacks, only: progress_type
    use kschur_capi_options, only: options_handle_type, options_of
@@ -40,6 +40,8 @@ module kschur_capi_sweep
       type(called_family_type) :: family
       !> Name and unit of the parameter, if the sweep was read from a file: then no points can be added.
       character(len=:), allocatable :: parameter, unit
+      !> Of which points that file keeps the results.
+      logical, allocatable :: kept(:)
    end type sweep_handle_type
 
 contains
@@ -151,20 +153,56 @@ contains
       type(c_ptr), value :: address, parameter, unit, path
       type(sweep_handle_type), pointer :: handle
       type(error_type), allocatable :: error
-      character(len=:), allocatable :: name, of_unit, place
 
       if (.not. has_points(address, handle, status)) return
-      call require(parameter, "parameter", error)
-      call require(path, "path", error)
-      if (.not. allocated(error)) then
-         call take_text(parameter, name)
-         call take_text(path, place)
-         of_unit = ""
-         if (c_associated(unit)) call take_text(unit, of_unit)
-         call write_hdf5_sweep(handle%sweep, name, place, error, of_unit)
-      end if
+      call write_sweep(handle, parameter, unit, path, error)
       status = outcome(handle, error)
    end function kschur_sweep_write_hdf5
+
+   integer(c_int) function kschur_sweep_write_hdf5_results(address, parameter, unit, path, results) bind(c) result(status)
+      type(c_ptr), value :: address, parameter, unit, path, results
+      type(sweep_handle_type), pointer :: handle
+      type(result_handle_type), pointer :: one
+      type(error_type), allocatable :: error
+      type(kept_result_type), allocatable :: kept(:)
+      type(c_ptr), pointer :: places(:)
+      integer :: i
+
+      if (.not. has_points(address, handle, status)) return
+      call require(results, "results", error)
+      if (.not. allocated(error)) then
+         allocate (kept(size(handle%sweep%values)))
+         call c_f_pointer(results, places, [size(kept)])
+         do i = 1, size(kept)
+            if (.not. c_associated(places(i))) cycle
+            one => result_of(places(i))
+            if (one%holds == modes_of_problem) then
+               kept(i)%result => one%result
+            else if (.not. allocated(error)) then
+               call new_error(error, status_order, "results["//text(i - 1)//"] does not hold modes of a problem")
+            end if
+         end do
+      end if
+      if (.not. allocated(error)) call write_sweep(handle, parameter, unit, path, error, kept)
+      status = outcome(handle, error)
+   end function kschur_sweep_write_hdf5_results
+
+   subroutine write_sweep(handle, parameter, unit, path, error, kept)
+      type(sweep_handle_type), intent(in) :: handle
+      type(c_ptr), intent(in) :: parameter, unit, path
+      type(error_type), allocatable, intent(out) :: error
+      type(kept_result_type), intent(in), optional :: kept(:)
+      character(len=:), allocatable :: name, of_unit, place
+
+      call require(parameter, "parameter", error)
+      call require(path, "path", error)
+      if (allocated(error)) return
+      call take_text(parameter, name)
+      call take_text(path, place)
+      of_unit = ""
+      if (c_associated(unit)) call take_text(unit, of_unit)
+      call write_hdf5_sweep(handle%sweep, name, place, error, of_unit, kept)
+   end subroutine write_sweep
 
    integer(c_int) function kschur_sweep_read_hdf5(address, path) bind(c) result(status)
       type(c_ptr), value :: address, path
@@ -172,6 +210,7 @@ contains
       type(sweep_type), allocatable :: read
       type(error_type), allocatable :: error
       character(len=:), allocatable :: name, parameter, unit
+      logical, allocatable :: kept(:)
 
       status = status_null
       handle => sweep_of(address)
@@ -180,14 +219,38 @@ contains
       allocate (read)
       if (.not. allocated(error)) then
          call take_text(path, name)
-         call read_hdf5_sweep(read, parameter, unit, name, error)
+         call read_hdf5_sweep(read, parameter, unit, name, error, kept)
       end if
       status = outcome(handle, error)
       if (status /= status_ok) return
       call move_alloc(read, handle%sweep)
       call move_alloc(parameter, handle%parameter)
       call move_alloc(unit, handle%unit)
+      call move_alloc(kept, handle%kept)
    end function kschur_sweep_read_hdf5
+
+   integer(c_int) function kschur_result_read_hdf5_point(address, path, point) bind(c) result(status)
+      type(c_ptr), value :: address, path
+      integer(c_int64_t), value :: point
+      type(result_handle_type), pointer :: handle
+      type(modal_result_type) :: read
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: name
+
+      status = status_null
+      handle => result_of(address)
+      if (.not. associated(handle)) return
+      call require(path, "path", error)
+      if (.not. allocated(error)) then
+         call take_text(path, name)
+         ! Beyond the range of Fortran's integers there is none.
+         call read_hdf5_sweep_point(read, name, int(max(-1_c_int64_t, min(point, huge(1) - 1_c_int64_t))) + 1, error)
+      end if
+      status = outcome(handle, error)
+      if (status /= status_ok) return
+      handle%result = read
+      call keep(handle, modes_of_problem)
+   end function kschur_result_read_hdf5_point
 
    integer(c_int) function kschur_is_sweep(path) bind(c) result(holds)
       type(c_ptr), value :: path
@@ -257,6 +320,10 @@ contains
             status = give_array(handle, s%damping_ratio, values, length)
          case ("share")
             status = give_array(handle, s%share, values, length)
+         case ("kept")
+            allocate (numbers(size(s%values)), source=0.0_wp)
+            if (allocated(handle%kept)) numbers = merge(1.0_wp, 0.0_wp, handle%kept)
+            status = give_array(handle, numbers, values, length)
          case ("event_kind")
             allocate (numbers(size(s%events)), source=real(s%events%kind, wp))
             status = give_array(handle, numbers, values, length)

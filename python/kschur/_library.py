@@ -35,6 +35,7 @@ _ARGUMENTS = {
     "kschur_problem_get_response": [c_void_p, c_void_p, c_int64, c_void_p, c_int64, c_void_p, c_void_p, c_void_p, c_void_p],
     "kschur_sweep_add": [c_void_p, c_double, c_void_p, c_void_p],
     "kschur_sweep_set_problem": [c_void_p, PROBLEM, c_void_p],
+    "kschur_result_read_hdf5_point": [c_void_p, c_char_p, c_int64],
     "kschur_sweep_get_numbers": [c_void_p, c_char_p, c_void_p, c_int64],
     "kschur_options_set_progress": [c_void_p, PROGRESS, c_void_p],
     "kschur_options_set_stop": [c_void_p, STOP, c_void_p],

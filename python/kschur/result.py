@@ -174,6 +174,18 @@ class Result(Stored):
         handle.call("read_hdf5", str(path).encode())
         return cls(handle)
 
+    @classmethod
+    def read_point(cls, path: Any, point: int) -> Result:
+        """The modes of a point, from 0, of a sweep whose file keeps them. Raises FileError or InputError."""
+        handle = Handle("result")
+        handle.call("read_hdf5_point", str(path).encode(), point)
+        return cls(handle)
+
+    @property
+    def address(self) -> Any:
+        """Of the result of the C library."""
+        return self._handle.address.value
+
     def plot_shape(self, mode: int = 0, **options: Any) -> Any:
         """Draws a mode on the geometry: see `kschur.plotting.plot_shape`."""
         from .plotting import plot_shape

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from ctypes import byref, c_int64
+from ctypes import byref, c_int64, c_void_p
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,7 +48,8 @@ class Sweep(Stored):
     share : what each mode shares with the one of its branch at the point before.
     events : crossings, veerings, and where it is unsure which mode is which.
     onsets : where branches become unstable, or stable again.
-    results : the modes of points, by the place of the point, where the sweep was given a geometry; files do not keep them.
+    results : the modes of points, by the place of the point, where the sweep was given a geometry, or was read from a file that
+        keeps them: of `save`, or of `kschur sweep --shapes`.
     """
 
     def __init__(self, handle: Handle, parameter: str = "", unit: str = "") -> None:
@@ -77,15 +78,26 @@ class Sweep(Stored):
         self.onsets = [Onset(int(b), bool(u), float(v), float(w)) for b, u, v, w in zip(branch, unstable, value, within)]
 
     def save(self, path: Any) -> None:
-        """Writes an HDF5 file, which `kschur.load` and `kschur-campbell` read. Raises FileError."""
-        self._handle.call("write_hdf5", self.parameter.encode(), self.unit.encode(), str(path).encode())
+        """Writes an HDF5 file with the sweep and its `results`, which `kschur.load`, `kschur view --point` and `kschur-campbell`
+        read. Raises FileError."""
+        words = self.parameter.encode(), self.unit.encode(), str(path).encode()
+        if self.results:
+            kept = (self.results[point].address if point in self.results else None for point in range(len(self.values)))
+            self._handle.call("write_hdf5_results", *words, (c_void_p * len(self.values))(*kept))
+        else:
+            self._handle.call("write_hdf5", *words)
 
     @classmethod
     def read(cls, path: Any) -> Sweep:
         """The sweep that `save` or `kschur sweep --output` wrote. Raises FileError or InputError."""
         handle = Handle("sweep")
         handle.call("read_hdf5", str(path).encode())
-        return cls(handle, handle.text("get_parameter"), handle.text("get_unit"))
+        found = cls(handle, handle.text("get_parameter"), handle.text("get_unit"))
+        kept = np.empty(len(found.values))
+        handle.call("get_numbers", b"kept", kept.ctypes.data, kept.size)
+        for point in np.flatnonzero(kept).tolist():
+            found.results[point] = Result.read_point(path, point)
+        return found
 
     def campbell(self, **options: Any) -> Any:
         """Draws the Campbell diagram: see `kschur.diagram.campbell`."""
@@ -116,7 +128,8 @@ def sweep(matrices: Callable[[float], Any] | Sequence[Any], values: Iterable[flo
     values : of the parameter, rising or falling.
     modes, target, symmetric, more : as for `kschur.solve`; with left=True modes of unsymmetric problems are followed by left vectors.
     parameter, unit : what it is called, and "rpm", "Hz", ..., for tables and diagrams.
-    geometry : where the unknowns stand; the sweep keeps the modes of its points then, and `Sweep.view` shows shapes.
+    geometry : where the unknowns stand; the sweep keeps the modes of its points then, `Sweep.view` shows shapes, and `Sweep.save`
+        writes them.
     progress : as for `kschur.solve`; the sweep ends with the points before where it returns True.
     """
     points = np.asarray(list(values), float)

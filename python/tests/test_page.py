@@ -111,6 +111,8 @@ def test_sweep(three, tmp_path):
         read = whole_numbers(page.html, f"mode-{facts['shapes'][branch][2]}-re").reshape(3, -1).T / STEPS
         assert abs(abs((read * wanted).sum()) / np.linalg.norm(read) / np.linalg.norm(wanted) - 1) < 1e-5
     assert [None if number is None else "there" for number in facts_of(swept.view(points=[1]))["shapes"][0]] == [None, "there", None]
+    swept.save(tmp_path / "s.h5")
+    assert kschur.load(tmp_path / "s.h5").view(orders=[2]).html == page.html
     plain = kschur.sweep(lambda p: (M, p * K), [60, 120], modes=2)
     three.unlink()
     plain.view().save(tmp_path / "sweep.html")

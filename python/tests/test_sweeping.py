@@ -5,10 +5,11 @@ import pickle
 import matplotlib
 import numpy as np
 import pytest
+import scipy.sparse as sparse
 from test_solve import chain
 
 import kschur
-from kschur.errors import FileError, UsageError
+from kschur.errors import FileError, InputError, UsageError
 
 matplotlib.use("Agg")
 
@@ -101,6 +102,37 @@ def test_a_sweep_is_saved_read_copied_and_drawn(tmp_path):
         kschur.sweep(jeffcott, [5, 40], modes=3).campbell(orders=[1])
     with pytest.raises(FileError):
         swept.save(tmp_path / "nowhere" / "s.h5")
+
+
+def test_results_of_points_are_kept_with_their_geometry(tmp_path):
+    # Three nodes that move along z; the middle one was eliminated, half of its neighbours.
+    T = sparse.csr_matrix([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]])
+    M, K = np.diag([1.0, 2.0, 3.0]), np.array([[4.0, -1, 0], [-1, 3, -1], [0, -1, 2]])
+    geometry = kschur.Geometry([[0, 0, 0], [1, 0, 0], [2, 0, 0]], cells={"line": [[0, 1], [1, 2]]}, transformation=T)
+    swept = kschur.sweep(lambda p: (T.T @ M @ T, p * (T.T @ K @ T)), [1, 2, 4], modes=2, geometry=geometry)
+    del swept.results[1]
+    swept.save(tmp_path / "s.h5")
+    for again in (kschur.load(tmp_path / "s.h5"), pickle.loads(pickle.dumps(swept)), copy.deepcopy(swept)):
+        assert sorted(again.results) == [0, 2] and np.array_equal(again.eigenvalues, swept.eigenvalues)
+        for point, result in again.results.items():
+            assert np.array_equal(result.shapes, swept.results[point].shapes)
+            moved = result.geometry.displacements(result.shape(1))[:, 2]
+            assert moved[1] == moved[[0, 2]].mean() != 0
+            assert result.geometry.transformation.toarray().tolist() == T.toarray().tolist()
+    assert kschur.Result.read_point(tmp_path / "s.h5", 2).notes == swept.results[2].notes
+    for point, words in ((1, "kschur sweep --shapes"), (3, "points 1 to 3"), (-1, "points 1 to 3"), (2**40, "points 1 to 3")):
+        with pytest.raises(InputError, match=words):
+            kschur.Result.read_point(tmp_path / "s.h5", point)
+    with pytest.raises(InputError, match="a sweep, not a result"):
+        kschur.Result.read(tmp_path / "s.h5")
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "s.h5", "r+") as file:
+        del file["points/3/cells/types"]
+    with pytest.raises(InputError, match="s.h5: point 3: the mesh: .*/cells/types"):
+        kschur.load(tmp_path / "s.h5")
+    with h5py.File(tmp_path / "s.h5", "r+") as file:
+        del file["points"]
+    assert kschur.load(tmp_path / "s.h5").results == {}
 
 
 def test_branches_that_lie_on_each_other_are_told_apart():

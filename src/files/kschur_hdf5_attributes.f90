@@ -6,7 +6,7 @@ module kschur_hdf5_attributes
       h5aget_type_f, h5aread_f, h5awrite_f, h5aclose_f, h5screate_f, h5screate_simple_f, h5sget_simple_extent_npoints_f, &
       h5sclose_f, H5S_SCALAR_F, h5tcopy_f, h5tset_cset_f, h5tclose_f, H5T_CSET_UTF8_F, H5T_STRING
    use kschur_error, only: error_type, new_error, error_file, error_input
-   use kschur_hdf5_basics, only: integer_type, real_type, new_complex_type, check_class
+   use kschur_hdf5_basics, only: integer_type, real_type, new_complex_type, check_class, relative
    use kschur_hdf5_strings, only: read_string_value
    use kschur_kinds, only: wp, long
    use kschur_text, only: text
@@ -35,7 +35,7 @@ contains
 
       has_attribute = .false.
       if (allocated(error)) return
-      call h5aexists_by_name_f(file, object, name, has_attribute, status)
+      call h5aexists_by_name_f(file, relative(object), name, has_attribute, status)
       if (status == 0) return
       has_attribute = .false.
       call new_error(error, error_input, label(object, name)//" cannot be looked up: the file is damaged")
@@ -64,7 +64,7 @@ contains
          if (.not. allocated(error)) call new_error(error, error_input, "there is no "//label(object, name))
          return
       end if
-      call h5aopen_by_name_f(file, object, name, attribute, status)
+      call h5aopen_by_name_f(file, relative(object), name, attribute, status)
       if (status == 0) then
          found = -1
          call h5aget_space_f(attribute, space, status)
@@ -118,7 +118,7 @@ contains
          call h5screate_simple_f(1, [count], space, status)
       end if
       if (status == 0) then
-         call h5acreate_by_name_f(file, object, name, type, space, attribute, status)
+         call h5acreate_by_name_f(file, relative(object), name, type, space, attribute, status)
          if (status == 0) then
             call h5awrite_f(attribute, type, address, status)
             call h5aclose_f(attribute, ignored)

@@ -2,11 +2,12 @@
 !> never closed, as the caller may use it too.
 module kschur_hdf5_basics
    use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_int64_t, c_null_funptr, c_null_ptr, c_ptr, c_size_t
-   use hdf5, only: hid_t, hsize_t, h5open_f, h5iis_valid_f, h5kind_to_type, H5_INTEGER_KIND, H5_REAL_KIND, &
-      H5T_NATIVE_INTEGER, h5fis_hdf5_f, h5fopen_f, h5fcreate_f, h5fclose_f, H5F_ACC_RDONLY_F, H5F_ACC_TRUNC_F, &
-      h5gcreate_f, h5gclose_f, h5lexists_f, h5oexists_by_name_f, h5tcreate_f, h5tinsert_f, h5tclose_f, h5tget_class_f, &
-      h5tget_member_index_f, h5tget_member_offset_f, h5tget_member_type_f, h5tget_offset_f, h5tget_precision_f, h5tget_size_f, &
-      h5tequal_f, H5T_COMPOUND_F, H5T_FLOAT_F, H5T_IEEE_F32BE, H5T_IEEE_F32LE, H5T_IEEE_F64BE, H5T_IEEE_F64LE, H5T_INTEGER_F
+   use hdf5, only: hid_t, hsize_t, h5open_f, h5iis_valid_f, h5kind_to_type, H5_INTEGER_KIND, H5_REAL_KIND, H5T_NATIVE_INTEGER, &
+      h5fis_hdf5_f, h5fopen_f, h5fcreate_f, h5fclose_f, H5F_ACC_RDONLY_F, H5F_ACC_TRUNC_F, h5gcreate_f, h5gopen_f, &
+      h5gclose_f, h5lexists_f, h5oexists_by_name_f, h5tcreate_f, h5tinsert_f, h5tclose_f, h5tget_class_f, &
+      h5tget_member_index_f, h5tget_member_offset_f, h5tget_member_type_f, h5tget_offset_f, h5tget_precision_f, &
+      h5tget_size_f, h5tequal_f, H5T_COMPOUND_F, H5T_FLOAT_F, H5T_IEEE_F32BE, H5T_IEEE_F32LE, H5T_IEEE_F64BE, &
+      H5T_IEEE_F64LE, H5T_INTEGER_F
    use kschur_error, only: error_type, new_error, add_context, error_file, error_input, error_library
    use kschur_files, only: kind_of_file, folder, no_file, pipe_or_device, staging_type
    use kschur_kinds, only: wp, long
@@ -14,7 +15,8 @@ module kschur_hdf5_basics
    implicit none
    private
    public :: output_type, printing_type, silence_hdf5, restore_printing
-   public :: forbid_external_links, open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, exists
+   public :: forbid_external_links, open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, create_group, &
+      open_group, close_group, relative, exists
    public :: integer_type, real_type, new_complex_type, check_class
 
    !> HDF5's error printing before it was silenced.
@@ -176,7 +178,7 @@ contains
       call restore_printing(output%printing)
    end subroutine finish_hdf5_file
 
-   !> Creates the group `name`.
+   !> Creates the group `name`. Here and in the procedures that read and write, `file` may be a group: names begin there.
    subroutine create_group(file, name, error)
       integer(hid_t), intent(in) :: file
       character(len=*), intent(in) :: name
@@ -185,10 +187,43 @@ contains
       integer :: status
 
       if (allocated(error)) return
-      call h5gcreate_f(file, name, group, status)
+      call h5gcreate_f(file, relative(name), group, status)
       if (status == 0) call h5gclose_f(group, status)
       if (status < 0) call new_error(error, error_file, "group "//name//" cannot be written")
    end subroutine create_group
+
+   !> Opens the group `name`, to be closed by `close_group`; -1 if it cannot be opened.
+   subroutine open_group(group, file, name, error)
+      integer(hid_t), intent(out) :: group
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: status
+
+      group = -1
+      if (allocated(error)) return
+      call h5gopen_f(file, relative(name), group, status)
+      if (status == 0) return
+      group = -1
+      call new_error(error, error_input, name//" is not a group")
+   end subroutine open_group
+
+   !> Closes a group.
+   subroutine close_group(group)
+      integer(hid_t), intent(in) :: group
+      integer :: status
+
+      if (group >= 0) call h5gclose_f(group, status)
+   end subroutine close_group
+
+   !> The name without its leading slash, for HDF5: with it, HDF5 begins at the root even where it is given a group.
+   pure function relative(name)
+      character(len=*), intent(in) :: name
+      character(len=max(1, len(name) - merge(1, 0, index(name, "/") == 1))) :: relative
+
+      relative = "."
+      if (name /= "/") relative = name(1 + len(name) - len(relative):)
+   end function relative
 
    !> Whether the file has an object of this name; its group must exist. Fails if HDF5 fails, or the name is an external or
    !> dangling link.
@@ -201,10 +236,10 @@ contains
 
       exists = .false.
       if (allocated(error)) return
-      call h5lexists_f(file, name, exists, status)
+      call h5lexists_f(file, relative(name), exists, status)
       if (status < 0) call new_error(error, error_input, name//" cannot be looked up: the file is damaged")
       if (status < 0 .or. .not. exists) return
-      call h5oexists_by_name_f(file, name, resolved, status)
+      call h5oexists_by_name_f(file, relative(name), resolved, status)
       exists = status == 0 .and. resolved
       if (.not. exists) call new_error(error, error_input, &
          name//" cannot be opened: it is damaged, or a link into another file, which is not followed")

@@ -17,6 +17,7 @@ module kschur_hdf5_result
    implicit none
    private
    public :: is_hdf5_result, read_hdf5_result, write_hdf5_result
+   public :: bytes_of, is_whole, read_result, write_result
 
 contains
 
@@ -32,15 +33,25 @@ contains
          return
       end if
       call create_hdf5_file(output, path, bytes_of(result), error)
-      call write_modes(output%file, result, error)
-      call write_mesh(output%file, result%mesh, error)
-      call write_properties(output%file, result%properties, error)
-      call write_history(output%file, result%history, error)
-      call write_facts(output%file, result, error)
-      call write_options(output%file, result, error)
+      call write_result(output%file, result, error)
       call finish_hdf5_file(output, error)
    end subroutine write_hdf5_result
 
+   !> Writes a result that is whole into a file, or into a group of one.
+   subroutine write_result(file, result, error)
+      integer(hid_t), intent(in) :: file
+      type(modal_result_type), intent(in) :: result
+      type(error_type), allocatable, intent(inout) :: error
+
+      call write_modes(file, result, error)
+      call write_mesh(file, result%mesh, error)
+      call write_properties(file, result%properties, error)
+      call write_history(file, result%history, error)
+      call write_facts(file, result, error)
+      call write_options(file, result, error)
+   end subroutine write_result
+
+   !> Whether a result has what `write_result` wants.
    pure logical function is_whole(result)
       type(modal_result_type), intent(in) :: result
 
@@ -53,7 +64,7 @@ contains
          is_whole = is_whole .and. allocated(result%left_multipliers) .and. allocated(result%condition)
    end function is_whole
 
-   ! Size of the arrays that may be large.
+   !> Size of the arrays that may be large, in bytes.
    pure integer(long) function bytes_of(result)
       type(modal_result_type), intent(in) :: result
       integer(long), parameter :: bytes_of_a_complex = 2*storage_size(1.0_wp)/8
@@ -176,20 +187,31 @@ contains
       logical :: marked
 
       call open_hdf5_file(file, path, error)
+      if (has_attribute(file, "/", "kschur_sweep", error)) call new_error(error, error_input, &
+         "a sweep, not a result: kschur view --point takes the modes of one of its points")
       call check_is_result(file, error)
       marked = .not. allocated(error)
+      call read_result(result, file, error)
+      call close_hdf5_file(file)
+      if (marked) call add_context(error, "a damaged result")
+   end subroutine read_all
+
+   !> Reads a result from a file, or from a group of one, that is marked as one: what fails is damaged.
+   subroutine read_result(result, file, error)
+      type(modal_result_type), intent(inout) :: result
+      integer(hid_t), intent(in) :: file
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (allocated(error)) return
       call read_facts(result, file, error)
       call read_options(result, file, error)
       call read_modes(result, file, error)
       call read_mesh(result%mesh, file, result%unknowns, error)
       if (.not. allocated(error)) call read_properties(result%properties, file, size(result%eigenvalues), error)
       call read_history(result%history, file, error)
-      call close_hdf5_file(file)
       if (.not. allocated(error)) call check_shapes(result, error)
-      if (.not. (marked .and. allocated(error))) return
-      error%code = merge(error_memory, error_input, error%code == error_memory)
-      call add_context(error, "a damaged result")
-   end subroutine read_all
+      if (allocated(error)) error%code = merge(error_memory, error_input, error%code == error_memory)
+   end subroutine read_result
 
    subroutine read_modes(result, file, error)
       type(modal_result_type), intent(inout) :: result

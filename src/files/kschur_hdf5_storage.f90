@@ -2,11 +2,12 @@
 !> messages name the dataset, callers add the file.
 module kschur_hdf5_storage
    use hdf5, only: hid_t, hsize_t, size_t, h5dcreate_f, h5dopen_f, h5dclose_f, h5dget_space_f, &
-      h5dget_type_f, h5dget_create_plist_f, H5D_COMPACT_F, H5D_CONTIGUOUS_F, H5D_CHUNKED_F, h5fget_filesize_f, &
+      h5dget_type_f, h5dget_create_plist_f, H5D_COMPACT_F, H5D_CONTIGUOUS_F, H5D_CHUNKED_F, h5fclose_f, &
+      h5fget_filesize_f, h5iget_file_id_f, &
       h5pget_layout_f, h5pget_external_count_f, h5pget_nfilters_f, h5pget_filter_f, h5pclose_f, h5zfilter_avail_f, &
       h5screate_simple_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5sclose_f, h5tget_size_f, h5tclose_f
    use kschur_error, only: error_type, new_error, error_file, error_input, error_memory, error_library
-   use kschur_hdf5_basics, only: exists, check_class
+   use kschur_hdf5_basics, only: check_class, exists, relative
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
    use kschur_text, only: text
@@ -31,7 +32,7 @@ contains
          if (.not. allocated(error)) call new_error(error, error_input, "there is no dataset "//name)
          return
       end if
-      call h5dopen_f(file, name, dataset, status)
+      call h5dopen_f(file, relative(name), dataset, status)
       if (status < 0) then
          call new_error(error, error_input, name//" is not a dataset")
          return
@@ -39,7 +40,7 @@ contains
       call check_storage(dataset, name, error)
       call check_type(dataset, type, name, error)
       call find_extents(extents, dataset, name, error)
-      call check_size(extents, file, type, name, error)
+      call check_size(extents, dataset, type, name, error)
       if (allocated(error)) call h5dclose_f(dataset, status)
    end subroutine open_dataset
 
@@ -145,19 +146,24 @@ contains
    end subroutine find_extents
 
    ! Fails if the declared size exceeds what the file can contain with best compression.
-   subroutine check_size(extents, file, type, name, error)
+   subroutine check_size(extents, dataset, type, name, error)
       integer, intent(in) :: extents(:)
-      integer(hid_t), intent(in) :: file, type
+      integer(hid_t), intent(in) :: dataset, type
       character(len=*), intent(in) :: name
       type(error_type), allocatable, intent(inout) :: error
       ! zlib reaches 1032.
       real(wp), parameter :: best_compression = 1100
       integer(hsize_t) :: bytes
       integer(size_t) :: bytes_each
-      integer :: status
+      integer(hid_t) :: file
+      integer :: status, ignored
 
       if (allocated(error)) return
-      call h5fget_filesize_f(file, bytes, status)
+      call h5iget_file_id_f(dataset, file, status)
+      if (status == 0) then
+         call h5fget_filesize_f(file, bytes, status)
+         call h5fclose_f(file, ignored)
+      end if
       if (status == 0) call h5tget_size_f(type, bytes_each, status)
       if (status < 0) then
          call new_error(error, error_library, "HDF5 does not tell the size of the file")
@@ -195,7 +201,7 @@ contains
       if (allocated(error)) return
       call h5screate_simple_f(size(extents), int(extents, hsize_t), space, status)
       if (status == 0) then
-         call h5dcreate_f(file, name, type, space, dataset, status)
+         call h5dcreate_f(file, relative(name), type, space, dataset, status)
          call h5sclose_f(space, ignored)
       end if
       if (status < 0) call new_error(error, error_file, name//" cannot be created")

@@ -1,25 +1,31 @@
-!> A sweep in an HDF5 file: parameter values, branches, events. Datasets in h5py: points x branches.
+!> A sweep in an HDF5 file: parameter values, branches, events. Datasets in h5py: points x branches. Where the modes of points are
+!> kept, the group /points/K is the result of point K, from 1, as in a file of `kschur_hdf5_result`: with shapes and mesh.
 module kschur_hdf5_sweep
    use hdf5, only: hid_t
    use kschur_error, only: add_context, error_input, error_type, new_error, error_usage
    use kschur_hdf5_attributes, only: has_attribute, read_attribute, write_attribute
-   use kschur_hdf5_basics, only: output_type, printing_type, close_hdf5_file, create_hdf5_file, finish_hdf5_file, create_group, &
-      open_hdf5_file, restore_printing, silence_hdf5
+   use kschur_hdf5_basics, only: output_type, printing_type, close_group, close_hdf5_file, create_group, create_hdf5_file, exists, &
+      finish_hdf5_file, forbid_external_links, open_group, open_hdf5_file, restore_printing, silence_hdf5
    use kschur_hdf5_datasets, only: read_dataset, write_dataset, kind_length
    use kschur_hdf5_facts, only: position_of
+   use kschur_hdf5_result, only: bytes_of, is_whole, read_result, write_result
+   use kschur_kept_result, only: kept_result_type
    use kschur_kinds, only: long, wp
    use kschur_release, only: kschur_version
+   use kschur_result, only: modal_result_type
    use kschur_sweep, only: sweep_type, event_names
+   use kschur_text, only: text
+   use kschur_trial, only: try_in_child
    implicit none
    private
-   public :: is_hdf5_sweep, read_hdf5_sweep, write_hdf5_sweep
+   public :: is_hdf5_sweep, read_hdf5_sweep, read_hdf5_sweep_point, write_hdf5_sweep
 
-   character(len=*), parameter :: root = "/"
+   character(len=*), parameter :: root = "/", points = "/points"
 
 contains
 
    !> Writes a finished sweep. The file appears under its name when it is complete.
-   subroutine write_hdf5_sweep(sweep, parameter, path, error, unit)
+   subroutine write_hdf5_sweep(sweep, parameter, path, error, unit, kept)
       type(sweep_type), intent(in) :: sweep
       !> The name of the parameter.
       character(len=*), intent(in) :: parameter
@@ -27,15 +33,24 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Unit of the parameter. Absent or empty: unknown.
       character(len=*), intent(in), optional :: unit
+      !> Results of the points, whose shapes and meshes the file keeps; not associated: not those of this point.
+      type(kept_result_type), intent(in), optional :: kept(:)
       integer(long), parameter :: bytes_of_a_mode = 40
       character(len=kind_length), allocatable :: kinds(:)
       type(output_type) :: output
+      integer(long) :: bytes
 
       if (.not. allocated(sweep%eigenvalues)) then
          call new_error(error, error_usage, path//": the sweep is not finished and cannot be written: call finish first")
          return
       end if
-      call create_hdf5_file(output, path, bytes_of_a_mode*size(sweep%eigenvalues, kind=long), error)
+      bytes = bytes_of_a_mode*size(sweep%eigenvalues, kind=long)
+      if (present(kept)) then
+         call check_kept(kept, size(sweep%values), bytes, error)
+         call add_context(error, path)
+         if (allocated(error)) return
+      end if
+      call create_hdf5_file(output, path, bytes, error)
       call write_attribute(output%file, root, "kschur_sweep", kschur_version, error)
       call write_attribute(output%file, root, "parameter", parameter, error)
       if (present(unit)) then
@@ -58,8 +73,55 @@ contains
       call write_dataset(output%file, "/onsets/unstable", [merge(1, 0, sweep%onsets%unstable)], error)
       call write_dataset(output%file, "/onsets/value", [sweep%onsets%value], error)
       call write_dataset(output%file, "/onsets/within", [sweep%onsets%within], error)
+      if (present(kept)) call write_points(output%file, kept, error)
       call finish_hdf5_file(output, error)
    end subroutine write_hdf5_sweep
+
+   ! Adds the bytes of kept results; fails if one is incomplete, or there are more than points.
+   subroutine check_kept(kept, points, bytes, error)
+      type(kept_result_type), intent(in) :: kept(:)
+      integer, intent(in) :: points
+      integer(long), intent(inout) :: bytes
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: k
+
+      if (size(kept) > points) call new_error(error, error_usage, "there are results of "//text(size(kept))//" points, but "// &
+         text(points)//" points")
+      do k = 1, size(kept)
+         if (allocated(error)) return
+         if (.not. associated(kept(k)%result)) cycle
+         if (is_whole(kept(k)%result)) then
+            bytes = bytes + bytes_of(kept(k)%result)
+         else
+            call new_error(error, error_usage, "the result of point "//text(k)//" is incomplete and cannot be written")
+         end if
+      end do
+   end subroutine check_kept
+
+   subroutine write_points(file, kept, error)
+      integer(hid_t), intent(in) :: file
+      type(kept_result_type), intent(in) :: kept(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer(hid_t) :: group
+      integer :: k
+
+      call create_group(file, points, error)
+      do k = 1, size(kept)
+         if (.not. associated(kept(k)%result)) cycle
+         call create_group(file, point_name(k), error)
+         call open_group(group, file, point_name(k), error)
+         call write_result(group, kept(k)%result, error)
+         call close_group(group)
+      end do
+   end subroutine write_points
+
+   ! Its group.
+   pure function point_name(point) result(name)
+      integer, intent(in) :: point
+      character(len=:), allocatable :: name
+
+      name = points//"/"//text(point)
+   end function point_name
 
    !> Whether a file is a sweep; false if it cannot be read.
    logical function is_hdf5_sweep(path)
@@ -78,21 +140,21 @@ contains
 
    !> Reads a sweep that `write_hdf5_sweep` wrote: results of a finished sweep, without positions of modes. No point can be
    !> added. Fails with the file and the reason.
-   subroutine read_hdf5_sweep(sweep, parameter, unit, path, error)
+   subroutine read_hdf5_sweep(sweep, parameter, unit, path, error, kept)
       type(sweep_type), intent(out) :: sweep
       !> Name and unit of the parameter; the unit is empty if unknown.
       character(len=:), allocatable, intent(out) :: parameter, unit
       character(len=*), intent(in) :: path
       type(error_type), allocatable, intent(out) :: error
+      !> Of which points the file keeps the results, for `read_hdf5_sweep_point`.
+      logical, allocatable, intent(out), optional :: kept(:)
       type(printing_type) :: printing
       integer(hid_t) :: file
 
       unit = ""
       call silence_hdf5(printing, error)
       call open_hdf5_file(file, path, error)
-      if (.not. has_attribute(file, root, "kschur_sweep", error)) then
-         if (.not. allocated(error)) call new_error(error, error_input, "not a sweep of kschur")
-      end if
+      call check_is_sweep(file, error)
       call read_attribute(parameter, file, root, "parameter", error)
       if (has_attribute(file, root, "unit", error)) call read_attribute(unit, file, root, "unit", error)
       call read_dataset(sweep%values, file, "/values", error)
@@ -102,11 +164,95 @@ contains
       call read_dataset(sweep%share, file, "/share", error)
       call read_events(sweep, file, error)
       call read_onsets(sweep, file, error)
+      if (present(kept) .and. .not. allocated(error)) call find_kept(kept, size(sweep%values), file, error)
       call close_hdf5_file(file)
       if (.not. allocated(error)) call check_shapes(sweep, error)
       call restore_printing(printing)
       call add_context(error, path)
    end subroutine read_hdf5_sweep
+
+   !> Reads the modes of a point, if the sweep was written with them. Fails with the file and the reason.
+   subroutine read_hdf5_sweep_point(result, path, point, error, trial)
+      type(modal_result_type), intent(out) :: result
+      character(len=*), intent(in) :: path
+      !> From 1.
+      integer, intent(in) :: point
+      type(error_type), allocatable, intent(out) :: error
+      !> As that of `read_hdf5_problem`.
+      logical, intent(in), optional :: trial
+      type(printing_type) :: printing
+
+      call silence_hdf5(printing, error)
+      if (present(trial)) then
+         if (trial) call try_in_child(read_and_discard_point, path, "sweep", error, [point, 0])
+      end if
+      call read_point(result, path, point, error)
+      call restore_printing(printing)
+      call add_context(error, path)
+   end subroutine read_hdf5_sweep_point
+
+   subroutine read_and_discard_point(path, part, error)
+      character(len=*), intent(in) :: path
+      !> The first is the point.
+      integer, intent(in) :: part(2)
+      type(error_type), allocatable, intent(inout) :: error
+      type(modal_result_type) :: result
+
+      call forbid_external_links()
+      call read_point(result, path, part(1), error)
+   end subroutine read_and_discard_point
+
+   subroutine read_point(result, path, point, error)
+      type(modal_result_type), intent(inout) :: result
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: point
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), allocatable :: values(:)
+      logical, allocatable :: kept(:)
+      integer(hid_t) :: file, group
+
+      call open_hdf5_file(file, path, error)
+      call check_is_sweep(file, error)
+      call read_dataset(values, file, "/values", error)
+      if (.not. allocated(error)) call find_kept(kept, size(values), file, error)
+      if (.not. allocated(error)) then
+         if (point < 1 .or. point > size(kept)) then
+            call new_error(error, error_input, "there is no point "//text(point)//": the sweep has points 1 to "//text(size(kept)))
+         else if (.not. kept(point)) then
+            call new_error(error, error_input, "the modes of point "//text(point)// &
+               " are not in it: kschur sweep --shapes keeps them")
+         else
+            call open_group(group, file, point_name(point), error)
+            call read_result(result, group, error)
+            call close_group(group)
+            call add_context(error, "point "//text(point))
+         end if
+      end if
+      call close_hdf5_file(file)
+   end subroutine read_point
+
+   subroutine check_is_sweep(file, error)
+      integer(hid_t), intent(in) :: file
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (has_attribute(file, root, "kschur_sweep", error)) return
+      if (.not. allocated(error)) call new_error(error, error_input, "not a sweep of kschur")
+   end subroutine check_is_sweep
+
+   subroutine find_kept(kept, number, file, error)
+      logical, allocatable, intent(out) :: kept(:)
+      !> Of points.
+      integer, intent(in) :: number
+      integer(hid_t), intent(in) :: file
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: k
+
+      allocate (kept(number), source=.false.)
+      if (.not. exists(file, points, error)) return
+      do k = 1, number
+         kept(k) = exists(file, point_name(k), error)
+      end do
+   end subroutine find_kept
 
    subroutine read_events(sweep, file, error)
       type(sweep_type), intent(inout) :: sweep

@@ -196,6 +196,39 @@ static void response_that_is_ended(void)
    kschur_options_destroy(&options);
 }
 
+/* Of six points with two modes each, where only the last is kept. */
+static void last_point_in_a_file(kschur_sweep *swept, kschur_result *result)
+{
+   kschur_result *kept[6] = {NULL, NULL, NULL, NULL, NULL, result}, *empty = NULL;
+   kschur_sweep *again = NULL;
+   double is_kept[6], shapes[2][8];
+
+   CHECK_OK(kschur_result_create(&empty));
+   CHECK_STATUS(kschur_sweep_write_hdf5_results(swept, "p", NULL, "points.h5", NULL), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_sweep_write_hdf5_results(NULL, "p", NULL, "points.h5", kept), KSCHUR_ERROR_NULL);
+   kept[1] = empty;
+   CHECK_STATUS(kschur_sweep_write_hdf5_results(swept, "p", NULL, "points.h5", kept), KSCHUR_ERROR_ORDER);
+   CHECK_MESSAGE(sweep, swept, "results[1]");
+   kept[1] = NULL;
+   CHECK_OK(kschur_sweep_write_hdf5_results(swept, "p", NULL, "points.h5", kept));
+   CHECK_OK(kschur_sweep_create(&again));
+   CHECK_OK(kschur_sweep_read_hdf5(again, "points.h5"));
+   CHECK_OK(kschur_sweep_get_numbers(again, "kept", is_kept, 6));
+   CHECK(is_kept[0] == 0 && is_kept[4] == 0 && is_kept[5] == 1);
+   CHECK_STATUS(kschur_result_read_hdf5_point(NULL, "points.h5", 5), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_result_read_hdf5_point(empty, NULL, 5), KSCHUR_ERROR_NULL);
+   CHECK_STATUS(kschur_result_read_hdf5_point(empty, "none.h5", 5), KSCHUR_ERROR_FILE);
+   CHECK_STATUS(kschur_result_read_hdf5_point(empty, "points.h5", 4), KSCHUR_ERROR_INPUT);
+   CHECK_STATUS(kschur_result_read_hdf5_point(empty, "points.h5", 6), KSCHUR_ERROR_INPUT);
+   CHECK_OK(kschur_result_read_hdf5_point(empty, "points.h5", 5));
+   CHECK_OK(kschur_result_get_numbers(result, "eigenvectors", shapes[0], 8));
+   CHECK_OK(kschur_result_get_numbers(empty, "eigenvectors", shapes[1], 8));
+   CHECK(memcmp(shapes[0], shapes[1], sizeof shapes[0]) == 0);
+   remove("points.h5");
+   kschur_sweep_destroy(&again);
+   kschur_result_destroy(&empty);
+}
+
 /* Two oscillators of 1 + p and 2 - p, coupled: they veer at 1/2. */
 static void sweep(void)
 {
@@ -247,6 +280,7 @@ static void sweep(void)
    CHECK_OK(kschur_result_get_numbers(result, "eigenvalues", last, 4));
    CHECK_NEAR(last[1], sqrt(1.5 - hypot(0.5, 0.02)), 1e-12);
    CHECK_NEAR(last[3], sqrt(1.5 + hypot(0.5, 0.02)), 1e-12);
+   last_point_in_a_file(swept, result);
    kschur_result_destroy(&result);
    CHECK_STATUS(kschur_sweep_get_numbers(swept, "colour", kind, 1), KSCHUR_ERROR_USAGE);
    CHECK_STATUS(kschur_sweep_get_numbers(swept, "eigenvalues", kind, 1), KSCHUR_ERROR_LENGTH);

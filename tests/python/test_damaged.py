@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Damaged HDF5 files, by hand and at random: test_damaged.py KSCHUR [--files N] [--seed S] [--megabytes M] [--seconds T] [--keep FOLDER]
 
-Whatever is in a file, `kschur info` and `kschur solve` end with exit status 2 and one line, or, where the damage does no
-harm, with 0 (info) or 0, 3 or 4 (solve); soon, with little memory, and without a word of HDF5's. N files of each kind
-are damaged at random (default 40); those that fail are kept in FOLDER. Exit status 0: all is well.
+Whatever is in a file, `kschur info`, `kschur solve` and, of a sweep, `kschur view --point` end with exit status 2 and one line, or,
+where the damage does no harm, with 0 (info, view) or 0, 3 or 4 (solve); soon, with little memory, and without a word of HDF5's. N
+files of each kind are damaged at random (default 40); those that fail are kept in FOLDER. Exit status 0: all is well.
 """
 import argparse
 import os
@@ -208,6 +208,21 @@ def at_random(folder, source, number):
     path.unlink()
 
 
+def points_at_random(folder, source):
+    """A sweep with shapes, of which a point is looked at."""
+    for number in range(-1, arguments.files):
+        draw = random.Random(f"{source.name} {arguments.seed} {number}")
+        damaged = bytearray(source.read_bytes())
+        for _ in range(draw.choice((1, 1, 2, 4, 16)) if number >= 0 else 0):
+            damaged[draw.randrange(len(damaged))] = draw.choice((0, 1, 0x7f, 0x80, 0xff, draw.randrange(256)))
+        path, shapes = folder/f"{source.stem}-{arguments.seed}-{number}.h5", folder/f"shapes{number}"
+        path.write_bytes(damaged)
+        words = "view", path, "--point", 1 + number % 2, "--output", shapes, "--frames", 0
+        if not ends_well(f"view {path.name}", (0, 2) if number >= 0 else (0,), *words) and arguments.keep:
+            os.makedirs(arguments.keep, exist_ok=True)
+            (Path(arguments.keep)/path.name).write_bytes(damaged)
+
+
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -230,6 +245,8 @@ def main():
             check(f"{source.name} itself is read", run("info", source)[0] == 0)
             for number in range(arguments.files):
                 at_random(folder, source, number)
+        run("sweep", problem, problem, "--modes", 2, "--shapes", "--output", folder/"sweep.h5", seconds=60)
+        points_at_random(folder, folder/"sweep.h5")
     print(f"{len(failures)} failed")
     sys.exit(bool(failures))
 

@@ -68,8 +68,8 @@ def series(path):
     return [(float(item.get("timestep")), item.get("file")) for item in collection]
 
 
-def test_eliminated_unknowns(folder):
-    """Slaves of a rigid slab: eliminated by hand, they move in pictures as those that constraints tie."""
+def slab():
+    """The lattice with cells, two slaves in it, the constraints that tie them, and the T that eliminates them."""
     matrices, mesh, neighbours = lattice()
     n = len(mesh["unknown_node"])
     where = {(a, c): k for k, (a, c) in enumerate(zip(mesh["unknown_node"], mesh["unknown_component"]))}
@@ -86,9 +86,16 @@ def test_eliminated_unknowns(folder):
     T = transformation.tocsr()
     cells = {"cells/types": np.full(len(neighbours), 3), "cells/offsets": np.arange(0, 2*len(neighbours) + 1, 2),
              "cells/connectivity": np.ravel(neighbours)}
-    tied = write(folder/"tied.h5", matrices | {"constraints": rows.tocsr()}, mesh | cells)
+    return matrices, mesh | cells, rows.tocsr(), T
+
+
+def test_eliminated_unknowns(folder):
+    """Slaves of a rigid slab: eliminated by hand, they move in pictures as those that constraints tie."""
+    matrices, mesh, rows, T = slab()
+    n = T.shape[0]
+    tied = write(folder/"tied.h5", matrices | {"constraints": rows}, mesh)
     reduced = write(folder/"reduced.h5", {name: (T.T @ matrix @ T).tocsr() for name, matrix in matrices.items()} | {"transformation": T},
-                    mesh | cells)
+                    mesh)
     pictures = []
     for problem in (tied, reduced):
         result, view = problem.with_suffix(".modes.h5"), problem.with_suffix(".view")
@@ -106,11 +113,55 @@ def test_eliminated_unknowns(folder):
     for name, damage, words in (
             ("columns", {"transformation": sparse.identity(n, format="csr")}, f"must have a column for each of {n - 2} unknowns"),
             ("finite", {"transformation": T*np.inf}, "not a finite number")):
-        done = run("info", write(folder/f"{name}.h5", {key: (T.T @ matrix @ T).tocsr() for key, matrix in matrices.items()} | damage, mesh | cells))
+        done = run("info", write(folder/f"{name}.h5", {key: (T.T @ matrix @ T).tocsr() for key, matrix in matrices.items()} | damage, mesh))
         check(f"eliminated: {name}", done.returncode == 2 and words in done.stderr, done)
-    bare = write(folder/"bare.h5", {key: (T.T @ matrix @ T).tocsr() for key, matrix in matrices.items()} | {"transformation": T}, mesh)
+    bare = write(folder/"bare.h5", {key: (T.T @ matrix @ T).tocsr() for key, matrix in matrices.items()} | {"transformation": T},
+                 {name: array for name, array in mesh.items() if not name.startswith("cells")})
     done = run("info", bare)
     check("eliminated: without cells", done.returncode == 2 and "cells must be given" in done.stderr, done)
+
+
+def test_points_of_a_sweep(folder):
+    """A sweep with shapes keeps the geometry, T included: a point of it is drawn as the result of a solve there."""
+    matrices, mesh, _, T = slab()
+    problems = [write(folder/f"{k}.h5", {"mass": (T.T @ matrices["mass"] @ T).tocsr(), "transformation": T,
+                                         "stiffness": (T.T @ (k*matrices["stiffness"]) @ T).tocsr()}, mesh) for k in (1, 2)]
+    swept, result = folder/"sweep.h5", folder/"modes.h5"
+    done = run("sweep", *problems, "--modes", 5, "--shapes", "--output", swept)
+    check("points: a sweep", done.returncode == 0, done)
+    run("solve", problems[1], "--modes", 5, "--output", result)
+    with h5py.File(swept) as file, h5py.File(result) as alone:
+        check("points: each is a result", list(file["points"]) == ["1", "2"] and set(file["points/2"]) == set(alone)
+              and set(file["points/2"].attrs) == set(alone.attrs))
+        check("points: with the geometry", all(np.array_equal(file["points/2"][name][:], alone[name][:]) for name in (
+            "coordinates", "unknown_node", "unknown_component", "cells/types", "cells/connectivity", "transformation/data")))
+    for path, *point in (result,), (swept, "--point", 2):
+        done = run("view", path, *point, "--output", folder/f"view{len(point)}", "--frames", 0)
+        check("points: are drawn", done.returncode == 0 and "5 modes on 12 nodes" in done.stdout, done)
+    one, other = (meshio.read(folder/f"view{k}/mode_5.vtu").point_data["mode_5_real"] for k in (0, 2))
+    check("points: the same picture, slaves move", np.allclose(one, other, atol=1e-8) and np.abs(one[[9, 10]]).max() > 1e-3,
+          (one, other))
+    plain = folder/"plain.h5"
+    run("sweep", *problems, "--modes", 3, "--output", plain)
+    with h5py.File(plain) as file:
+        check("points: not without being asked for", "points" not in file)
+    with h5py.File(folder/"damaged.h5", "w") as file, h5py.File(swept) as whole:
+        file.attrs["kschur_sweep"], file["values"] = "0.2.0", whole["values"][:]
+        whole.copy("points", file)
+        del file["points/2/transformation/data"], file["points/1"]
+        file["points/1"] = [1.0]
+    before = sorted(folder.iterdir())
+    for status, words, path, *point in (
+            (2, "the modes of point 1 are not in it: kschur sweep --shapes", plain, "--point", 1),
+            (2, "no point 3: the sweep has points 1 to 2", swept, "--point", 3), (2, "not a sweep", result, "--point", 1),
+            (2, "a sweep, not a result: kschur view --point", swept), (1, "at least 1", swept, "--point", 0),
+            (2, "point 2: the mesh: the transformation: there is no dataset", folder/"damaged.h5", "--point", 2),
+            (2, "/points/1 is not a group", folder/"damaged.h5", "--point", 1)):
+        done = run("view", path, *point, "--output", folder/"none", "--frames", 0)
+        check(f"points: {words}", done.returncode == status and words in done.stderr and done.stderr.count("\n") == 1, done)
+    done = run("sweep", *problems, "--shapes")
+    check("points: shapes want a file", done.returncode == 1 and "--output" in done.stderr, done)
+    check("points: nothing is left", sorted(folder.iterdir()) == before)
 
 
 def test_own_model(folder):
@@ -149,6 +200,11 @@ def test_picture(folder):
     pixels = matplotlib.image.imread(picture)
     dark = np.array([[pane.mean() for pane in np.array_split(row, 2, axis=1)] for row in np.array_split(pixels[:, :-200, :3].sum(2) < 2, 2)])
     check("picture: three modes, two views of the one that whirls, in a square", done.returncode == 0 and (dark > 0.002).all(), dark)
+    run("sweep", folder/"damped.h5", folder/"damped.h5", "--modes", 5, "--shapes", "--output", folder/"sweep.h5")
+    before = sorted(folder.iterdir())
+    done = run("view", folder/"sweep.h5", "--point", 2, "--picture", picture, "--modes", "1,2,5")
+    check("picture: of a point of a sweep", done.returncode == 0 and "3 modes" in done.stdout and sorted(folder.iterdir()) == before,
+          done)
     del matrices["damping"]
     run("solve", write(folder/"own.h5", matrices, mesh), "--modes", 5, "--output", result)
     done = run("view", result, "--picture", picture, "--modes", "1,2,5")
@@ -252,7 +308,8 @@ def test_scenes(folder):
                     check(f"{scene}: a rotation keeps the ties", abs(matrix(file, "constraints") @ turn).max() < 1e-9)
 
 
-tests = [test_own_model, test_eliminated_unknowns, test_frames, test_cells_and_order, test_refusals, test_scenes]
+tests = [test_own_model, test_eliminated_unknowns, test_points_of_a_sweep, test_frames, test_cells_and_order, test_refusals,
+         test_scenes]
 if "--without-picture" not in sys.argv:
     tests.append(test_picture)
 for test in tests:
