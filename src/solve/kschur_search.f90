@@ -111,10 +111,13 @@ contains
       type(eigenpairs_type) :: pairs
       type(krylov_statistics_type) :: statistics
       integer :: applications, wanted, missing, missing_before, round, moves
-      logical :: moved, all_asked, cancelled, is_last
+      type(modes_type) :: earlier
+      logical :: moved, shift_moved, all_asked, cancelled, is_last
       real(wp) :: complete_radius
+      complex(wp) :: shift_before
 
       complete = .false.
+      shift_before = s%shift
       wanted = min(s%options%modes, s%known%total%number)
       missing_before = s%options%modes + 1
       moves = 0
@@ -138,9 +141,17 @@ contains
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
          call append_pairs(pairs, s%contract(s%known%rigid))
+         shift_moved = abs(s%shift - shift_before) > 0 .and. size(modes%lambda) > 0
+         shift_before = s%shift
+         if (shift_moved) earlier = modes
          call judge_pairs(s%work, mode_request_type(s%options%modes, s%options%target, merge(huge(1), s%known%total%number, &
             s%is_lossy()), size(s%known%rigid%lambda), s%reference(), complete_radius, merge(s%known%deflation%zero_noise, 0.0_wp, &
             s%is_lossy())), pairs, modes)
+         ! What is far from a shift may be filtered out there as infinite eigenvalues are, although it was found before.
+         if (shift_moved) then
+            call earlier%drop(earlier%backward_error > inaccurate_above)
+            call add_modes(earlier, modes)
+         end if
          missing = s%options%modes - size(modes%lambda)
          is_last = s%options%is_plain() .or. wanted == s%known%total%number .or. statistics%reason /= reason_converged .or. &
             round == most_rounds .or. missing >= missing_before
@@ -292,12 +303,21 @@ contains
       real(wp), intent(in) :: reference
       type(modes_type), intent(inout) :: modes
       type(modes_type) :: added
-      logical, allocatable :: is_known(:)
-      integer :: j
 
       call append_pairs(more, s%contract(s%known%rigid))
       call judge_pairs(s%work, mode_request_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
          more, added)
+      call add_modes(added, modes)
+   end subroutine add_pairs
+
+   ! Appends the modes from another shift that are not in the list.
+   subroutine add_modes(added, modes)
+      !> Those that are in the list are dropped.
+      type(modes_type), intent(inout) :: added
+      type(modes_type), intent(inout) :: modes
+      logical, allocatable :: is_known(:)
+      integer :: j
+
       allocate (is_known, source=.not. abs(added%lambda) > 0)
       do j = 1, size(is_known)
          if (added%motion(j) > 0) is_known(j) = is_known(j) .or. any(modes%motion == added%motion(j))
@@ -306,7 +326,7 @@ contains
       end do
       call added%drop(is_known)
       call modes%append(added)
-   end subroutine add_pairs
+   end subroutine add_modes
 
    ! Sets the reason why the search ended.
    subroutine set_reason(s, complete, modes)
