@@ -25,7 +25,7 @@ module kschur_archive
       procedure :: close => close_archive
       !> Returns whether a call failed; records that memory for the data read could not be allocated.
       procedure :: has_failed
-      procedure :: fail_of_memory
+      procedure :: record_no_memory
       procedure, private :: carry_integer
       procedure, private :: carry_long
       procedure, private :: carry_logical
@@ -119,11 +119,11 @@ contains
       has_failed = self%failure /= 0
    end function has_failed
 
-   pure subroutine fail_of_memory(self)
+   pure subroutine record_no_memory(self)
       class(archive_type), intent(inout) :: self
 
       self%failure = no_memory
-   end subroutine fail_of_memory
+   end subroutine record_no_memory
 
    subroutine carry_words(self, words, count)
       class(archive_type), intent(inout) :: self

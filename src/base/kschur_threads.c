@@ -88,7 +88,7 @@ int kschur_prepare_threads(int threads)
 }
 
 /* Blocks SIGINT and SIGTERM in this thread. */
-void kschur_leave_signals(void)
+void kschur_block_signals(void)
 {
    sigset_t both;
 

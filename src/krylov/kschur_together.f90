@@ -72,7 +72,7 @@ contains
       end if
       if (.not. allocated(d%images)) allocate (d%images(d%team%rows(d%basis%length()), 0))
       d%sums = d%team%sums()
-      call d%basis%work_together(.true.)
+      call d%basis%work_collectively(.true.)
    end subroutine broadcast_state
 
    !> Called by all processes.
@@ -80,7 +80,7 @@ contains
       class(block_decomposition_type), intent(inout) :: d
 
       if (.not. d%team%is_several()) return
-      call d%basis%work_together(.false.)
+      call d%basis%work_collectively(.false.)
       d%sums = row_sums_type()
    end subroutine end_together
 end module kschur_together

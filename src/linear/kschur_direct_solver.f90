@@ -138,14 +138,14 @@ contains
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
       class(real_linear_solver_type), allocatable :: ldl
-      type(quasi_definite_type) :: compliant
+      type(quasi_definite_type) :: saddle
       type(ldl_real_type) :: plain
       real(wp) :: backward_error
 
       if (structure%multipliers > 0 .and. self%refinements == 0) then
-         if (self%inner == inner_auto) compliant%most_entries = low_fill
-         compliant%last => self%last
-         allocate (ldl, source=compliant)
+         if (self%inner == inner_auto) saddle%most_entries = low_fill
+         saddle%last => self%last
+         allocate (ldl, source=saddle)
       else
          plain%quasi_definite = structure%multipliers > 0
          plain%last => self%last

@@ -76,7 +76,7 @@ contains
             panel%enclosure)
          stopped = .not. all(abs(factors%pivot(first:last)) > 0)
          if (stopped) return
-         call add_weights(panel, factors%pivot(first:last), first, shared)
+         call store_weights(panel, factors%pivot(first:last), first, shared)
          call store_triangle(panel%rows, panel%columns, panel%entries, factors%lower(factors%offset(s):))
          call store_rows(panel, panel%columns + 1, panel%rows, factors%lower(factors%offset(s):))
       end associate
@@ -106,7 +106,7 @@ contains
             work(thread_number())%scaled, panel%enclosure)
          stopped = .not. all(abs(factors%pivot(first:last)) > 0)
          if (stopped) return
-         call add_weights(panel, factors%pivot(first:last), first, shared)
+         call store_weights(panel, factors%pivot(first:last), first, shared)
          call store_triangle(panel%rows, panel%columns, panel%entries, factors%lower(factors%offset(s):))
          !$omp taskloop grainsize(1) default(shared) private(last_row)
          do tile = panel%columns + 1, panel%rows, tile_rows
@@ -267,11 +267,11 @@ contains
             end if
             dense = work%relative(high) - work%relative(1) == high - 1 .and. columns(wide) - columns(1) == wide - 1
             if (dense) then
-               call take(high, wide, terms, lower(offset + 1, 1), lda, &
+               call subtract_product(high, wide, terms, lower(offset + 1, 1), lda, &
                   panel%entries((columns(1) - 1)*panel%rows + work%relative(1)), panel%rows)
             else
                work%product(:high*wide) = 0
-               call take(high, wide, terms, lower(offset + 1, 1), lda, work%product, high)
+               call subtract_product(high, wide, terms, lower(offset + 1, 1), lda, work%product, high)
                do j = 1, wide
                   at = (columns(j) - 1)*panel%rows
                   do i = merge(j, 1, first_row == 1), high
@@ -282,7 +282,7 @@ contains
          end associate
       end subroutine subtract_one
 
-      subroutine take(rows, wide, terms, a, lda, c, ldc)
+      subroutine subtract_product(rows, wide, terms, a, lda, c, ldc)
          integer, intent(in) :: rows, wide, terms, lda, ldc
          real(wp), intent(in) :: a(lda, *)
          real(wp), intent(inout) :: c(ldc, *)
@@ -292,7 +292,7 @@ contains
          else
             call subtract_rectangle(rows, wide, terms, a, lda, work%scaled, c, ldc)
          end if
-      end subroutine take
+      end subroutine subtract_product
    end subroutine subtract_descendants
 
    ! Binary search: first position whose row has a panel row of at least `least`.
@@ -314,7 +314,7 @@ contains
    end function first_at
 
    ! Adds the rounding-error weights of these columns to the rows below.
-   pure subroutine add_weights(panel, pivot, first, shared)
+   pure subroutine store_weights(panel, pivot, first, shared)
       type(panel_type), intent(in) :: panel
       real(wp), intent(in) :: pivot(:)
       integer, intent(in) :: first
@@ -325,7 +325,7 @@ contains
       do j = 1, size(pivot)
          shared%weight(first + j - 1) = panel%enclosure%weight(j, pivot(j))
       end do
-   end subroutine add_weights
+   end subroutine store_weights
 
    ! Stores the strict lower triangle.
    pure subroutine store_triangle(rows, columns, panel, lower)

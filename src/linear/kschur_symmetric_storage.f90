@@ -167,22 +167,22 @@ contains
       entries = 0
       do i = 1, lower%rows
          do k = lower%row_start(i), lower%row_start(i + 1) - 1
-            if (lower%column(k) <= i) call take(lower, k)
+            if (lower%column(k) <= i) call append(lower, k)
          end do
          do k = upper%row_start(i), upper%row_start(i + 1) - 1
-            if (upper%column(k) > i) call take(upper, k)
+            if (upper%column(k) > i) call append(upper, k)
          end do
       end do
 
    contains
 
-      subroutine take(from, k)
+      subroutine append(from, k)
          type(csr_matrix_type), intent(in) :: from
          integer, intent(in) :: k
 
          entries = entries + 1
          whole%column(entries) = from%column(k)
          whole%value(entries) = from%value(k)
-      end subroutine take
+      end subroutine append
    end subroutine join
 end module kschur_symmetric_storage

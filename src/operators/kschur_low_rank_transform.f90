@@ -49,7 +49,7 @@ module kschur_low_rank_transform
       procedure :: hand_over
       procedure :: order
       procedure :: transposed
-      procedure, private :: keep
+      procedure, private :: carry_state
       procedure, private :: check_space
       procedure, private :: undamped_selection
       procedure, private :: has_all_copies
@@ -123,7 +123,7 @@ contains
       if (.not. options%observes) next = max(next, self%space%begun)
       proceed = .true.
       do
-         if (associated(options%checkpoint)) call self%keep(options%checkpoint, ritz%statistics, next, error)
+         if (associated(options%checkpoint)) call self%carry_state(options%checkpoint, ritz%statistics, next, error)
          if (allocated(error)) return
          do while (self%space%expanded < next .and. .not. (self%space%closed() .or. self%space%full()))
             call expand_block(self%undamped%operator, self%space, ritz%statistics, error)
@@ -163,7 +163,7 @@ contains
    end subroutine iterate
 
    ! Writes the state to the checkpoint, or reads it, when that is due.
-   subroutine keep(self, checkpoint, statistics, next, error)
+   subroutine carry_state(self, checkpoint, statistics, next, error)
       class(low_rank_transform_type), intent(inout) :: self
       type(checkpoint_type), intent(inout) :: checkpoint
       type(krylov_statistics_type), intent(inout) :: statistics
@@ -178,7 +178,7 @@ contains
       call archive%carry(next)
       if (allocated(self%census)) call self%census%carry(archive)
       call checkpoint%close(archive, error)
-   end subroutine keep
+   end subroutine carry_state
 
    pure logical function settled(self)
       class(ritz_check_type), intent(in) :: self

@@ -8,7 +8,7 @@ module kschur_basis_help
    use kschur_processes, only: request_length, processes_type
    implicit none
    private
-   public :: basis_instance_type, help_basis
+   public :: basis_instance_type, serve_basis
 
    !> Local rows of one basis.
    type :: basis_instance_type
@@ -26,7 +26,7 @@ module kschur_basis_help
 contains
 
    !> Serves a request of the first process.
-   subroutine help_basis(instances, processes, request)
+   subroutine serve_basis(instances, processes, request)
       !> All bases.
       type(basis_instance_type), allocatable, intent(inout) :: instances(:)
       type(processes_type), target, intent(inout) :: processes
@@ -54,10 +54,10 @@ contains
             if (associated(instances(i)%complex)) deallocate (instances(i)%complex)
             instances = pack(instances, instances%number /= number)
          else if (associated(instances(i)%real)) then
-            call instances(i)%real%help_with(all, request(4:))
+            call instances(i)%real%serve(all, request(4:))
          else
-            call instances(i)%complex%help_with(all, request(4:))
+            call instances(i)%complex%serve(all, request(4:))
          end if
       end associate
-   end subroutine help_basis
+   end subroutine serve_basis
 end module kschur_basis_help

@@ -151,15 +151,15 @@ contains
          needed(p) = needed(p) + 1
       end do
       call MPI_Alltoall(needed, 1, MPI_INTEGER, used, 1, MPI_INTEGER, matrix%communicator)
-      call list(needed, needed_before, matrix%owners)
-      call list(used, used_before, matrix%users)
+      call list_neighbours(needed, needed_before, matrix%owners)
+      call list_neighbours(used, used_before, matrix%users)
       allocate (matrix%used(sum(used)))
       call MPI_Alltoallv(matrix%halo, needed, needed_before, MPI_INTEGER, matrix%used, used, used_before, MPI_INTEGER, &
          matrix%communicator)
       matrix%used = matrix%used - matrix%first + 1
    end subroutine exchange_needs
 
-   subroutine list(entries, before, neighbours)
+   subroutine list_neighbours(entries, before, neighbours)
       integer, intent(in) :: entries(0:)
       integer, intent(out) :: before(0:)
       type(neighbour_type), allocatable, intent(out) :: neighbours(:)
@@ -173,7 +173,7 @@ contains
          k = k + 1
          neighbours(k) = neighbour_type(p, before(p) + 1, before(p) + entries(p))
       end do
-   end subroutine list
+   end subroutine list_neighbours
 
    ! Some halo columns precede the local ones.
    pure subroutine join(self, rows)

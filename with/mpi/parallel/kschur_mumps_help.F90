@@ -17,7 +17,7 @@ module kschur_mumps_help
    use mpi_f08, only: MPI_Comm, MPI_INTEGER, MPI_LOGICAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
    implicit none
    private
-   public :: complex_part, complex_part_type, help_mumps, mumps_instance_type, real_part, real_part_type
+   public :: complex_part, complex_part_type, serve_mumps, mumps_instance_type, real_part, real_part_type
 
 #include <dmumps_root.h>
 #include <zmumps_root.h>
@@ -71,7 +71,7 @@ module kschur_mumps_help
 contains
 
    !> Serves a job that the first process announced.
-   subroutine help_mumps(instances, processes, request)
+   subroutine serve_mumps(instances, processes, request)
       !> All factorisations in use.
       type(mumps_instance_type), allocatable, intent(inout) :: instances(:)
       type(processes_type), pointer, intent(in) :: processes
@@ -101,7 +101,7 @@ contains
          if (job == job_factorize) call set_blas_threads(1)
          if (job == job_end) instances = pack(instances, instances%number /= number)
       end associate
-   end subroutine help_mumps
+   end subroutine serve_mumps
 
 #define HELP help_real
 #define TAKE take_real

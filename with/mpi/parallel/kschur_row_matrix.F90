@@ -1,5 +1,5 @@
 !> A sparse matrix for many products, with its rows distributed over the processes of a solve. The first process sends requests,
-!> which the others serve in `help_multiply`.
+!> which the others serve in `serve_matrix`.
 module kschur_row_matrix
    use kschur_error, only: error_type
    use kschur_halo_matrix, only: halo_matrix_type, new_halo_matrix
@@ -13,7 +13,7 @@ module kschur_row_matrix
       MPI_Gatherv, MPI_Scatterv
    implicit none
    private
-   public :: help_multiply, part_of, row_matrix_part_type, row_matrix_type
+   public :: serve_matrix, part_of, row_matrix_part_type, row_matrix_type
 
    ! Jobs: receive rows; multiply by real or complex vectors; return the rows to the first process; free them.
    integer, parameter :: job_take = 1, job_real = 2, job_complex = 3, job_give = 4, job_forget = 5
@@ -157,7 +157,7 @@ contains
    end subroutine take_rows
 
    !> Serves a request of the first process.
-   subroutine help_multiply(parts, processes, request)
+   subroutine serve_matrix(parts, processes, request)
       !> All matrices in use.
       type(row_matrix_part_type), allocatable, intent(inout) :: parts(:)
       type(processes_type), intent(in) :: processes
@@ -191,7 +191,7 @@ contains
             parts = pack(parts, parts%number /= number)
          end select
       end associate
-   end subroutine help_multiply
+   end subroutine serve_matrix
 
    subroutine forget(self)
       class(row_matrix_type), intent(inout) :: self

@@ -15,7 +15,7 @@ module kschur_symmetric_rows
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    implicit none
    private
-   public :: end_sharing, help_share, share_operator
+   public :: end_sharing, serve_symmetric_operator, share_operator
 
    integer, parameter :: job_begin = 1, job_end = 2
 
@@ -53,7 +53,7 @@ contains
    end subroutine end_sharing
 
    !> Serves a request of the first process.
-   subroutine help_share(part, matrices, instances, processes, request)
+   subroutine serve_symmetric_operator(part, matrices, instances, processes, request)
       !> The distributed operator.
       type(symmetric_shift_invert_type), pointer, intent(inout) :: part
       !> Local parts of matrices and factors.
@@ -78,7 +78,7 @@ contains
       allocate (no_motions%shapes(0, request(7)), no_motions%images(0, request(7)), nothing%factors(0))
       nothing%deflation => no_motions
       call make_part(part, nothing, no_constraints, request(5:7), processes, error)
-   end subroutine help_share
+   end subroutine serve_symmetric_operator
 
    ! Collective: completes a local part, whose mass and solver are set, with data of the first process.
    subroutine make_part(part, operator, constraints, sizes, processes, error)

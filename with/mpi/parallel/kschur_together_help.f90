@@ -12,12 +12,12 @@ module kschur_together_help
    use kschur_together, only: end_together, join_together, to_add_random, to_expand
    implicit none
    private
-   public :: help_together
+   public :: serve_lanczos
 
 contains
 
    !> Serves a request of the first process.
-   subroutine help_together(instances, operator, excluded, request)
+   subroutine serve_lanczos(instances, operator, excluded, request)
       !> All bases.
       type(basis_instance_type), intent(in) :: instances(:)
       !> On distributed vectors.
@@ -49,5 +49,5 @@ contains
       case (to_take)
          call d%team%take(none, request(4), d%images)
       end select
-   end subroutine help_together
+   end subroutine serve_lanczos
 end module kschur_together_help
