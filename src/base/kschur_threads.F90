@@ -85,8 +85,8 @@ contains
       end if
    end subroutine enter_solve
 
-   ! Starts the threads of OpenMP and their heaps now, while memory is known to suffice, and blocks signals in all but the
-   ! thread of the caller.
+   ! Starts the threads of OpenMP and their malloc arenas now, while memory is known to suffice; blocks SIGINT and SIGTERM in all
+   ! but the calling thread.
    subroutine start_team(threads)
       integer, intent(in) :: threads
 

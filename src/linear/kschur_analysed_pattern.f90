@@ -43,7 +43,7 @@ contains
       end associate
    end function matches
 
-   ! Two absent arrays are equal.
+   ! Whether two arrays are equal; two that are not allocated are.
    pure logical function are_same(a, b)
       integer, optional, intent(in) :: a(:), b(:)
 

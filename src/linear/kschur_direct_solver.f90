@@ -131,7 +131,7 @@ contains
       self%solver%negative_pivots = -1
    end subroutine choose_refinement
 
-   ! Allocates the solver if LDL succeeds.
+   ! Factors by LDL; keeps the factors in `solver` if a trial solution is accurate, else fails with the reason.
    subroutine try_ldl(self, matrix, structure, error)
       class(direct_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
@@ -163,7 +163,7 @@ contains
       end if
    end subroutine try_ldl
 
-   ! LDL keeps its analysis in `last`.
+   ! Forgets those of LDL or MUMPS. Without factors nothing is kept here; LDL keeps its analysis in `last`.
    subroutine forget_factors(self, kept)
       class(direct_real_type), intent(inout) :: self
       logical, intent(out) :: kept
@@ -195,7 +195,7 @@ contains
       end if
    end subroutine estimate
 
-   ! Copies statistics of the factors; `spent` seconds went into ordering or a failed attempt.
+   ! Copies statistics of the factors and sets the description; `spent` seconds went into ordering or a failed attempt by LDL.
    subroutine report(self, spent, description)
       class(direct_real_type), intent(inout) :: self
       real(wp), intent(in) :: spent

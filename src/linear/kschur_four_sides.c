@@ -1,7 +1,7 @@
-/* One supernode of L with four right-hand sides side by side, each entry of L read once for all of them. BLAS copies a block
-   before it multiplies, which for so few columns takes as long as the products.
+/* Forward and backward substitution in one supernode of L for a block of four right-hand sides, stored row by row: each entry of L
+   is read once for all four. BLAS would pack the block first, which for four columns takes as long as the products.
 
-   lower: the triangle below the unit diagonal, column by column without gaps, behind it the block B, below x columns.
+   lower: the strict lower triangle T, packed by columns, then the block B of the rows below it, below x columns.
    x: 4 x columns. rows: 4 x below. */
 #include <stddef.h>
 
@@ -17,7 +17,7 @@ typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
 #define HAS_WIDE 0
 #endif
 
-/* rows := rows + B x for so many columns, a number that the compiler knows. */
+/* rows := rows + B x for a few columns; `columns` is a constant after inlining. */
 INLINE void add_products(int columns, ptrdiff_t below, const double *b, const four *restrict x, four *restrict rows)
 {
    for (ptrdiff_t i = 0; i < below; i++) {
@@ -27,7 +27,7 @@ INLINE void add_products(int columns, ptrdiff_t below, const double *b, const fo
    }
 }
 
-/* x := x - B^T rows, likewise. */
+/* x := x - B^T rows for a few columns; `columns` is a constant after inlining. */
 INLINE void subtract_products(int columns, ptrdiff_t below, const double *b, const four *restrict rows, four *restrict x)
 {
    four sums[8];
@@ -38,7 +38,7 @@ INLINE void subtract_products(int columns, ptrdiff_t below, const double *b, con
    for (int j = 0; j < columns; j++) x[j] -= sums[j];
 }
 
-/* x := T^{-1} x; returns the end of T. */
+/* x := T^{-1} x, four columns of T at a time; returns the end of T. */
 INLINE const double *solve_triangle(ptrdiff_t columns, const double *lower, four *x)
 {
    ptrdiff_t j = 0;

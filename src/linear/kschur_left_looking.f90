@@ -47,7 +47,8 @@ module kschur_left_looking
       type(enclosure_type) :: enclosure
    end type panel_type
 
-   !> Work arrays of a thread: a panel, its square, its rows.
+   !> Work arrays of a thread: the update by a descendant before it is scattered into the panel; rows of L, of the descendant or the
+   !> panel, times pivots; panel rows of the update.
    type :: workspace_type
       real(wp), allocatable :: product(:), scaled(:)
       integer, allocatable :: relative(:)
@@ -119,7 +120,7 @@ contains
       end associate
    end subroutine eliminate_in_tiles
 
-   !> Moves supernode s, and each that updated it, to the list of the supernode of its next row.
+   !> Adds supernode s, and each that updated it, to the list of the supernode that it updates next.
    subroutine schedule_updates(symbolic, s, t, shared)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s, t
@@ -137,7 +138,7 @@ contains
       call link_to_next(symbolic, s, t, shared)
    end subroutine schedule_updates
 
-   !> Moves the supernodes waiting in the finished child part c to lists of part t, or of parts above it.
+   !> Moves the supernodes waiting in the finished child part c to the lists of part t, or to its waiting list.
    subroutine adopt_updates(symbolic, c, t, shared)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: c, t
@@ -152,7 +153,7 @@ contains
       end do
    end subroutine adopt_updates
 
-   ! Adds supernode s to the list of the supernode of row reached(s), or to the waiting list if that is above part t.
+   ! Adds supernode s to the list of the supernode that contains row reached(s), or to the waiting list if that is above part t.
    subroutine link_to_next(symbolic, s, t, shared)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s, t
@@ -170,7 +171,7 @@ contains
       end associate
    end subroutine link_to_next
 
-   ! Assembles the columns of A, and finds the rows of each descendant in them.
+   ! Assembles the columns of A of supernode s, and counts the rows of each descendant that lie inside s.
    subroutine fill_panel(symbolic, s, shared, panel)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s
@@ -282,6 +283,7 @@ contains
          end associate
       end subroutine subtract_one
 
+      ! C := C - A B^T, B the scaled columns; in the first tile of rows its lower trapezoid only.
       subroutine subtract_product(rows, wide, terms, a, lda, c, ldc)
          integer, intent(in) :: rows, wide, terms, lda, ldc
          real(wp), intent(in) :: a(lda, *)
@@ -313,7 +315,7 @@ contains
       end do
    end function first_at
 
-   ! Adds the rounding-error weights of these columns to the rows below.
+   ! Stores the rounding-error weights of the columns of a supernode, for the supernodes that it will update.
    pure subroutine store_weights(panel, pivot, first, shared)
       type(panel_type), intent(in) :: panel
       real(wp), intent(in) :: pivot(:)
@@ -327,7 +329,7 @@ contains
       end do
    end subroutine store_weights
 
-   ! Stores the strict lower triangle.
+   ! Packs the strict lower triangle of the diagonal block by columns.
    pure subroutine store_triangle(rows, columns, panel, lower)
       integer, intent(in) :: rows, columns
       real(wp), intent(in) :: panel(rows, columns)
@@ -341,7 +343,7 @@ contains
       end do
    end subroutine store_triangle
 
-   ! Stores rows below the triangle.
+   ! Copies rows first_row..last_row of the panel, below the diagonal block, to the factor.
    pure subroutine store_rows(panel, first_row, last_row, lower)
       type(panel_type), intent(in) :: panel
       integer, intent(in) :: first_row, last_row

@@ -115,7 +115,7 @@ contains
       end do
    end function touches
 
-   ! rank(v) is the place of vertex v.
+   ! Calls METIS: rank(v) is the position of vertex v in a nested dissection order.
    subroutine nested_dissection(graph, weight, rank, error)
       type(graph_type), intent(in) :: graph
       integer, intent(in) :: weight(:)

@@ -95,6 +95,7 @@ contains
       call self%ldl%forget_factors(kept)
    end subroutine forget_factors
 
+   ! Factors A - [0 0; 0 delta].
    subroutine factorize_regularized(self, structure, error)
       class(quasi_definite_type), intent(inout) :: self
       type(matrix_structure_type), intent(in) :: structure
@@ -110,8 +111,8 @@ contains
       self%factorize_seconds = self%factorize_seconds + self%ldl%factorize_seconds
    end subroutine factorize_regularized
 
-   ! Regularisation [0 0; 0 delta], small relative to C P^{-1} C^T: of each constraint, relative to its largest coefficient
-   ! squared over the largest stiffness.
+   ! The regularisation [0 0; 0 delta], small relative to C P^{-1} C^T: delta of a constraint is a small multiple of its largest
+   ! coefficient squared over its largest stiffness.
    subroutine new_regularization(matrix, multipliers, regularization, error)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: multipliers

@@ -15,7 +15,7 @@ module kschur_solution_rows
       integer :: processes = 1
    contains
       procedure :: begin
-      !> Number of local rows, and their indices.
+      !> Number of the rows of this process, and their indices.
       procedure :: rows
       procedure :: row_numbers
       !> Fails in all processes if one failed.

@@ -52,8 +52,8 @@ contains
       end select
    end subroutine settle_storage
 
-   ! Returns the stored triangle: the only one with entries, if a_ij^2 <= a_ii a_jj for each, as in a semidefinite matrix
-   ! (Cauchy-Schwarz). A stronger one-way coupling is not half of one.
+   ! Guesses whether a matrix is half of a symmetric one: returns its only triangle with entries if a_ij^2 <= a_ii a_jj for each, as
+   ! in a semidefinite matrix (Cauchy-Schwarz); `symmetric_no` if a one-way coupling is stronger.
    integer function half_of(matrix) result(half)
       type(csr_matrix_type), intent(in) :: matrix
       real(wp) :: here, there
@@ -87,6 +87,7 @@ contains
 
    contains
 
+      ! a_jj, 0 if it is not stored.
       pure real(wp) function diagonal_entry(j)
          integer, intent(in) :: j
          integer :: place
@@ -122,6 +123,7 @@ contains
       call move_alloc(whole%value, matrix%value)
    end subroutine mirror
 
+   ! Fails if an entry of the other triangle does not mirror one of the stored triangle.
    subroutine check_other_half(matrix, transposed, half, base, name, error)
       type(csr_matrix_type), intent(in) :: matrix, transposed
       integer, intent(in) :: half, base
