@@ -97,7 +97,7 @@ contains
       end associate
    end subroutine lanczos
 
-   ! Writes the state to the checkpoint, or reads it, when that is due.
+   ! Writes the state of the iteration to the checkpoint, or reads it, when that is due.
    subroutine carry_state(checkpoint, state, statistics, confirmed, error)
       type(checkpoint_type), intent(inout) :: checkpoint
       type(lanczos_state_type), intent(inout) :: state
@@ -227,8 +227,8 @@ contains
       end associate
    end function is_crowded
 
-   ! Purification: C x / theta is x without its component in the null space of B, where rounding errors accumulate (Nour-Omid et
-   ! al.). Done for all vectors if it changes the one with the largest expected component.
+   ! Purifies the vectors of components in the null space of B, where rounding errors accumulate: replaces x by C x / theta
+   ! (Nour-Omid et al.). Tries the vector with the smallest |theta| first, where they are largest; stops if that hardly changes.
    subroutine purify(operator, options, scale, pairs, error)
       class(symmetric_operator_type), intent(inout) :: operator
       type(krylov_options_type), intent(in) :: options

@@ -76,6 +76,7 @@ module kschur_operator
 
 contains
 
+   ! Default of `by_rows`: this process has all rows.
    function not_distributed(self) result(part)
       class(symmetric_operator_type), target, intent(in) :: self
       class(symmetric_operator_type), pointer :: part
@@ -85,6 +86,7 @@ contains
       nullify (part)
    end function not_distributed
 
+   ! Default of `restrict`: leaves the vectors as they are.
    subroutine no_restriction(self, x, noise, error)
       class(symmetric_operator_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)

@@ -162,7 +162,7 @@ contains
       end associate
    end subroutine iterate
 
-   ! Writes the state to the checkpoint, or reads it, when that is due.
+   ! Writes the state of the iteration to the checkpoint, or reads it, when that is due.
    subroutine carry_state(self, checkpoint, statistics, next, error)
       class(low_rank_transform_type), intent(inout) :: self
       type(checkpoint_type), intent(inout) :: checkpoint
@@ -186,8 +186,8 @@ contains
       settled = self%needed > 0 .and. self%converged >= self%needed
    end function settled
 
-   ! Computes the undamped Ritz pairs; after their convergence, or if the space cannot grow, also the damped pairs, by a dense
-   ! problem of twice the order, which costs more than all checks before.
+   ! Tests convergence: computes the undamped Ritz pairs; after their convergence, or if the space cannot grow, also the damped
+   ! pairs, by a dense problem of twice the order, which costs more than all tests before.
    subroutine check_space(self, selection, options, check, error)
       class(low_rank_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -236,6 +236,7 @@ contains
       end associate
    end subroutine check_space
 
+   ! Number of known eigenvalues, 0 if there are none.
    pure integer function size_or_zero(known)
       complex(wp), allocatable, intent(in) :: known(:)
 
@@ -252,7 +253,8 @@ contains
          selection%known)
    end function undamped_selection
 
-   ! Whether the space has all undamped modes as near to the target as the damped ones, all copies included.
+   ! Asks the census whether the space has all undamped modes as near to the target as the damped ones, with all copies of multiple
+   ! ones.
    subroutine has_all_copies(self, selection, check, complete)
       class(low_rank_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -274,7 +276,7 @@ contains
       call self%census%examine(check%undamped%values(order), check%undamped%residuals(order), near, complete)
    end subroutine has_all_copies
 
-   ! Returns undamped eigenvalues, which give the scale, without rigid motions, for which the space was made.
+   ! Returns the converged undamped eigenvalues, which give the scale of the problem, without those of rigid motions.
    subroutine take_undamped(self, options, check, ritz)
       class(low_rank_transform_type), intent(in) :: self
       class(krylov_options_type), intent(in) :: options
