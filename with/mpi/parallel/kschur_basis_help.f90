@@ -1,4 +1,4 @@
-!> Serves requests on bases in processes other than the first: they keep their rows.
+!> Executes requests on distributed bases in processes other than the first, which hold their rows.
 module kschur_basis_help
    use kschur_basis_rows_complex, only: complex_rows_type => basis_rows_type
    use kschur_basis_rows_real, only: real_rows_type => basis_rows_type
@@ -25,7 +25,7 @@ module kschur_basis_help
 
 contains
 
-   !> Serves a request of the first process.
+   !> Executes a request of the first process on the local rows of a basis.
    subroutine serve_basis(instances, processes, request)
       !> All bases.
       type(basis_instance_type), allocatable, intent(inout) :: instances(:)

@@ -81,6 +81,7 @@ contains
       halo = pack([(j, j=1, rows%columns)], needed)
    end subroutine find_halo
 
+   ! Splits local rows into entries with local columns and entries with halo columns.
    subroutine split(matrix, rows, ranges)
       type(halo_matrix_type), intent(inout) :: matrix
       type(csr_matrix_type), intent(in) :: rows
@@ -114,6 +115,7 @@ contains
       end do
    end subroutine split
 
+   ! Allocates a matrix to be filled by `append`, row by row.
    subroutine make_room(part, rows, columns, entries)
       type(csr_matrix_type), intent(out) :: part
       integer, intent(in) :: rows, columns, entries
@@ -124,6 +126,7 @@ contains
       allocate (part%column(entries), part%value(entries))
    end subroutine make_room
 
+   ! Appends an entry to row i, the last one begun.
    pure subroutine append(part, i, column, value)
       type(csr_matrix_type), intent(inout) :: part
       integer, intent(in) :: i, column
@@ -136,7 +139,7 @@ contains
       end associate
    end subroutine append
 
-   ! Exchanges which entries each process needs of the others.
+   ! Plans the exchange of the halo: each process tells the others which entries of vectors it needs from them.
    subroutine exchange_needs(matrix, ranges)
       type(halo_matrix_type), intent(inout) :: matrix
       type(row_ranges_type), intent(in) :: ranges
@@ -159,6 +162,7 @@ contains
       matrix%used = matrix%used - matrix%first + 1
    end subroutine exchange_needs
 
+   ! Lists the processes with which entries are exchanged, from the number of entries of each.
    subroutine list_neighbours(entries, before, neighbours)
       integer, intent(in) :: entries(0:)
       integer, intent(out) :: before(0:)
@@ -175,7 +179,7 @@ contains
       end do
    end subroutine list_neighbours
 
-   ! Some halo columns precede the local ones.
+   ! In each row, halo columns before the local ones, local columns, and the other halo columns.
    pure subroutine join(self, rows)
       class(halo_matrix_type), intent(in) :: self
       type(csr_matrix_type), intent(out) :: rows

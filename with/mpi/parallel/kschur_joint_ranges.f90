@@ -9,9 +9,9 @@ module kschur_joint_ranges
    type :: joint_ranges_type
       type(row_ranges_type) :: unknowns, multipliers
    contains
-      !> Number of rows of a process: unknowns first.
+      !> Number of rows of a process.
       procedure :: rows
-      !> Their indices.
+      !> Their indices: unknowns first, then multipliers.
       procedure :: row_numbers
       !> Owner of a row, and its local index there.
       procedure :: owner

@@ -1,5 +1,5 @@
-!> Serves factorisations in processes other than the first: the same jobs of MUMPS, with the local part of the factors. Matrices
-!> and right-hand sides are distributed by rows, solutions by pivots.
+!> Joint factorisations in processes other than the first: they call MUMPS with the jobs that the first one requests, and hold
+!> their part of the factors. Matrices and right-hand sides are distributed by rows, solutions by pivots.
 module kschur_mumps_help
    use kschur_error, only: error_type, new_error, error_memory, error_usage
    use kschur_kinds, only: long, single, wp
@@ -70,7 +70,7 @@ module kschur_mumps_help
 
 contains
 
-   !> Serves a job that the first process announced.
+   !> Executes a job that the first process has requested.
    subroutine serve_mumps(instances, processes, request)
       !> All factorisations in use.
       type(mumps_instance_type), allocatable, intent(inout) :: instances(:)

@@ -18,7 +18,7 @@ module kschur_quadratic_rows
    integer, parameter :: job_begin = 1, job_end = 2
    integer, parameter :: real_operator = 1, complex_operator = 2
 
-   !> Distributes an operator; all processes must have the factors, mass and damping.
+   !> Distributes an operator for an iteration on distributed states; all processes must have parts of factors, mass and damping.
    interface share_operator
       module procedure share_real, share_complex
    end interface share_operator
@@ -36,7 +36,7 @@ module kschur_quadratic_rows
 
 contains
 
-   !> Serves a request of the first process.
+   !> Executes a request of the first process to distribute a quadratic operator, or to end that.
    subroutine serve_quadratic_operator(parts, matrices, instances, processes, request)
       type(quadratic_parts_type), intent(inout) :: parts
       !> Local parts of matrices and factors.

@@ -71,7 +71,8 @@ contains
       call spread_error(self%processes%communicator, error)
    end subroutine agree
 
-   ! Plans the exchange. Reused until pivots move, with other factors or the transpose.
+   ! Plans the messages that move solutions from the processes of their pivots to those of their rows. Keeps the plan until the
+   ! pivots move: with other factors, or the transpose.
    subroutine plan_exchange(self, row)
       class(solution_rows_type), intent(inout) :: self
       integer, intent(in) :: row(:)

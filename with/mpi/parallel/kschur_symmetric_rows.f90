@@ -21,7 +21,7 @@ module kschur_symmetric_rows
 
 contains
 
-   !> Distributes an operator; all processes must have the factors and the mass.
+   !> Distributes an operator for an iteration on distributed vectors; all processes must have parts of the factors and the mass.
    subroutine share_operator(operator, processes, error)
       class(symmetric_shift_invert_type), target, intent(inout) :: operator
       !> Processes of the solve; not associated: one process.
@@ -52,7 +52,7 @@ contains
       call release(operator%part)
    end subroutine end_sharing
 
-   !> Serves a request of the first process.
+   !> Executes a request of the first process to distribute a symmetric operator, or to end that.
    subroutine serve_symmetric_operator(part, matrices, instances, processes, request)
       !> The distributed operator.
       type(symmetric_shift_invert_type), pointer, intent(inout) :: part
@@ -104,6 +104,7 @@ contains
       if (sizes(2) > 0) call part%constraints%share_between(constraints, ranges%multipliers, ranges%unknowns, processes, error)
    end subroutine make_part
 
+   ! Frees the local part of an operator.
    subroutine release(part)
       type(symmetric_shift_invert_type), pointer, intent(inout) :: part
 

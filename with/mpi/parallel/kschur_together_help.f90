@@ -1,4 +1,4 @@
-!> Serves requests on block Lanczos iterations in processes other than the first: the same steps on their rows.
+!> Executes requested steps of block Lanczos iterations in processes other than the first: the same steps on their rows.
 module kschur_together_help
    use kschur_basis_help, only: basis_instance_type
    use kschur_block_decomposition, only: block_decomposition_type
@@ -16,7 +16,7 @@ module kschur_together_help
 
 contains
 
-   !> Serves a request of the first process.
+   !> Executes a step of block Lanczos that the first process has requested.
    subroutine serve_lanczos(instances, operator, excluded, request)
       !> All bases.
       type(basis_instance_type), intent(in) :: instances(:)

@@ -1,4 +1,4 @@
-!> Serves requests on two-level bases in processes other than the first: the same steps on their rows of the first level.
+!> Executes requested steps on two-level bases in processes other than the first: the same steps on their rows of the first level.
 module kschur_two_level_help
    use kschur_basis_help, only: basis_instance_type
    use kschur_first_level_help_complex, only: help_complex => serve_first_level
@@ -11,7 +11,7 @@ module kschur_two_level_help
 
 contains
 
-   !> Serves a request of the first process.
+   !> Executes a request of the first process on a two-level basis, real or complex.
    subroutine serve_two_level(instances, operators, request)
       !> All bases.
       type(basis_instance_type), intent(inout) :: instances(:)

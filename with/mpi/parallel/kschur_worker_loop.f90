@@ -1,4 +1,4 @@
-!> Worker loop of all processes but the first: receives and serves its requests.
+!> Worker loop of all processes but the first: receives and executes its requests.
 module kschur_worker_loop
    use kschur_band_groups, only: lead_group
    use kschur_basis_help, only: basis_instance_type, serve_basis
@@ -20,6 +20,7 @@ module kschur_worker_loop
 
 contains
 
+   !> Executes requests of the first process until it ends the joint work.
    recursive subroutine worker_loop(processes, shared)
       type(processes_type), target, intent(inout) :: processes
       !> The problem, if it is distributed.
@@ -63,7 +64,7 @@ contains
       end do
    end subroutine worker_loop
 
-   ! Splits the processes into groups, each of which works as all did before.
+   ! Splits the processes into groups that compute parts of a band, and works in one of them.
    recursive subroutine work_in_group(processes, groups)
       type(processes_type), intent(in) :: processes
       integer, intent(in) :: groups
