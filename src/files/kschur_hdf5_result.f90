@@ -41,6 +41,7 @@ contains
       call finish_hdf5_file(output, error)
    end subroutine write_hdf5_result
 
+   ! Whether a result has all arrays that a file needs.
    pure logical function is_whole(result)
       type(modal_result_type), intent(in) :: result
 
@@ -133,6 +134,7 @@ contains
       is_hdf5_result = .not. allocated(error)
    end function is_hdf5_result
 
+   ! Opens a file and fails if it is not a result, as `try_in_child` wants it.
    subroutine check_for_result(path, part, error)
       character(len=*), intent(in) :: path
       integer, intent(in) :: part(2)
@@ -146,6 +148,7 @@ contains
       call close_hdf5_file(file)
    end subroutine check_for_result
 
+   ! Fails if an open file has neither the mark of kschur nor eigenvalues.
    subroutine check_is_result(file, error)
       integer(hid_t), intent(in) :: file
       type(error_type), allocatable, intent(inout) :: error
@@ -156,6 +159,7 @@ contains
       if (.not. marked .and. .not. allocated(error)) call new_error(error, error_input, "not a result of kschur")
    end subroutine check_is_result
 
+   ! Trial for `try_in_child`: reads a result.
    subroutine read_and_discard(path, part, error)
       character(len=*), intent(in) :: path
       integer, intent(in) :: part(2)
@@ -168,6 +172,7 @@ contains
       call read_all(result, path, error)
    end subroutine read_and_discard
 
+   ! Reads all parts of a result; errors of a file that is one begin with "a damaged result".
    subroutine read_all(result, path, error)
       type(modal_result_type), intent(inout) :: result
       character(len=*), intent(in) :: path
@@ -238,6 +243,7 @@ contains
       call read_dataset(history%residual, file, "/history/residual", error)
    end subroutine read_history
 
+   ! Fails if the arrays of a result do not fit together.
    subroutine check_shapes(result, error)
       type(modal_result_type), intent(in) :: result
       type(error_type), allocatable, intent(inout) :: error

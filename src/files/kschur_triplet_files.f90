@@ -57,6 +57,7 @@ contains
 
    contains
 
+      ! Creates a matrix of this many rows from its triplets; errors name it.
       subroutine new_matrix(matrix, rows, triplets, name, error)
          type(csr_matrix_type), intent(out) :: matrix
          integer, intent(in) :: rows
@@ -75,18 +76,21 @@ contains
       end subroutine new_matrix
    end subroutine read_triplet_files
 
+   ! Largest row or column.
    pure integer function extent(triplets)
       type(triplets_type), intent(in) :: triplets
 
       extent = max(largest(triplets%row, triplets%count), largest(triplets%column, triplets%count))
    end function extent
 
+   ! Largest of the first `count` numbers, at least 0.
    pure integer function largest(list, count)
       integer, intent(in) :: list(:), count
 
       largest = max(0, maxval(list(:count)))
    end function largest
 
+   ! Reads a file of triplets, none for an empty path; errors name the matrix.
    subroutine read_triplets(triplets, path, name, error)
       type(triplets_type), intent(out) :: triplets
       character(len=*), intent(in) :: path, name
