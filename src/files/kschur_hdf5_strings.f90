@@ -108,7 +108,7 @@ contains
       call h5fclose_f(file, ignored)
    end subroutine read_variable_string
 
-   ! Reads the reference to a variable-length string as raw bytes: HDF5 is told not to convert it, and so does not follow it.
+   ! Reads the reference to a variable-length string as raw bytes: with a conversion that does nothing, HDF5 does not follow it.
    subroutine read_reference(reference, attribute, type, status)
       integer(c_int8_t), target, intent(out) :: reference(reference_bytes)
       integer(hid_t), intent(in) :: attribute, type
