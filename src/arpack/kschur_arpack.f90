@@ -84,6 +84,7 @@ contains
       if (.not. (allocated(error) .or. options%raw)) call trim_to_wanted(selection, values, vectors)
    end subroutine arpack_of_complex
 
+   ! Drops values behind the leading ones that contain all wanted ones.
    subroutine trim_to_wanted(selection, values, vectors)
       class(selection_type), intent(in) :: selection
       complex(wp), allocatable, intent(inout) :: values(:), vectors(:, :)

@@ -33,6 +33,7 @@ contains
       call new_error(error, error_library, "ARPACK failed: "//trim(reason)//" ("//routine//" returned info = "//text(info)//")")
    end subroutine arpack_error
 
+   ! What INFO of an iterating routine, *aupd, means.
    pure function reason_of_iteration(info) result(reason)
       integer, intent(in) :: info
       character(len=longest) :: reason
@@ -55,6 +56,7 @@ contains
       end select
    end function reason_of_iteration
 
+   ! What INFO of an extracting routine, *eupd, means.
    pure function reason_of_extraction(info) result(reason)
       integer, intent(in) :: info
       character(len=longest) :: reason
@@ -75,6 +77,7 @@ contains
       end select
    end function reason_of_extraction
 
+   ! What INFO about arguments means, in either kind of routine.
    pure function reason_of_arguments(info) result(reason)
       integer, intent(in) :: info
       character(len=longest) :: reason

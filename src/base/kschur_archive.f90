@@ -25,7 +25,7 @@ module kschur_archive
       procedure :: close => close_archive
       !> Returns whether a call failed; records that memory for the data read could not be allocated.
       procedure :: has_failed
-      procedure :: fail_of_memory
+      procedure :: record_no_memory
       procedure, private :: carry_integer
       procedure, private :: carry_long
       procedure, private :: carry_logical
@@ -119,12 +119,14 @@ contains
       has_failed = self%failure /= 0
    end function has_failed
 
-   pure subroutine fail_of_memory(self)
+   ! Records that memory was short, for `close` to report.
+   pure subroutine record_no_memory(self)
       class(archive_type), intent(inout) :: self
 
       self%failure = no_memory
-   end subroutine fail_of_memory
+   end subroutine record_no_memory
 
+   ! Writes or reads 8-byte words, unless the archive has failed.
    subroutine carry_words(self, words, count)
       class(archive_type), intent(inout) :: self
       type(c_ptr), intent(in) :: words
@@ -273,6 +275,7 @@ contains
          call self%carry_words(c_loc(x), 2*int(extent(1), c_size_t)*kept)
    end subroutine carry_complex_columns
 
+   ! Writes the extents of an array and the number of its columns in use, or reads them.
    subroutine carry_shape(self, extent, kept, used)
       class(archive_type), intent(inout) :: self
       integer, intent(inout) :: extent(2)

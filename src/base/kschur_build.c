@@ -1,5 +1,5 @@
-/* Versions of the libraries that this one was built with: what their headers say, where there are headers, and OpenBLAS of
- * itself, as any BLAS may take its place. */
+/* Versions of the libraries that this one was built with, from their headers if these are installed; OpenBLAS is asked when
+ * it runs, as another BLAS may have been loaded instead. */
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
@@ -69,7 +69,7 @@ static char *openblas_get_config(void) { return ""; }
 #define MPI_TEXT ""
 #endif
 
-/* Names and versions, in `length` bytes with the zero. */
+/* Writes names and versions to `text`, of `length` bytes including the null. */
 void kschur_libraries(char *text, int length)
 {
    const char *config = HAS_OPENBLAS ? openblas_get_config() : "BLAS and LAPACK";

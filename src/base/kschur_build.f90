@@ -18,8 +18,8 @@ module kschur_build
 
 contains
 
-   !> The compiler and the libraries with their versions, as their headers say them, in one line; of OpenBLAS the version that
-   !> is loaded. Parts that were left out are named as such.
+   !> Returns one line with the compiler and the libraries: versions from their headers, that of OpenBLAS from the loaded
+   !> library; parts that were left out as "no HDF5".
    function built_with() result(words)
       character(len=longest) :: words
       character(kind=c_char) :: text(longest)

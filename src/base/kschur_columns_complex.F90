@@ -20,6 +20,7 @@ module kschur_columns_complex
       call combine_panels(size(q, 1), size(y, 1), size(y, 2), q, y, vectors)
    end subroutine combine_columns
 
+   ! As `combine_columns` for explicit shapes: n rows, k columns combined, b results.
    subroutine combine_panels(n, k, b, q, y, vectors)
       integer, intent(in) :: n, k, b
       complex(wp), intent(in) :: q(n, *), y(k, b)

@@ -20,7 +20,8 @@ module kschur_columns_real
       call combine_panels(size(q, 1), size(y, 1), size(y, 2), q, y, vectors)
    end subroutine combine_columns
 
-   ! By panels of rows: whole columns would need a work array of the size of the result.
+   ! As `combine_columns` for explicit shapes: n rows, k columns combined, b results. Multiplies the real and imaginary parts of
+   ! y by panels of rows, since whole columns would need a work array of the size of the result.
    subroutine combine_panels(n, k, b, q, y, vectors)
       integer, intent(in) :: n, k, b
       real(wp), intent(in) :: q(n, *)

@@ -55,7 +55,7 @@ contains
       if (allocated(error)) error%message = context//": "//error%message
    end subroutine add_context
 
-   !> Deallocates an error that only reports a cancelled computation.
+   !> Turns an error that reports a cancelled computation into `cancelled`; keeps other errors.
    pure subroutine take_cancelled(error, cancelled)
       type(error_type), allocatable, intent(inout) :: error
       logical, intent(out) :: cancelled

@@ -48,7 +48,7 @@ static void empty_folder(int folder)
    closedir(entries);
 }
 
-/* Splits a path into folder and name. */
+/* Splits a path: returns its name, and writes its folder, followed by ".", to `parent`. */
 static const char *split(const char *path, char *parent)
 {
    const char *slash = strrchr(path, '/');
@@ -59,7 +59,7 @@ static const char *split(const char *path, char *parent)
    return path + length;
 }
 
-/* Removes staging folders of killed runs: those without a lock. */
+/* Removes staging folders left by killed runs: those beginning with `stem` that no process has locked. */
 static void remove_strays(const char *parent, const char *stem)
 {
    DIR *entries = opendir(parent);
@@ -80,8 +80,8 @@ static void remove_strays(const char *parent, const char *stem)
    closedir(entries);
 }
 
-/* Opens and locks a new folder. 1: done, 0: somebody took it for a stray, and removes it, -1: it cannot be. A file
- * system without locks has no strays removed. */
+/* Opens and locks a new staging folder. Returns 1, 0 if another process took it for one left behind and removes it, or -1 on
+ * failure. On a file system without locks it succeeds unlocked. */
 static int lock_folder(const char *path, int *folder)
 {
    struct stat opened, named;
@@ -97,8 +97,8 @@ static int lock_folder(const char *path, int *folder)
    return 0;
 }
 
-/* Makes and locks a folder beside `path`, whose name nobody else has, after removing those of killed runs. Its path,
- * ended by a null, goes to `staging`. A descriptor, or -1. */
+/* Creates and locks a staging folder with a unique name beside `path`, after removing those of killed runs. Writes its
+ * null-terminated path to `staging`. Returns its descriptor, or -1 with errno. */
 int kschur_stage(const char *path, char *staging)
 {
    char parent[longest_path], stem[longest_name + sizeof mark];
@@ -121,7 +121,7 @@ int kschur_stage(const char *path, char *staging)
    return -1;
 }
 
-/* Creates a file and checks that it can have this size. Returns 0 or errno. */
+/* Creates a file and allocates disk space for `bytes` bytes, if the file system can. Returns 0 or errno. */
 int kschur_reserve(const char *path, long long bytes)
 {
    int file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666), failure;
@@ -132,7 +132,7 @@ int kschur_reserve(const char *path, long long bytes)
    return failure == EOPNOTSUPP || failure == EINVAL ? 0 : failure;
 }
 
-/* Returns 0 if the file system of a folder has less free space. */
+/* Returns 0 if the file system of a folder has less than `bytes` bytes of free space; 1 also if that is unknown. */
 int kschur_has_room(const char *path, long long bytes)
 {
    struct statvfs status;
@@ -185,8 +185,8 @@ static int move_files(const char *from, const char *to)
    return failure;
 }
 
-/* Gives what is finished, and on the disk, the name `path`, where it replaces a file, or an empty folder, at once; into
- * a folder that is not empty its files are moved. 0, or what errno says. */
+/* Flushes a finished file or folder to disk and renames it to `path`, which atomically replaces a file or an empty folder; if
+ * `path` is a folder with files, moves the new files into it one by one. Returns 0 or errno. */
 int kschur_publish(const char *finished, const char *path)
 {
    char parent[longest_path];

@@ -209,7 +209,7 @@ contains
       reason = "the disk is full"
    end subroutine check_length
 
-   !> Removes a file; nothing happens where there is none.
+   !> Removes a file, if it exists.
    subroutine remove_file(path)
       character(len=*), intent(in) :: path
       integer(c_int) :: status

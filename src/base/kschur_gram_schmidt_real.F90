@@ -6,7 +6,7 @@ module kschur_gram_schmidt_real
       subtract_combinations
    implicit none
    private
-   public :: orthogonalize_but_last, orthonormalize, place_last
+   public :: orthogonalize_but_last_update, orthonormalize, orthonormalize_last
 
 #define SCALAR real(wp)
 #include "kschur_gram_schmidt.inc"

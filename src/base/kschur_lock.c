@@ -20,7 +20,7 @@ static void prepare(void)
    pthread_mutexattr_destroy(&attributes);
 }
 
-/* Returns nonzero if the thread holds the lock already. */
+/* Waits for a lock and takes it. Returns nonzero, without waiting, if this thread holds it already. */
 int kschur_acquire_lock(int lock)
 {
    pthread_once(&once, prepare);
@@ -42,7 +42,7 @@ void kschur_hold_sigterm(void)
    pthread_sigmask(SIG_BLOCK, &term, &signals_before);
 }
 
-/* Restores the signal mask. Call under the lock of METIS, as one mask is stored. */
+/* Restores the signal mask of before kschur_hold_sigterm. Call both under the lock of METIS, as one mask is stored. */
 void kschur_let_sigterm(void)
 {
    pthread_sigmask(SIG_SETMASK, &signals_before, NULL);

@@ -1,4 +1,5 @@
-/* Whether memory can be had, asked of the system. Linux gives addresses first and pages later: nothing is touched. */
+/* Checks by a trial mapping whether the system grants memory. The mapping is not touched: Linux assigns pages only at the
+ * first access. */
 #define _DEFAULT_SOURCE
 #include <stddef.h>
 #include <stdint.h>
@@ -7,6 +8,7 @@
 #include <sys/mman.h>
 #endif
 
+/* Returns whether `bytes` bytes of address space can be mapped now. */
 int kschur_can_have(double bytes)
 {
    void *room;

@@ -24,7 +24,7 @@ module kschur_memory
 
 contains
 
-   !> Fails if `bytes` bytes are not available.
+   !> Fails with `error_memory` if `bytes` bytes, and a margin, are not available; allocates nothing.
    subroutine require_memory(bytes, what, error)
       real(wp), intent(in) :: bytes
       !> Purpose, as in "no memory for ...".

@@ -1,4 +1,4 @@
-!> Which of some names a word was meant to be.
+!> Suggests the name that a misspelt word was meant to be.
 module kschur_suggestion
    implicit none
    private
@@ -8,6 +8,7 @@ module kschur_suggestion
 
 contains
 
+   ! Length of the result of `did_you_mean`.
    pure integer function length_of_ending(word, names) result(length)
       character(len=*), intent(in) :: word, names(:)
       integer :: i
@@ -17,7 +18,8 @@ contains
       if (i > 0) length = len(before) + len_trim(names(i)) + len(after)
    end function length_of_ending
 
-   !> The end of a message about a word that is none of the names: "; did you mean --modes?", empty where none is near.
+   !> Returns the end of a message about a word that is none of the names: "; did you mean --modes?"; empty if no name is
+   !> similar.
    pure function did_you_mean(word, names) result(ending)
       character(len=*), intent(in) :: word
       character(len=*), intent(in) :: names(:)
@@ -27,8 +29,8 @@ contains
       if (len(ending) > 0) ending = before//trim(names(nearest_name(word, names)))//after
    end function did_you_mean
 
-   ! The place of the name with fewest letters to change, of those with no more than a third of the word's to change or that
-   ! begin with it; 0 where there is none.
+   ! Position of the most similar name: the one at the smallest edit distance, at most a third of the word's letters; a name that
+   ! begins with the word has distance 1. 0 if there is none.
    pure integer function nearest_name(word, names) result(place)
       character(len=*), intent(in) :: word
       character(len=*), intent(in) :: names(:)
@@ -48,8 +50,8 @@ contains
       end do
    end function nearest_name
 
-   ! Letters to insert, leave out, replace or exchange with their neighbour, each once (optimal string alignment; Boytsov, ACM J. Exp.
-   ! Algorithmics 16, 2011).
+   ! Edit distance: number of letters to insert, delete, replace or exchange with their neighbour, each at most once (optimal
+   ! string alignment; Boytsov, ACM J. Exp. Algorithmics 16, 2011).
    pure integer function distance(a, b)
       character(len=*), intent(in) :: a, b
       integer :: d(0:len(a), 0:len(b))

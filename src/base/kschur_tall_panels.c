@@ -1,6 +1,5 @@
-/* Products of some rows of a long real basis with single vectors. The columns are taken in groups and the rows in parts, so
-   that sums stay in the cache and the basis is read from memory once, however many products it takes part in; BLAS reads it
-   once for each.
+/* Products of a panel of rows of a tall real basis with single vectors. Groups of columns and tiles of rows keep the sums in
+   the cache, so that several products read the basis from memory once; BLAS would read it once for each.
 
    v: rows x columns, of an array whose columns are `lead` apart. */
 #include <stddef.h>
@@ -20,11 +19,11 @@ typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
 #define HAS_WIDE 0
 #endif
 
-/* Rows at a time: of what is read twice a few hundred columns stay in the cache, with the rows that come next. Columns at a
-   time. */
+/* Rows of a tile that is read twice: a few hundred columns of it, and of the next one, fit in the cache; of one that is read
+   once. Columns of a group. */
 enum { read_twice = 128, read_once = 512, group = 8, cache_line = 8 };
 
-/* sum s += V c(:, s) for so many sums and columns, numbers that the compiler knows. */
+/* sum(:, s) += V c(:, s) for a group of columns; `sums` and `columns` are constants after inlining. */
 INLINE void add_group(int sums, int columns, int rows, ptrdiff_t lead, const double *v, const double *const *c,
                       double (*sum)[read_once])
 {
@@ -48,7 +47,7 @@ INLINE void add_group(int sums, int columns, int rows, ptrdiff_t lead, const dou
          for (int j = 0; j < columns; j++) sum[s][i] += v[j*lead + i]*factor[s][j];
 }
 
-/* As above for all columns, starting from zero. */
+/* sum(:, s) := V c(:, s) for all columns. */
 INLINE void add_columns(int sums, int rows, int columns, ptrdiff_t lead, const double *v, const double *const *c,
                         double (*sum)[read_once])
 {
@@ -69,7 +68,7 @@ INLINE void add_columns(int sums, int rows, int columns, ptrdiff_t lead, const d
    }
 }
 
-/* d += V^T y for so many columns. */
+/* d += V^T y for a group of columns. */
 INLINE void dot_group(int columns, int rows, ptrdiff_t lead, const double *v, const double *y, double *d)
 {
    four sum[group];
@@ -85,7 +84,7 @@ INLINE void dot_group(int columns, int rows, ptrdiff_t lead, const double *v, co
    }
 }
 
-/* As above for all columns; prefetches the next rows. */
+/* d += V^T y for all columns; prefetches the next `ahead` rows. */
 INLINE void dot_columns(int rows, int columns, ptrdiff_t lead, const double *v, const double *y, double *d, int ahead)
 {
    int j = 0;
@@ -178,7 +177,7 @@ void kschur_panel_project(int rows, int columns, int lead, const double *v, cons
    }
 }
 
-/* The column y behind these := (y - V c)/length, X := [V y] A with two columns, those of A lead_a apart. */
+/* y := (y - V c)/length, y the column after those of V, then X := [V y] A with two columns; those of A are lead_a apart. */
 void kschur_panel_complete(int rows, int columns, int lead, double *v, const double *c, double length, const double *a,
                            int lead_a, double *x, int lead_x)
 {

@@ -14,7 +14,7 @@ module kschur_tall_products_complex
 #define CONJUGATE_TRANSPOSE "C"
 #include "kschur_tall_products.inc"
 
-   ! As in `kschur_tall_panels`.
+   ! d := V^* y, as `panel_inner` of `kschur_tall_panels`.
    subroutine panel_inner(rows, columns, lead, v, y, d)
       integer, intent(in) :: rows, columns, lead
       complex(wp), intent(in) :: v(lead, *), y(*)
@@ -23,6 +23,7 @@ module kschur_tall_products_complex
       call zgemv("C", rows, columns, one, v, lead, y, 1, zero, d, 1)
    end subroutine panel_inner
 
+   ! y := y - V c, then d := V^* y with the new y.
    subroutine panel_project(rows, columns, lead, v, c, y, d)
       integer, intent(in) :: rows, columns, lead
       complex(wp), intent(in) :: v(lead, *), c(*)
@@ -38,6 +39,7 @@ module kschur_tall_products_complex
       end do
    end subroutine panel_project
 
+   ! y := (y - V c)/length, y the column after those of V, then X := [V y] A.
    subroutine panel_complete(rows, columns, lead, v, c, length, a, lead_a, x, lead_x)
       integer, intent(in) :: rows, columns, lead, lead_a, lead_x
       complex(wp), intent(inout) :: v(lead, *), x(lead_x, *)

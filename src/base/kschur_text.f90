@@ -18,6 +18,7 @@ module kschur_text
 
 contains
 
+   ! Decimal digits of an integer.
    pure function shown(number) result(buffer)
       integer(long), intent(in) :: number
       character(len=longest) :: buffer
@@ -25,8 +26,8 @@ contains
       write (buffer, "(i0)") number
    end function shown
 
-   ! The lowest precision that reads back as the same number. Starting at the precision of the kind is enough: a number that
-   ! needs fewer digits is printed with trailing zeros, which are removed.
+   ! The shortest decimal that reads back as the same number. The search starts at the precision of the kind: a number that needs
+   ! fewer digits is printed with trailing zeros, which are removed.
    pure function shortest(number) result(buffer)
       real(wp), intent(in) :: number
       character(len=longest) :: buffer
@@ -46,6 +47,7 @@ contains
       if (exponent > 0) buffer = buffer(:verify(buffer(:exponent - 1), "0", back=.true.))//buffer(exponent:)
    end function shortest
 
+   ! A real with two significant digits.
    pure function rounded(number) result(buffer)
       real(wp), intent(in) :: number
       character(len=longest) :: buffer
@@ -76,7 +78,7 @@ contains
       text = shortest(number)
    end function text_of_real
 
-   !> Returns a real rounded to two digits.
+   !> Returns a real with two significant digits, as text for messages.
    pure function magnitude(number) result(digits)
       real(wp), intent(in) :: number
       character(len=len_trim(rounded(number))) :: digits

@@ -35,8 +35,8 @@ module kschur_threads
          integer(c_int), value :: threads
       end function c_prepare_threads
 
-      subroutine c_leave_signals() bind(c, name="kschur_leave_signals")
-      end subroutine c_leave_signals
+      subroutine c_block_signals() bind(c, name="kschur_block_signals")
+      end subroutine c_block_signals
 
       subroutine c_make_heap() bind(c, name="kschur_make_heap")
       end subroutine c_make_heap
@@ -85,8 +85,8 @@ contains
       end if
    end subroutine enter_solve
 
-   ! Starts the threads of OpenMP and their heaps now, while memory is known to suffice, and blocks signals in all but the
-   ! thread of the caller.
+   ! Starts the threads of OpenMP and their malloc arenas now, while memory is known to suffice; blocks SIGINT and SIGTERM in all
+   ! but the calling thread.
    subroutine start_team(threads)
       integer, intent(in) :: threads
 
@@ -97,7 +97,7 @@ contains
       end associate
 #endif
       !$omp parallel
-      if (thread_number() > 1) call c_leave_signals()
+      if (thread_number() > 1) call c_block_signals()
       call c_make_heap()
       !$omp end parallel
    end subroutine start_team

@@ -1,5 +1,5 @@
-/* Number of concurrent solves of a process, and threads of its BLAS meanwhile: Fortran 2008 has no atomic counter, and only
- * OpenBLAS lets that number be set. */
+/* Counts the concurrent solves of a process and sets the number of threads of its BLAS meanwhile. In C because Fortran 2008
+ * has no atomic counter; of the BLAS libraries only OpenBLAS is known here. */
 #define _XOPEN_SOURCE 700
 #include <pthread.h>
 #include <signal.h>
@@ -28,9 +28,10 @@ static int openblas_get_num_threads(void) { return 1; }
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
 static int solves = 0;
 static int blas_threads_before = 1;
-/* The most that OpenBLAS maps for a thread that is within it, what a thread takes for its stack and its heap, and what
- * is to be left after the first of them, and after each other. */
+/* Bytes: largest buffer that OpenBLAS maps for a thread inside it; stack and heap of a thread; memory that must remain after
+ * the first thread, and after each further one. */
 static const double buffer_bytes = 135e6, thread_bytes = 80e6, left_bytes = 32e6, plenty_bytes = 512e6;
+/* Number of threads whose buffers and stacks have been checked, and its limit. */
 enum { most_prepared = 64 };
 static int prepared = 0;
 /* Nesting depth: a nested solve uses the threads of the outer one. */
@@ -53,6 +54,7 @@ int kschur_enter_solve(void)
    return now;
 }
 
+/* Decrements the number of concurrent solves; after the last one the BLAS gets back its threads. */
 void kschur_leave_solve(void)
 {
    if (--depth > 0) return;
@@ -61,9 +63,9 @@ void kschur_leave_solve(void)
    pthread_mutex_unlock(&mutex);
 }
 
-/* OpenBLAS waits for ever where it gets no buffer, and OpenMP ends the process where it gets no thread: both are asked for
- * before they are used, with as many threads for each of the solves that run. Returns how many threads this solve may have:
- * so many, one where there is no memory for more, 0 where there is none for one. */
+/* Checks that memory suffices for the BLAS buffers and stacks of `threads` threads in each concurrent solve, and allocates the
+ * buffers: without one OpenBLAS waits forever, and OpenMP ends the process if it cannot start a thread. Returns the number
+ * of threads that this solve may use: `threads`, 1 if memory is short, 0 if it does not suffice for one. */
 int kschur_prepare_threads(int threads)
 {
    void *held[most_prepared];
@@ -88,7 +90,7 @@ int kschur_prepare_threads(int threads)
 }
 
 /* Blocks SIGINT and SIGTERM in this thread. */
-void kschur_leave_signals(void)
+void kschur_block_signals(void)
 {
    sigset_t both;
 
@@ -98,7 +100,7 @@ void kschur_leave_signals(void)
    pthread_sigmask(SIG_BLOCK, &both, NULL);
 }
 
-/* Creates the heap of this thread. */
+/* Makes malloc create the arena of this thread. */
 void kschur_make_heap(void)
 {
    void *volatile some = malloc(1);
@@ -106,7 +108,7 @@ void kschur_make_heap(void)
    free(some);
 }
 
-/* Threads of the BLAS: more than one only where nobody else is using it, and where there is memory for them. */
+/* Sets the number of threads of the BLAS; more than one only if one solve runs and memory suffices. */
 void kschur_set_blas_threads(int threads)
 {
    pthread_mutex_lock(&mutex);

@@ -49,6 +49,7 @@ contains
       label = "attribute "//name//" of "//object
    end function label
 
+   ! Opens an attribute; fails if it does not exist or has another number of values than `count`.
    subroutine open_attribute(attribute, count, file, object, name, error)
       integer(hid_t), intent(out) :: attribute
       integer(hsize_t), intent(in) :: count

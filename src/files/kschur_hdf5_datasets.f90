@@ -198,6 +198,7 @@ contains
       if (type >= 0) call h5tclose_f(type, ignored)
    end subroutine read_words
 
+   ! Creates a dataset and writes the values at an address.
    subroutine write_values(file, name, type, extents, address, error)
       integer(hid_t), intent(in) :: file, type
       character(len=*), intent(in) :: name
@@ -280,6 +281,7 @@ contains
       if (type >= 0) call h5tclose_f(type, ignored)
    end subroutine write_words
 
+   ! HDF5 type of the names of kinds of modes in memory; to be closed.
    subroutine new_text_type(type, error)
       integer(hid_t), intent(out) :: type
       type(error_type), allocatable, intent(inout) :: error

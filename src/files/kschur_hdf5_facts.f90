@@ -1,4 +1,4 @@
-!> Root attributes of an HDF5 result: everything except arrays.
+!> Root attributes of an HDF5 result: everything except arrays, as counts, times, options and notes.
 module kschur_hdf5_facts
    use hdf5, only: hid_t
    use kschur_effort, only: phase_names, purpose_names
@@ -205,6 +205,7 @@ contains
 
    contains
 
+      ! Whether the file has this root attribute.
       logical function has(name)
          character(len=*), intent(in) :: name
 
@@ -212,6 +213,7 @@ contains
       end function has
    end subroutine read_options
 
+   ! Reads an attribute that is one of a list of names, as its position in the list.
    subroutine read_name(position, file, name, names, error)
       integer, intent(out) :: position
       integer(hid_t), intent(in) :: file
@@ -224,7 +226,7 @@ contains
       if (.not. allocated(error)) position = position_of(found, names, "attribute "//name, error)
    end subroutine read_name
 
-   !> Position in a list of names counted from 0.
+   !> Position of a name in a list, counted from 0; fails if it is none of them. `label` says in the message what it is.
    integer function position_of(name, names, label, error)
       character(len=*), intent(in) :: name, names(0:), label
       type(error_type), allocatable, intent(inout) :: error

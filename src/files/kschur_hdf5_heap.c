@@ -9,6 +9,7 @@
 /* Header sizes of a heap and of an object. */
 enum { header = 16 };
 
+/* An unsigned little-endian integer of `count` bytes. */
 static uint64_t number(const unsigned char *bytes, int count)
 {
    uint64_t value = 0;
@@ -17,14 +18,15 @@ static uint64_t number(const unsigned char *bytes, int count)
    return value;
 }
 
+/* Reads `count` bytes at an address of the file; false if there are fewer. */
 static int read_at(int file, uint64_t address, void *bytes, size_t count)
 {
    return address < INT64_MAX - count && pread(file, bytes, count, (off_t)address) == (ssize_t)count;
 }
 
-/* Copies an object of `length` bytes out of the heap that `reference` names: 4 bytes say the length, 8 where in the file,
- * 4 which object. `base` is where the addresses of the file count from. 0: done; -1: there is no such object, or the objects
- * of the heap do not end where it ends. */
+/* Copies an object of a global heap to `bytes`. `reference` is as stored in the file, little-endian: length of the object (4
+ * bytes), address of the heap relative to `base` (8), number of the object (4). Returns 0, or -1 if the object does not exist,
+ * or the sizes of the objects do not add up to that of the heap. */
 int kschur_heap_object(int file, uint64_t base, const unsigned char *reference, char *bytes)
 {
    const size_t length = number(reference, 4);
@@ -51,7 +53,7 @@ int kschur_heap_object(int file, uint64_t base, const unsigned char *reference, 
    return outcome;
 }
 
-/* An HDF5 conversion that copies the bytes. */
+/* A conversion function for HDF5 that leaves the values as they are. */
 int kschur_as_they_are(int64_t source, int64_t target, void *data, size_t count, size_t stride, size_t background_stride,
                        void *values, void *background, int64_t transfer)
 {

@@ -14,20 +14,20 @@ module kschur_hdf5_matrix
    public :: bytes_of_matrix, read_matrix, write_matrix
 
    character(len=*), parameter :: encoding = "csr_matrix"
-   !> The part of `read_matrix` that is all of a matrix.
+   !> The argument `part` of `read_matrix` for a whole matrix.
    integer, parameter, public :: whole(2) = [0, 1]
 
 contains
 
-   !> Reads a part of the rows of a matrix. Fails where there is no such group, and with what is wrong.
+   !> Reads a range of the rows of a matrix. Fails if the group is missing or is not a matrix in this layout.
    subroutine read_matrix(matrix, all_rows, file, group, name, part, error)
       type(csr_matrix_type), intent(out) :: matrix
-      !> How many rows there are.
+      !> Number of rows of the whole matrix.
       integer, intent(out) :: all_rows
       integer(hid_t), intent(in) :: file
-      !> The group, and what it holds, for errors.
+      !> The group, and the name of the matrix in messages.
       character(len=*), intent(in) :: group, name
-      !> Number of the part, from 0, and how many there are.
+      !> Number of the range, from 0, and number of equal ranges.
       integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(inout) :: error
       character(len=:), allocatable :: found
@@ -56,6 +56,7 @@ contains
       call add_context(error, "the "//name)
    end subroutine read_matrix
 
+   ! Reads the entries of a range of rows.
    subroutine read_part_of_matrix(matrix, file, group, all_rows, part, error)
       !> Its columns are known.
       type(csr_matrix_type), intent(inout) :: matrix
@@ -76,7 +77,7 @@ contains
       if (allocated(error)) return
       before = 0
       if (part(1) > 0) before = matrix%row_start(1)
-      ! What is wrong with them is said below.
+      ! Wrong row starts are reported below.
       entries = max(0, min(matrix%row_start(matrix%rows + 1), all(1)) - before)
       call read_dataset(matrix%column, file, group//"/indices", 0, matrix%columns - 1, error, all(1), before, entries)
       call read_dataset(matrix%value, file, group//"/data", error, all(1), before, entries)
@@ -87,7 +88,7 @@ contains
       if (part(2) > 1) call add_context(error, "rows "//text(ranges%first(part(1)))//" to "//text(ranges%last(part(1))))
    end subroutine read_part_of_matrix
 
-   !> In a file.
+   !> Size of a matrix in a file, in bytes.
    pure integer(long) function bytes_of_matrix(matrix)
       type(csr_matrix_type), intent(in) :: matrix
       integer(long), parameter :: bytes_of_an_integer = storage_size(1)/8, bytes_of_a_real = storage_size(1.0_wp)/8

@@ -60,6 +60,7 @@ contains
       call add_context(error, path)
    end subroutine read_hdf5_rows
 
+   ! Trial for `try_in_child`: reads a range of rows.
    subroutine read_and_discard(path, part, error)
       character(len=*), intent(in) :: path
       integer, intent(in) :: part(2)
@@ -116,8 +117,8 @@ contains
       call read_matrix(problem%loss, rows, file, "/loss", "loss matrix H", part, error)
    end subroutine read_loss
 
-   !> Writes a problem; /damping, /constraints and /loss only where there are entries.
-   !> The file appears under its name when it is whole.
+   !> Writes a problem; /damping, /constraints and /loss only if they have entries.
+   !> The file appears under its name when it is complete.
    subroutine write_hdf5_problem(problem, path, error)
       type(modal_problem_type), intent(in) :: problem
       character(len=*), intent(in) :: path
@@ -134,6 +135,7 @@ contains
       call finish_hdf5_file(output, error)
    end subroutine write_hdf5_problem
 
+   ! Size of a problem in a file, in bytes.
    pure integer(long) function bytes_of(problem)
       type(modal_problem_type), intent(in) :: problem
 

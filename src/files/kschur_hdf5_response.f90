@@ -14,7 +14,7 @@ module kschur_hdf5_response
 
 contains
 
-   !> Writes what `frequency_response` found of one force. The file appears under its name when it is whole.
+   !> Writes the response to one force, as `frequency_response` returns it. The file appears under its name when it is complete.
    subroutine write_hdf5_response(frequencies, force, response, multipliers, mesh, path, error)
       !> Hz.
       real(wp), intent(in) :: frequencies(:)

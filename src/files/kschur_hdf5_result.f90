@@ -51,7 +51,7 @@ contains
       call write_options(file, result, error)
    end subroutine write_result
 
-   !> Whether a result has what `write_result` wants.
+   ! Whether a result has all arrays that a file needs.
    pure logical function is_whole(result)
       type(modal_result_type), intent(in) :: result
 
@@ -144,6 +144,7 @@ contains
       is_hdf5_result = .not. allocated(error)
    end function is_hdf5_result
 
+   ! Opens a file and fails if it is not a result, as `try_in_child` wants it.
    subroutine check_for_result(path, part, error)
       character(len=*), intent(in) :: path
       integer, intent(in) :: part(2)
@@ -157,6 +158,7 @@ contains
       call close_hdf5_file(file)
    end subroutine check_for_result
 
+   ! Fails if an open file has neither the mark of kschur nor eigenvalues.
    subroutine check_is_result(file, error)
       integer(hid_t), intent(in) :: file
       type(error_type), allocatable, intent(inout) :: error
@@ -167,6 +169,7 @@ contains
       if (.not. marked .and. .not. allocated(error)) call new_error(error, error_input, "not a result of kschur")
    end subroutine check_is_result
 
+   ! Trial for `try_in_child`: reads a result.
    subroutine read_and_discard(path, part, error)
       character(len=*), intent(in) :: path
       integer, intent(in) :: part(2)
@@ -179,6 +182,7 @@ contains
       call read_all(result, path, error)
    end subroutine read_and_discard
 
+   ! Reads all parts of a result; errors of a file that is one begin with "a damaged result".
    subroutine read_all(result, path, error)
       type(modal_result_type), intent(inout) :: result
       character(len=*), intent(in) :: path
@@ -260,6 +264,7 @@ contains
       call read_dataset(history%residual, file, "/history/residual", error)
    end subroutine read_history
 
+   ! Fails if the arrays of a result do not fit together.
    subroutine check_shapes(result, error)
       type(modal_result_type), intent(in) :: result
       type(error_type), allocatable, intent(inout) :: error

@@ -72,6 +72,7 @@ contains
       end if
    end subroutine check_storage
 
+   ! Fails if a filter of the dataset is not available, as that of an unknown compression.
    subroutine check_filters(creation, name, status, error)
       integer(hid_t), intent(in) :: creation
       character(len=*), intent(in) :: name
@@ -96,6 +97,7 @@ contains
       end do
    end subroutine check_filters
 
+   ! Fails if the values of the dataset cannot be converted to a type.
    subroutine check_type(dataset, type, name, error)
       integer(hid_t), intent(in) :: dataset, type
       character(len=*), intent(in) :: name
@@ -113,6 +115,7 @@ contains
       call h5tclose_f(stored, status)
    end subroutine check_type
 
+   ! Extents of the dataset in Fortran order; fails if it has another rank.
    subroutine find_extents(extents, dataset, name, error)
       integer, intent(out) :: extents(:)
       integer(hid_t), intent(in) :: dataset

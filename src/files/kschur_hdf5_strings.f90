@@ -74,6 +74,7 @@ contains
       end if
    end subroutine read_string_value
 
+   ! Reads a string of variable length: its reference by HDF5, its bytes from the heap.
    subroutine read_variable_string(value, attribute, type, status)
       character(len=:), allocatable, intent(out) :: value
       integer(hid_t), intent(in) :: attribute, type
@@ -107,7 +108,7 @@ contains
       call h5fclose_f(file, ignored)
    end subroutine read_variable_string
 
-   ! Reads the raw bytes of the attribute.
+   ! Reads the reference to a variable-length string as raw bytes: with a conversion that does nothing, HDF5 does not follow it.
    subroutine read_reference(reference, attribute, type, status)
       integer(c_int8_t), target, intent(out) :: reference(reference_bytes)
       integer(hid_t), intent(in) :: attribute, type
@@ -134,7 +135,7 @@ contains
       call h5tclose_f(opaque, ignored)
    end subroutine read_reference
 
-   ! The first four bytes, little-endian.
+   ! Length of the string that a reference points to: its first four bytes, little-endian.
    pure integer(size_t) function length_in(reference) result(length)
       integer(c_int8_t), intent(in) :: reference(:)
       integer :: i
@@ -165,7 +166,7 @@ contains
       value = trim(value)
    end subroutine read_fixed_string
 
-   ! Joins the bytes before the first null.
+   ! The string of the bytes before the first null.
    pure subroutine join(bytes, string)
       character(kind=c_char), intent(in) :: bytes(:)
       character(len=:), allocatable, intent(out) :: string

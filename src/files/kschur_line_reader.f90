@@ -131,6 +131,7 @@ contains
       end do
    end subroutine next_line
 
+   ! Advances to the next line, blank ones and comments included, or to the next piece of a line longer than the buffer.
    subroutine next_raw_line(self, found)
       class(line_reader_type), intent(inout) :: self
       logical, intent(out) :: found
@@ -171,7 +172,7 @@ contains
       if (self%ended) self%failed = c_ferror(self%stream) /= 0
    end subroutine refill
 
-   ! Separators of words: space, and tab to carriage return. Other control characters are not text.
+   ! Whether a byte separates words: space, and tab to carriage return. Other control characters belong to words.
    elemental logical function is_blank(byte)
       character(len=1), intent(in) :: byte
 
@@ -266,7 +267,8 @@ contains
       call read_real(self%buffer(first:last), number, valid)
    end subroutine next_real
 
-   ! strtod is much faster; it stops early at exponents in Fortran notation, or if the locale has another decimal point.
+   ! Converts a word to a real: by strtod, which is much faster, or by Fortran if that stops early, at exponents in Fortran notation
+   ! or if the locale has another decimal point.
    subroutine read_real(word, number, valid)
       character(len=*), intent(in) :: word
       real(wp), intent(out) :: number
@@ -290,7 +292,7 @@ contains
       if (status /= 0) valid = .false.
    end subroutine read_real
 
-   ! Digits with or without a point, and an optional exponent.
+   ! Whether a word in lower case is a decimal number: digits with or without a point, and an optional exponent.
    pure logical function is_decimal(word)
       character(len=*), intent(in) :: word
       integer :: first, last, point
@@ -315,6 +317,7 @@ contains
       is_decimal = is_decimal .and. first <= len(word) .and. verify(word(first:), "0123456789") == 0
    end function is_decimal
 
+   ! Converts nan and inf.
    subroutine read_special(word, number, valid)
       character(len=*), intent(in) :: word
       real(wp), intent(out) :: number

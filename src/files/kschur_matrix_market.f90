@@ -55,7 +55,7 @@ contains
       call add_context(error, path)
    end subroutine read_matrix_market
 
-   ! Error in the current line of the reader.
+   ! Raises an error that names the current line of the reader.
    subroutine line_error(error, reader, what)
       type(error_type), allocatable, intent(inout) :: error
       type(line_reader_type), intent(in) :: reader
@@ -103,6 +103,7 @@ contains
          " entries are announced, more than a file of "//text(reader%bytes)//" bytes can hold")
    end subroutine read_header
 
+   ! Number of entries that the array format stores.
    pure integer(long) function entries_of_array(symmetry, rows, columns) result(entries)
       integer, intent(in) :: symmetry
       integer(long), intent(in) :: rows, columns
@@ -162,6 +163,7 @@ contains
       end select
    end subroutine read_banner
 
+   ! Reads all entries, and mirrors those of a symmetric or skew-symmetric matrix.
    subroutine read_entries(triplets, header, reader, error)
       type(triplets_type), intent(out) :: triplets
       type(header_type), intent(in) :: header
@@ -244,7 +246,8 @@ contains
       end if
    end subroutine read_coordinate_entry
 
-   ! Position of the next entry of the array format: by columns, from the diagonal or below it if symmetric or skew.
+   ! Advances to the position of the next entry of the array format: by columns, from the diagonal on if symmetric, below it if
+   ! skew-symmetric.
    pure subroutine next_place(header, row, column)
       type(header_type), intent(in) :: header
       integer, intent(inout) :: row, column

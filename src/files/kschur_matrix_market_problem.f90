@@ -25,6 +25,7 @@ contains
          if_exists(folder//"/R.mtx"), if_exists(folder//"/Cq.mtx"), error, symmetric, if_exists(folder//"/L.mtx"))
    end subroutine read_matrix_market_problem
 
+   ! The path; empty if there is no such file, nor a dangling link of this name.
    function if_exists(path) result(given)
       character(len=*), intent(in) :: path
       character(len=len(path)) :: given
@@ -79,7 +80,7 @@ contains
       call add_context(error, paths)
    end subroutine read_matrix_market_files
 
-   ! Size in bytes; huge for a pipe.
+   ! Size of a file in bytes; huge for a pipe.
    integer(long) function bytes_of(path) result(bytes)
       character(len=*), intent(in) :: path
 
@@ -89,6 +90,7 @@ contains
       if (kind_of_file(path) == regular_file) inquire (file=path, size=bytes)
    end function bytes_of
 
+   ! Reads a matrix; errors name it.
    subroutine read_named(matrix, path, name, most, error)
       type(csr_matrix_type), intent(out) :: matrix
       character(len=*), intent(in) :: path, name

@@ -35,7 +35,7 @@ static void limit_memory(double bytes)
    fclose(status);
 }
 
-/* The child prints nothing, dumps no core, and dies by a signal on a crash or at its limit of processor time. */
+/* Prepares the child: it prints nothing, dumps no core, and dies by a signal on a crash or at its limit of processor time. */
 static void prepare_child(double seconds, double bytes)
 {
    const int signals[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGPROF};
@@ -56,7 +56,8 @@ static void prepare_child(double seconds, double bytes)
    limit_memory(bytes);
 }
 
-/* A pipe whose ends are none of the standard descriptors, which may be closed: the child writes to these. */
+/* Opens a pipe with descriptors above the standard ones: the child redirects those, which may be closed here. Returns 0 on
+ * failure. */
 static int open_pipe(int ends[2])
 {
    int low[2], ready;
@@ -84,8 +85,9 @@ static int receive(int from, void *where, size_t size)
    return 1;
 }
 
-/* Does `attempt` in a child, in this time of the processor and with so many bytes. 0: it came to its end, with `code` and a message of at most `length` characters, ended by
- * a null; 1: it did not; 2: there is no child to be had. */
+/* Calls `attempt` in a child process with limits of processor time and of additional memory. Returns 0 if it returned: `code`
+ * and `message`, null-terminated in at most `length` characters, are then those of `attempt`; 1 if the child died; 2 if no
+ * child could be created. */
 int kschur_try(void (*attempt)(void *context, int *code, char *message), void *context, double seconds, double bytes,
                int *code, char *message)
 {

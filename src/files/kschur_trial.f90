@@ -76,7 +76,7 @@ contains
       end select
    end subroutine try_in_child
 
-   ! Runs in the child.
+   ! Called by kschur_try in the child: runs the attempt, and returns code and message of its error.
    subroutine run_attempt(context, code, message) bind(c, name="kschur_run_attempt")
       type(c_ptr), value :: context
       integer(c_int), intent(out) :: code
@@ -99,6 +99,7 @@ contains
       message(length + 1) = c_null_char
    end subroutine run_attempt
 
+   ! Raises an error with a null-terminated message.
    pure subroutine raise(error, code, bytes)
       type(error_type), allocatable, intent(inout) :: error
       integer, intent(in) :: code

@@ -43,21 +43,22 @@ contains
       entries = sum(int([mass%count, stiffness%count, damping%count, constraints%count, loss%count], long))
       if (last > entries) call new_error(error, error_input, "an entry stands at row or column "//text(last)// &
          ", but with "//text(entries)//" entries some rows before it must be empty in all matrices: is the numbering right?")
-      call settle(problem%mass, n, mass, "mass matrix M", error)
-      call settle(problem%stiffness, n, stiffness, "stiffness matrix K", error)
-      call settle(problem%damping, n, damping, "damping matrix R", error)
-      call settle(problem%constraints, largest(constraints%row, constraints%count), constraints, "constraint Jacobian Cq", &
+      call new_matrix(problem%mass, n, mass, "mass matrix M", error)
+      call new_matrix(problem%stiffness, n, stiffness, "stiffness matrix K", error)
+      call new_matrix(problem%damping, n, damping, "damping matrix R", error)
+      call new_matrix(problem%constraints, largest(constraints%row, constraints%count), constraints, "constraint Jacobian Cq", &
          error)
       if (loss%count > 0) then
          allocate (problem%loss)
-         call settle(problem%loss, n, loss, "loss matrix H", error)
+         call new_matrix(problem%loss, n, loss, "loss matrix H", error)
       end if
       if (.not. allocated(error)) call settle_modal_problem(problem, error, symmetric=symmetric)
       call add_context(error, mass_path//", "//stiffness_path)
 
    contains
 
-      subroutine settle(matrix, rows, triplets, name, error)
+      ! Creates a matrix of this many rows from its triplets; errors name it.
+      subroutine new_matrix(matrix, rows, triplets, name, error)
          type(csr_matrix_type), intent(out) :: matrix
          integer, intent(in) :: rows
          type(triplets_type), intent(in) :: triplets
@@ -72,21 +73,24 @@ contains
          end associate
          call add_context(failure, "the "//name)
          if (allocated(failure)) call move_alloc(failure, error)
-      end subroutine settle
+      end subroutine new_matrix
    end subroutine read_triplet_files
 
+   ! Largest row or column.
    pure integer function extent(triplets)
       type(triplets_type), intent(in) :: triplets
 
       extent = max(largest(triplets%row, triplets%count), largest(triplets%column, triplets%count))
    end function extent
 
+   ! Largest of the first `count` numbers, at least 0.
    pure integer function largest(list, count)
       integer, intent(in) :: list(:), count
 
       largest = max(0, maxval(list(:count)))
    end function largest
 
+   ! Reads a file of triplets, none for an empty path; errors name the matrix.
    subroutine read_triplets(triplets, path, name, error)
       type(triplets_type), intent(out) :: triplets
       character(len=*), intent(in) :: path, name

@@ -57,6 +57,7 @@ contains
       call add_context(error, folder)
    end subroutine write_view
 
+   ! Writes the frames of one period of a mode, and their time series.
    subroutine write_motion(mesh, shape, frames, amplitude, folder, name, motions, error)
       type(mesh_type), intent(in) :: mesh
       complex(wp), intent(in) :: shape(:)

@@ -10,7 +10,7 @@ module kschur_vtu
    private
    public :: largest_displacement, write_pvd, write_vtu, write_vtu_frame
 
-   ! An output file; ignored after a failure.
+   ! An output file; after a failure nothing more is written, and `close` reports it.
    type :: output_type
       integer :: unit = 0, status = 0
       logical :: opened = .false.

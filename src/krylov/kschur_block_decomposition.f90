@@ -56,7 +56,7 @@ module kschur_block_decomposition
    contains
       !> Whether the basis spans an invariant subspace: there is no residual block.
       procedure :: closed
-      !> Whether the next expansion would exceed the allocated columns.
+      !> Whether all allocated columns are in use.
       procedure :: full
       !> The coupling block N, as many rows as W has columns.
       procedure :: outward
@@ -132,9 +132,10 @@ contains
       d%images = d%images(:, :vectors - d%expanded)
    end subroutine drop_last
 
-   !> B-orthonormalises columns against the basis and each other, and appends them and their B-images; adds their components in
-   !> the basis to the coefficients. Passes are repeated until one changes little; norms then follow from Pythagoras. Nearly
-   !> parallel columns are orthogonalised among each other first, as passes over the basis cost more.
+   !> B-orthonormalises columns against the basis and each other by repeated Gram-Schmidt passes, and appends them and their
+   !> B-images; adds their components along all vectors to `coefficients`. Ends after a pass that changes little; norms then
+   !> follow from Pythagoras. Nearly parallel columns are first orthogonalised among each other, as passes over the basis cost
+   !> more.
    subroutine orthonormalize(operator, d, x, scale, noise, coefficients, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
       class(block_decomposition_type), intent(inout) :: d
@@ -211,6 +212,7 @@ contains
       coefficients(k + 1:k + q, :) = coefficients(k + 1:k + q, :) + total(:q, :)
    end subroutine orthonormalize
 
+   ! Appends orthonormal columns to the basis, and their B-images.
    subroutine append(d, x, images)
       class(block_decomposition_type), target, intent(inout) :: d
       real(wp), contiguous, intent(in) :: x(:, :)
@@ -235,6 +237,7 @@ contains
       d%longest = max(d%longest, maxval([0.0_wp, (column_length(x(:, j:j), sums=d%sums), j=1, q)]))
    end subroutine append
 
+   ! y := x, by all threads.
    subroutine copy_columns(x, y)
       real(wp), contiguous, intent(in) :: x(:, :)
       real(wp), contiguous, intent(out) :: y(:, :)
@@ -262,8 +265,8 @@ contains
       call subtract_combinations(d%excluded, components, x)
    end subroutine exclude
 
-   ! Orthogonalises columns among each other without normalising them, if their Gram matrix shows that they need it: X as given
-   ! = X T, T unit upper triangular.
+   ! Orthogonalises columns among each other without normalising them, by the Cholesky factor of their Gram matrix, if that shows
+   ! that they are nearly parallel: X as given = X T, T unit upper triangular.
    subroutine separate(x, images, negligible, sums, gram, triangle)
       real(wp), contiguous, intent(inout) :: x(:, :), images(:, :)
       real(wp), intent(in) :: negligible
@@ -292,8 +295,8 @@ contains
       end if
    end subroutine separate
 
-   ! Cholesky factor of the Gram matrix of columns whose components c were subtracted: their Gram matrix was G before that
-   ! (Pythagoras).
+   ! Cholesky factor of G - c^T c: by Pythagoras the Gram matrix of columns after their components c along the basis were
+   ! subtracted, G before that.
    pure subroutine factor_rest(gram, c, negligible, triangle, left)
       real(wp), intent(in) :: gram(:, :), c(:, :), negligible
       !> Upper.

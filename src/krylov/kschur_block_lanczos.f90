@@ -68,7 +68,7 @@ contains
       call end_together(d)
    end subroutine add_random_directions
 
-   !> As above, collective: each process has its rows.
+   !> As `add_random_directions`, called by all processes that share the rows, each with its rows.
    subroutine add_random_here(operator, d, directions, filter, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
       class(block_decomposition_type), target, intent(inout) :: d
@@ -103,7 +103,8 @@ contains
       end do
    end subroutine add_random_here
 
-   !> Applies C to the vectors that are not yet expanded, as far as columns are allocated.
+   !> A block Lanczos step: applies C to the residual block, as far as columns are allocated, and appends the orthonormalised
+   !> images as the new residual block.
    subroutine expand_block(operator, d, statistics, error, noise)
       class(symmetric_operator_type), intent(inout) :: operator
       class(block_decomposition_type), target, intent(inout) :: d
@@ -120,7 +121,7 @@ contains
       call end_together(d)
    end subroutine expand_block
 
-   !> The same, with the rows of this process where several have begun it together.
+   !> As `expand_block`, called by all processes that share the rows, each with its rows.
    subroutine expand_here(operator, d, limit, statistics, error)
       class(symmetric_operator_type), intent(inout) :: operator
       class(block_decomposition_type), target, intent(inout) :: d
@@ -156,8 +157,8 @@ contains
       d%scale = max(d%scale, maxval(abs(coefficients)))
    end subroutine expand_here
 
-   ! Subtracts the terms of the three-term recurrence. Otherwise errors of orthogonality, multiplied by the large coefficients
-   ! subtracted in the Gram-Schmidt step, would grow from step to step.
+   ! Subtracts the terms of the three-term recurrence from C W before the Gram-Schmidt step. Otherwise errors of orthogonality,
+   ! multiplied by the large coefficients subtracted there, would grow from step to step.
    subroutine subtract_recurrence(d, x, coefficients)
       class(block_decomposition_type), intent(in) :: d
       !> C times the first columns of W.

@@ -47,12 +47,13 @@ module kschur_checkpoint
       character(len=:), allocatable, public :: complaint
    contains
       procedure :: begin
-      !> To be called before each iteration.
+      !> Counts an iteration; to be called before each.
       procedure :: next_iteration
-      !> Call before parts that have iterations of their own, and after each of them.
+      !> Begins a solve in parts, whose results are saved too. `next_part`, to be called after each part, counts its iterations from
+      !> one again.
       procedure :: begin_parts
       procedure :: next_part
-      !> Opens the archive and returns true if the state must be written or read now.
+      !> To be called at each convergence test: opens the archive and returns true if the state must be written or read now.
       procedure :: opens
       procedure :: close => close_checkpoint
       procedure, private :: carry_head
@@ -159,6 +160,8 @@ contains
       deallocate (error)
    end subroutine close_checkpoint
 
+   ! Writes version, checksums, number of the iteration and earlier results; or reads them, and fails if they are of another version
+   ! or solve.
    subroutine carry_head(self, archive, iteration, error)
       class(checkpoint_type), intent(in) :: self
       type(archive_type), intent(inout) :: archive

@@ -92,7 +92,8 @@ contains
       call archive%carry(self%history%residual)
    end subroutine carry
 
-   !> For example, more eigenvalues lie near the last wanted one than the space has dimensions, and each is purged before it
+   !> Whether neither the number of converged values nor the residual has improved in the second half of at least forty restarts:
+   !> for example, more eigenvalues lie near the last wanted one than the space has dimensions, and each is purged before it
    !> converges.
    pure logical function stalls(self)
       class(krylov_statistics_type), intent(in) :: self

@@ -67,7 +67,7 @@ contains
          confirmed = 0
          do
             do
-               if (associated(options%checkpoint)) call keep(options%checkpoint, state, statistics, confirmed, error)
+               if (associated(options%checkpoint)) call carry_state(options%checkpoint, state, statistics, confirmed, error)
                if (allocated(error)) return
                call expand(part, selection%wanted, options, d, statistics, error, monitor)
                if (.not. allocated(error)) call project(d, selection, options, ritz, error)
@@ -97,8 +97,8 @@ contains
       end associate
    end subroutine lanczos
 
-   ! Writes the state to the checkpoint, or reads it, when that is due.
-   subroutine keep(checkpoint, state, statistics, confirmed, error)
+   ! Writes the state of the iteration to the checkpoint, or reads it, when that is due.
+   subroutine carry_state(checkpoint, state, statistics, confirmed, error)
       type(checkpoint_type), intent(inout) :: checkpoint
       type(lanczos_state_type), intent(inout) :: state
       type(krylov_statistics_type), intent(inout) :: statistics
@@ -118,7 +118,7 @@ contains
       call archive%carry(confirmed)
       if (associated(state%census)) call state%census%carry(archive)
       call checkpoint%close(archive, error)
-   end subroutine keep
+   end subroutine carry_state
 
    ! Allocates the basis and sets the start vectors; enlarges a basis that is continued.
    subroutine start(operator, order, wanted, options, d, statistics, error)
@@ -227,8 +227,8 @@ contains
       end associate
    end function is_crowded
 
-   ! Purification: C x / theta is x without its component in the null space of B, where rounding errors accumulate (Nour-Omid et
-   ! al.). Done for all vectors if it changes the one with the largest expected component.
+   ! Purifies the vectors of components in the null space of B, where rounding errors accumulate: replaces x by C x / theta
+   ! (Nour-Omid et al.). Tries the vector with the smallest |theta| first, where they are largest; stops if that hardly changes.
    subroutine purify(operator, options, scale, pairs, error)
       class(symmetric_operator_type), intent(inout) :: operator
       type(krylov_options_type), intent(in) :: options

@@ -24,9 +24,9 @@ module kschur_operator
       procedure(apply_metric), deferred :: apply_metric
       !> Projects vectors of unit norm onto the range of C, to remove rounding errors outside it. `noise` is the accuracy of the
       !> result; 0 if nothing was done.
-      procedure :: restrict => leave_as_they_are
+      procedure :: restrict => no_restriction
       !> The operator on distributed vectors, called by all processes with their rows; null if this process has all rows.
-      procedure :: by_rows => nowhere
+      procedure :: by_rows => not_distributed
    end type symmetric_operator_type
 
    !> An operator on complex vectors.
@@ -76,16 +76,18 @@ module kschur_operator
 
 contains
 
-   function nowhere(self) result(part)
+   ! Default of `by_rows`: this process has all rows.
+   function not_distributed(self) result(part)
       class(symmetric_operator_type), target, intent(in) :: self
       class(symmetric_operator_type), pointer :: part
 
       associate (unused => self)
       end associate
       nullify (part)
-   end function nowhere
+   end function not_distributed
 
-   subroutine leave_as_they_are(self, x, noise, error)
+   ! Default of `restrict`: leaves the vectors as they are.
+   subroutine no_restriction(self, x, noise, error)
       class(symmetric_operator_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
       real(wp), intent(out) :: noise
@@ -94,5 +96,5 @@ contains
       associate (unused => self, nor => x)
       end associate
       noise = 0
-   end subroutine leave_as_they_are
+   end subroutine no_restriction
 end module kschur_operator

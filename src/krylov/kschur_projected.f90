@@ -28,7 +28,8 @@ module kschur_projected
       module procedure move_to_head_complex, move_to_head_real
    end interface move_to_head
 
-   !> Norms of the products of given rows with the unit eigenvectors of a Schur factor.
+   !> Norms of the products of given rows with the unit eigenvectors of a Schur factor: with the rows of B^* U the residual norms
+   !> of Ritz pairs.
    interface eigenvector_couplings
       module procedure eigenvector_couplings_complex, eigenvector_couplings_real
    end interface eigenvector_couplings
@@ -311,7 +312,8 @@ contains
       end do
    end subroutine independent_eigenvectors_real
 
-   !> The complex Schur form S of a quasi-triangular matrix T, in the same order.
+   !> Transforms a real Schur factor T, quasi-triangular, to a complex triangular one S with the same order of eigenvalues: rotates
+   !> each 2 x 2 block.
    subroutine make_triangular(t, s, blocks)
       real(wp), intent(in) :: t(:, :)
       complex(wp), allocatable, intent(out) :: s(:, :)

@@ -1,5 +1,5 @@
-!> Collective steps on a distributed block Lanczos decomposition. The first process starts them, and broadcasts what has changed
-!> since the last one.
+!> Begins and ends collective steps on a distributed block Lanczos decomposition. The first process requests a step, and broadcasts
+!> what it has changed in the decomposition since the last one.
 module kschur_together
    use kschur_block_decomposition, only: block_decomposition_type
    use kschur_kinds, only: wp, long
@@ -13,7 +13,8 @@ module kschur_together
 
 contains
 
-   !> Called by the first process: the others then call `join_together`. Does nothing with one process.
+   !> Begins a step in the first process: requests it from the others, which call `join_together`, and sends them the state of the
+   !> decomposition. Does nothing with one process.
    subroutine begin_together(d, what, arguments, limit)
       class(block_decomposition_type), intent(inout) :: d
       !> One of `to_*`.
@@ -29,7 +30,7 @@ contains
       call broadcast_state(d, sent)
    end subroutine begin_together
 
-   !> Called by the other processes.
+   !> Begins a requested step in another process: receives the state of the decomposition.
    subroutine join_together(d, vectors, expanded, limit)
       class(block_decomposition_type), intent(inout) :: d
       integer, intent(in) :: vectors, expanded
@@ -49,7 +50,7 @@ contains
       call move_alloc(images, d%images)
    end subroutine join_together
 
-   ! Broadcasts the scalars of the first process, and the couplings of unexpanded vectors only: no others are needed.
+   ! Broadcasts scalars of the decomposition in the first process, and the couplings of unexpanded vectors: no others are needed.
    subroutine broadcast_state(d, limit)
       class(block_decomposition_type), intent(inout) :: d
       real(wp), intent(inout) :: limit
@@ -72,15 +73,15 @@ contains
       end if
       if (.not. allocated(d%images)) allocate (d%images(d%team%rows(d%basis%length()), 0))
       d%sums = d%team%sums()
-      call d%basis%work_together(.true.)
+      call d%basis%work_collectively(.true.)
    end subroutine broadcast_state
 
-   !> Called by all processes.
+   !> Ends a step in all processes: vectors are whole in the first process again.
    subroutine end_together(d)
       class(block_decomposition_type), intent(inout) :: d
 
       if (.not. d%team%is_several()) return
-      call d%basis%work_together(.false.)
+      call d%basis%work_collectively(.false.)
       d%sums = row_sums_type()
    end subroutine end_together
 end module kschur_together

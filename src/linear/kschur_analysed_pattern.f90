@@ -14,7 +14,7 @@ module kschur_analysed_pattern
       !> Stores the pattern and structure of a matrix.
       procedure :: keep
       !> Whether a matrix has the stored pattern and structure.
-      procedure :: is_that_of
+      procedure :: matches
    end type analysed_pattern_type
 
 contains
@@ -29,21 +29,21 @@ contains
       self%structure = structure
    end subroutine keep
 
-   pure logical function is_that_of(self, row_start, column, structure)
+   pure logical function matches(self, row_start, column, structure)
       class(analysed_pattern_type), intent(in) :: self
       integer, intent(in) :: row_start(:), column(:)
       type(matrix_structure_type), intent(in) :: structure
 
-      is_that_of = .false.
+      matches = .false.
       if (.not. allocated(self%column)) return
       associate (known => self%structure)
-         is_that_of = (known%symmetric .eqv. structure%symmetric) .and. known%multipliers == structure%multipliers .and. &
+         matches = (known%symmetric .eqv. structure%symmetric) .and. known%multipliers == structure%multipliers .and. &
             are_same(known%node, structure%node) .and. are_same(known%position, structure%position) .and. &
             are_same(self%row_start, row_start) .and. are_same(self%column, column)
       end associate
-   end function is_that_of
+   end function matches
 
-   ! Two absent arrays are equal.
+   ! Whether two arrays are equal; two that are not allocated are.
    pure logical function are_same(a, b)
       integer, optional, intent(in) :: a(:), b(:)
 

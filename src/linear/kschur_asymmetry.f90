@@ -1,4 +1,4 @@
-!> How far a matrix is from its transpose, and where.
+!> Finds the largest deviation of a matrix from symmetry.
 module kschur_asymmetry
    use kschur_csr, only: csr_matrix_type
    use kschur_kinds, only: wp
@@ -11,8 +11,8 @@ module kschur_asymmetry
       !> 1-based; 0 where the matrix is its transpose.
       integer :: row = 0, column = 0
       real(wp) :: entry = 0, mirrored = 0
-      !> Their difference, relative to the largest entry of that of the two rows whose largest is smaller, if it has any: what is
-      !> compared with rounding where a matrix is taken for symmetric.
+      !> Their difference relative to the smaller of the largest magnitudes in their two rows, the measure of `is_symmetric`;
+      !> relative to the larger if that is zero.
       real(wp) :: part = 0
    end type asymmetry_type
 

@@ -280,6 +280,7 @@ contains
 
    contains
 
+      ! Whether a difference between entries (i, j) and (j, i) is at rounding level.
       pure logical function negligible(difference, i, j)
          real(wp), intent(in) :: difference
          integer, intent(in) :: i, j

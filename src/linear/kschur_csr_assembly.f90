@@ -33,7 +33,7 @@ contains
       call settle_csr_matrix(matrix, error)
    end subroutine new_csr_matrix
 
-   !> As `new_csr_matrix`, for arrays already stored in the matrix, whose rows and columns are set.
+   !> Checks, sorts and completes a matrix whose arrays, rows and columns are set, as `new_csr_matrix` does.
    subroutine settle_csr_matrix(matrix, error)
       type(csr_matrix_type), intent(inout) :: matrix
       type(error_type), allocatable, intent(out) :: error
@@ -80,6 +80,7 @@ contains
       end associate
    end subroutine check_row_starts
 
+   ! Fails if extents are negative, far larger than the number of entries allows, or arrays differ in length.
    subroutine check_extents(rows, columns, entries, complete, error)
       integer, intent(in) :: rows, columns, entries
       !> Whether there are as many indices as values.
@@ -142,7 +143,7 @@ contains
       call sum_repeated(matrix)
    end subroutine new_csr_from_triplets
 
-   ! Start of the entries of each key, and a copy to be advanced.
+   ! Start of the entries of each key after a counting sort; `next` is a copy for the caller to advance.
    pure subroutine count_places(key, start, next)
       integer, intent(in) :: key(:)
       integer, intent(out) :: start(:)

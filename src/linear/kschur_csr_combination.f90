@@ -61,14 +61,15 @@ contains
       end do
    end function complex_combination
 
-   !> Completes the pattern of a matrix that is symmetric to rounding but has entries on one side of the diagonal only, so that
-   !> factorisations need not search for their mirror entries.
+   !> Makes the pattern of a matrix that is symmetric to rounding symmetric, by averaging it with its transpose: factorisations
+   !> then need not search for missing mirror entries.
    subroutine complete_pattern(matrix)
       type(csr_matrix_type), intent(inout) :: matrix
 
       if (.not. matrix%has_symmetric_pattern()) matrix = linear_combination(0.5_wp, matrix, 0.5_wp, transpose_csr(matrix))
    end subroutine complete_pattern
 
+   ! combined := combined + coefficient*matrix, whose pattern the combined one contains.
    pure subroutine add_real(combined, coefficient, matrix)
       type(csr_matrix_type), intent(inout) :: combined
       real(wp), intent(in) :: coefficient
@@ -86,6 +87,7 @@ contains
       end do
    end subroutine add_real
 
+   ! As `add_real`, complex.
    pure subroutine add_complex(combined, coefficient, matrix)
       type(complex_csr_matrix_type), intent(inout) :: combined
       complex(wp), intent(in) :: coefficient

@@ -131,21 +131,21 @@ contains
       self%solver%negative_pivots = -1
    end subroutine choose_refinement
 
-   ! Allocates the solver if LDL succeeds.
+   ! Factors by LDL; keeps the factors in `solver` if a trial solution is accurate, else fails with the reason.
    subroutine try_ldl(self, matrix, structure, error)
       class(direct_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
       class(real_linear_solver_type), allocatable :: ldl
-      type(quasi_definite_type) :: compliant
+      type(quasi_definite_type) :: saddle
       type(ldl_real_type) :: plain
       real(wp) :: backward_error
 
       if (structure%multipliers > 0 .and. self%refinements == 0) then
-         if (self%inner == inner_auto) compliant%most_entries = low_fill
-         compliant%last => self%last
-         allocate (ldl, source=compliant)
+         if (self%inner == inner_auto) saddle%most_entries = low_fill
+         saddle%last => self%last
+         allocate (ldl, source=saddle)
       else
          plain%quasi_definite = structure%multipliers > 0
          plain%last => self%last
@@ -163,7 +163,7 @@ contains
       end if
    end subroutine try_ldl
 
-   ! LDL keeps its analysis in `last`.
+   ! Forgets those of LDL or MUMPS. Without factors nothing is kept here; LDL keeps its analysis in `last`.
    subroutine forget_factors(self, kept)
       class(direct_real_type), intent(inout) :: self
       logical, intent(out) :: kept
@@ -195,7 +195,7 @@ contains
       end if
    end subroutine estimate
 
-   ! Copies statistics of the factors; `spent` seconds went into ordering or a failed attempt.
+   ! Copies statistics of the factors and sets the description; `spent` seconds went into ordering or a failed attempt by LDL.
    subroutine report(self, spent, description)
       class(direct_real_type), intent(inout) :: self
       real(wp), intent(in) :: spent

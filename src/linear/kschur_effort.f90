@@ -68,11 +68,12 @@ module kschur_effort
       procedure :: add_solves
       !> Adds the effort of a part of this computation.
       procedure :: add_effort
-      !> Begins a step.
+      !> Starts the clock of a step.
       procedure :: begin_step
-      !> Ends the current step, if any, and begins the next: the time not accounted for elsewhere is added to a phase.
+      !> Ends the current step, if any, and begins the next: adds its time to a phase, without what other phases of the same step
+      !> have already counted.
       procedure :: end_step
-      !> Sets the total time, and the rest from it.
+      !> Sets the total time; `other` becomes what no phase has counted.
       procedure :: set_total
    end type effort_type
 

@@ -64,7 +64,8 @@ contains
       if (.not. backward_error <= above_all_rounding) self%negative_pivots = -1
    end subroutine factorize
 
-   ! Leaves `proved` false if LDL does not handle the matrix.
+   ! Bounds the number of negative eigenvalues by LDL: `proved` if the bounds agree. Not proved, without an error, if LDL does not
+   ! handle the matrix.
    subroutine prove(self, matrix, structure, proved, error)
       class(inertia_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix

@@ -91,8 +91,8 @@ contains
       if (has_same_pattern .and. allocated(last%position)) has_same_pattern = all(last%position == structure%position)
    end function has_same_pattern
 
-   ! Whether two patterns differ at most on the diagonal, which L has anyway: regularised constraints have diagonal entries,
-   ! others none.
+   ! Whether two patterns differ at most on the diagonal, which L has anyway: the block of the constraints has diagonal entries
+   ! only if it is regularised.
    pure logical function patterns_match(row_start, column, other_start, other)
       integer, intent(in) :: row_start(:), column(:), other_start(:), other(:)
       integer :: i, k, l
@@ -114,6 +114,7 @@ contains
 
    contains
 
+      ! Advances k past the diagonal entry of row i.
       pure subroutine pass_diagonal(k)
          integer, intent(inout) :: k
 

@@ -138,6 +138,7 @@ contains
       call release(self)
    end subroutine forget_factors
 
+   ! Drops the factors; their memory goes to `last`.
    subroutine release(self)
       class(ldl_real_type), intent(inout) :: self
 
@@ -210,6 +211,7 @@ contains
       !$omp end parallel do
    end subroutine gather
 
+   ! Permutes solutions back.
    subroutine scatter(order, y, x)
       integer, intent(in) :: order(:)
       real(wp), contiguous, intent(in) :: y(:, :)

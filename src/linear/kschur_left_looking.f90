@@ -47,7 +47,8 @@ module kschur_left_looking
       type(enclosure_type) :: enclosure
    end type panel_type
 
-   !> Work arrays of a thread: a panel, its square, its rows.
+   !> Work arrays of a thread: the update by a descendant before it is scattered into the panel; rows of L, of the descendant or the
+   !> panel, times pivots; panel rows of the update.
    type :: workspace_type
       real(wp), allocatable :: product(:), scaled(:)
       integer, allocatable :: relative(:)
@@ -76,7 +77,7 @@ contains
             panel%enclosure)
          stopped = .not. all(abs(factors%pivot(first:last)) > 0)
          if (stopped) return
-         call add_weights(panel, factors%pivot(first:last), first, shared)
+         call store_weights(panel, factors%pivot(first:last), first, shared)
          call store_triangle(panel%rows, panel%columns, panel%entries, factors%lower(factors%offset(s):))
          call store_rows(panel, panel%columns + 1, panel%rows, factors%lower(factors%offset(s):))
       end associate
@@ -107,7 +108,7 @@ contains
             work(thread_number())%scaled, panel%enclosure)
          stopped = .not. all(abs(factors%pivot(first:last)) > 0)
          if (stopped) return
-         call add_weights(panel, factors%pivot(first:last), first, shared)
+         call store_weights(panel, factors%pivot(first:last), first, shared)
          call store_triangle(panel%rows, panel%columns, panel%entries, factors%lower(factors%offset(s):))
          high = tile_rows(panel%rows - panel%columns, panel%columns)
          !$omp taskloop grainsize(1) default(shared) private(last_row)
@@ -132,7 +133,7 @@ contains
       if (tiles > 1) tile_rows = (rows + tiles - 1)/tiles
    end function tile_rows
 
-   !> Moves supernode s, and each that updated it, to the list of the supernode of its next row.
+   !> Adds supernode s, and each that updated it, to the list of the supernode that it updates next.
    subroutine schedule_updates(symbolic, s, t, shared)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s, t
@@ -150,7 +151,7 @@ contains
       call link_to_next(symbolic, s, t, shared)
    end subroutine schedule_updates
 
-   !> Moves the supernodes waiting in the finished child part c to lists of part t, or of parts above it.
+   !> Moves the supernodes waiting in the finished child part c to the lists of part t, or to its waiting list.
    subroutine adopt_updates(symbolic, c, t, shared)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: c, t
@@ -165,7 +166,7 @@ contains
       end do
    end subroutine adopt_updates
 
-   ! Adds supernode s to the list of the supernode of row reached(s), or to the waiting list if that is above part t.
+   ! Adds supernode s to the list of the supernode that contains row reached(s), or to the waiting list if that is above part t.
    subroutine link_to_next(symbolic, s, t, shared)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s, t
@@ -183,7 +184,7 @@ contains
       end associate
    end subroutine link_to_next
 
-   ! Assembles the columns of A, and finds the rows of each descendant in them.
+   ! Assembles the columns of A of supernode s, and counts the rows of each descendant that lie inside s.
    subroutine fill_panel(symbolic, s, shared, panel)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s
@@ -280,11 +281,11 @@ contains
             end if
             dense = work%relative(high) - work%relative(1) == high - 1 .and. columns(wide) - columns(1) == wide - 1
             if (dense) then
-               call take(high, wide, terms, lower(offset + 1, 1), lda, &
+               call subtract_product(high, wide, terms, lower(offset + 1, 1), lda, &
                   panel%entries((columns(1) - 1)*panel%rows + work%relative(1)), panel%rows)
             else
                work%product(:high*wide) = 0
-               call take(high, wide, terms, lower(offset + 1, 1), lda, work%product, high)
+               call subtract_product(high, wide, terms, lower(offset + 1, 1), lda, work%product, high)
                do j = 1, wide
                   at = (columns(j) - 1)*panel%rows
                   do i = merge(j, 1, first_row == 1), high
@@ -295,7 +296,8 @@ contains
          end associate
       end subroutine subtract_one
 
-      subroutine take(rows, wide, terms, a, lda, c, ldc)
+      ! C := C - A B^T, B the scaled columns; in the first tile of rows its lower trapezoid only.
+      subroutine subtract_product(rows, wide, terms, a, lda, c, ldc)
          integer, intent(in) :: rows, wide, terms, lda, ldc
          real(wp), intent(in) :: a(lda, *)
          real(wp), intent(inout) :: c(ldc, *)
@@ -305,7 +307,7 @@ contains
          else
             call subtract_rectangle(rows, wide, terms, a, lda, work%scaled, c, ldc)
          end if
-      end subroutine take
+      end subroutine subtract_product
    end subroutine subtract_descendants
 
    ! Binary search: first position whose row has a panel row of at least `least`.
@@ -326,8 +328,8 @@ contains
       end do
    end function first_at
 
-   ! Adds the rounding-error weights of these columns to the rows below.
-   pure subroutine add_weights(panel, pivot, first, shared)
+   ! Stores the rounding-error weights of the columns of a supernode, for the supernodes that it will update.
+   pure subroutine store_weights(panel, pivot, first, shared)
       type(panel_type), intent(in) :: panel
       real(wp), intent(in) :: pivot(:)
       integer, intent(in) :: first
@@ -338,9 +340,9 @@ contains
       do j = 1, size(pivot)
          shared%weight(first + j - 1) = panel%enclosure%weight(j, pivot(j))
       end do
-   end subroutine add_weights
+   end subroutine store_weights
 
-   ! Stores the strict lower triangle.
+   ! Packs the strict lower triangle of the diagonal block by columns.
    pure subroutine store_triangle(rows, columns, panel, lower)
       integer, intent(in) :: rows, columns
       real(wp), intent(in) :: panel(rows, columns)
@@ -354,7 +356,7 @@ contains
       end do
    end subroutine store_triangle
 
-   ! Stores rows below the triangle.
+   ! Copies rows first_row..last_row of the panel, below the diagonal block, to the factor.
    pure subroutine store_rows(panel, first_row, last_row, lower)
       type(panel_type), intent(in) :: panel
       integer, intent(in) :: first_row, last_row

@@ -64,12 +64,12 @@ module kschur_linear_solver
       !> Monitor polled during factorisation, which fails with error_cancelled if it cancels; not associated: none.
       class(monitor_type), pointer :: monitor => null()
    contains
-      !> Memory in bytes of factorisation and factors of a matrix with a given pattern, from its analysis. 0 if a solver does
-      !> not know.
+      !> Estimates the memory in bytes of factorisation and factors of a matrix, by the analysis of its pattern. 0 if a solver
+      !> cannot tell.
       procedure :: estimate
       !> Frees the factors, at the latest at the next factorisation; keeps the analysis.
       procedure :: forget_factors
-      !> Number of jointly held factors; 0 if this process has them all.
+      !> Identification number of factors that several processes hold jointly; 0 if this process has all of them.
       procedure :: shared_as
    end type linear_solver_type
 
@@ -95,7 +95,7 @@ module kschur_linear_solver
       procedure(solve_complex), deferred :: solve
       !> x := A^{-*} x (conjugate transpose) for a block of right-hand sides.
       procedure(solve_complex), deferred :: solve_adjoint
-      !> x := A^{-1} x, of which each process has its rows (`joint_ranges_type`): all that have factors together call it.
+      !> x := A^{-1} x, x distributed by rows (`joint_ranges_type`): collective over all processes that share the factors.
       procedure :: solve_rows => solve_rows_complex
    end type complex_linear_solver_type
 

@@ -19,11 +19,11 @@ module kschur_mumps_caller
       integer :: communicator = 0
       !> Number of processes.
       integer :: processes = 1
-      !> Number of this factorisation.
+      !> Identification number of this factorisation among the joint ones.
       integer :: number = 0
    contains
       procedure :: begin
-      !> Announces a job of MUMPS to the other processes.
+      !> Requests a job of MUMPS from the other processes, which call it too.
       procedure :: announce
       !> Sends another process its rows of the matrix.
       procedure :: send_rows

@@ -1,4 +1,4 @@
-!> Memory that MUMPS needs besides factors.
+!> Estimate of the memory that MUMPS needs for solves, besides its factors.
 module kschur_mumps_memory
    use kschur_kinds, only: wp
    use kschur_memory, only: complex_bytes, integer_bytes
@@ -11,12 +11,12 @@ module kschur_mumps_memory
 
 contains
 
-   !> Memory of distributed solves: rows of vectors as given, solved and sent; in MUMPS its part of these, some of the largest
-   !> fronts, indices and messages.
+   !> Bytes that a solve with distributed factors needs in one process: right-hand sides, solutions and copies to send; in MUMPS
+   !> a block of right-hand sides, some of the largest fronts, indices and message buffers.
    pure real(wp) function solution_bytes(order, front, rows, vectors)
-      !> Of the matrix, and of the largest front.
+      !> Order of the matrix, and of the largest front.
       integer, intent(in) :: order, front
-      !> Of a vector in this process, and how many vectors there are.
+      !> Number of rows of a vector in this process, and number of vectors.
       integer, intent(in) :: rows, vectors
       integer, parameter :: fronts = 8, places = 4, copies = 5
       real(wp), parameter :: messages = 3.0e7_wp

@@ -16,7 +16,7 @@ contains
       is_short_of_workspace = any(code == [-8, -9, -11, -12, -14, -15, -17, -20])
    end function is_short_of_workspace
 
-   !> The error that belongs to INFOG(1) < 0 and INFOG(2).
+   !> Raises the error that INFOG(1) < 0 and INFOG(2) stand for.
    pure subroutine mumps_error(code, detail, error)
       integer, intent(in) :: code, detail
       type(error_type), allocatable, intent(out) :: error
@@ -34,6 +34,7 @@ contains
          " (INFOG(1) = "//text(code)//", INFOG(2) = "//text(detail)//")")
    end subroutine mumps_error
 
+   ! Description of an error code of MUMPS.
    pure function sentence(code, detail)
       integer, intent(in) :: code, detail
       character(len=100) :: sentence

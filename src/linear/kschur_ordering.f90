@@ -227,6 +227,7 @@ contains
       rank(order) = [(v, v=1, size(weight))]
    end subroutine dissect_nodes
 
+   ! Calls METIS: rank(v) is the position of vertex v in a nested dissection order.
    subroutine nested_dissection(graph, weight, rank, error)
       type(graph_type), intent(in) :: graph
       integer, intent(in) :: weight(:)

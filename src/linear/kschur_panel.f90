@@ -64,7 +64,7 @@ contains
       call dgemm("N", "T", rows, columns, terms, -1.0_wp, a, lda, b, columns, 1.0_wp, c, ldc)
    end subroutine subtract_rectangle
 
-   ! 4 x 2 tiles are kept in registers.
+   ! As `subtract_trapezoid` without BLAS: tiles of 4 x 2 are kept in registers.
    pure subroutine subtract_small(rows, columns, terms, a, lda, b, c, ldc)
       integer, intent(in) :: rows, columns, terms, lda, ldc
       real(wp), intent(in) :: a(lda, *), b(columns, *)
@@ -170,6 +170,7 @@ contains
          panel(eliminated + 1, eliminated + 1), lda)
    end subroutine subtract_columns
 
+   ! Eliminates columns first..last one by one, after the update by earlier ones: L and D by the unblocked algorithm.
    pure subroutine eliminate_columns(rows, first, last, panel, lda, pivot, enclosure)
       integer, intent(in) :: rows, first, last, lda
       real(wp), intent(inout) :: panel(lda, *), pivot(*)
@@ -206,7 +207,7 @@ contains
       weight = (self%rows - k + sqrt(real(self%rows - k, wp)))*abs(pivot)
    end function weight
 
-   ! Moves a pivot by S_k.
+   ! Moves pivot k by the bound S_k of kschur_proved_inertia.
    pure subroutine move(self, k, pivot)
       class(enclosure_type), intent(in) :: self
       integer, intent(in) :: k
@@ -220,7 +221,7 @@ contains
       pivot = pivot + self%side*(caution*unit*(self%terms(k) + 4)*rounding + self%underflow)
    end subroutine move
 
-   ! Adds the rounding-error terms of column k of L to the rows below pivot k.
+   ! Adds the terms of column k of L to the sums of S in the rows below pivot k.
    pure subroutine add_column(self, k, pivot, column)
       class(enclosure_type), intent(inout) :: self
       integer, intent(in) :: k

@@ -4,18 +4,18 @@
 !> terms in a row of L and a few more (Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., lemma 8.4 and
 !> section 9.3). The lemma holds in whatever order and in whatever blocks the terms are summed, with fused multiplications
 !> or without, as each term goes through no more additions than there are terms; so it holds for supernodes, and for BLAS
-!> that multiplies in the conventional way. A stored zero adds nothing, but counts. What E may do is less than a diagonal
-!> matrix S does,
+!> that multiplies in the conventional way. A stored zero adds nothing, but counts as a term. E is bounded by a diagonal matrix
+!> S,
 !>
 !>    |x^T E x| <= u sum_p |d_p| (sum_k sqrt(c_k) |l_kp| |x_k|)^2 <= x^T S x,
 !>    S_k = u c_k ((1 + sqrt(e_k)) |d_k| + sum_{p<k} (e_p + sqrt(e_p)) |d_p| l_kp^2),
 !>
 !> by the inequality of Cauchy and Schwarz, e_p the number of entries below the diagonal of column p; and S_k is known
-!> when pivot k is. So A is factored twice, S taken from the pivots of one copy and added to those of the other: the one
-!> has the inertia of a matrix below A, the other of one above (Sylvester). Where both have the same number of negative
-!> pivots, A has so many negative eigenvalues, and none is zero. The leading block that is left where a pivot is zero
-!> has no more negative eigenvalues than the whole, and no more positive ones. Where as many are known to be negative as the
-!> first copy has, no second one is needed.
+!> when pivot k is. So A is factored twice, with S subtracted from the pivots and with S added to them: the first factorisation
+!> has the inertia of a matrix below A, the second that of one above A (Sylvester). If both have the same number of negative
+!> pivots, A has that many negative eigenvalues, and none is zero. If a pivot is zero the factorisation stops: the leading
+!> block before it has no more negative and no more positive eigenvalues than A. The second factorisation is not needed if the
+!> number of negative pivots of the first equals a lower bound proved before.
 module kschur_proved_inertia
    use kschur_error, only: error_type
    use kschur_kinds, only: wp

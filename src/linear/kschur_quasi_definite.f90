@@ -48,7 +48,7 @@ contains
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: backward_error
-      logical :: compliant
+      logical :: regularized
 
       self%matrix = matrix
       self%ldl%quasi_definite = .true.
@@ -59,15 +59,15 @@ contains
       self%analyze_seconds = self%ldl%analyze_seconds
       self%factorize_seconds = self%ldl%factorize_seconds
       if (allocated(error)) then
-         compliant = error%code == error_singular
-         if (.not. compliant) return
+         regularized = error%code == error_singular
+         if (.not. regularized) return
       else
          call try_solver(self%ldl, matrix, structure%multipliers, backward_error, error)
          if (allocated(error)) return
-         compliant = backward_error > above_all_rounding
+         regularized = backward_error > above_all_rounding
       end if
-      self%refined = compliant .or. self%ldl%factor_entries <= int(low_fill, long)*matrix%rows
-      if (compliant) call factorize_compliant(self, structure, error)
+      self%refined = regularized .or. self%ldl%factor_entries <= int(low_fill, long)*matrix%rows
+      if (regularized) call factorize_regularized(self, structure, error)
       if (allocated(error)) return
       self%factor_entries = self%ldl%factor_entries
       self%factor_bytes = self%ldl%factor_bytes
@@ -95,7 +95,8 @@ contains
       call self%ldl%forget_factors(kept)
    end subroutine forget_factors
 
-   subroutine factorize_compliant(self, structure, error)
+   ! Factors A - [0 0; 0 delta].
+   subroutine factorize_regularized(self, structure, error)
       class(quasi_definite_type), intent(inout) :: self
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
@@ -103,19 +104,19 @@ contains
 
       self%ldl%most_entries = self%most_entries
       parts(1) = self%matrix
-      call new_compliance(self%matrix, structure%multipliers, parts(2), error)
+      call new_regularization(self%matrix, structure%multipliers, parts(2), error)
       if (allocated(error)) return
       call self%ldl%factorize(linear_combination([1.0_wp, -1.0_wp], parts), structure, error)
       self%analyze_seconds = self%analyze_seconds + self%ldl%analyze_seconds
       self%factorize_seconds = self%factorize_seconds + self%ldl%factorize_seconds
-   end subroutine factorize_compliant
+   end subroutine factorize_regularized
 
-   ! Regularisation [0 0; 0 delta], small relative to C P^{-1} C^T: of each constraint, relative to its largest coefficient
-   ! squared over the largest stiffness.
-   subroutine new_compliance(matrix, multipliers, compliance, error)
+   ! The regularisation [0 0; 0 delta], small relative to C P^{-1} C^T: delta of a constraint is a small multiple of its largest
+   ! coefficient squared over its largest stiffness.
+   subroutine new_regularization(matrix, multipliers, regularization, error)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: multipliers
-      type(csr_matrix_type), intent(out) :: compliance
+      type(csr_matrix_type), intent(out) :: regularization
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: delta(multipliers), stiffness(min(matrix%rows, matrix%columns))
       integer :: n, i
@@ -128,9 +129,9 @@ contains
                max(maxval([0.0_wp, stiffness(matrix%column(first:last))]), tiny(1.0_wp))
          end associate
       end do
-      call new_csr_from_triplets(compliance, matrix%rows, matrix%columns, [(n + i, i=1, multipliers)], &
+      call new_csr_from_triplets(regularization, matrix%rows, matrix%columns, [(n + i, i=1, multipliers)], &
          [(n + i, i=1, multipliers)], delta, error)
-   end subroutine new_compliance
+   end subroutine new_regularization
 
    subroutine solve(self, x, error)
       class(quasi_definite_type), intent(inout) :: self

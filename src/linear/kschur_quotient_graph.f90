@@ -89,6 +89,7 @@ contains
          end do
       end subroutine mark_neighbours
 
+      ! Marks w as a neighbour of v, and adds it to the hash, once.
       subroutine mark(w)
          integer, intent(in) :: w
 
@@ -167,6 +168,7 @@ contains
 
    contains
 
+      ! Counts an edge in the first pass; stores it, in both directions, in the second.
       subroutine add_edge(a, b)
          integer, intent(in) :: a, b
 
@@ -309,6 +311,7 @@ contains
 
    contains
 
+      ! Counts an unknown of a constraint in the first pass; stores it in the second.
       subroutine place(constraint, unknown)
          integer, intent(in) :: constraint, unknown
 

@@ -12,7 +12,8 @@ module kschur_refinement
 
 contains
 
-   !> Overwrites each column b by A^{-1} b.
+   !> Overwrites each column b by A^{-1} b: solves with the factors, and refines until corrections are negligible or no longer
+   !> decrease.
    subroutine solve_and_refine(solver, matrix, x, error)
       !> Has factored A or an approximation of it.
       class(real_linear_solver_type), intent(inout) :: solver

@@ -63,6 +63,7 @@ contains
       self%solve_seconds = self%factors%solve_seconds
    end subroutine solve_adjoint
 
+   ! x := D x.
    pure subroutine scale_rows(scaling, x)
       real(wp), intent(in) :: scaling(:)
       real(wp), intent(inout) :: x(:, :)
@@ -73,7 +74,7 @@ contains
       end do
    end subroutine scale_rows
 
-   ! Serves one matrix only.
+   ! Keeps nothing: the object serves one matrix only.
    subroutine forget_factors(self, kept)
       class(scaled_real_type), intent(inout) :: self
       logical, intent(out) :: kept

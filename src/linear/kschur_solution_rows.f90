@@ -15,9 +15,9 @@ module kschur_solution_rows
       integer :: processes = 1
    contains
       procedure :: begin
-      !> Number of local rows, and their indices.
+      !> Number of the rows of this process, and their indices.
       procedure :: rows
-      procedure :: list
+      procedure :: row_numbers
       !> Fails in all processes if one failed.
       procedure :: agree
       !> Moves solutions from the processes of their pivots to those of their rows.
@@ -50,14 +50,14 @@ contains
       rows = 0
    end function rows
 
-   pure function list(self)
+   pure function row_numbers(self)
       class(solution_rows_type), intent(in) :: self
-      integer :: list(0)
+      integer :: row_numbers(0)
 
       associate (unused => self)
       end associate
-      list = [integer ::]
-   end function list
+      row_numbers = [integer ::]
+   end function row_numbers
 
    subroutine agree(self, error)
       class(solution_rows_type), intent(in) :: self

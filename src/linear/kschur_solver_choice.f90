@@ -64,6 +64,7 @@ contains
 
    contains
 
+      ! Passes the shared analysis to a solver of the library.
       subroutine set_in(solver)
          class(real_linear_solver_type), allocatable, intent(inout) :: solver
 
@@ -116,8 +117,8 @@ contains
       allocate (inner%complex, source=mumps)
    end subroutine choose_inner_solvers
 
-   ! The tolerance is tighter than that of Ritz pairs, as the errors of many solves enter their residuals. Single-precision
-   ! factors prove no inertia, so counting stays direct.
+   ! Chooses the iterative solvers. Their tolerance is tighter than that of Ritz pairs, as the errors of many solves enter their
+   ! residuals. Single-precision factors prove no inertia, so eigenvalues are counted by a direct solver.
    subroutine choose_iterative(tolerance, processes, inner)
       real(wp), intent(in) :: tolerance
       type(processes_type), pointer, intent(in) :: processes

@@ -10,7 +10,7 @@ module kschur_spare_solvers
       class(real_linear_solver_type), allocatable :: real
       class(complex_linear_solver_type), allocatable :: complex
    contains
-      !> Frees factors, and solvers that keep nothing without them.
+      !> Frees the factors; deallocates solvers that keep no analysis.
       procedure :: forget_factors
       !> Moves the solvers to `other`.
       procedure :: move_to

@@ -122,7 +122,8 @@ contains
       call store_update(symbolic, subtrees, t, work%above, updates(t)%values)
    end subroutine forward_part
 
-   ! Stores the update of a part, in the rows of its roots, which contain all rows it reaches; two roots may share a row.
+   ! Moves the update of a part from the work array to `values`, ordered by the rows below its roots, which contain all rows that
+   ! it reaches; two roots may share a row.
    subroutine store_update(symbolic, subtrees, t, above, values)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
@@ -148,7 +149,7 @@ contains
       end do
    end subroutine store_update
 
-   ! Adds the update of child part c.
+   ! Subtracts the update of child part c from the rows of this part, and passes the rest on to the parts above.
    subroutine add_update(symbolic, subtrees, c, last, values, y, above)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
@@ -176,6 +177,7 @@ contains
       if (is_root) is_root = symbolic%supernode(symbolic%row(symbolic%start(s))) > subtrees%root(t)
    end function is_root
 
+   ! Number of rows of supernode s below its diagonal block.
    pure integer function rows_below(symbolic, s)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s
@@ -235,6 +237,7 @@ contains
       end do
    end subroutine backward_part
 
+   ! y := D^{-1} y.
    pure subroutine divide(pivot, y)
       real(wp), intent(in) :: pivot(:)
       real(wp), contiguous, intent(inout) :: y(:, :)

@@ -36,8 +36,8 @@ module kschur_subtrees
 
 contains
 
-   !> Leaves are the largest subtrees of contiguous supernodes within the bound of entries; siblings under the same part are
-   !> merged while they are within it together.
+   !> Partitions the forest. Leaf parts are the largest subtrees of contiguous supernodes with at most 1/`leaves` of all entries;
+   !> sibling subtrees under the same part are merged while they stay below that bound together.
    function cut_subtrees(symbolic) result(subtrees)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type) :: subtrees
@@ -107,7 +107,7 @@ contains
       end do
    end subroutine find_parents
 
-   ! Scans supernodes from the last to the first.
+   ! Finds the parts in one scan of the supernodes from the last to the first.
    subroutine find_parts(symbolic, parent, subtrees)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: parent(:)
@@ -164,6 +164,7 @@ contains
 
    contains
 
+      ! Part of the parent of supernode s; 0 at a root.
       pure integer function above(s)
          integer, intent(in) :: s
 

@@ -63,7 +63,7 @@ contains
       call ask_monitor(monitor, error)
    end subroutine eliminate
 
-   ! Does nothing if a child part was stopped.
+   ! Factors the supernodes of part t, whose child parts are done. Factors none if a child part was stopped by a zero pivot.
    subroutine eliminate_part(symbolic, t, shared, factors, panel, work, monitor)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: t
@@ -97,7 +97,7 @@ contains
       shared%stopped(t) = stopped
    end subroutine eliminate_part
 
-   ! Only the thread of the caller polls the monitor; others read the result.
+   ! Returns whether the monitor has cancelled. Only the thread of the caller polls it; others read the result.
    subroutine check_monitor(shared, now, monitor, ended)
       type(elimination_type), intent(inout) :: shared
       logical, intent(in) :: now
@@ -115,6 +115,7 @@ contains
       ended = shared%ended
    end subroutine check_monitor
 
+   ! Number of entries of the dense panel of supernode s.
    pure integer(long) function entries_of_panel(symbolic, s)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s
@@ -166,6 +167,7 @@ contains
       end do
    end subroutine make_room
 
+   ! Initialises the data shared by all threads.
    subroutine set_shared(matrix, symbolic, subtrees, side, shared, status)
       type(csr_matrix_type), target, intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
@@ -184,7 +186,7 @@ contains
       if (status == 0 .and. side /= 0) call count_terms(symbolic, shared, status)
    end subroutine set_shared
 
-   ! Number of entries of each row of L before its diagonal.
+   ! Counts the entries of each row of L before its diagonal, the terms of the rounding-error bound.
    subroutine count_terms(symbolic, shared, status)
       type(symbolic_type), intent(in) :: symbolic
       type(elimination_type), intent(inout) :: shared

@@ -40,6 +40,7 @@ contains
       call lay_out(parent, weight, blocks, block_of, sequence, first, above)
    end subroutine find_supernodes
 
+   ! Joins runs of columns with the same rows to blocks (fundamental supernodes).
    pure subroutine find_blocks(parent, entries, weight, blocks, block_of)
       integer, intent(in) :: parent(:), entries(:), weight(:)
       type(blocks_type), intent(out) :: blocks
@@ -67,6 +68,7 @@ contains
       end do
    end subroutine find_blocks
 
+   ! Merges children into their parents where few explicit zeros result.
    pure subroutine join_children(blocks)
       type(blocks_type), intent(inout) :: blocks
       integer, allocatable :: child(:), sibling(:)
@@ -91,7 +93,8 @@ contains
       end do
    end subroutine join_children
 
-   ! Whether merging stores few zeros: more are accepted in narrow blocks, where index storage and call overhead weigh more.
+   ! Whether to merge child c into parent p: if few explicit zeros result. More are accepted in narrow blocks, where index storage
+   ! and call overhead weigh more.
    pure logical function joined(blocks, c, p)
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: c, p
@@ -163,6 +166,7 @@ contains
       end do
    end subroutine lay_out
 
+   ! Numbers the merged blocks: `number` of each block, and the block that each merged one is named after.
    pure subroutine number_wholes(blocks, number, whole)
       type(blocks_type), intent(in) :: blocks
       integer, allocatable, intent(out) :: number(:), whole(:)

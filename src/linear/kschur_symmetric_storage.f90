@@ -52,8 +52,8 @@ contains
       end select
    end subroutine settle_storage
 
-   ! Returns the stored triangle: the only one with entries, if a_ij^2 <= a_ii a_jj for each, as in a semidefinite matrix
-   ! (Cauchy-Schwarz). A stronger one-way coupling is not half of one.
+   ! Guesses whether a matrix is half of a symmetric one: returns its only triangle with entries if a_ij^2 <= a_ii a_jj for each, as
+   ! in a semidefinite matrix (Cauchy-Schwarz); `symmetric_no` if a one-way coupling is stronger.
    integer function half_of(matrix) result(half)
       type(csr_matrix_type), intent(in) :: matrix
       real(wp) :: here, there
@@ -87,6 +87,7 @@ contains
 
    contains
 
+      ! a_jj, 0 if it is not stored.
       pure real(wp) function diagonal_entry(j)
          integer, intent(in) :: j
          integer :: place
@@ -122,6 +123,7 @@ contains
       call move_alloc(whole%value, matrix%value)
    end subroutine mirror
 
+   ! Fails if an entry of the other triangle does not mirror one of the stored triangle.
    subroutine check_other_half(matrix, transposed, half, base, name, error)
       type(csr_matrix_type), intent(in) :: matrix, transposed
       integer, intent(in) :: half, base
@@ -167,22 +169,22 @@ contains
       entries = 0
       do i = 1, lower%rows
          do k = lower%row_start(i), lower%row_start(i + 1) - 1
-            if (lower%column(k) <= i) call take(lower, k)
+            if (lower%column(k) <= i) call append(lower, k)
          end do
          do k = upper%row_start(i), upper%row_start(i + 1) - 1
-            if (upper%column(k) > i) call take(upper, k)
+            if (upper%column(k) > i) call append(upper, k)
          end do
       end do
 
    contains
 
-      subroutine take(from, k)
+      subroutine append(from, k)
          type(csr_matrix_type), intent(in) :: from
          integer, intent(in) :: k
 
          entries = entries + 1
          whole%column(entries) = from%column(k)
          whole%value(entries) = from%value(k)
-      end subroutine take
+      end subroutine append
    end subroutine join
 end module kschur_symmetric_storage

@@ -28,7 +28,7 @@ module kschur_transposed_solver
 
 contains
 
-   ! Checks nothing: the matrix is the transpose by contract.
+   ! Takes over the statistics of the factors. Does not check that the matrix is the transpose of theirs.
    subroutine adopt_real(self, matrix, structure, error)
       class(transposed_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix

@@ -1,4 +1,4 @@
-!> Trial solutions: without pivoting, only they bound the backward error of a solver.
+!> Trial solutions measure the backward error of a solver: without pivoting there is no bound in advance.
 module kschur_trial_solution
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
@@ -11,7 +11,7 @@ module kschur_trial_solution
 
 contains
 
-   !> Solves for random right-hand sides, and returns the largest row-wise backward error: in a normwise one, large entries
+   !> Solves for a random right-hand side, and returns the largest row-wise backward error: in a normwise one, large entries
    !> would hide errors in rows of small ones.
    subroutine try_solver(solver, matrix, multipliers, backward_error, error, refinements)
       !> Has factored the matrix.

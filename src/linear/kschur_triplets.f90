@@ -57,6 +57,7 @@ contains
       call move_alloc(larger, self%value)
    end subroutine reserve
 
+   ! Reallocates a list to `places` entries and keeps the first `count`.
    pure subroutine lengthen(list, count, places, status)
       integer, allocatable, intent(inout) :: list(:)
       integer, intent(in) :: count, places

@@ -81,7 +81,7 @@ contains
       transform%borrows = transform%form%borrows
    end subroutine take_form
 
-   ! Selects the wanted pairs.
+   ! Selects the wanted pairs from the Schur form.
    subroutine iterate(self, selection, options, ritz, error, monitor)
       class(complex_dense_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -116,7 +116,7 @@ contains
       end associate
    end subroutine iterate
 
-   ! Selected eigenvectors as states.
+   ! Computes selected eigenvectors of the Schur form, as states (x, v).
    subroutine expand(self, chosen, vectors)
       class(complex_dense_transform_type), intent(in) :: self
       integer, intent(in) :: chosen(:)

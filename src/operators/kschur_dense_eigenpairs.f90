@@ -72,7 +72,7 @@ contains
       allocate (pairs%values(r), source=cmplx(values, 0, wp))
    end subroutine symmetric_eigenpairs
 
-   ! B-orthonormal combinations of motions; those in the null space of B are dropped.
+   ! Finds a B-orthonormal basis of the span of the motions, without the null space of B.
    subroutine metric_basis(operator, motions, v, error)
       class(symmetric_operator_type), intent(inout) :: operator
       real(wp), contiguous, intent(in) :: motions(:, :)
@@ -141,7 +141,7 @@ contains
       call dgemm("N", "N", n, l, l, 1.0_wp, w, n, u, l, 0.0_wp, pairs%basis(:, s + 1:), n)
    end subroutine general_eigenpairs
 
-   !> As above for a matrix, in its own coordinates.
+   !> As `general_eigenpairs` for a given matrix, in its own coordinates.
    subroutine matrix_eigenpairs(matrix, invariant, noise, pairs, error)
       !> Square; deallocated.
       real(wp), allocatable, intent(inout) :: matrix(:, :)

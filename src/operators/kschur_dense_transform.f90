@@ -102,6 +102,7 @@ contains
       end associate
    end subroutine iterate
 
+   ! Computes all eigenpairs, and whether they are known to be complete.
    subroutine compute(self, error)
       class(dense_transform_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -133,7 +134,7 @@ contains
       end associate
    end subroutine compute
 
-   ! Sets the distances of all eigenvalues from the target.
+   ! Certifies the iteration if all eigenvalues are known: sets their distances from the target.
    subroutine set_certificate(self, selection)
       class(dense_transform_type), intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -151,7 +152,7 @@ contains
       self%certificate%distances = reshape(distances(:each, :), [each*size(distances, 2)])
    end subroutine set_certificate
 
-   ! Shapes of a symmetric form; with constraints they are recovered by one application.
+   ! Copies the chosen shapes of a symmetric form, and purifies them; with constraints `recover` does that.
    subroutine take_real(self, chosen, ritz, error)
       class(dense_transform_type), intent(inout) :: self
       integer, intent(in) :: chosen(:)

@@ -79,6 +79,7 @@ contains
       reduced = reduced + transpose(reduced)
    end function reduced
 
+   ! X Y.
    function product_of(x, y) result(z)
       real(wp), contiguous, intent(in) :: x(:, :), y(:, :)
       real(wp), allocatable :: z(:, :)

@@ -43,7 +43,8 @@ module kschur_low_rank_projection
 
 contains
 
-   !> Computes the undamped Ritz pairs of a decomposition.
+   !> Projects the problem on the space of a Lanczos decomposition: computes its undamped Ritz pairs, and the local forces in terms
+   !> of these.
    subroutine new_projection(projection, d, responses, forces, map, shift, error)
       type(projection_type), intent(out) :: projection
       class(block_decomposition_type), intent(in) :: d
@@ -74,8 +75,8 @@ contains
          max(abs(projection%values(j)), epsilon(1.0_wp)*d%scale, tiny(1.0_wp)), j=1, k)])
    end subroutine new_projection
 
-   !> Computes mu = 1/(lambda - tau), and states (x, v) in terms of the Ritz vectors, v = lambda/unit x; the given root space of
-   !> the eigenvalue zero is excluded.
+   !> Solves the projected damped problem: computes mu = 1/(lambda - tau), and states (x, v) in terms of the Ritz vectors, v =
+   !> lambda/unit x. Excludes the given root space of the eigenvalue zero.
    subroutine eigenpairs(self, tau, unit, zero, pairs, error)
       class(projection_type), intent(in) :: self
       real(wp), intent(in) :: tau, unit

@@ -22,8 +22,8 @@ module kschur_low_rank_shapes
 
 contains
 
-   !> Applies the undamped operator once more, which removes components of infinite eigenvalues. With H = lambda S + T and p = 1
-   !> + beta lambda,
+   !> Recovers shapes and multipliers by one more application of the undamped operator, which removes components of infinite
+   !> eigenvalues. With H = lambda S + T and p = 1 + beta lambda,
    !>
    !>     p (phi, xi/p) = (z, zeta) - (F, Xi) y,   (z, zeta) = -[K_s - s M, Cq^T; Cq, 0]^{-1} (c(lambda) M x, 0),
    !>     (p + H F) y = H z

@@ -77,6 +77,7 @@ contains
       space%begun = space%vectors
    end subroutine begin_or_continue
 
+   ! Starts the space with the states of the eigenvalue zero, and expands them.
    subroutine add_zeros(space, operator, statistics, error)
       type(low_rank_space_type), intent(inout) :: space
       class(symmetric_shift_invert_type), intent(inout) :: operator
@@ -89,6 +90,7 @@ contains
       if (.not. allocated(error)) call expand_block(operator, space, statistics, error, dependent)
    end subroutine add_zeros
 
+   ! Solves for the responses to unit local forces, and adds them to the start vectors.
    subroutine add_responses(space, operator, forces, statistics, error)
       type(low_rank_space_type), intent(inout) :: space
       class(symmetric_shift_invert_type), intent(inout) :: operator
@@ -142,7 +144,7 @@ contains
       allocate (states%v, source=matmul(states%x, zero%links))
    end function states
 
-   ! The first rows, padded with zeros.
+   ! The first rows of a matrix, padded with zeros if it has fewer.
    pure function padded(matrix, rows)
       real(wp), intent(in) :: matrix(:, :)
       integer, intent(in) :: rows

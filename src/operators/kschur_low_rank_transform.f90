@@ -49,7 +49,7 @@ module kschur_low_rank_transform
       procedure :: hand_over
       procedure :: order
       procedure :: transposed
-      procedure, private :: keep
+      procedure, private :: carry_state
       procedure, private :: check_space
       procedure, private :: undamped_selection
       procedure, private :: has_all_copies
@@ -123,7 +123,7 @@ contains
       if (.not. options%observes) next = max(next, self%space%begun)
       proceed = .true.
       do
-         if (associated(options%checkpoint)) call self%keep(options%checkpoint, ritz%statistics, next, error)
+         if (associated(options%checkpoint)) call self%carry_state(options%checkpoint, ritz%statistics, next, error)
          if (allocated(error)) return
          do while (self%space%expanded < next .and. .not. (self%space%closed() .or. self%space%full()))
             call expand_block(self%undamped%operator, self%space, ritz%statistics, error)
@@ -162,8 +162,8 @@ contains
       end associate
    end subroutine iterate
 
-   ! Writes the state to the checkpoint, or reads it, when that is due.
-   subroutine keep(self, checkpoint, statistics, next, error)
+   ! Writes the state of the iteration to the checkpoint, or reads it, when that is due.
+   subroutine carry_state(self, checkpoint, statistics, next, error)
       class(low_rank_transform_type), intent(inout) :: self
       type(checkpoint_type), intent(inout) :: checkpoint
       type(krylov_statistics_type), intent(inout) :: statistics
@@ -178,7 +178,7 @@ contains
       call archive%carry(next)
       if (allocated(self%census)) call self%census%carry(archive)
       call checkpoint%close(archive, error)
-   end subroutine keep
+   end subroutine carry_state
 
    pure logical function settled(self)
       class(ritz_check_type), intent(in) :: self
@@ -186,8 +186,8 @@ contains
       settled = self%needed > 0 .and. self%converged >= self%needed
    end function settled
 
-   ! Computes the undamped Ritz pairs; after their convergence, or if the space cannot grow, also the damped pairs, by a dense
-   ! problem of twice the order, which costs more than all checks before.
+   ! Tests convergence: computes the undamped Ritz pairs; after their convergence, or if the space cannot grow, also the damped
+   ! pairs, by a dense problem of twice the order, which costs more than all tests before.
    subroutine check_space(self, selection, options, check, error)
       class(low_rank_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -236,6 +236,7 @@ contains
       end associate
    end subroutine check_space
 
+   ! Number of known eigenvalues, 0 if there are none.
    pure integer function size_or_zero(known)
       complex(wp), allocatable, intent(in) :: known(:)
 
@@ -252,7 +253,8 @@ contains
          selection%known)
    end function undamped_selection
 
-   ! Whether the space has all undamped modes as near to the target as the damped ones, all copies included.
+   ! Asks the census whether the space has all undamped modes as near to the target as the damped ones, with all copies of multiple
+   ! ones.
    subroutine has_all_copies(self, selection, check, complete)
       class(low_rank_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -274,7 +276,7 @@ contains
       call self%census%examine(check%undamped%values(order), check%undamped%residuals(order), near, complete)
    end subroutine has_all_copies
 
-   ! Returns undamped eigenvalues, which give the scale, without rigid motions, for which the space was made.
+   ! Returns the converged undamped eigenvalues, which give the scale of the problem, without those of rigid motions.
    subroutine take_undamped(self, options, check, ritz)
       class(low_rank_transform_type), intent(in) :: self
       class(krylov_options_type), intent(in) :: options

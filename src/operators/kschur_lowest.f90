@@ -29,8 +29,8 @@ module kschur_lowest
 
 contains
 
-   !> Computes the frequencies of the undamped problem that a Krylov space of twenty vectors gives to about a tenth, among the
-   !> `modes` modes nearest to zero.
+   !> Estimates the lowest frequencies of the undamped problem, at most `modes`: those that have converged to a relative residual of
+   !> 0.1 in a Krylov space of twenty vectors.
    subroutine find_lowest_frequencies(problem, examination, modes, seed, processes, frequencies, effort, error)
       type(modal_problem_type), target, intent(in) :: problem
       !> Its rigid motions and factored stiffness.

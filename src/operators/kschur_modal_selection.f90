@@ -31,6 +31,7 @@ module kschur_modal_selection
 
 contains
 
+   ! The two lambdas of a Ritz value mu = 1/(theta - shift).
    pure function lambdas_of(self, mu) result(lambdas)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: mu
@@ -40,7 +41,7 @@ contains
       if (abs(mu) > tiny(1.0_wp)) lambdas = self%map%lambdas(self%shift + 1/mu)
    end function lambdas_of
 
-   !> Distance of the nearer lambda from the target; ignored ones come last.
+   !> Distance of the nearer of the two lambdas of a Ritz value from the target; ignored values come last.
    real(wp) function key(self, value)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: value
@@ -49,6 +50,7 @@ contains
       if (self%upper) key = merge(key, key + huge(1.0_wp)/2, self%is_upper(value))
    end function key
 
+   ! Whether the eigenvalue of a Ritz value is not below the real axis.
    pure logical function is_upper(self, value)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: value
@@ -58,8 +60,8 @@ contains
       is_upper = aimag(lambdas(1)) >= -real_tolerance*abs(lambdas(1))
    end function is_upper
 
-   !> Modulus of the image of the edge of the disc of values nearer to the target than the last one, if theta has no pole in the
-   !> disc.
+   !> Modulus below which no Ritz value is nearer to the target than `last`: the smallest |mu| = 1/|theta - shift| on the circle of
+   !> lambdas as far from the target as `last`. Zero if theta has a pole inside it.
    real(wp) function edge(self, last)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: last
@@ -113,7 +115,7 @@ contains
       end if
    end function needed
 
-   ! The conjugate of an earlier value completes a pair and adds no mode.
+   ! `needed` if theta = lambda: the conjugate of an earlier value completes a pair and adds no mode.
    integer function needed_eigenvalues(self, values) result(needed)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: values(:)
@@ -147,7 +149,7 @@ contains
       needed = size(values) + self%wanted - modes
    end function needed_eigenvalues
 
-   ! An oscillator is one mode, or two if its roots are real: the second counts when the values extend to it.
+   ! `needed` for oscillators: one is a single mode, or two if its roots are real; the second counts when the values extend to it.
    integer function needed_oscillators(self, values) result(needed)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: values(:)

@@ -125,7 +125,7 @@ contains
       if (.not. allocated(error)) call new_csr_from_triplets(pencil%b, order, order, b%row, b%column, b%value, error)
    end subroutine new_pencil
 
-   !> Fails where a pencil of Table 1 does not fit a problem.
+   !> Fails if a formulation is not a pencil of Table 1, or does not fit the damping and constraints of a problem.
    subroutine check_fit(problem, formulation, error)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation

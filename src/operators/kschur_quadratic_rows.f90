@@ -8,7 +8,7 @@ module kschur_quadratic_rows
    private
    public :: end_sharing, share_operator
 
-   !> Distributes an operator; all processes must have the factors, mass and damping.
+   !> Distributes an operator for an iteration on distributed states; all processes must have parts of factors, mass and damping.
    interface share_operator
       module procedure share_real, share_complex
    end interface share_operator

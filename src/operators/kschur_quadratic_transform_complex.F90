@@ -35,6 +35,7 @@ module kschur_quadratic_transform_complex
 #define FROM_COMPLEX(z) z
 #include "kschur_quadratic_transform.inc"
 
+   ! x+ and xi+ of complex states, which are copied to contiguous arrays.
    subroutine extend_complex(operator, x, v, x_plus, xi_plus, work, error)
       type(quadratic_operator_type), intent(inout) :: operator
       complex(wp), intent(in) :: x(:, :), v(:, :)

@@ -35,6 +35,7 @@ module kschur_quadratic_transform_real
 #define FROM_COMPLEX(z) real(z, wp)
 #include "kschur_quadratic_transform.inc"
 
+   ! x+ and xi+ of complex states by the real operator.
    subroutine extend_complex(operator, x, v, x_plus, xi_plus, work, error)
       type(quadratic_operator_type), intent(inout) :: operator
       complex(wp), intent(in) :: x(:, :), v(:, :)

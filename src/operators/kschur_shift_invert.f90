@@ -66,8 +66,8 @@ contains
       if (.not. allocated(error)) call check_regular(operator, shifted, error)
    end subroutine new_shift_invert
 
-   ! The shift is an eigenvalue if a system with consistent right-hand side has no solution (null pivots alone may come from
-   ! redundant constraints), or if an eigenvalue of C is so large that rounding errors along its vector would swamp all others.
+   ! Fails if the shift is an eigenvalue: if a system with consistent right-hand side has no solution (null pivots alone may come
+   ! from redundant constraints), or an eigenvalue of C is so large that rounding errors along its vector would swamp all others.
    subroutine check_regular(operator, shifted, error)
       type(shift_invert_type), intent(inout) :: operator
       type(complex_csr_matrix_type), intent(in) :: shifted
@@ -159,8 +159,8 @@ contains
       y(size(y, 1) - self%pencil%multipliers + 1:, :) = 0
    end subroutine right_hand_side
 
-   ! If the second part of x is lambda/unit phi, that of C x is (phi + sigma phi+)/unit. Its first term, which may dominate, is
-   ! treated explicitly, so that Cq sigma phi+ = 0 holds without cancellation.
+   ! The part of C x that is known without a solve. If the second part of x is lambda/unit phi, that of C x is (phi + sigma
+   ! phi+)/unit; its first term, which may dominate, is added explicitly, so that Cq sigma phi+ = 0 holds without cancellation.
    pure function explicit_part(pencil, x) result(explicit)
       type(pencil_type), intent(in) :: pencil
       complex(wp), intent(in) :: x(:, :)

@@ -35,7 +35,7 @@ module kschur_symmetric_operator
       procedure :: restrict
       procedure :: by_rows
       procedure :: apply_with_multipliers
-      !> Motions and multipliers caused by forces: C without M.
+      !> Solves for motions and multipliers caused by forces, with deflation: C without M.
       procedure :: respond
    end type symmetric_shift_invert_type
 
@@ -96,7 +96,7 @@ contains
       call project_out(self, violations, x, error)
    end subroutine restrict
 
-   ! x := x - y, Cq y the violations.
+   ! x := x - y, y a motion with the violations Cq y, from a solve with the saddle-point matrix.
    subroutine project_out(self, violations, x, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
       real(wp), intent(in) :: violations(:, :)
@@ -125,7 +125,7 @@ contains
       if (.not. allocated(error)) call self%respond(y, xi, error)
    end subroutine apply_with_multipliers
 
-   ! (K - s M)^{-1} f.
+   ! y := (K - s M)^{-1} y on the null space of the constraints, with deflation.
    subroutine respond(self, y, xi, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
       !> Forces, and the motions that they make.
@@ -144,6 +144,7 @@ contains
       if (.not. allocated(error)) call self%deflation%project(y)
    end subroutine respond
 
+   ! Solves the saddle-point system with zero violations; xi in terms of the constraints as given.
    subroutine solve_constrained(self, y, xi, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: y(:, :)

@@ -10,7 +10,7 @@ module kschur_symmetric_rows
 
 contains
 
-   !> Distributes an operator; all processes must have the factors and the mass.
+   !> Distributes an operator for an iteration on distributed vectors; all processes must have parts of the factors and the mass.
    subroutine share_operator(operator, processes, error)
       class(symmetric_shift_invert_type), target, intent(inout) :: operator
       !> Processes of the solve; not associated: one process.

@@ -102,8 +102,8 @@ contains
          transform%operator%solver, counting_solver, size(deflation%decay), placement%matrices)
    end subroutine new_symmetric_transform
 
-   ! The shift is an eigenvalue if a system with consistent right-hand side has no solution (null pivots alone may come from
-   ! redundant constraints), or if an eigenvalue of C is so large that rounding errors along its vector would swamp all others.
+   ! Fails if the shift is an eigenvalue: if a system with consistent right-hand side has no solution (null pivots alone may come
+   ! from redundant constraints), or an eigenvalue of C is so large that rounding errors along its vector would swamp all others.
    subroutine check_regular(self, matrix, error)
       type(symmetric_transform_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
@@ -167,6 +167,7 @@ contains
       if (self%certificate%verdict == certified_yes .and. allocated(self%state)) deallocate (self%state)
    end subroutine iterate
 
+   ! Iterates by Lanczos or ARPACK with the operator, distributed or not, and takes the census.
    subroutine iterate_shared(self, selection, options, ritz, error, monitor)
       class(symmetric_transform_type), target, intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
@@ -246,8 +247,8 @@ contains
       call move_alloc(own, adjoint)
    end subroutine transposed
 
-   !> Purifies vectors: replaces x by C x / mu if it is not accurate to rounding, or may be a rigid-body shape, whose stored
-   !> energy is a rounding error.
+   !> Purifies vectors of components of infinite eigenvalues: replaces x by C x / mu if its residual is above rounding, or if it may
+   !> be a rigid-body shape, whose strain energy is a rounding error.
    subroutine purify(self, values, shapes, statistics, error)
       class(symmetric_transform_type), intent(inout) :: self
       real(wp), intent(in) :: values(:)

@@ -43,9 +43,9 @@ module kschur_transform
       procedure(transposed_interface), deferred :: transposed
       !> theta of a Ritz value, eq. (42).
       procedure :: theta
-      !> Hands its solver over for reuse, before it is deallocated.
+      !> Moves its linear solver to the spare ones, which reuse its analysis; call before deallocating the transform.
       procedure :: hand_over
-      !> Start vectors of an iteration; not allocated unless overridden.
+      !> Makes start vectors of an iteration from approximate pairs; not allocated if a formulation does not override this.
       procedure :: begin_with
    end type transform_type
 

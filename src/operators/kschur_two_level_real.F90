@@ -8,7 +8,7 @@ module kschur_two_level_real
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_first_level_real, only: append_images, append_vector, draw_state, form_parts, orthogonalize_images, &
       to_extend, to_randomize
-   use kschur_gram_schmidt_real, only: orthonormalize, place_last
+   use kschur_gram_schmidt_real, only: orthonormalize, orthonormalize_last
    use kschur_kinds, only: wp, long
    use kschur_memory, only: complex_bytes, require_memory
    use kschur_lapack, only: dgesvd

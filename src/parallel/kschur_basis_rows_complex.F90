@@ -3,8 +3,8 @@ module kschur_basis_rows_complex
    use kschur_archive, only: archive_type
    use kschur_columns_complex, only: combine_columns, move_columns, rotate_columns
    use kschur_error, only: error_type, new_error, error_memory
-   use kschur_gram_schmidt_complex, only: orthogonalize_column => orthogonalize_but_last, &
-      orthonormalize_columns => orthonormalize, place_column => place_last
+   use kschur_gram_schmidt_complex, only: orthogonalize_column => orthogonalize_but_last_update, &
+      orthonormalize_columns => orthonormalize, place_column => orthonormalize_last
    use kschur_kinds, only: wp
    use kschur_pages, only: prefer_large_pages
    use kschur_processes, only: processes_type

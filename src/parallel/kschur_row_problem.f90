@@ -16,7 +16,7 @@ module kschur_row_problem
    contains
       !> Distributes the rows.
       procedure :: share
-      !> Frees the entries of the whole matrices; products remain available.
+      !> Frees the entries of the whole matrices while other arrays need the memory; products remain available.
       procedure :: put_away
       !> Restores the entries of the whole matrices, if they were freed. Fails if memory is short.
       procedure :: bring_back

@@ -20,7 +20,7 @@ module kschur_row_team
       procedure :: rows
       !> The object that adds up sums over rows.
       procedure :: sums
-      !> Called by the first process: sends the others a request for a collective operation.
+      !> Requests a collective operation from the other processes; called by the first one.
       procedure :: call_all
       !> Broadcasts numbers of the first process.
       procedure :: send

@@ -35,8 +35,8 @@ contains
       if (any(abs(ratios - 1) > 0)) call plan%change_row_units(ratios**2, reduced%constraints)
    end subroutine balance
 
-   ! D follows from the diagonals, whose ratios do not depend on the units of the unknowns. Unknowns without diagonal entries,
-   ! as of equations in arbitrary order, are scaled by rows and columns.
+   ! Finds the diagonals of D and E. D follows from the diagonals of K, M and R, whose ratios do not depend on the units of the
+   ! unknowns. Unknowns without diagonal entries, as of equations in arbitrary order, are scaled by rows and columns.
    subroutine find_factors(problem, factors, ratios)
       type(modal_problem_type), intent(in) :: problem
       !> The diagonals of D and E.
@@ -158,7 +158,8 @@ contains
       end do
    end subroutine find_maxima
 
-   ! Groups of unknowns coupled by constraints, directly or indirectly; numbered by their first unknown.
+   ! Finds the groups of unknowns that constraints couple, directly or indirectly (union-find); each is numbered by its first
+   ! unknown.
    pure subroutine number_groups(constraints, group)
       type(csr_matrix_type), intent(in) :: constraints
       integer, intent(out) :: group(:)
@@ -181,6 +182,7 @@ contains
 
    contains
 
+      ! First unknown of the group of unknown i so far.
       pure integer function root(i)
          integer, intent(in) :: i
 

@@ -71,7 +71,7 @@ contains
       end if
    end subroutine classify_damping
 
-   ! Takes all of R as dampers if that has no more rows.
+   ! Takes all of R as dampers, with alpha = beta = 0, if it has no more nonzero rows than R - alpha M - beta K.
    subroutine try_all_of_damping(mass, stiffness, damping, alpha, beta, rest)
       type(csr_matrix_type), intent(in) :: mass, stiffness, damping
       real(wp), intent(inout) :: alpha, beta
@@ -87,12 +87,14 @@ contains
       call subtract(mass, stiffness, damping, alpha, beta, rows, rest)
    end subroutine try_all_of_damping
 
+   ! Number of rows with a nonzero entry.
    pure integer function filled_rows(matrix)
       type(csr_matrix_type), intent(in) :: matrix
 
       filled_rows = count(matrix%row_maxima() > 0)
    end function filled_rows
 
+   ! Largest magnitude of an entry.
    pure real(wp) function largest(matrix)
       type(csr_matrix_type), intent(in) :: matrix
 
@@ -110,7 +112,7 @@ contains
       if (abs(beta)*largest(stiffness) <= above_all_rounding*level) beta = 0
    end subroutine drop_rounding
 
-   ! Entries of a matrix divided by those of another of its shape, where these are above rounding.
+   ! Divides the entries of a matrix by those of another of its shape, where these are above rounding.
    pure subroutine divide(matrix, divisors, ratios)
       type(csr_matrix_type), intent(in) :: matrix, divisors
       real(wp), allocatable, intent(out) :: ratios(:)
@@ -176,8 +178,8 @@ contains
       end do
    end subroutine fit
 
-   ! Fits most of the entries, then all that agree with these. If M is lumped, only diagonal entries determine alpha: beta is
-   ! found first.
+   ! Fits alpha m + beta k = 1 to most of the entries, then to all that agree with these. If M is lumped, only diagonal entries
+   ! determine alpha: beta is found first, from the others.
    pure subroutine fit_most(m, k, alpha, beta)
       real(wp), intent(in) :: m(:), k(:)
       real(wp), intent(out) :: alpha, beta
@@ -202,8 +204,8 @@ contains
       end do
    end subroutine fit_most
 
-   ! Least trimmed squares: repeatedly fits the half that fits best (Rousseeuw, Van Driessen, Data Mining and Knowledge
-   ! Discovery 12 (2006)). Entries dominated by a damper have small weights in the first fit.
+   ! Least trimmed squares by concentration steps: repeatedly fits the half that fits best (Rousseeuw, Van Driessen, Data Mining
+   ! and Knowledge Discovery 12 (2006)). Entries dominated by a damper have small weights in the first fit.
    pure subroutine concentrate(m, k, right, alpha, beta)
       real(wp), intent(in) :: m(:), k(:), right(:)
       real(wp), intent(out) :: alpha, beta
@@ -224,7 +226,7 @@ contains
       end do
    end subroutine concentrate
 
-   ! Median to within a factor, by bisection of the exponent.
+   ! Median of nonnegative numbers to within a factor, by bisection of the exponent.
    pure real(wp) function median(numbers)
       real(wp), intent(in) :: numbers(:)
       real(wp), parameter :: least = 1.0e-30_wp
@@ -244,7 +246,8 @@ contains
       median = high
    end function median
 
-   ! Computes R - alpha M - beta K without rounding errors. Allocates its arrays if it has at most `most` rows.
+   ! Computes R - alpha M - beta K and drops entries that are rounding errors. Allocates its arrays if it has at most `most` nonzero
+   ! rows.
    subroutine subtract(mass, stiffness, damping, alpha, beta, most, rest)
       type(csr_matrix_type), intent(in) :: mass, stiffness, damping
       real(wp), intent(in) :: alpha, beta
@@ -290,6 +293,7 @@ contains
 
    contains
 
+      ! Adds factor times row i of a matrix to the current row.
       subroutine add(matrix, factor)
          type(csr_matrix_type), intent(in) :: matrix
          real(wp), intent(in) :: factor

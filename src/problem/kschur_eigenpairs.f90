@@ -1,4 +1,4 @@
-!> Eigenpairs between iteration and modes.
+!> Eigenpairs of a modal problem, on the way from the Ritz pairs of an iteration to modes.
 module kschur_eigenpairs
    use kschur_kinds, only: wp
    use kschur_lapack, only: dnrm2, dznrm2
@@ -90,7 +90,7 @@ contains
       deallocate (self%phi)
    end subroutine make_real
 
-   ! By columns, as memory may not suffice for a copy of all.
+   ! Copies the shapes, of either storage, by columns: memory may not suffice for a temporary copy of all.
    subroutine copy_shapes(pairs, phi)
       class(eigenpairs_type), intent(in) :: pairs
       complex(wp), intent(inout) :: phi(:, :)

@@ -1,4 +1,4 @@
-!> Multipliers of the constraints that presolve eliminated.
+!> Recovers the multipliers of the constraints that presolve eliminated.
 module kschur_eliminated_multipliers
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_elimination, only: ties_type
@@ -110,7 +110,7 @@ contains
       end do
    end subroutine make_forces
 
-   ! Computes the multipliers of eliminated constraints by back substitution.
+   ! Computes the multipliers of eliminated constraints by back substitution, from the forces that they must balance.
    pure subroutine balance_forces(ties, problem, force, xi)
       class(ties_type), intent(in) :: ties
       type(modal_problem_type), intent(in) :: problem

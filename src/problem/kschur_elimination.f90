@@ -79,6 +79,7 @@ contains
       call rewrite(work, constraints, ties, rest, error)
    end subroutine eliminate
 
+   ! Lists the entries of each column, and puts all rows on the stack, short ones on top.
    subroutine start(work, constraints)
       type(work_type), intent(inout) :: work
       type(csr_matrix_type), intent(in) :: constraints
@@ -104,7 +105,7 @@ contains
       work%on_stack = m
    end subroutine start
 
-   ! Eliminates an unknown with row r if the row is short.
+   ! Eliminates an unknown by row r if the row couples at most two masters: clamps it or ties it. A row without any is redundant.
    subroutine eliminate_with(work, constraints, ties, r)
       type(work_type), intent(inout) :: work
       type(csr_matrix_type), intent(in) :: constraints
@@ -131,7 +132,7 @@ contains
       end associate
    end subroutine eliminate_with
 
-   ! Substitutes masters in row r; drops entries that cancel.
+   ! Makes row r the current row: expresses it in masters, and drops entries that cancel.
    subroutine substitute(work, constraints, ties, r)
       type(work_type), intent(inout) :: work
       type(csr_matrix_type), intent(in) :: constraints
@@ -205,7 +206,7 @@ contains
       work%first(master) = work%first(slave)
    end subroutine tie
 
-   ! The rows that stay.
+   ! Forms the matrix of the remaining rows, expressed in masters.
    subroutine rewrite(work, constraints, ties, rest, error)
       type(work_type), intent(inout) :: work
       type(csr_matrix_type), intent(in) :: constraints

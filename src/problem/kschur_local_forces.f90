@@ -34,7 +34,8 @@ module kschur_local_forces
 
 contains
 
-   !> Finds the local forces, possibly none; `few` is false if there are too many.
+   !> Factors the nonproportional damping and the skew part of K into local forces, possibly none; `few` is false if they act at too
+   !> many unknowns.
    subroutine new_local_forces(problem, forces, few, error)
       type(modal_problem_type), intent(in) :: problem
       type(local_forces_type), intent(out) :: forces
@@ -59,7 +60,7 @@ contains
       call factor(forces, damping, stiffness, error)
    end subroutine new_local_forces
 
-   !> Description for reports, if they are few.
+   !> Describes the damping and the local forces of a problem for reports.
    function description_of(problem) result(sentence)
       type(modal_problem_type), intent(in) :: problem
       character(len=128) :: sentence
@@ -85,7 +86,7 @@ contains
       matrix = linear_combination(0.5_wp, problem%stiffness, 0.5_wp, transpose_csr(problem%stiffness))
    end function symmetric_stiffness
 
-   ! (K - K^T)/2 without rounding errors.
+   ! Computes (K - K^T)/2 and drops entries that are rounding errors.
    subroutine find_skew(problem, skew, few, error)
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(out) :: skew
@@ -112,6 +113,7 @@ contains
       end if
    end subroutine find_skew
 
+   ! Largest magnitude in each column.
    pure function column_maxima(matrix) result(maxima)
       type(csr_matrix_type), intent(in) :: matrix
       real(wp) :: maxima(matrix%columns)
@@ -123,6 +125,7 @@ contains
       end do
    end function column_maxima
 
+   ! Positions at which one of two lists is positive.
    pure function filled(first, second) result(numbers)
       real(wp), intent(in) :: first(:), second(:)
       integer, allocatable :: numbers(:)
@@ -131,6 +134,7 @@ contains
       allocate (numbers, source=pack([(i, i=1, size(first))], max(first, second) > 0))
    end function filled
 
+   ! The dense block of a matrix in the rows and columns of the forces.
    pure function block_of(matrix, forces) result(block)
       type(csr_matrix_type), intent(in) :: matrix
       type(local_forces_type), intent(in) :: forces

@@ -38,7 +38,7 @@ contains
       end do
    end function factor_of_loss
 
-   !> H; zeros where there is none.
+   !> Returns H, or a zero matrix with the pattern of K if there is none.
    pure function loss_or_none(stiffness, loss) result(matrix)
       type(csr_matrix_type), intent(in) :: stiffness
       type(csr_matrix_type), allocatable, intent(in) :: loss
@@ -51,7 +51,7 @@ contains
       end if
    end function loss_or_none
 
-   !> g A.
+   !> Returns g A.
    pure function times_factor(matrix, factor) result(product)
       type(csr_matrix_type), intent(in) :: matrix
       real(wp), intent(in) :: factor

@@ -15,8 +15,8 @@ module kschur_mesh
    type :: mesh_type
       !> Positions (m in SI), 3 x nodes.
       real(wp), allocatable :: coordinates(:, :)
-      !> T of u = T q, of the n unknowns q of the problem the N that move the nodes, slaves that were eliminated among
-      !> them: what follows is said of u. Not allocated: u is q.
+      !> T, N x n: the unknowns u = T q that move the nodes, from the n unknowns q of the problem; u includes, for example, slaves
+      !> that were eliminated before. Nodes and components below are those of u. Not allocated: u = q.
       type(csr_matrix_type), allocatable :: transformation
       !> Node of each unknown, n or N; 0 where it has none.
       integer, allocatable :: unknown_node(:)
@@ -44,8 +44,9 @@ module kschur_mesh
 
 contains
 
-   !> Checks a mesh for a problem of n unknowns, which its transformation, if it has one, makes more. Where it says nothing of the unknowns, they stand node after node: of
-   !> each node three translations and three rotations, or three translations, or those along x and y, or that along z.
+   !> Checks a mesh for a problem of n unknowns, or for those of its transformation. If nodes and components of unknowns are not
+   !> given, sets them: unknowns are numbered node by node, each with three translations and three rotations, or three
+   !> translations, or those along x and y, or that along z.
    subroutine settle_mesh(mesh, n, error)
       type(mesh_type), intent(inout) :: mesh
       integer, intent(in) :: n
@@ -91,6 +92,7 @@ contains
       end associate
    end subroutine check_transformation
 
+   ! Sets node and component of n unknowns that are numbered node by node.
    subroutine number_in_order(mesh, n, error)
       type(mesh_type), intent(inout) :: mesh
       integer, intent(in) :: n
@@ -115,6 +117,7 @@ contains
       if (each == 1) mesh%unknown_component = 2
    end subroutine number_in_order
 
+   ! Fails if a node or component does not exist, or two unknowns are the same component of a node.
    subroutine check_unknowns(mesh, n, error)
       type(mesh_type), intent(in) :: mesh
       integer, intent(in) :: n
@@ -250,6 +253,7 @@ contains
 
    contains
 
+      ! Displacement u_i.
       pure complex(wp) function of_unknown(i)
          integer, intent(in) :: i
 
@@ -264,8 +268,9 @@ contains
       end function of_unknown
    end subroutine displacements
 
-   !> The motions of all unknowns, n x 6, where all moves by 1 m along x, y, z, and turns by 1 rad about the axes through the
-   !> origin; zero where an unknown has no node. With a transformation an unknown moves as the row of T that has it alone, as 1.
+   !> Motions of the unknowns, n x 6, when the whole mesh is translated by 1 m along x, y, z, or rotated by 1 rad about these axes
+   !> through the origin (linearised); zero for an unknown without a node. With a transformation an unknown has the motion of the
+   !> row of T that consists of it alone, with entry 1.
    pure subroutine rigid_motions(self, motions)
       class(mesh_type), intent(in) :: self
       real(wp), allocatable, intent(out) :: motions(:, :)
@@ -287,7 +292,7 @@ contains
       end associate
    end subroutine rigid_motions
 
-   ! Of an unknown that has a node.
+   ! The six rigid motions at an unknown that has a node.
    pure function rigid_motion(mesh, i) result(motion)
       type(mesh_type), intent(in) :: mesh
       integer, intent(in) :: i

@@ -9,7 +9,8 @@ module kschur_penalties
 
 contains
 
-   !> Marks rows of the stiffness with a penalty, unless their mass is as large: then the unknown only has other units.
+   !> Marks rows of the stiffness with a penalty. Not if the mass of the row is as extraordinary: then the unknown only has other
+   !> units.
    pure function stiffness_penalties(stiffness, mass) result(penalties)
       type(csr_matrix_type), intent(in) :: stiffness, mass
       logical :: penalties(stiffness%rows)
@@ -29,6 +30,7 @@ contains
       if (any(penalties)) penalties = penalties .and. .not. has_unit_of_its_own(mass)
    end function damping_penalties
 
+   ! Marks unknowns whose mass is as far above the others as a penalty, or zero.
    pure function has_unit_of_its_own(mass) result(stands_out)
       type(csr_matrix_type), intent(in) :: mass
       logical :: stands_out(mass%rows)

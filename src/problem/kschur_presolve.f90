@@ -45,7 +45,7 @@ module kschur_presolve
       procedure :: spread_of_units
       !> Removes redundant constraints of the reduced problem, and replaces nearly redundant ones.
       procedure :: replace_rows
-      !> Multipliers of the constraints before that.
+      !> Converts multipliers of the constraints to those before `replace_rows`.
       procedure :: expand_reactions
       !> Rescales the reduced unknowns: y(i) is now units(i) times as large.
       procedure :: change_units
@@ -116,7 +116,7 @@ contains
       call add_context(error, "without the clamped and tied unknowns")
    end subroutine presolve
 
-   ! T^T H T; for H = g K g times the reduced K.
+   ! Computes T^T H T; g times the reduced K if H = g K.
    subroutine reduce_loss(plan, problem, reduced, error)
       type(presolve_type), intent(in) :: plan
       type(modal_problem_type), intent(in) :: problem
@@ -159,7 +159,7 @@ contains
       end associate
    end subroutine drop_rounding_of_constraints
 
-   ! T.
+   ! Forms T: numbers the masters as unknowns of the reduced problem, and finds master and factor of each unknown.
    subroutine number_unknowns(plan)
       type(presolve_type), intent(inout) :: plan
       real(wp) :: noise
@@ -206,7 +206,7 @@ contains
       if (.not. allocated(error)) call drop_rounding(row(:entries), column(:entries), value(:entries), reduced, error)
    end subroutine reduce
 
-   ! Sets rows to zero in which all sums cancel to rounding, as for a motion without forces.
+   ! Sets entries to zero whose sums cancel to rounding, if there is a row in which all sums do, as for a motion without forces.
    subroutine drop_rounding(row, column, value, reduced, error)
       integer, intent(in) :: row(:), column(:)
       real(wp), intent(in) :: value(:)
@@ -272,6 +272,7 @@ contains
 
    contains
 
+      ! Adds the term to entry (i, j); it does not fit if that is not stored.
       subroutine add(i, j)
          integer, intent(in) :: i, j
          integer :: place
@@ -296,6 +297,7 @@ contains
       if (size(units) > 0) spread_of_units = maxval(units)/minval(units)
    end function spread_of_units
 
+   ! Removes and replaces rows of the reduced constraints, and records how to recover their multipliers.
    subroutine replace_rows(self, follows, near, combinations, rows, reduced, error)
       class(presolve_type), intent(inout) :: self
       !> Whether each of the m' rows is removed.
@@ -450,7 +452,7 @@ contains
       end if
    end subroutine expand_shapes
 
-   !> y and xi', of n' and m' entries, for phi = T y and xi, of n and m.
+   !> Restricts phi = T y and xi, n and m entries, to y and the multipliers of the reduced problem, n' and m' entries.
    pure subroutine contract(self, phi, xi, y, xi_reduced)
       class(presolve_type), intent(in) :: self
       complex(wp), intent(in) :: phi(:), xi(:)

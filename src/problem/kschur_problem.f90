@@ -98,7 +98,7 @@ contains
       call settle_modal_problem(problem, error, kind_of, symmetric)
    end subroutine new_modal_problem
 
-   !> As `new_modal_problem`, for matrices already stored in the problem.
+   !> Checks and classifies a problem whose matrices are set, as `new_modal_problem` does.
    subroutine settle_modal_problem(problem, error, kind_of, symmetric)
       type(modal_problem_type), intent(inout) :: problem
       type(error_type), allocatable, intent(out) :: error
@@ -149,7 +149,7 @@ contains
       end if
    end subroutine settle_modal_problem
 
-   ! A zero H is dropped.
+   ! Classifies H: symmetry, and loss factor if H = g K; drops a zero H.
    subroutine classify_loss(problem)
       type(modal_problem_type), intent(inout) :: problem
 
@@ -211,7 +211,7 @@ contains
          "Cq and its transpose has up to "//text(total)//" entries, and only "//text(huge(1) - 1)//" can be counted")
    end subroutine check_sums
 
-   ! Fails where Cq has not a column for each unknown.
+   ! Fails unless Cq has one column for each unknown.
    subroutine check_columns(constraints, unknowns, error)
       type(csr_matrix_type), intent(in) :: constraints
       integer, intent(in) :: unknowns
@@ -225,6 +225,7 @@ contains
          text(constraints%columns)//" but must have "//text(unknowns)//" columns, one for each unknown, and "//advice)
    end subroutine check_columns
 
+   ! Fails if a matrix has other extents, or an entry that is not finite.
    subroutine check_matrix(matrix, rows, columns, base, name, error)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: rows, columns, base
@@ -293,6 +294,7 @@ contains
       end do
    end subroutine check_magnitudes
 
+   ! Fails without unknowns, with neither mass nor damping, or with an empty constraint.
    subroutine check_mass_and_constraints(problem, reduced, error)
       type(modal_problem_type), intent(in) :: problem
       !> Whether eliminated constraints may have removed all mass.

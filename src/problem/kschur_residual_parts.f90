@@ -1,4 +1,4 @@
-!> Residuals relative to their terms.
+!> Residuals of eigenpairs relative to the magnitudes of their terms.
 module kschur_residual_parts
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp

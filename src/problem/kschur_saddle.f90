@@ -137,7 +137,7 @@ contains
       end do
    end function bordered
 
-   ! Appends row `from` of a part to row i of the whole.
+   ! Appends row `from` of a block, with its columns shifted by `offset`, to row i of the whole matrix.
    pure subroutine append(whole, i, part, from, offset)
       type(csr_matrix_type), intent(inout) :: whole
       integer, intent(in) :: i, from, offset
@@ -153,7 +153,7 @@ contains
       whole%row_start(i + 1) = place
    end subroutine append
 
-   !> [A 0; 0 0], so many rows and columns.
+   !> [A 0; 0 0], order x order.
    pure function enlarged(matrix, order) result(block)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: order

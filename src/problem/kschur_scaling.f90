@@ -83,7 +83,7 @@ contains
       first_scale = below_the_highest*min(typical, max(of_norms, heaviest*typical))
    end function first_scale
 
-   ! Median of small integers, at least one.
+   ! Median of a nonempty list of small integers, by counting.
    pure integer function median(numbers)
       integer, intent(in) :: numbers(:)
       integer, allocatable :: times(:)
@@ -100,6 +100,7 @@ contains
       end do
    end function median
 
+   ! A power of two within a factor of two of x; 1 if x is not positive and finite.
    elemental real(wp) function nearest_power(x)
       real(wp), intent(in) :: x
 

@@ -20,7 +20,7 @@ module kschur_shared_problem
       procedure, nopass :: assemble
       !> Fails if the processes that share it differ from those of the solve.
       procedure, nopass :: check
-      !> Frees the entries of the whole M, R and K in the first process; restores them.
+      !> Frees the entries of the whole M, R and K in the first process, while other arrays need the memory; restores them.
       procedure, nopass :: put_away
       procedure, nopass :: bring_back
    end type shared_problem_type

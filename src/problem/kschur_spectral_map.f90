@@ -116,6 +116,7 @@ contains
 
    contains
 
+      ! Updates the distance by that of candidate points.
       pure subroutine consider(distance, candidates)
          real(wp), intent(inout) :: distance
          complex(wp), intent(in) :: candidates(2)
@@ -123,6 +124,7 @@ contains
          distance = min(distance, minval(abs(candidates - target)))
       end subroutine consider
 
+      ! The same for a point and its conjugate, if their theta is in the interval.
       pure subroutine consider_if_inside(distance, lambda, theta)
          real(wp), intent(inout) :: distance
          complex(wp), intent(in) :: lambda

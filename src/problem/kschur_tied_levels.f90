@@ -1,4 +1,4 @@
-!> Stiffness levels of unknowns that are held by constraints only.
+!> Stiffness levels of unknowns that have no stiffness themselves but are coupled to others by constraints.
 module kschur_tied_levels
    use kschur_kinds, only: wp
    use kschur_sparse, only: csr_matrix_type
@@ -8,8 +8,8 @@ module kschur_tied_levels
 
 contains
 
-   !> Sets levels, in units of stiffness, of unknowns without one, as those of a rigid body: such an unknown moves as much as
-   !> the softest unknown that a constraint couples it to, and no more than its stiffest constraint allows.
+   !> Passes stiffness levels along constraints to unknowns without one, as those of a rigid body: such an unknown gets the level
+   !> of the softest unknown that a constraint couples it to, in its own units; with several constraints the largest of these.
    pure subroutine spread_levels(constraints, level)
       !> m x n
       type(csr_matrix_type), intent(in) :: constraints

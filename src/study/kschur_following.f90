@@ -29,8 +29,8 @@ module kschur_following
 
 contains
 
-   !> Finds the spaces of a solved point, and orthonormalises each. A shape that depends on earlier ones, as for a defective
-   !> eigenvalue, forms its own space.
+   !> Groups the modes of a solved point by equal eigenvalues to spaces, and orthonormalises the shapes of each. A shape that
+   !> depends on earlier ones, as for a defective eigenvalue, forms its own space.
    subroutine settle_spaces(place)
       type(place_type), intent(inout) :: place
       complex(wp) :: rest(place%problem%unknowns())
@@ -54,6 +54,7 @@ contains
       end associate
    end subroutine settle_spaces
 
+   ! Subtracts the components of x along the marked orthonormal columns.
    subroutine orthogonalize_against(phi, is_in, x)
       complex(wp), intent(in) :: phi(:, :)
       logical, intent(in) :: is_in(:)
@@ -99,6 +100,7 @@ contains
 
    contains
 
+      ! Matches some modes before with some after, and rotates the shapes in c, products and the result.
       subroutine pair(rows, columns)
          integer, intent(in) :: rows(:), columns(:)
          complex(wp), allocatable :: turn_before(:, :), turn_after(:, :)
@@ -129,7 +131,8 @@ contains
       end do
    end function first_of
 
-   ! Computes c for given nonzero modes. Defective ones are compared by shapes.
+   ! Computes c for modes with nonzero eigenvalues: expands states after in states before by left vectors. Defective ones are
+   ! compared by shapes.
    subroutine expand_states(before, after, rows, columns, products, c)
       type(place_type), intent(in) :: before, after
       integer, intent(in) :: rows(:), columns(:)
@@ -160,13 +163,14 @@ contains
       if (.not. singular .and. all(abs(cross) <= huge(1.0_wp))) c(rows, columns) = cross
    end subroutine expand_states
 
+   ! Whether an eigenvalue is exactly zero, as that of a rigid motion is.
    elemental logical function is_zero(lambda)
       complex(wp), intent(in) :: lambda
 
       is_zero = .not. abs(lambda) > 0
    end function is_zero
 
-   ! Products left_i^T ((lambda_i + lambda_j) M + R) phi_j for some modes j.
+   ! Products left_i^T ((lambda_i + lambda_j) M + R) phi_j for some modes j, by which states are biorthogonal.
    function state_products(problem, left, lambda, result, modes) result(form)
       type(modal_problem_type), intent(in) :: problem
       complex(wp), intent(in) :: left(:, :), lambda(:)

@@ -101,6 +101,7 @@ contains
       call move_alloc(kept, values)
    end subroutine keep_first
 
+   ! Fails if forces or unknowns do not fit the problem, or a frequency is not finite.
    subroutine check_request(problem, frequencies, length, wanted, error)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: frequencies(:)
@@ -124,7 +125,7 @@ contains
       end do
    end subroutine check_request
 
-   ! Solves at one lambda.
+   ! Factors and solves at one lambda, with refinement.
    subroutine respond(problem, lambda, forces, solver, x, xi, error)
       type(modal_problem_type), intent(in) :: problem
       complex(wp), intent(in) :: lambda
@@ -225,6 +226,7 @@ contains
       end do
    end subroutine subtract_product
 
+   ! Raises the error that an undamped mode has this frequency.
    subroutine report_resonance(lambda, error)
       complex(wp), intent(in) :: lambda
       type(error_type), allocatable, intent(out) :: error

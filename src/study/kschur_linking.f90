@@ -61,7 +61,7 @@ contains
       self%has_solved = self%has_solved .or. .not. allocated(error)
    end subroutine solve
 
-   ! Solves at an intermediate point; cancelling is an error there.
+   ! Solves at an intermediate value; an error if the monitor cancels.
    subroutine place_between(self, value, before, after, place, error)
       class(linker_type), intent(inout) :: self
       real(wp), intent(in) :: value
@@ -101,6 +101,8 @@ contains
       call self%link_by_halves(before, after, most_halvings, match, error)
    end subroutine link
 
+   ! Matches modes of two points. If the match is ambiguous or modes cross, links by an intermediate point, recursively, at most
+   ! `halvings` times.
    recursive subroutine link_by_halves(self, before, after, halvings, match, error)
       class(linker_type), intent(inout) :: self
       type(place_type), intent(in) :: before
@@ -156,6 +158,7 @@ contains
       clear = .not. is_ambiguous(shares, match, before%result%eigenvalues, after%result%eigenvalues)
    end subroutine follow_and_check
 
+   ! The match over two steps; 0 if a mode is lost in one of them.
    pure function composed(first, second)
       integer, intent(in) :: first(:), second(:)
       integer :: composed(size(first))
@@ -167,7 +170,7 @@ contains
       end do
    end function composed
 
-   ! Whether two lists of modes have the same spaces.
+   ! Whether two matches lead to the same spaces, mode by mode.
    pure logical function same_spaces(space, first, second)
       integer, intent(in) :: space(:), first(:), second(:)
       integer :: i

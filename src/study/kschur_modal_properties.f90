@@ -78,6 +78,7 @@ contains
       if (.not. allocated(error)) call move_alloc(properties, result%properties)
    end subroutine find_modal_properties
 
+   ! Names 1, 2, ... of given directions.
    pure function numbers(count) result(names)
       integer, intent(in) :: count
       character(len=direction_length) :: names(count)
@@ -88,7 +89,7 @@ contains
       end do
    end function numbers
 
-   ! The rigid motions of a mesh.
+   ! The nonzero rigid motions of the problem's mesh, and their names; none without a mesh.
    subroutine find_motions(problem, motions, names)
       type(modal_problem_type), intent(in) :: problem
       real(wp), allocatable, intent(out) :: motions(:, :)
@@ -107,7 +108,7 @@ contains
       allocate (motions(size(all_six, 1), count(moves)), source=all_six(:, pack([(i, i=1, 6)], moves)))
    end subroutine find_motions
 
-   ! M d of each direction, and d^T M d.
+   ! Computes M d for each direction d, and the total mass d^T M d.
    subroutine find_momenta(problem, directions, momenta, total, error)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: directions(:, :)
@@ -129,6 +130,7 @@ contains
          i=1, size(directions, 2))])
    end subroutine find_momenta
 
+   ! Sets modal a and b, participation factors and effective masses of the modes of one eigenvalue.
    subroutine add_group(problem, group, momenta, properties)
       type(modal_problem_type), intent(in) :: problem
       type(mode_group_type), intent(in) :: group
@@ -169,7 +171,8 @@ contains
       if (singular) factor = cmplx(ieee_value(1.0_wp, ieee_quiet_nan), ieee_value(1.0_wp, ieee_quiet_nan), wp)
    end subroutine divide_by_modal_a
 
-   ! Undamped rigid motions are double zeros and have all of their mass; that of damped ones belongs to their decay modes.
+   ! Participation factors of modes with eigenvalue zero. Undamped rigid motions are double zeros and have all of their mass; that
+   ! of damped ones belongs to their decay modes.
    subroutine divide_for_rigid(problem, group, damping, factor)
       type(modal_problem_type), intent(in) :: problem
       type(mode_group_type), intent(in) :: group

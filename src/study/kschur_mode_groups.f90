@@ -61,6 +61,7 @@ contains
       bytes = vectors*most*complex_bytes*(real(problem%unknowns(), wp) + problem%multipliers())
    end function bytes_of_groups
 
+   ! Whether two eigenvalues are equal to rounding.
    pure elemental logical function are_equal(lambda, other)
       complex(wp), intent(in) :: lambda, other
 
@@ -113,7 +114,7 @@ contains
       form = matmul(transpose(x), product)
    end function form_between
 
-   !> b := A^{-1} b; `singular` if A is singular.
+   !> b := A^{-1} b for a small dense matrix; `singular` if it has a zero pivot.
    subroutine solve_small(a, b, singular)
       complex(wp), intent(in) :: a(:, :)
       complex(wp), intent(inout) :: b(:, :)

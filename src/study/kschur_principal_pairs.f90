@@ -55,8 +55,9 @@ contains
 
    contains
 
-      ! Negative if a space has no direction left, or the index is not its first. The result has a name of its own: otherwise
-      ! gfortran takes the address of the internal function, which needs an executable stack.
+      ! Largest singular value of the directions left in two spaces, given by their first vectors. Negative if a space has none
+      ! left, or the index is not its first. The result has a name of its own: otherwise gfortran takes the address of the
+      ! internal function, which needs an executable stack.
       real(wp) function largest_of(i, j) result(value)
          integer, intent(in) :: i, j
          complex(wp), allocatable :: w(:, :), z(:, :)
@@ -67,7 +68,7 @@ contains
          call decompose(i, j, w, z, value)
       end function largest_of
 
-      ! Pairs the first singular vectors; the others span the remaining space.
+      ! Pairs the singular vectors of the largest singular value; the others become the remaining directions of the two spaces.
       subroutine pair_first(i, j)
          integer, intent(in) :: i, j
          complex(wp), allocatable :: w(:, :), z(:, :)
@@ -84,6 +85,7 @@ contains
          used_after(j) = used_after(j) + 1
       end subroutine pair_first
 
+      ! Singular value decomposition of the components between the directions left in two spaces.
       subroutine decompose(i, j, w, z, value)
          integer, intent(in) :: i, j
          complex(wp), allocatable, intent(out) :: w(:, :), z(:, :)
@@ -97,7 +99,7 @@ contains
       end subroutine decompose
    end subroutine pair_spaces
 
-   ! Unpaired rotated vectors of a space.
+   ! Positions of the unpaired rotated vectors of a space.
    pure function unpaired_of(space, used, i)
       integer, intent(in) :: space(:), used(:), i
       integer :: unpaired_of(count(space == i) - used(i))

@@ -44,7 +44,7 @@ contains
       allocate (problem%loss, source=between(loss_or_none(from%stiffness, from%loss), loss_or_none(to%stiffness, to%loss), part))
    end subroutine interpolate
 
-   ! Equal entries are copied exactly.
+   ! A + part (B - A); entries that are equal in both are copied exactly.
    pure function between(from, to, part) result(matrix)
       type(csr_matrix_type), intent(in) :: from, to
       real(wp), intent(in) :: part

@@ -81,6 +81,7 @@ contains
       call leave_solve(threads_before)
    end subroutine eigenvalue_rates
 
+   ! Fails if a derivative does not have the extents of its matrix.
    subroutine check_rate(problem, rate, error)
       type(modal_problem_type), intent(in) :: problem
       type(problem_rate_type), intent(in) :: rate
@@ -106,7 +107,7 @@ contains
       end subroutine check
    end subroutine check_rate
 
-   ! Rates of k equal eigenvalues: eigenvalues of a k x k problem.
+   ! Derivatives of k equal eigenvalues: the eigenvalues of a k x k matrix (first-order perturbation). NaN if there are none.
    function rates_of(problem, group, rate) result(rates)
       type(modal_problem_type), intent(in) :: problem
       type(mode_group_type), intent(in) :: group
@@ -132,6 +133,7 @@ contains
          no_order, info)
    end function rates_of
 
+   ! zgees needs this argument even if it does not sort.
    pure logical function no_selection(w)
       complex(wp), intent(in) :: w
 

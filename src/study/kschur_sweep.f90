@@ -128,7 +128,8 @@ contains
       call move_alloc(here, self%last)
    end subroutine add
 
-   ! Matches modes with the last point: branches, and changes of stability in between.
+   ! Matches the modes of a point with those of the last one: continues their branches or begins new ones, and finds changes of
+   ! stability in between.
    subroutine follow(self, here, point, onsets, error)
       class(sweep_type), intent(inout) :: self
       type(place_type), intent(inout) :: here
@@ -216,7 +217,7 @@ contains
       branch_is_unstable = is_unstable(self%eigenvalues(branch, point))
    end function branch_is_unstable
 
-   ! Share of a branch at the point before p in another one at p.
+   ! Share of the mode of one branch at the point before p in that of another branch at p.
    pure real(wp) function share_of(self, first, second, p)
       class(sweep_type), intent(in) :: self
       integer, intent(in) :: first, second, p

@@ -44,7 +44,7 @@ contains
       found = 0
       do p = 0, processes%number - 1
          if (allocated(list)) deallocate (list)
-         allocate (list, source=ranges%list(p))
+         allocate (list, source=ranges%row_numbers(p))
          call expect(size(list) == ranges%rows(p))
          do k = 1, size(list)
             found(list(k)) = found(list(k)) + 1
@@ -79,15 +79,15 @@ contains
          pivots = pack(pivots, pivots <= n + m .and. mod(pivots, max(processes%number - 1, 1)) == processes%rank)
          part = -1
          call rows%redistribute(pivots, x(pivots, :), part)
-         call expect(.not. any(abs(part - x(rows%list(), :)) > 0))
+         call expect(.not. any(abs(part - x(rows%row_numbers(), :)) > 0))
          complex_part = -1
          call rows%redistribute(pivots, u(pivots, :), complex_part)
-         call expect(.not. any(abs(complex_part - u(rows%list(), :)) > 0))
+         call expect(.not. any(abs(complex_part - u(rows%row_numbers(), :)) > 0))
       end do
       back = x(:size(back, 1), :)
       part = -1
       call rows%scatter(back, part)
-      call expect(.not. any(abs(part - x(rows%list(), :)) > 0))
+      call expect(.not. any(abs(part - x(rows%row_numbers(), :)) > 0))
       back = -1
       call rows%gather(part, back)
       if (processes%rank == 0) call expect(.not. any(abs(back - x) > 0))

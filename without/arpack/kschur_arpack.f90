@@ -1,4 +1,4 @@
-!> In the place of the module of this name where kschur is built without ARPACK.
+!> Replaces the module of this name in a build without ARPACK.
 module kschur_arpack
    use kschur_arpack_options, only: arpack_options_type
    use kschur_error, only: error_type, new_error, error_usage

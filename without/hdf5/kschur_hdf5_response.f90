@@ -1,4 +1,4 @@
-!> In the place of the module of this name where kschur is built without HDF5.
+!> Replaces the module of this name in a build without HDF5.
 module kschur_hdf5_response
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp

@@ -1,4 +1,4 @@
-!> In the place of the module of this name where kschur is built without HDF5.
+!> Replaces the module of this name in a build without HDF5.
 module kschur_hdf5_result
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_result, only: modal_result_type
@@ -8,7 +8,7 @@ module kschur_hdf5_result
 
 contains
 
-   !> No file is one that can be read.
+   !> Returns false: no HDF5 file can be read.
    logical function is_hdf5_result(path, trial)
       character(len=*), intent(in) :: path
       logical, intent(in), optional :: trial

@@ -1,4 +1,4 @@
-!> In the place of the module of this name where kschur is built without HDF5.
+!> Replaces the module of this name in a build without HDF5.
 module kschur_hdf5_sweep
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kept_result, only: kept_result_type
@@ -22,7 +22,7 @@ contains
       call new_error(error, error_usage, path//": this kschur was built without HDF5")
    end subroutine write_hdf5_sweep
 
-   !> False.
+   !> Returns false: no HDF5 file can be read.
    logical function is_hdf5_sweep(path)
       character(len=*), intent(in) :: path
 

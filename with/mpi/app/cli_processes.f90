@@ -42,6 +42,7 @@ contains
       if (rank > 0) call take_part()
    end subroutine start_processes
 
+   ! Serves requests of the first process until it ends, then exits with its status.
    subroutine take_part()
       type(shared_problem_type) :: shared
       type(modal_options_type) :: options
@@ -69,8 +70,8 @@ contains
       call c_exit(int(request(2), c_int))
    end subroutine take_part
 
-   !> Reads a problem in an HDF5 file collectively, each process its rows; halves of symmetric matrices in the first process
-   !> alone.
+   !> Reads a problem in an HDF5 file collectively, each process its rows. If symmetric matrices are stored as halves, the first
+   !> process reads them alone.
    subroutine read_together(path, shared, error, symmetric)
       character(len=*), intent(in) :: path
       type(shared_problem_type), intent(out) :: shared
@@ -86,6 +87,7 @@ contains
       end if
    end subroutine read_together
 
+   ! Reads the rows of this process; called by all processes.
    subroutine read_here(path, shared, error, symmetric)
       !> Significant in the first process; same length in the others.
       character(len=*), intent(in) :: path
@@ -119,6 +121,7 @@ contains
       call MPI_Finalize()
    end subroutine end_processes
 
+   ! Sends a request to the other processes.
    subroutine send_request(request)
       integer, intent(in) :: request(2)
       integer :: sent(2)

@@ -35,9 +35,10 @@ module kschur_band_groups
       procedure :: are_several
       !> Distributes the list of parts.
       procedure :: announce
-      !> Returns the modes of a part; parts are requested in order.
+      !> Returns the modes of part i; called for all parts in order. Computes parts from the queue until this one is done, or
+      !> receives it from the group that took it.
       procedure :: obtain
-      !> Ends the work on parts, requested or not.
+      !> Ends the work on parts, and receives those not asked for.
       procedure :: finish
       !> Joins the groups again; call after all factors are freed.
       procedure :: disband
@@ -155,7 +156,7 @@ contains
       processes = self%all
    end subroutine disband
 
-   !> Work loop of the first process of another group.
+   !> Work loop of the first process of another group: computes parts from the queue, then sends their modes.
    subroutine lead_group(processes, leaders)
       !> The group of this process.
       type(processes_type), target, intent(inout) :: processes

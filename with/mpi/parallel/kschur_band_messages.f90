@@ -50,6 +50,7 @@ contains
       problem%symmetric = .true.
    end subroutine share_problem
 
+   ! Broadcasts a matrix of the first process.
    subroutine share_matrix(matrix, communicator, error)
       type(csr_matrix_type), intent(inout) :: matrix
       type(MPI_Comm), intent(in) :: communicator
@@ -72,7 +73,7 @@ contains
       call MPI_Bcast(matrix%value, numbers(3), MPI_DOUBLE_PRECISION, 0, communicator)
    end subroutine share_matrix
 
-   !> Broadcasts the parts.
+   !> Broadcasts the list of parts of the first process.
    subroutine share_parts(parts, communicator)
       type(part_type), allocatable, intent(inout) :: parts(:)
       type(MPI_Comm), intent(in) :: communicator
@@ -162,8 +163,8 @@ contains
       call MPI_Recv(found%history%residual, head(10), MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
    end subroutine receive_part
 
-   ! By columns, since all of them may have more entries than an integer can count. Received even if there is no memory to keep
-   ! them, as the sender waits.
+   ! Receives eigenvalues, shapes and multipliers by columns, since all of them may have more entries than an integer can count.
+   ! They are received even if there is no memory to keep them, as the sender waits.
    subroutine receive_vectors(i, from, shape, found, communicator, error)
       integer, intent(in) :: i, from
       !> Numbers of columns, rows and multipliers; 1 for real shapes.
@@ -193,6 +194,7 @@ contains
       end associate
    end subroutine receive_vectors
 
+   ! Waits, mostly asleep, for a message about part i; `from` is its sender.
    subroutine await_part(i, from, communicator)
       integer, intent(in) :: i
       integer, intent(out) :: from

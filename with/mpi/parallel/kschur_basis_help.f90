@@ -1,4 +1,4 @@
-!> Serves requests on bases in processes other than the first: they keep their rows.
+!> Executes requests on distributed bases in processes other than the first, which hold their rows.
 module kschur_basis_help
    use kschur_basis_rows_complex, only: complex_rows_type => basis_rows_type
    use kschur_basis_rows_real, only: real_rows_type => basis_rows_type
@@ -8,7 +8,7 @@ module kschur_basis_help
    use kschur_processes, only: request_length, processes_type
    implicit none
    private
-   public :: basis_instance_type, help_basis
+   public :: basis_instance_type, serve_basis
 
    !> Local rows of one basis.
    type :: basis_instance_type
@@ -25,8 +25,8 @@ module kschur_basis_help
 
 contains
 
-   !> Serves a request of the first process.
-   subroutine help_basis(instances, processes, request)
+   !> Executes a request of the first process on the local rows of a basis.
+   subroutine serve_basis(instances, processes, request)
       !> All bases.
       type(basis_instance_type), allocatable, intent(inout) :: instances(:)
       type(processes_type), target, intent(inout) :: processes
@@ -54,10 +54,10 @@ contains
             if (associated(instances(i)%complex)) deallocate (instances(i)%complex)
             instances = pack(instances, instances%number /= number)
          else if (associated(instances(i)%real)) then
-            call instances(i)%real%help_with(all, request(4:))
+            call instances(i)%real%serve(all, request(4:))
          else
-            call instances(i)%complex%help_with(all, request(4:))
+            call instances(i)%complex%serve(all, request(4:))
          end if
       end associate
-   end subroutine help_basis
+   end subroutine serve_basis
 end module kschur_basis_help

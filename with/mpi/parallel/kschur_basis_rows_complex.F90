@@ -5,7 +5,7 @@ module kschur_basis_rows_complex
       to_orthonormalize, to_read, to_release, to_reserve, to_rotate, to_store, to_subtract, to_take_out
    use kschur_columns_complex, only: combine_columns, move_columns, rotate_columns
    use kschur_error, only: error_type, new_error, error_memory
-   use kschur_gram_schmidt_complex, only: orthogonalize_column => orthogonalize_but_last, &
+   use kschur_gram_schmidt_complex, only: orthogonalize_column => orthogonalize_but_last_update, &
       orthonormalize_columns => orthonormalize
    use kschur_kinds, only: wp
    use kschur_memory, only: complex_bytes, require_memory

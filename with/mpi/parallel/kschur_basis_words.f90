@@ -1,4 +1,4 @@
-!> Codes of requests on a distributed basis, after its number.
+!> Integers in requests on a distributed basis, after its number: kind of scalar, and operation.
 module kschur_basis_words
    implicit none
    private

@@ -9,7 +9,7 @@ module kschur_first_level_help_complex
    use kschur_row_team, only: row_team_type, to_give, to_take
    implicit none
    private
-   public :: help_first_level
+   public :: serve_first_level
 
 #define SCALAR complex(wp)
 #include "kschur_first_level_help.inc"

@@ -81,6 +81,7 @@ contains
       halo = pack([(j, j=1, rows%columns)], needed)
    end subroutine find_halo
 
+   ! Splits local rows into entries with local columns and entries with halo columns.
    subroutine split(matrix, rows, ranges)
       type(halo_matrix_type), intent(inout) :: matrix
       type(csr_matrix_type), intent(in) :: rows
@@ -114,6 +115,7 @@ contains
       end do
    end subroutine split
 
+   ! Allocates a matrix to be filled by `append`, row by row.
    subroutine make_room(part, rows, columns, entries)
       type(csr_matrix_type), intent(out) :: part
       integer, intent(in) :: rows, columns, entries
@@ -124,6 +126,7 @@ contains
       allocate (part%column(entries), part%value(entries))
    end subroutine make_room
 
+   ! Appends an entry to row i, the last one begun.
    pure subroutine append(part, i, column, value)
       type(csr_matrix_type), intent(inout) :: part
       integer, intent(in) :: i, column
@@ -136,7 +139,7 @@ contains
       end associate
    end subroutine append
 
-   ! Exchanges which entries each process needs of the others.
+   ! Plans the exchange of the halo: each process tells the others which entries of vectors it needs from them.
    subroutine exchange_needs(matrix, ranges)
       type(halo_matrix_type), intent(inout) :: matrix
       type(row_ranges_type), intent(in) :: ranges
@@ -151,15 +154,16 @@ contains
          needed(p) = needed(p) + 1
       end do
       call MPI_Alltoall(needed, 1, MPI_INTEGER, used, 1, MPI_INTEGER, matrix%communicator)
-      call list(needed, needed_before, matrix%owners)
-      call list(used, used_before, matrix%users)
+      call list_neighbours(needed, needed_before, matrix%owners)
+      call list_neighbours(used, used_before, matrix%users)
       allocate (matrix%used(sum(used)))
       call MPI_Alltoallv(matrix%halo, needed, needed_before, MPI_INTEGER, matrix%used, used, used_before, MPI_INTEGER, &
          matrix%communicator)
       matrix%used = matrix%used - matrix%first + 1
    end subroutine exchange_needs
 
-   subroutine list(entries, before, neighbours)
+   ! Lists the processes with which entries are exchanged, from the number of entries of each.
+   subroutine list_neighbours(entries, before, neighbours)
       integer, intent(in) :: entries(0:)
       integer, intent(out) :: before(0:)
       type(neighbour_type), allocatable, intent(out) :: neighbours(:)
@@ -173,9 +177,9 @@ contains
          k = k + 1
          neighbours(k) = neighbour_type(p, before(p) + 1, before(p) + entries(p))
       end do
-   end subroutine list
+   end subroutine list_neighbours
 
-   ! Some halo columns precede the local ones.
+   ! In each row, halo columns before the local ones, local columns, and the other halo columns.
    pure subroutine join(self, rows)
       class(halo_matrix_type), intent(in) :: self
       type(csr_matrix_type), intent(out) :: rows

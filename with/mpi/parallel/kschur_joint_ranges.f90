@@ -9,10 +9,10 @@ module kschur_joint_ranges
    type :: joint_ranges_type
       type(row_ranges_type) :: unknowns, multipliers
    contains
-      !> Number of rows of a process: unknowns first.
+      !> Number of rows of a process.
       procedure :: rows
-      !> Their indices.
-      procedure :: list
+      !> Their indices: unknowns first, then multipliers.
+      procedure :: row_numbers
       !> Owner of a row, and its local index there.
       procedure :: owner
       procedure :: place
@@ -38,15 +38,15 @@ contains
       rows = self%unknowns%rows(process) + self%multipliers%rows(process)
    end function rows
 
-   pure function list(self, process)
+   pure function row_numbers(self, process)
       class(joint_ranges_type), intent(in) :: self
       integer, intent(in) :: process
-      integer :: list(self%unknowns%rows(process) + self%multipliers%rows(process))
+      integer :: row_numbers(self%unknowns%rows(process) + self%multipliers%rows(process))
       integer :: i
 
-      list = [[(i, i=self%unknowns%first(process), self%unknowns%last(process))], &
+      row_numbers = [[(i, i=self%unknowns%first(process), self%unknowns%last(process))], &
          self%all_unknowns() + [(i, i=self%multipliers%first(process), self%multipliers%last(process))]]
-   end function list
+   end function row_numbers
 
    pure integer function owner(self, row)
       class(joint_ranges_type), intent(in) :: self

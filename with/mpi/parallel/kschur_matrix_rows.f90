@@ -1,4 +1,4 @@
-!> Scatters the rows of a matrix in the first process, and gathers them.
+!> Scatters the rows of a matrix of the first process over all processes, and gathers them there.
 module kschur_matrix_rows
    use, intrinsic :: iso_c_binding, only: c_int, c_size_t
    use kschur_error, only: error_type
@@ -22,7 +22,7 @@ module kschur_matrix_rows
 
 contains
 
-   !> Scatters the rows. Fails in all processes if one has no memory for them.
+   !> Scatters the rows of a matrix. Fails in all processes if one has no memory for them.
    subroutine share_rows(matrix, ranges, columns, communicator, rows, error)
       !> Significant in the first process.
       type(csr_matrix_type), intent(in) :: matrix
@@ -68,7 +68,7 @@ contains
       end if
    end subroutine share_rows
 
-   ! Number of entries of the rows of each process, and before them.
+   ! Counts the entries in the rows of each process, and those before them.
    pure subroutine count_entries(matrix, ranges, entries, before)
       type(csr_matrix_type), intent(in) :: matrix
       type(row_ranges_type), intent(in) :: ranges
@@ -128,7 +128,8 @@ contains
       call gather_rows(matrix, ranges, communicator, rows, error)
    end subroutine gather_matrix
 
-   !> Gathers the rows in the first process. Fails in all processes if it has no memory for them.
+   !> Gathers the entries of a matrix in the first process, which knows its row starts. Fails in all processes if it has no memory
+   !> for them.
    subroutine gather_rows(matrix, ranges, communicator, rows, error)
       !> In the first process `row_start` is set.
       type(csr_matrix_type), intent(inout) :: matrix

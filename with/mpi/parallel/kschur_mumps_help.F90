@@ -1,5 +1,5 @@
-!> Serves factorisations in processes other than the first: the same jobs of MUMPS, with the local part of the factors. Matrices
-!> and right-hand sides are distributed by rows, solutions by pivots.
+!> Joint factorisations in processes other than the first: they call MUMPS with the jobs that the first one requests, and hold
+!> their part of the factors. Matrices and right-hand sides are distributed by rows, solutions by pivots.
 module kschur_mumps_help
    use kschur_error, only: error_type, new_error, error_memory, error_usage
    use kschur_kinds, only: long, single, wp
@@ -17,7 +17,7 @@ module kschur_mumps_help
    use mpi_f08, only: MPI_Comm, MPI_INTEGER, MPI_LOGICAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE
    implicit none
    private
-   public :: complex_part, complex_part_type, help_mumps, mumps_instance_type, real_part, real_part_type
+   public :: complex_part, complex_part_type, serve_mumps, mumps_instance_type, real_part, real_part_type
 
 #include <dmumps_root.h>
 #include <zmumps_root.h>
@@ -70,8 +70,8 @@ module kschur_mumps_help
 
 contains
 
-   !> Serves a job that the first process announced.
-   subroutine help_mumps(instances, processes, request)
+   !> Executes a job that the first process has requested.
+   subroutine serve_mumps(instances, processes, request)
       !> All factorisations in use.
       type(mumps_instance_type), allocatable, intent(inout) :: instances(:)
       type(processes_type), pointer, intent(in) :: processes
@@ -101,7 +101,7 @@ contains
          if (job == job_factorize) call set_blas_threads(1)
          if (job == job_end) instances = pack(instances, instances%number /= number)
       end associate
-   end subroutine help_mumps
+   end subroutine serve_mumps
 
 #define HELP help_real
 #define TAKE take_real

@@ -13,7 +13,8 @@ module kschur_operator_rows
 
 contains
 
-   !> Scatters their rows. Fails in all processes if one has no memory for them; collective.
+   !> Scatters the rows of deflated motions and constraint factors; collective. Fails in all processes if one has no memory for
+   !> them.
    subroutine share_common(shapes, images, factors, sizes, processes, deflation, own_factors, error)
       !> Deflated motions, their images, and constraint factors, in the first process.
       real(wp), contiguous, intent(in) :: shapes(:, :), images(:, :), factors(:)

@@ -7,14 +7,15 @@ module kschur_part_queue
    private
    public :: part_queue_type
 
+   !> The counter, as seen by any process.
    type :: part_queue_type
       private
       type(MPI_Win) :: window
    contains
-      !> Collective over a communicator.
+      !> Creates and frees the counter; collective over a communicator.
       procedure :: begin
       procedure :: finish
-      !> Takes the next number, from 1; with `past` also all numbers up to it.
+      !> Returns the next number, from 1, and advances the counter by one, or by `past`.
       procedure :: take
    end type part_queue_type
 

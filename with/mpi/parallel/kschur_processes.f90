@@ -85,6 +85,7 @@ contains
       call count_local_processes(processes)
    end subroutine join_processes
 
+   ! Sets the number of processes, the rank, and the number of processes on this machine.
    subroutine count_local_processes(processes)
       type(processes_type), intent(inout) :: processes
       type(MPI_Comm) :: machine
@@ -160,7 +161,7 @@ contains
       end do
    end subroutine broadcast_request
 
-   !> Sleeps for a small fraction of the time waited so far; not at all at first.
+   !> Sleeps for a small fraction of the time waited so far, so that short waits are not prolonged.
    subroutine sleep_briefly(waited)
       !> Seconds.
       real(wp), intent(in) :: waited
@@ -172,7 +173,7 @@ contains
       if (seconds > shortest) ignored = c_usleep(int(1.0e6_wp*seconds, c_int))
    end subroutine sleep_briefly
 
-   !> Process r goes to group r*groups/number, counted from 0; collective.
+   !> Splits the processes into groups: process r goes to group r*groups/number, counted from 0; collective.
    subroutine split(self, groups, group, leaders)
       class(processes_type), intent(in) :: self
       integer, intent(in) :: groups

@@ -13,12 +13,12 @@ module kschur_quadratic_rows
    use kschur_rows_solver, only: complex_rows_solver_type, real_rows_solver_type
    implicit none
    private
-   public :: end_sharing, help_share_quadratic, quadratic_parts_type, share_operator
+   public :: end_sharing, serve_quadratic_operator, quadratic_parts_type, share_operator
 
    integer, parameter :: job_begin = 1, job_end = 2
    integer, parameter :: real_operator = 1, complex_operator = 2
 
-   !> Distributes an operator; all processes must have the factors, mass and damping.
+   !> Distributes an operator for an iteration on distributed states; all processes must have parts of factors, mass and damping.
    interface share_operator
       module procedure share_real, share_complex
    end interface share_operator
@@ -36,8 +36,8 @@ module kschur_quadratic_rows
 
 contains
 
-   !> Serves a request of the first process.
-   subroutine help_share_quadratic(parts, matrices, instances, processes, request)
+   !> Executes a request of the first process to distribute a quadratic operator, or to end that.
+   subroutine serve_quadratic_operator(parts, matrices, instances, processes, request)
       type(quadratic_parts_type), intent(inout) :: parts
       !> Local parts of matrices and factors.
       type(row_matrix_part_type), intent(in) :: matrices(:)
@@ -51,7 +51,7 @@ contains
       else
          call help_complex(parts%complex, matrices, instances, processes, request(3:))
       end if
-   end subroutine help_share_quadratic
+   end subroutine serve_quadratic_operator
 
 #define SCALAR real(wp)
 #define QUADRATIC_TYPE real_operator_type

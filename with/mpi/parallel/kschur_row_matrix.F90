@@ -1,5 +1,5 @@
 !> A sparse matrix for many products, with its rows distributed over the processes of a solve. The first process sends requests,
-!> which the others serve in `help_multiply`.
+!> which the others execute in `serve_matrix`.
 module kschur_row_matrix
    use kschur_error, only: error_type
    use kschur_halo_matrix, only: halo_matrix_type, new_halo_matrix
@@ -13,7 +13,7 @@ module kschur_row_matrix
       MPI_Gatherv, MPI_Scatterv
    implicit none
    private
-   public :: help_multiply, part_of, row_matrix_part_type, row_matrix_type
+   public :: serve_matrix, part_of, row_matrix_part_type, row_matrix_type
 
    ! Jobs: receive rows; multiply by real or complex vectors; return the rows to the first process; free them.
    integer, parameter :: job_take = 1, job_real = 2, job_complex = 3, job_give = 4, job_forget = 5
@@ -44,11 +44,13 @@ module kschur_row_matrix
       procedure :: take
       !> Distributes the rows of a matrix over the processes.
       procedure :: share
-      !> Distributes a matrix of any shape for collective products; collective.
+      !> Distributes a matrix of any shape for collective products only; collective.
       procedure :: share_between
+      !> Frees the rows of this process that `share_between` has distributed.
       procedure :: drop
-      !> The same matrix for collective products, and its number; 0 if it is not distributed.
+      !> The same matrix for collective products.
       procedure :: by_rows
+      !> Its identification number; 0 if it is not distributed.
       procedure :: shared_as
       !> Frees the distributed rows.
       procedure :: forget
@@ -129,7 +131,7 @@ contains
       if (associated(self%others)) shared_as = self%part%number
    end function shared_as
 
-   !> Returns the matrix with a number in another process, for collective products.
+   !> Returns the matrix with an identification number in another process, for collective products.
    function part_of(parts, number) result(matrix)
       type(row_matrix_part_type), intent(in) :: parts(:)
       integer, intent(in) :: number
@@ -139,7 +141,7 @@ contains
       matrix%together = .true.
    end function part_of
 
-   ! Receives the local rows of the matrix in the first process.
+   ! Scatters the rows of a matrix of the first process; each process prepares its own for products. Collective.
    subroutine take_rows(part, matrix, processes, order, error)
       type(row_matrix_part_type), intent(inout) :: part
       type(csr_matrix_type), intent(in) :: matrix
@@ -156,8 +158,8 @@ contains
       if (allocated(error)) deallocate (part%rows)
    end subroutine take_rows
 
-   !> Serves a request of the first process.
-   subroutine help_multiply(parts, processes, request)
+   !> Executes a request of the first process on the local rows of a matrix.
+   subroutine serve_matrix(parts, processes, request)
       !> All matrices in use.
       type(row_matrix_part_type), allocatable, intent(inout) :: parts(:)
       type(processes_type), intent(in) :: processes
@@ -191,7 +193,7 @@ contains
             parts = pack(parts, parts%number /= number)
          end select
       end associate
-   end subroutine help_multiply
+   end subroutine serve_matrix
 
    subroutine forget(self)
       class(row_matrix_type), intent(inout) :: self
@@ -217,6 +219,7 @@ contains
       call give_rows(self%part, self%matrix, self%others, error)
    end subroutine bring_back
 
+   ! Gathers the rows in the first process again. Collective.
    subroutine give_rows(part, matrix, processes, error)
       type(row_matrix_part_type), intent(in) :: part
       !> In the first process its entries are set.

@@ -13,7 +13,7 @@ module kschur_row_team
    private
    public :: row_team_type
 
-   !> Requests in `carry`.
+   !> Requests of `carry` to other processes: call `give`, or `take`.
    integer, parameter, public :: to_give = 101, to_take = 102
 
    !> A group of processes.
@@ -32,7 +32,7 @@ module kschur_row_team
       procedure :: rows
       !> The object that adds up sums over rows.
       procedure :: sums
-      !> Called by the first process: sends the others a request for a collective operation.
+      !> Requests a collective operation from the other processes; called by the first one.
       procedure :: call_all
       !> Broadcasts numbers of the first process.
       procedure :: send
@@ -41,8 +41,10 @@ module kschur_row_team
       !> Writes whole vectors to a checkpoint, gathered in the first process, or reads and scatters them.
       generic :: carry => carry_real, carry_complex
       procedure, private :: carry_real, carry_complex
+      !> Gathers local rows of vectors in the first process; collective.
       generic :: give => give_real, give_complex
       procedure, private :: give_real, give_complex
+      !> Scatters vectors of the first process to local rows; collective.
       generic :: take => take_real, take_complex
       procedure, private :: take_real, take_complex
    end type row_team_type

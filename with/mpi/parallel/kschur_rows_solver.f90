@@ -1,4 +1,4 @@
-!> Solvers with distributed factors for distributed vectors.
+!> Solvers in the first process that use joint factors for collective solves with distributed vectors.
 module kschur_rows_solver
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
@@ -8,7 +8,7 @@ module kschur_rows_solver
    private
    public :: complex_rows_solver_type, real_rows_solver_type
 
-   !> The solver in the first process; solves are collective.
+   !> `solve` is `solve_rows` of `original`, which has the factors.
    type, extends(real_linear_solver_type) :: real_rows_solver_type
       class(real_linear_solver_type), pointer :: original => null()
    contains

@@ -25,11 +25,11 @@ module kschur_shared_problem
    contains
       !> Gathers the whole matrices in the first process, unchecked.
       procedure :: assemble
-      !> Counterpart of `assemble` and `bring_back` in other processes.
+      !> Sends the local rows to the first process, which calls `assemble` or `bring_back`.
       procedure :: give
       !> Fails if the processes that share it differ from those of the solve.
       procedure :: check
-      !> Frees the entries of the whole M, R and K in the first process; restores them.
+      !> Frees the entries of the whole M, R and K in the first process, while other arrays need the memory; restores them.
       procedure :: put_away
       procedure :: bring_back
    end type shared_problem_type
@@ -77,6 +77,7 @@ contains
       call spread_error(processes%communicator, error)
    end subroutine compare
 
+   ! Gathers a matrix in the first process.
    subroutine give_matrix(matrix, rows, all_rows, processes, error)
       !> In the first process, becomes the whole matrix.
       type(csr_matrix_type), intent(inout) :: matrix

@@ -25,7 +25,7 @@ module kschur_solution_rows
       procedure :: begin
       !> Number of local rows, and their indices; local.
       procedure :: rows
-      procedure :: list
+      procedure :: row_numbers
       !> Fails in all processes if one failed.
       procedure :: agree
       !> Moves solutions from the processes of their pivots to those of their rows.
@@ -57,12 +57,12 @@ contains
       rows = self%ranges%rows(self%processes%rank)
    end function rows
 
-   pure function list(self)
+   pure function row_numbers(self)
       class(solution_rows_type), intent(in) :: self
-      integer :: list(self%rows())
+      integer :: row_numbers(self%rows())
 
-      list = self%ranges%list(self%processes%rank)
-   end function list
+      row_numbers = self%ranges%row_numbers(self%processes%rank)
+   end function row_numbers
 
    subroutine agree(self, error)
       class(solution_rows_type), intent(in) :: self
@@ -71,7 +71,8 @@ contains
       call spread_error(self%processes%communicator, error)
    end subroutine agree
 
-   ! Plans the exchange. Reused until pivots move, with other factors or the transpose.
+   ! Plans the messages that move solutions from the processes of their pivots to those of their rows. Keeps the plan until the
+   ! pivots move: with other factors, or the transpose.
    subroutine plan_exchange(self, row)
       class(solution_rows_type), intent(inout) :: self
       integer, intent(in) :: row(:)

@@ -15,13 +15,13 @@ module kschur_symmetric_rows
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    implicit none
    private
-   public :: end_sharing, help_share, share_operator
+   public :: end_sharing, serve_symmetric_operator, share_operator
 
    integer, parameter :: job_begin = 1, job_end = 2
 
 contains
 
-   !> Distributes an operator; all processes must have the factors and the mass.
+   !> Distributes an operator for an iteration on distributed vectors; all processes must have parts of the factors and the mass.
    subroutine share_operator(operator, processes, error)
       class(symmetric_shift_invert_type), target, intent(inout) :: operator
       !> Processes of the solve; not associated: one process.
@@ -52,8 +52,8 @@ contains
       call release(operator%part)
    end subroutine end_sharing
 
-   !> Serves a request of the first process.
-   subroutine help_share(part, matrices, instances, processes, request)
+   !> Executes a request of the first process to distribute a symmetric operator, or to end that.
+   subroutine serve_symmetric_operator(part, matrices, instances, processes, request)
       !> The distributed operator.
       type(symmetric_shift_invert_type), pointer, intent(inout) :: part
       !> Local parts of matrices and factors.
@@ -78,7 +78,7 @@ contains
       allocate (no_motions%shapes(0, request(7)), no_motions%images(0, request(7)), nothing%factors(0))
       nothing%deflation => no_motions
       call make_part(part, nothing, no_constraints, request(5:7), processes, error)
-   end subroutine help_share
+   end subroutine serve_symmetric_operator
 
    ! Collective: completes a local part, whose mass and solver are set, with data of the first process.
    subroutine make_part(part, operator, constraints, sizes, processes, error)
@@ -104,6 +104,7 @@ contains
       if (sizes(2) > 0) call part%constraints%share_between(constraints, ranges%multipliers, ranges%unknowns, processes, error)
    end subroutine make_part
 
+   ! Frees the local part of an operator.
    subroutine release(part)
       type(symmetric_shift_invert_type), pointer, intent(inout) :: part
 

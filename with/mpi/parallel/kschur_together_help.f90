@@ -1,4 +1,4 @@
-!> Serves requests on block Lanczos iterations in processes other than the first: the same steps on their rows.
+!> Executes requested steps of block Lanczos iterations in processes other than the first: the same steps on their rows.
 module kschur_together_help
    use kschur_basis_help, only: basis_instance_type
    use kschur_block_decomposition, only: block_decomposition_type
@@ -12,12 +12,12 @@ module kschur_together_help
    use kschur_together, only: end_together, join_together, to_add_random, to_expand
    implicit none
    private
-   public :: help_together
+   public :: serve_lanczos
 
 contains
 
-   !> Serves a request of the first process.
-   subroutine help_together(instances, operator, excluded, request)
+   !> Executes a step of block Lanczos that the first process has requested.
+   subroutine serve_lanczos(instances, operator, excluded, request)
       !> All bases.
       type(basis_instance_type), intent(in) :: instances(:)
       !> On distributed vectors.
@@ -49,5 +49,5 @@ contains
       case (to_take)
          call d%team%take(none, request(4), d%images)
       end select
-   end subroutine help_together
+   end subroutine serve_lanczos
 end module kschur_together_help

@@ -1,18 +1,18 @@
-!> Serves requests on two-level bases in processes other than the first: the same steps on their rows of the first level.
+!> Executes requested steps on two-level bases in processes other than the first: the same steps on their rows of the first level.
 module kschur_two_level_help
    use kschur_basis_help, only: basis_instance_type
-   use kschur_first_level_help_complex, only: help_complex => help_first_level
-   use kschur_first_level_help_real, only: help_real => help_first_level
+   use kschur_first_level_help_complex, only: help_complex => serve_first_level
+   use kschur_first_level_help_real, only: help_real => serve_first_level
    use kschur_processes, only: request_length
    use kschur_quadratic_rows, only: quadratic_parts_type
    implicit none
    private
-   public :: help_two_level
+   public :: serve_two_level
 
 contains
 
-   !> Serves a request of the first process.
-   subroutine help_two_level(instances, operators, request)
+   !> Executes a request of the first process on a two-level basis, real or complex.
+   subroutine serve_two_level(instances, operators, request)
       !> All bases.
       type(basis_instance_type), intent(inout) :: instances(:)
       !> On distributed states.
@@ -27,5 +27,5 @@ contains
             call help_complex(operators%complex, basis%complex, basis%complex_parts, request(3:))
          end if
       end associate
-   end subroutine help_two_level
+   end subroutine serve_two_level
 end module kschur_two_level_help

@@ -1,18 +1,18 @@
-!> Worker loop of all processes but the first: receives and serves its requests.
+!> Worker loop of all processes but the first: receives and executes its requests.
 module kschur_worker_loop
    use kschur_band_groups, only: lead_group
-   use kschur_basis_help, only: basis_instance_type, help_basis
+   use kschur_basis_help, only: basis_instance_type, serve_basis
    use kschur_error, only: error_type
-   use kschur_mumps_help, only: help_mumps, mumps_instance_type
+   use kschur_mumps_help, only: serve_mumps, mumps_instance_type
    use kschur_processes, only: request_length, processes_type, request_basis, request_end, request_matrix, request_mumps, &
       request_operator, request_parts, request_problem, request_quadratic, request_together, request_two_level
-   use kschur_quadratic_rows, only: help_share_quadratic, quadratic_parts_type
-   use kschur_row_matrix, only: help_multiply, row_matrix_part_type
+   use kschur_quadratic_rows, only: serve_quadratic_operator, quadratic_parts_type
+   use kschur_row_matrix, only: serve_matrix, row_matrix_part_type
    use kschur_shared_problem, only: shared_problem_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
-   use kschur_symmetric_rows, only: help_share
-   use kschur_together_help, only: help_together
-   use kschur_two_level_help, only: help_two_level
+   use kschur_symmetric_rows, only: serve_symmetric_operator
+   use kschur_together_help, only: serve_lanczos
+   use kschur_two_level_help, only: serve_two_level
    use mpi_f08, only: MPI_Comm
    implicit none
    private
@@ -20,6 +20,7 @@ module kschur_worker_loop
 
 contains
 
+   !> Executes requests of the first process until it ends the joint work.
    recursive subroutine worker_loop(processes, shared)
       type(processes_type), target, intent(inout) :: processes
       !> The problem, if it is distributed.
@@ -42,19 +43,19 @@ contains
          case (request_problem)
             call shared%give(processes, none)
          case (request_matrix)
-            call help_multiply(parts, processes, request)
+            call serve_matrix(parts, processes, request)
          case (request_mumps)
-            call help_mumps(instances, all, request)
+            call serve_mumps(instances, all, request)
          case (request_operator)
-            call help_share(operator, parts, instances, all, request)
+            call serve_symmetric_operator(operator, parts, instances, all, request)
          case (request_quadratic)
-            call help_share_quadratic(quadratic, parts, instances, all, request)
+            call serve_quadratic_operator(quadratic, parts, instances, all, request)
          case (request_together)
-            call help_together(bases, operator, operator%deflation%shapes, request)
+            call serve_lanczos(bases, operator, operator%deflation%shapes, request)
          case (request_two_level)
-            call help_two_level(bases, quadratic, request)
+            call serve_two_level(bases, quadratic, request)
          case (request_basis)
-            call help_basis(bases, processes, request)
+            call serve_basis(bases, processes, request)
          case (request_parts)
             call work_in_group(processes, request(2))
          case (request_end)
@@ -63,7 +64,7 @@ contains
       end do
    end subroutine worker_loop
 
-   ! Splits the processes into groups, each of which works as all did before.
+   ! Splits the processes into groups that compute parts of a band, and works in one of them.
    recursive subroutine work_in_group(processes, groups)
       type(processes_type), intent(in) :: processes
       integer, intent(in) :: groups
