@@ -65,7 +65,7 @@ end module diagonal_operator
 
 program check_lanczos
    use diagonal_operator, only: diagonal_type
-   use kschur_basis_help, only: basis_instance_type, serve_basis
+   use kschur_basis_worker, only: basis_instance_type, serve_basis
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, real_ritz_pairs_type
@@ -73,7 +73,7 @@ program check_lanczos
    use kschur_processes, only: join_processes, request_length, processes_type, request_basis, request_end, request_together
    use kschur_row_ranges, only: row_ranges, row_ranges_type
    use kschur_selection, only: largest_magnitude, named_selection_type
-   use kschur_together_help, only: serve_lanczos
+   use kschur_together_worker, only: serve_lanczos
    use mpi_f08, only: MPI_COMM_WORLD, MPI_Finalize, MPI_Init
    implicit none
    integer, parameter :: orders(3) = [3, 60, 500], blocks(2) = [1, 4], kept_out(2) = [0, 2]

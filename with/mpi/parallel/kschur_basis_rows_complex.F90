@@ -1,7 +1,7 @@
 !> The vectors of a complex basis, whose rows several processes may share.
 module kschur_basis_rows_complex
    use kschur_archive, only: archive_type
-   use kschur_basis_words, only: complex_basis, to_choose, to_combine, to_complete, to_form, to_move, to_orthogonalize, &
+   use kschur_basis_requests, only: complex_basis, to_choose, to_combine, to_complete, to_form, to_move, to_orthogonalize, &
       to_orthonormalize, to_read, to_release, to_reserve, to_rotate, to_store, to_subtract, to_take_out
    use kschur_columns_complex, only: combine_columns, move_columns, rotate_columns
    use kschur_error, only: error_type, new_error, error_memory

@@ -1,4 +1,4 @@
-!> The processes that call MUMPS: this one, or all processes of a solve, the others in `kschur_mumps_help`.
+!> The processes that call MUMPS: this one, or all processes of a solve, the others in `kschur_mumps_worker`.
 module kschur_mumps_caller
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_ptr
    use kschur_error, only: error_type, new_error, error_memory

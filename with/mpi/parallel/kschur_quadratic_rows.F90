@@ -3,7 +3,7 @@ module kschur_quadratic_rows
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_mumps_help, only: complex_part, mumps_instance_type, real_part
+   use kschur_mumps_worker, only: complex_part, mumps_instance_type, real_part
    use kschur_operator_rows, only: share_common
    use kschur_processes, only: are_several, request_length, processes_type, request_quadratic
    use kschur_quadratic_complex, only: complex_operator_type => quadratic_operator_type

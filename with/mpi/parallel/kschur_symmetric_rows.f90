@@ -6,7 +6,7 @@ module kschur_symmetric_rows
    use kschur_error, only: error_type
    use kschur_joint_ranges, only: joint_ranges, joint_ranges_type
    use kschur_kinds, only: wp
-   use kschur_mumps_help, only: mumps_instance_type, real_part
+   use kschur_mumps_worker, only: mumps_instance_type, real_part
    use kschur_operator_rows, only: share_common
    use kschur_processes, only: are_several, request_length, processes_type, request_operator
    use kschur_row_exchange, only: send_to_all

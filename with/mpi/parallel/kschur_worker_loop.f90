@@ -1,9 +1,9 @@
 !> Worker loop of all processes but the first: receives and executes its requests.
 module kschur_worker_loop
    use kschur_band_groups, only: lead_group
-   use kschur_basis_help, only: basis_instance_type, serve_basis
+   use kschur_basis_worker, only: basis_instance_type, serve_basis
    use kschur_error, only: error_type
-   use kschur_mumps_help, only: serve_mumps, mumps_instance_type
+   use kschur_mumps_worker, only: serve_mumps, mumps_instance_type
    use kschur_processes, only: request_length, processes_type, request_basis, request_end, request_matrix, request_mumps, &
       request_operator, request_parts, request_problem, request_quadratic, request_together, request_two_level
    use kschur_quadratic_rows, only: serve_quadratic_operator, quadratic_parts_type
@@ -11,8 +11,8 @@ module kschur_worker_loop
    use kschur_shared_problem, only: shared_problem_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_symmetric_rows, only: serve_symmetric_operator
-   use kschur_together_help, only: serve_lanczos
-   use kschur_two_level_help, only: serve_two_level
+   use kschur_together_worker, only: serve_lanczos
+   use kschur_two_level_worker, only: serve_two_level
    use mpi_f08, only: MPI_Comm
    implicit none
    private

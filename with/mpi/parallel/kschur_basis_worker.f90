@@ -1,9 +1,9 @@
 !> Executes requests on distributed bases in processes other than the first, which hold their rows.
-module kschur_basis_help
+module kschur_basis_worker
    use kschur_basis_rows_complex, only: complex_rows_type => basis_rows_type
    use kschur_basis_rows_real, only: real_rows_type => basis_rows_type
    use kschur_block_decomposition, only: block_decomposition_type
-   use kschur_basis_words, only: complex_basis, real_basis, to_release
+   use kschur_basis_requests, only: complex_basis, real_basis, to_release
    use kschur_kinds, only: wp
    use kschur_processes, only: request_length, processes_type
    implicit none
@@ -60,4 +60,4 @@ contains
          end if
       end associate
    end subroutine serve_basis
-end module kschur_basis_help
+end module kschur_basis_worker

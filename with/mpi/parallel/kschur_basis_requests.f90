@@ -1,5 +1,5 @@
 !> Integers in requests on a distributed basis, after its number: kind of scalar, and operation.
-module kschur_basis_words
+module kschur_basis_requests
    implicit none
    private
 
@@ -9,4 +9,4 @@ module kschur_basis_words
    integer, parameter, public :: to_reserve = 1, to_read = 2, to_store = 3, to_orthonormalize = 4, to_orthogonalize = 5, &
       to_complete = 6, to_form = 7, to_take_out = 8, to_subtract = 9, to_combine = 10, to_choose = 11, to_rotate = 12, &
       to_move = 13, to_release = 14
-end module kschur_basis_words
+end module kschur_basis_requests

@@ -1,8 +1,8 @@
 !> Executes requested steps on two-level bases in processes other than the first: the same steps on their rows of the first level.
-module kschur_two_level_help
-   use kschur_basis_help, only: basis_instance_type
-   use kschur_first_level_help_complex, only: help_complex => serve_first_level
-   use kschur_first_level_help_real, only: help_real => serve_first_level
+module kschur_two_level_worker
+   use kschur_basis_worker, only: basis_instance_type
+   use kschur_first_level_worker_complex, only: help_complex => serve_first_level
+   use kschur_first_level_worker_real, only: help_real => serve_first_level
    use kschur_processes, only: request_length
    use kschur_quadratic_rows, only: quadratic_parts_type
    implicit none
@@ -28,4 +28,4 @@ contains
          end if
       end associate
    end subroutine serve_two_level
-end module kschur_two_level_help
+end module kschur_two_level_worker

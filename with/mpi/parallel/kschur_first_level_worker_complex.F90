@@ -1,5 +1,5 @@
 !> Serves requests on the first level of a complex two-level basis in other processes.
-module kschur_first_level_help_complex
+module kschur_first_level_worker_complex
    use kschur_basis_rows_complex, only: basis_rows_type
    use kschur_error, only: error_type
    use kschur_first_level_complex, only: append_images, append_vector, draw_state, form_parts, orthogonalize_images, to_extend, &
@@ -12,5 +12,5 @@ module kschur_first_level_help_complex
    public :: serve_first_level
 
 #define SCALAR complex(wp)
-#include "kschur_first_level_help.inc"
-end module kschur_first_level_help_complex
+#include "kschur_first_level_worker.inc"
+end module kschur_first_level_worker_complex

@@ -1,5 +1,5 @@
 !> Serves requests on the first level of a real two-level basis in other processes.
-module kschur_first_level_help_real
+module kschur_first_level_worker_real
    use kschur_basis_rows_real, only: basis_rows_type
    use kschur_error, only: error_type
    use kschur_first_level_real, only: append_images, append_vector, draw_state, form_parts, orthogonalize_images, to_extend, &
@@ -12,5 +12,5 @@ module kschur_first_level_help_real
    public :: serve_first_level
 
 #define SCALAR real(wp)
-#include "kschur_first_level_help.inc"
-end module kschur_first_level_help_real
+#include "kschur_first_level_worker.inc"
+end module kschur_first_level_worker_real

@@ -1,6 +1,6 @@
 !> Executes requested steps of block Lanczos iterations in processes other than the first: the same steps on their rows.
-module kschur_together_help
-   use kschur_basis_help, only: basis_instance_type
+module kschur_together_worker
+   use kschur_basis_worker, only: basis_instance_type
    use kschur_block_decomposition, only: block_decomposition_type
    use kschur_block_lanczos, only: add_random_here, expand_here
    use kschur_error, only: error_type
@@ -50,4 +50,4 @@ contains
          call d%team%take(none, request(4), d%images)
       end select
    end subroutine serve_lanczos
-end module kschur_together_help
+end module kschur_together_worker

@@ -1,6 +1,6 @@
 !> Joint factorisations in processes other than the first: they call MUMPS with the jobs that the first one requests, and hold
 !> their part of the factors. Matrices and right-hand sides are distributed by rows, solutions by pivots.
-module kschur_mumps_help
+module kschur_mumps_worker
    use kschur_error, only: error_type, new_error, error_memory, error_usage
    use kschur_kinds, only: long, single, wp
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type, real_linear_solver_type
@@ -121,7 +121,7 @@ contains
 #define SOLVE_PART solve_real_part
 #define REFUSE refuse_real_adjoint
 #include "kschur_mumps_part.inc"
-#include "kschur_mumps_help.inc"
+#include "kschur_mumps_worker.inc"
 #include "kschur_mumps_rows.inc"
 
 #define HELP help_complex
@@ -142,7 +142,7 @@ contains
 #define SOLVE_PART solve_complex_part
 #define REFUSE refuse_complex_adjoint
 #include "kschur_mumps_part.inc"
-#include "kschur_mumps_help.inc"
+#include "kschur_mumps_worker.inc"
 #include "kschur_mumps_rows.inc"
 
 #define HELP help_single_real
@@ -155,7 +155,7 @@ contains
 #define LIBRARY mumps_single_real
 #define MUMPS_STRUC smumps_struc
 #define MUMPS_NAME smumps
-#include "kschur_mumps_help.inc"
+#include "kschur_mumps_worker.inc"
 #include "kschur_mumps_rows.inc"
 
 #define HELP help_single_complex
@@ -168,6 +168,6 @@ contains
 #define LIBRARY mumps_single_complex
 #define MUMPS_STRUC cmumps_struc
 #define MUMPS_NAME cmumps
-#include "kschur_mumps_help.inc"
+#include "kschur_mumps_worker.inc"
 #include "kschur_mumps_rows.inc"
-end module kschur_mumps_help
+end module kschur_mumps_worker
