@@ -2,6 +2,8 @@
 const model = new Model();
 const state = {seen: [], shapes: [], playing: true, phase: 0, frames: 0, ready: false};
 let renderer, camera, pixel = 1;
+// More edges than this hide what they bound, some pixels apart, and cost most of a frame: they are drawn where they are asked for.
+const DENSE = 100000;
 
 async function see(seen) {
   state.seen = seen;
@@ -114,6 +116,7 @@ async function beginStage(first) {
   camera = new Camera(model.box);
   camera.follow(by("overlay"), () => pixel);
   listParts();
+  if (model.edges.length / 2 > DENSE) for (const name of ["edges", "rest"]) by(name).checked = false;
   by("play").addEventListener("click", () => { state.playing = !state.playing; by("play").textContent = state.playing ? "Pause" : "Play"; });
   by("phase").addEventListener("input", () => { state.playing = false; by("play").textContent = "Play"; state.phase = by("phase").value * Math.PI / 180; });
   by("views").addEventListener("click", event => { if (event.target.dataset.view) camera.look(...event.target.dataset.view.split(",").map(Number)); });
