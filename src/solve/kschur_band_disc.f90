@@ -65,8 +65,8 @@ contains
       s%options%target = asked%target
       modes%history = history
       if (modes%reason == reason_fewer_modes) modes%reason = reason_converged
-      ! Nothing is overdamped with losses.
-      if (.not. s%is_lossy()) modes%certified = certified_unknown
+      ! Nothing is overdamped with losses. A list that ended early is not all of the band.
+      if (.not. s%is_lossy() .or. modes%reason /= reason_converged) modes%certified = certified_unknown
       call tell_frequencies(s, modes, omega)
       order = pack([(i, i=1, size(omega))], abs(modes%lambda) <= band(2) .and. omega >= band(1) .and. omega <= band(2))
       call modes%take(order)
