@@ -76,13 +76,15 @@ contains
       call solve_points(source, sweep, progress, page, complete, error)
       call progress%finish()
       if (.not. allocated(error)) call sweep%finish()
+      if (.not. allocated(error)) then
+         if (allocated(output)) call write_hdf5_sweep(sweep, source%parameter, output, error, source%unit)
+         call print_sweep(sweep, source, format)
+         call check_output(error)
+         if (is_interrupted()) call complain("the sweep was interrupted after "//text(size(sweep%values))//" of "// &
+            text(size(source%values))//" points")
+      end if
+      ! Last: all else is there where it fails.
       call make_page(page, sweep, source%parameter, source%unit, error)
-      if (allocated(error)) return
-      if (allocated(output)) call write_hdf5_sweep(sweep, source%parameter, output, error, source%unit)
-      call print_sweep(sweep, source, format)
-      call check_output(error)
-      if (is_interrupted()) call complain("the sweep was interrupted after "//text(size(sweep%values))//" of "// &
-         text(size(source%values))//" points")
    end subroutine sweep_command
 
    subroutine check_place(source, output, error)
