@@ -43,7 +43,7 @@ contains
       if (.not. allocated(error)) then
          if (allocated(handle%solver)) then
             associate (p => given%problem)
-               call handle%solver%update_values(p%mass, p%stiffness, error, p%damping, p%constraints, symmetric_no, p%loss)
+               call handle%solver%update_values(p%mass, p%stiffness, error, p%damping, p%constraints, symmetric_no, p%loss, p%mesh)
             end associate
          else
             allocate (handle%solver)
