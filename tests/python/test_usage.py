@@ -100,12 +100,12 @@ def test_help_of_scripts(folder):
     bare = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
     scripts = [path for path in Path(KSCHUR).parent.glob("kschur-*") if path.read_bytes()[:2] == b"#!"]
     check("scripts beside the program", {"kschur-campbell", "kschur-convert", "kschur-picture"} <= {path.name for path in scripts}, scripts)
-    for path in [*scripts, SOURCE / "docs/offline.py", SOURCE / "docs/scenes/pictures.py", SOURCE / "packaging/wheel/make_wheel.py",
-                 SOURCE / "bootstrap"]:
+    others = ("docs/offline.py", "docs/scenes/pictures.py", "packaging/wheel/make_wheel.py", "benchmarks/losses.py", "benchmarks/paper.py",
+              "benchmarks/solids.py", "bootstrap")
+    for path in [*scripts, *(SOURCE / other for other in others)]:
         start = [sys.executable] if path.suffix == ".py" else []
-        environment = None if path.name == "kschur-report" else bare
         for word in ("--help", "-h"):
-            run = subprocess.run([*start, path, word], capture_output=True, text=True, env=environment)
+            run = subprocess.run([*start, path, word], capture_output=True, text=True, env=bare)
             check(f"{path.name} {word}: explains", run.returncode == 0 and path.name in run.stdout and not run.stderr, run)
     for path in scripts:
         if path.name in ("kschur-campbell", "kschur-picture"):
