@@ -4,8 +4,8 @@ module cli_view
    use cli_numbers, only: read_integer
    use cli_picture, only: draw_picture, make_page
    use cli_system, only: check_new_file, check_new_folder, print_line
-   use kschur, only: add_context, error_file, error_input, error_type, error_usage, modal_result_type, new_error, &
-      read_hdf5_result, text, write_view, wp
+   use kschur, only: add_context, error_input, error_type, error_usage, modal_result_type, new_error, read_hdf5_result, text, &
+      write_view, wp
    implicit none
    private
    public :: view_command

@@ -48,8 +48,8 @@ contains
       end do
    end function nearest_name
 
-   ! Letters to insert, leave out, replace or exchange with their neighbour, each once (optimal string alignment; Boytsov, ACM J. Exp.
-   ! Algorithmics 16, 2011).
+   ! Letters to insert, leave out, replace or exchange with their neighbour, each once (optimal string alignment; Boytsov, ACM J.
+   ! Exp. Algorithmics 16, 2011).
    pure integer function distance(a, b)
       character(len=*), intent(in) :: a, b
       integer :: d(0:len(a), 0:len(b))

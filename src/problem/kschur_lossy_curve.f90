@@ -186,8 +186,8 @@ contains
       if (rest > 0) distance = 2*rest/(sum + sqrt(max(sum**2 - 4*rest, 0.0_wp)))
    end function by_residual
 
-   ! Beyond |theta| = `least` no root is nearer: |theta| |beta lambda + c| > |lambda (lambda + alpha)| there. Where the upper root is
-   ! the larger of the two it is at least half their sum.
+   ! Beyond |theta| = `least` no root is nearer: |theta| |beta lambda + c| > |lambda (lambda + alpha)| there. Where the upper root
+   ! is the larger of the two it is at least half their sum.
    pure real(wp) function beyond(self, least) result(distance)
       class(branch_type), intent(in) :: self
       real(wp), intent(in) :: least

@@ -248,8 +248,8 @@ contains
       result = dense
    end subroutine solve_again_dense
 
-   ! Whether a list that was not counted reaches where stiff motions crowd, at -1/beta: the nearest are the stiffest, and so far from
-   ! the shift copies are not seen.
+   ! Whether a list that was not counted reaches where stiff motions crowd, at -1/beta: the nearest are the stiffest, and so far
+   ! from the shift copies are not seen.
    pure logical function reaches_crowd(problem, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(in) :: result
