@@ -11,7 +11,7 @@ module cli_compare
    use cli_system, only: check_output, complain, print_line
    use cli_environment, only: start_again_to_wait_asleep
    use kschur, only: add_context, damping_names, error_type, formulation_names, kschur_version, modal_options_type, &
-      modal_problem_type, modal_result_type, reason_converged, reason_names, text, wp
+      modal_problem_type, reason_converged, reason_names, text, wp
    implicit none
    private
    public :: compare_command

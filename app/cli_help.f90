@@ -270,7 +270,8 @@ contains
          "                         kschur view --point", &
          "  --html FILE.html       a page for a browser: Campbell diagram and root locus, and shapes", &
          "                         where problems say where they stand", &
-         "  --orders N1,N2,...     lines in it at multiples of a speed in rpm, 1/min, Hz, 1/s, rad/s", &
+         "  --orders N1,N2,...     lines in it at multiples of the speed, whose unit is rpm, 1/min,", &
+         "                         Hz, 1/s or rad/s", &
          "  -f, --format NAME      table, json, csv (table): damped frequencies in Hz; of json and", &
          "                         csv all of them", &
          "  --modes N, --target RE[,IM], --frequency HZ, --shift RE[,IM], --inner NAME,", &

@@ -1,7 +1,7 @@
 !> The options of the solver that several commands take.
 module cli_options
    use cli_arguments, only: arguments_type
-   use kschur, only: error_type, error_usage, inner_names, modal_options_type, new_error, scaling_names, text, wp
+   use kschur, only: error_type, error_usage, inner_names, modal_options_type, new_error, scaling_names, wp
    implicit none
    private
    public :: take_iteration, take_wanted

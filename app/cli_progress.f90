@@ -141,8 +141,8 @@ contains
       self%reached = 0
    end subroutine begin_estimate
 
-   ! As long as what is done took, for what is not: of points, of frequencies, or of modes. Not known where nothing is done, or where
-   ! it takes longer than was expected. Empty in the first seconds.
+   ! As long as what is done took, for what is not: of points, of frequencies, or of modes. Not known where nothing is done, or
+   ! where it takes longer than was expected. Empty in the first seconds.
    function time_left(self, now, rate) result(words)
       class(progress_type), intent(inout) :: self
       integer(long), intent(in) :: now, rate

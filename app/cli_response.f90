@@ -43,6 +43,7 @@ contains
       type(request_type) :: request
       type(modal_problem_type) :: problem
       type(progress_type) :: progress
+      type(mesh_type), allocatable :: mesh
       complex(wp), allocatable :: force(:, :), response(:, :, :), multipliers(:, :, :)
       integer :: asked
 
@@ -67,39 +68,40 @@ contains
       asked = size(request%frequencies)
       request%frequencies = request%frequencies(:size(response, 3))
       if (allocated(multipliers)) then
-         call write_files(request, problem, force(:, 1), response(:, 1, :), multipliers(:, 1, :), error)
-         if (allocated(error)) return
-         response = response(request%at, :, :)
+         if (allocated(problem%mesh)) then
+            allocate (mesh, source=problem%mesh)
+            call join_nodes(mesh, problem%stiffness)
+         end if
+         if (allocated(request%output)) call write_hdf5_response(request%frequencies, force(:, 1), response(:, 1, :), &
+            multipliers(:, 1, :), mesh, request%output, error)
+         call print_response(request, response(request%at, 1, :))
+      else
+         call print_response(request, response(:, 1, :))
       end if
-      call print_response(request, response(:, 1, :))
       call check_output(error)
       complete = size(request%frequencies) == asked
       if (.not. complete) call complain("the response was interrupted after "//text(size(request%frequencies))//" of "// &
          text(asked)//" frequencies")
+      ! Last: all else is there where it fails.
+      if (allocated(request%html) .and. .not. allocated(error)) &
+         call make_page(request, mesh, force(:, 1), response(:, 1, :), multipliers(:, 1, :), error)
    end subroutine response_command
 
-   ! The file and the page, as they were asked for.
-   subroutine write_files(request, problem, force, response, multipliers, error)
+   ! Makes the page, of at least one frequency.
+   subroutine make_page(request, mesh, force, response, multipliers, error)
       type(request_type), intent(in) :: request
-      type(modal_problem_type), intent(in) :: problem
+      type(mesh_type), allocatable, intent(in) :: mesh
       complex(wp), intent(in) :: force(:), response(:, :), multipliers(:, :)
       type(error_type), allocatable, intent(out) :: error
-      type(mesh_type), allocatable :: mesh
       character(len=:), allocatable :: folder
 
-      if (allocated(problem%mesh)) then
-         allocate (mesh, source=problem%mesh)
-         call join_nodes(mesh, problem%stiffness)
-      end if
-      if (allocated(request%output)) &
-         call write_hdf5_response(request%frequencies, force, response, multipliers, mesh, request%output, error)
-      if (allocated(error) .or. .not. allocated(request%html) .or. size(request%frequencies) == 0) return
+      if (size(request%frequencies) == 0) return
       call make_scratch(request%html, folder, error)
       if (allocated(error)) return
       call write_hdf5_response(request%frequencies, force, response, multipliers, mesh, folder//"/response.h5", error)
       if (.not. allocated(error)) call make_response_page(folder//"/response.h5", request%at, request%html, error)
       call remove_scratch(folder)
-   end subroutine write_files
+   end subroutine make_page
 
    subroutine take_request(arguments, request, error)
       type(arguments_type), intent(inout) :: arguments

@@ -82,13 +82,15 @@ contains
       call solve_points(source, sweep, progress, page, results, complete, error)
       call progress%finish()
       if (.not. allocated(error)) call sweep%finish()
+      if (.not. allocated(error)) then
+         if (allocated(output)) call write_sweep(sweep, source, results, output, error)
+         call print_sweep(sweep, source, format)
+         call check_output(error)
+         if (is_interrupted()) call complain("the sweep was interrupted after "//text(size(sweep%values))//" of "// &
+            text(size(source%values))//" points")
+      end if
+      ! Last: all else is there where it fails.
       call make_page(page, sweep, source%parameter, source%unit, error)
-      if (allocated(error)) return
-      if (allocated(output)) call write_sweep(sweep, source, results, output, error)
-      call print_sweep(sweep, source, format)
-      call check_output(error)
-      if (is_interrupted()) call complain("the sweep was interrupted after "//text(size(sweep%values))//" of "// &
-         text(size(source%values))//" points")
    end subroutine sweep_command
 
    ! Writes the file, with the results of the points where they are kept.

@@ -5,7 +5,7 @@ module cli_view
    use cli_picture, only: draw_picture, make_page
    use cli_scratch, only: make_scratch, remove_scratch
    use cli_system, only: check_new_file, check_new_folder, print_line
-   use kschur, only: add_context, error_file, error_input, error_type, error_usage, modal_result_type, new_error, &
+   use kschur, only: add_context, error_input, error_type, error_usage, modal_result_type, new_error, &
       read_hdf5_result, read_hdf5_sweep_point, text, write_hdf5_result, write_view, wp
    implicit none
    private

@@ -7,7 +7,7 @@ module hard_constraints
    use hard_judge, only: case_type, judge_type, said
    use hard_models, only: add_mass, add_spring, append, damped, finished, half_sine_squares, in_millimetres, &
       in_units_of_their_own, scene, with_uneven_constraints
-   use kschur, only: modal_options_type, modal_problem_type, text, wp
+   use kschur, only: modal_problem_type, text, wp
    use quad_reference, only: quad_squared_frequencies
    use scene_assembly, only: assembly_type, new_assembly, node_unknowns
    use scene_beam, only: add_beam, beam_type, table_2_beam

@@ -5,8 +5,8 @@
 !>     benchmark_inner_memory block 20 MODES INNER FORMULATION [SHIFT]      a free block of 20^3 elements
 !>     benchmark_inner_memory clamped 20 MODES INNER FORMULATION [SHIFT]
 !>
-!> Columns: model, unknowns, formulation, inner solver, modes, peak memory (MB), and that above what
-!> the problem takes, memory of the factors (MB), seconds, seconds of solves, worst backward error, the solver's own words, applications.
+!> Columns: model, unknowns, formulation, inner solver, modes, peak memory (MB), and that above what the problem takes, memory
+!> of the factors (MB), seconds, seconds of solves, worst backward error, the solver's own words, applications.
 program inner_memory
    use kschur, only: error_type, formulation_names, index_of_name, inner_names, modal_options_type, modal_problem_type, &
       modal_result_type, solve_modes, text

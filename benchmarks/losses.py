@@ -16,13 +16,28 @@ import subprocess
 import sys
 import tempfile
 
-import h5py
-import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
-from kschur_report import slepc
-from kschur_report.problem import infinity_norm, read_matrix, read_problem
+def parse():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("--cells", default="60x42")
+    parser.add_argument("--modes", type=int, default=28)
+    parser.add_argument("--factors", type=float, nargs=2, default=(0.02, 0.3), metavar="G")
+    parser.add_argument("--tolerance", type=float, default=1e-12)
+    parser.add_argument("--repeat", type=int, default=3)
+    return parser.parse_args()
+
+
+# Before the imports: help takes Python alone.
+ARGUMENTS = parse() if __name__ == "__main__" else None
+
+import h5py  # noqa: E402
+import numpy as np  # noqa: E402
+import scipy.sparse as sp  # noqa: E402
+from scipy.sparse.csgraph import connected_components  # noqa: E402
+
+from kschur_report import slepc  # noqa: E402
+from kschur_report.problem import infinity_norm, read_matrix, read_problem  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -92,15 +107,7 @@ def matched(expected, found):
     return places, max(np.abs(found[places] - expected) / np.abs(expected))
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--cells", default="60x42")
-    parser.add_argument("--modes", type=int, default=28)
-    parser.add_argument("--factors", type=float, nargs=2, default=(0.02, 0.3), metavar="G")
-    parser.add_argument("--tolerance", type=float, default=1e-12)
-    parser.add_argument("--repeat", type=int, default=3)
-    arguments = parser.parse_args()
+def main(arguments):
     if slepc.environment("complex") is None:
         sys.exit("SLEPc for complex numbers is not installed: python3-slepc4py-complex of Debian")
     with tempfile.TemporaryDirectory() as folder:
@@ -137,4 +144,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    main(ARGUMENTS)

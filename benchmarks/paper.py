@@ -15,15 +15,30 @@ import subprocess
 import sys
 import tempfile
 
-import h5py
-import matplotlib
-import numpy as np
-import scipy.linalg
-import scipy.sparse as sparse
-import scipy.sparse.linalg
+NAMES = ("table1", "1", "2", "3", "4a", "4b", "5", "6")
 
-from kschur_report.fit import fit_line, growth_exponent
-from kschur_report.problem import read_problem
+
+def parse():
+    parser = argparse.ArgumentParser(prog="paper.py", description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(NAMES))
+    beside = pathlib.Path(shutil.which("kschur") or "build/release/bin/kschur").parent
+    parser.add_argument("--programs", default=beside, metavar="FOLDER", help="of kschur and the examples")
+    parser.add_argument("--output", default="build/paper", metavar="FOLDER", help="where pictures are drawn")
+    return parser.parse_args()
+
+
+# Before the imports: help takes Python alone.
+OPTIONS = parse() if __name__ == "__main__" else None
+
+import h5py  # noqa: E402
+import matplotlib  # noqa: E402
+import numpy as np  # noqa: E402
+import scipy.linalg  # noqa: E402
+import scipy.sparse as sparse  # noqa: E402
+import scipy.sparse.linalg  # noqa: E402
+
+from kschur_report.fit import fit_line, growth_exponent  # noqa: E402
+from kschur_report.problem import read_problem  # noqa: E402
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402
@@ -266,16 +281,10 @@ def figure5(bench):
     bench.save(figure, 5)
 
 
-FIGURES = {"table1": table1, "1": figure1, "2": figure2, "3": figure3, "4a": figure4a, "4b": figure4b, "5": figure5, "6": figure6}
+FIGURES = dict(zip(NAMES, (table1, figure1, figure2, figure3, figure4a, figure4b, figure5, figure6)))
 
 
-def main():
-    parser = argparse.ArgumentParser(prog="paper.py", description=__doc__.splitlines()[0])
-    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(FIGURES))
-    beside = pathlib.Path(shutil.which("kschur") or "build/release/bin/kschur").parent
-    parser.add_argument("--programs", default=beside, metavar="FOLDER", help="of kschur and the examples")
-    parser.add_argument("--output", default="build/paper", metavar="FOLDER", help="where pictures are drawn")
-    options = parser.parse_args()
+def main(options):
     for name in options.names or FIGURES:
         if name not in FIGURES:
             sys.exit(f"paper.py: there is no '{name}', only {', '.join(FIGURES)}")
@@ -284,4 +293,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    main(OPTIONS)

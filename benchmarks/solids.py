@@ -16,12 +16,37 @@ import subprocess
 import sys
 import tempfile
 
-from kschur_report import accuracy
-from kschur_report.campaign import Failure, Runner, execute
-from kschur_report.methods import METHODS, REFERENCE_TOLERANCE, Question, command, missing, shift_for_peers
-from kschur_report.problem import read_problem
-from kschur_report.result import one_of_each_pair
-from kschur_report.runs import Campaign
+
+def parse():
+    """Its own words, and those for kschur."""
+    words = sys.argv[1:]
+    more = words[words.index("--") + 1:] if "--" in words else []
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", metavar="PROGRAM")
+    parser.add_argument("--cells", default="20,28", help="along an edge, with commas, as all of these (%(default)s)")
+    parser.add_argument("--element", default="hex8", help="hex8, tet10 (%(default)s)")
+    parser.add_argument("--supports", default="clamped", help="clamped, free, hinged (%(default)s)")
+    parser.add_argument("--damping", default="rayleigh,dashpot,general", help="none too (%(default)s)")
+    parser.add_argument("--speed", default="0", help="rpm (%(default)s)")
+    parser.add_argument("--scene", action="append", metavar="LINE", help='another scene in the place of these, "crank --density 8"; '
+                        "may be repeated")
+    parser.add_argument("--modes", default="20", help="with commas (%(default)s)")
+    parser.add_argument("--threads", type=int, default=1, help="of both programs (%(default)s)")
+    parser.add_argument("--repeat", type=int, default=3, help="runs of each (%(default)s)")
+    parser.add_argument("--tolerance", type=float, default=1e-10, help="of both programs (%(default)s)")
+    parser.add_argument("--ours", action="store_true", help="without SLEPc")
+    return parser.parse_args(words[:words.index("--")] if "--" in words else words), more
+
+
+# Before the imports: help takes Python alone.
+ARGUMENTS = parse() if __name__ == "__main__" else None
+
+from kschur_report import accuracy  # noqa: E402
+from kschur_report.campaign import Failure, Runner, execute  # noqa: E402
+from kschur_report.methods import METHODS, REFERENCE_TOLERANCE, Question, command, missing, shift_for_peers  # noqa: E402
+from kschur_report.problem import read_problem  # noqa: E402
+from kschur_report.result import one_of_each_pair  # noqa: E402
+from kschur_report.runs import Campaign  # noqa: E402
 
 # What applies is taken: the first two want damping that is none or proportional, the first constraints that only tie unknowns.
 PEERS = ("slepc-symmetric", "slepc-saddle", "slepc-toar-cholesky", "slepc-toar-scaled")
@@ -99,24 +124,7 @@ class Case:
         ]
 
 
-def main():
-    words = sys.argv[1:]
-    more = words[words.index("--") + 1:] if "--" in words else []
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program", metavar="PROGRAM")
-    parser.add_argument("--cells", default="20,28", help="along an edge, with commas, as all of these (%(default)s)")
-    parser.add_argument("--element", default="hex8", help="hex8, tet10 (%(default)s)")
-    parser.add_argument("--supports", default="clamped", help="clamped, free, hinged (%(default)s)")
-    parser.add_argument("--damping", default="rayleigh,dashpot,general", help="none too (%(default)s)")
-    parser.add_argument("--speed", default="0", help="rpm (%(default)s)")
-    parser.add_argument("--scene", action="append", metavar="LINE", help='another scene in the place of these, "crank --density 8"; '
-                        "may be repeated")
-    parser.add_argument("--modes", default="20", help="with commas (%(default)s)")
-    parser.add_argument("--threads", type=int, default=1, help="of both programs (%(default)s)")
-    parser.add_argument("--repeat", type=int, default=3, help="runs of each (%(default)s)")
-    parser.add_argument("--tolerance", type=float, default=1e-10, help="of both programs (%(default)s)")
-    parser.add_argument("--ours", action="store_true", help="without SLEPc")
-    arguments = parser.parse_args(words[:words.index("--")] if "--" in words else words)
+def main(arguments, more):
     lacking = missing(METHODS[PEERS[0]])
     if lacking and not arguments.ours:
         sys.exit(f"{lacking}, or ask for --ours")
@@ -139,4 +147,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    main(*ARGUMENTS)

@@ -1,6 +1,5 @@
 """The program kschur-report."""
 
-import argparse
 import pathlib
 import shutil
 import sys
@@ -12,44 +11,6 @@ from .machine import describe, now
 from .page import write_report
 from .problem import InputError, read_problem
 from .runs import Campaign, read_campaign, write_campaign
-
-EPILOG = """Writes index.html, a self-contained page, and beside it results.md (the same tables), data.h5 (all numbers), and an
-SVG and a CSV for every figure. data.h5 is written after each problem: of a run that was ended early, --redraw makes the page
-of what it holds. --again STUDY measures one study of it once more. Exit status: 0 all is well, 1 wrong usage, 2 bad input."""
-
-
-def parse(words):
-    parser = argparse.ArgumentParser(
-        prog="kschur-report",
-        epilog=EPILOG,
-        description="Speed against accuracy of kschur and other "
-        "eigensolvers, in pictures: on model structures, or on your own problem.",
-    )
-    parser.add_argument("--problem", metavar="FILE.h5", help="compare on this problem (HDF5, as kschur solve reads it)")
-    parser.add_argument("--modes", type=positive, default=20, help="how many lowest modes of that problem (20)")
-    parser.add_argument(
-        "--preset", choices=sorted(plan.PRESETS), default="quick", help="how much to run (quick: minutes, full: about an hour)"
-    )
-    parser.add_argument("--no-peers", action="store_true", help="our methods only, not SLEPc and SciPy")
-    parser.add_argument("--output", metavar="FOLDER", default="kschur-report", help="where to write (kschur-report)")
-    parser.add_argument("--again", metavar="STUDY", help="measure this study again; the others stay as data.h5 in that folder has them")
-    parser.add_argument("--redraw", action="store_true", help="draw again from data.h5 in that folder; runs nothing")
-    parser.add_argument(
-        "--kschur", metavar="PROGRAM", help="the program kschur (the one beside this program, or on the PATH)"
-    )
-    parser.add_argument("--hard-cases", metavar="PROGRAM", help="benchmark_hard_cases (the one beside kschur)")
-    try:
-        options = parser.parse_args(words)
-    except SystemExit as end:
-        raise SystemExit(1 if end.code else 0) from None
-    return options
-
-
-def positive(word):
-    number = int(word)
-    if number < 1:
-        raise argparse.ArgumentTypeError("must be at least 1")
-    return number
 
 
 def find_program(name, given, beside):
@@ -133,10 +94,9 @@ def add_hard_cases(options, campaign, kschur):
     campaign.hard_cases = run_hard_cases(program, plan.HARD_GROUPS.get(options.preset, ()))
 
 
-def main(launcher=None):
+def main(options, launcher=None):
     """`launcher` is the path of the program that calls this."""
     try:
-        options = parse(sys.argv[1:])
         folder = pathlib.Path(options.output)
         campaign = read_campaign(folder / "data.h5") if options.redraw else measure(options, folder, launcher)
         page = write_report(folder, campaign)

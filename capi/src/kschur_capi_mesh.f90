@@ -3,7 +3,7 @@ module kschur_capi_mesh
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
    use kschur, only: error_type, mesh_type, new_error, text
    use kschur_capi_problem, only: problem_handle_type, problem_of, take_indices
-   use kschur_capi_status, only: outcome, require, status_input, status_null, status_ok, status_order, status_usage
+   use kschur_capi_status, only: outcome, require, status_input, status_null, status_order, status_usage
    implicit none
    private
 

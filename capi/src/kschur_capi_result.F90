@@ -1,7 +1,7 @@
 !> Results, for C: created, destroyed, read and written.
 module kschur_capi_result
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
-   use kschur, only: error_type, modal_result_type, new_error, read_hdf5_result, write_hdf5_result
+   use kschur, only: error_type, modal_result_type, read_hdf5_result, write_hdf5_result
    use kschur_capi_status, only: handle_type, fail, get_message, outcome, require, status_memory, status_null, status_ok, &
       status_order
    use kschur_capi_text, only: take_text

@@ -7,7 +7,7 @@ module kschur_capi_solve
    use kschur_capi_options, only: options_handle_type, options_of
    use kschur_capi_problem, only: problem_handle_type, check_problem, problem_of
    use kschur_capi_result, only: result_handle_type, clear, eigenvalues_of_operator, keep, modes_of_problem, result_of
-   use kschur_capi_status, only: outcome, require, status_null, status_ok, status_usage
+   use kschur_capi_status, only: outcome, require, status_null, status_usage
    use kschur_capi_text, only: take_text
    use kschur_krylov_options, only: subspace_dimension
    use kschur_threads, only: enter_solve, leave_solve

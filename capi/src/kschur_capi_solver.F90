@@ -1,7 +1,6 @@
 !> Solvers that reuse factors and analyses between solves, for C.
 module kschur_capi_solver
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_double_complex, c_f_pointer, c_int, c_int64_t, c_loc, &
-      c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
    use kschur, only: error_type, modal_result_type, modal_solver_type, new_error, new_modal_solver, solve_bands, &
       solve_targets, symmetric_no, text, wp
    use kschur_capi_callbacks, only: progress_type
@@ -43,7 +42,7 @@ contains
       if (.not. allocated(error)) then
          if (allocated(handle%solver)) then
             associate (p => given%problem)
-               call handle%solver%update_values(p%mass, p%stiffness, error, p%damping, p%constraints, symmetric_no, p%loss)
+               call handle%solver%update_values(p%mass, p%stiffness, error, p%damping, p%constraints, symmetric_no, p%loss, p%mesh)
             end associate
          else
             allocate (handle%solver)

@@ -1,5 +1,5 @@
-!> The scene `pendulum`: point masses on massless rigid bars, each hinged to the one before, that gravity holds
-!> straight. Without springs their only stiffness is K_c, what the reactions of the hinges do as the bars turn (section 2 of the paper).
+!> The scene `pendulum`: point masses on massless rigid bars, each hinged to the one before, that gravity holds straight. Without
+!> springs their only stiffness is K_c, what the reactions of the hinges do as the bars turn (section 2 of the paper).
 !>
 !> omega^2 = x g/L, x a zero of the Laguerre polynomial of degree `bars`: 1 for one bar, 2 -+ sqrt(2) for two. One bar with a
 !> spring k and a damper d at its hinge: m L^2 lambda^2 + d lambda + k + m g L = 0.

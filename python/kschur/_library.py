@@ -50,10 +50,14 @@ _ARGUMENTS = {
 }
 
 
+# As the loader finds it: the shared library ends in the two numbers that its interface changes with.
+INSTALLED = "libkschur_capi.so.0.2"
+
+
 def _load() -> ctypes.CDLL:
     """The library that KSCHUR_LIBRARY names, else the one in this package, else an installed one."""
     beside = Path(__file__).with_name("libkschur_capi.so")
-    path = os.environ.get("KSCHUR_LIBRARY") or (str(beside) if beside.exists() else "libkschur_capi.so.0.1")
+    path = os.environ.get("KSCHUR_LIBRARY") or (str(beside) if beside.exists() else INSTALLED)
     try:
         loaded = ctypes.CDLL(path)
     except OSError as error:

@@ -51,6 +51,10 @@ def test_facts_and_shapes(three, tmp_path):
 def test_refusals(three):
     with pytest.raises(InputError, match="geometry"):
         kschur.solve(*chain(12), modes=1).view()
+    with pytest.raises(InputError, match="no modes"):
+        kschur.solve(*chain(12), band=(10, 20), geometry=kschur.Geometry(np.arange(4.0)[:, None])).view()
+    with pytest.raises(InputError, match="no modes"):
+        solved().view([])
     three.unlink()
     with pytest.raises(Error, match="libjs-three"):
         solved().view()

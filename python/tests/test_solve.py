@@ -6,6 +6,7 @@ import scipy.sparse as sparse
 import scipy.sparse.linalg
 
 import kschur
+from kschur._library import INSTALLED
 from kschur.errors import FileError, InputError, NotThereError, UsageError
 
 
@@ -251,3 +252,7 @@ def test_tables():
 
 def test_version():
     assert kschur.__version__.count(".") == 2
+
+
+def test_the_installed_library_is_of_this_version():
+    assert INSTALLED == "libkschur_capi.so." + kschur.__version__.rpartition(".")[0]

@@ -2,7 +2,7 @@
 !> never closed, as the caller may use it too.
 module kschur_hdf5_basics
    use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_int64_t, c_null_funptr, c_null_ptr, c_ptr, c_size_t
-   use hdf5, only: hid_t, hsize_t, h5open_f, h5iis_valid_f, h5kind_to_type, H5_INTEGER_KIND, H5_REAL_KIND, H5T_NATIVE_INTEGER, &
+   use hdf5, only: hid_t, h5open_f, h5iis_valid_f, h5kind_to_type, H5_INTEGER_KIND, H5_REAL_KIND, H5T_NATIVE_INTEGER, &
       h5fis_hdf5_f, h5fopen_f, h5fcreate_f, h5fclose_f, H5F_ACC_RDONLY_F, H5F_ACC_TRUNC_F, h5gcreate_f, h5gopen_f, &
       h5gclose_f, h5lexists_f, h5oexists_by_name_f, h5tcreate_f, h5tinsert_f, h5tclose_f, h5tget_class_f, &
       h5tget_member_index_f, h5tget_member_offset_f, h5tget_member_type_f, h5tget_offset_f, h5tget_precision_f, &

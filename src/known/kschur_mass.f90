@@ -19,7 +19,7 @@ contains
    !> eigenvalue, which proves masses of finite elements definite with some dozens of products; otherwise by the inertia of a
    !> factorization; without a solver that counts pivots, by the smallest Ritz value, which rejects semidefinite matrices with
    !> eigenvalues near zero, too.
-   subroutine examine_mass(mass, inner, semidefinite, nullity, bound_failed, error, effort)
+   subroutine examine_mass(mass, inner, semidefinite, nullity, poor, error, effort)
       !> Symmetric.
       type(csr_matrix_type), intent(in) :: mass
       type(inner_solvers_type), intent(in) :: inner
@@ -27,8 +27,8 @@ contains
       logical, intent(out) :: semidefinite
       !> Number of zero eigenvalues; those of empty rows alone where no factorization counts them.
       integer, intent(out) :: nullity
-      !> Whether the Lanczos bound failed: M is worse conditioned than usual masses then.
-      logical, intent(out) :: bound_failed
+      !> Whether a Ritz value shows that M is worse conditioned than masses of finite elements.
+      logical, intent(out) :: poor
       type(error_type), allocatable, intent(out) :: error
       class(effort_type), optional, intent(inout) :: effort
       class(real_linear_solver_type), allocatable :: solver
@@ -36,13 +36,12 @@ contains
       logical :: seems_definite
 
       seems_definite = .false.
-      bound_failed = .false.
+      poor = .false.
       nullity = count(.not. mass%row_maxima() > 0)
       semidefinite = mass%is_zero()
       if (semidefinite) return
-      call bound_smallest_eigenvalue(mass, semidefinite, seems_definite)
+      call bound_smallest_eigenvalue(mass, semidefinite, seems_definite, poor)
       if (semidefinite) return
-      bound_failed = .true.
       if (.not. allocated(inner%counting)) then
          semidefinite = seems_definite
          return
@@ -66,31 +65,35 @@ contains
    !> Whether a symmetric matrix is proved positive definite by diagonal dominance or by the Lanczos bound; false: not known.
    logical function is_definite(matrix)
       type(csr_matrix_type), intent(in) :: matrix
-      logical :: seems_definite
+      logical :: seems_definite, poor
 
       is_definite = is_dominant(matrix)
       if (is_definite .or. .not. all(matrix%row_maxima() > 0)) return
-      call bound_smallest_eigenvalue(matrix, is_definite, seems_definite)
+      call bound_smallest_eigenvalue(matrix, is_definite, seems_definite, poor)
    end function is_definite
 
    ! Bounds the smallest eigenvalue of M, on the unknowns that have mass and scaled to unit diagonal, by k Lanczos steps from a
    ! random vector: the smallest Ritz value exceeds it by more than epsilon times the spread of the spectrum with a probability of
    ! at most 1.648 sqrt(n) exp(-(2 k - 1) sqrt(epsilon)) (Kuczynski, Wozniakowski, SIAM J. Matrix Anal. Appl. 13 (1992), theorem
    ! 4.1). Masses of finite elements have it far from zero (Wathen, IMA J. Numer. Anal. 7 (1987)), so that few steps suffice.
-   subroutine bound_smallest_eigenvalue(mass, proved, seems_definite)
+   subroutine bound_smallest_eigenvalue(mass, proved, seems_definite, poor)
       type(csr_matrix_type), intent(in) :: mass
       !> Whether it is positive, up to a probability of `improbable`.
       logical, intent(out) :: proved
       !> Whether no Ritz value is below `least_of_mass`.
       logical, intent(out) :: seems_definite
+      !> Whether a Ritz value is too small for `most_steps` to prove that. False where the iteration ends early, as on a diagonal
+      !> mass, whose scaled eigenvalues are equal, and on a small one: the steps are too few for a proof, not M too poor.
+      logical, intent(out) :: poor
       ! The first is about the cost of a factorization; the second is when to estimate whether that many steps will do.
       integer, parameter :: most_steps = 200, few_steps = 60
       real(wp), allocatable :: scaling(:), previous(:), x(:), y(:, :)
-      real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed
+      real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed, provable
       integer(long) :: state
       integer :: k
 
       proved = .false.
+      poor = .true.
       allocate (scaling, source=mass%diagonal())
       seems_definite = all(scaling > 0 .or. (abs(scaling) <= 0 .and. .not. mass%row_maxima() > 0))
       if (.not. seems_definite .or. .not. any(scaling > 0)) return
@@ -100,6 +103,7 @@ contains
       call add_magnitudes(mass, reshape(scaling, [mass%rows, 1]), y)
       spread_bound = maxval(scaling*y(:, 1))
       needed = log(1.648_wp*sqrt(real(count(scaling > 0), wp))/improbable)
+      provable = spread_bound*(needed/(2*most_steps - 1))**2
       state = 1
       call random_vector(state, x)
       where (.not. scaling > 0) x = 0
@@ -112,9 +116,10 @@ contains
          alpha(k) = dot_product(x, y(:, 1))
          proved = ritz_values_exceed(spread_bound*min(1.0_wp, (needed/(2*k - 1))**2), k)
          seems_definite = ritz_values_exceed(least_of_mass, k)
+         poor = .not. (seems_definite .and. ritz_values_exceed(provable, k))
          if (proved .or. .not. seems_definite) return
          ! Gives up if `most_steps` cannot prove it either, given the present Ritz values.
-         if (k >= few_steps .and. .not. ritz_values_exceed(spread_bound*(needed/(2*most_steps - 1))**2, k)) return
+         if (k >= few_steps .and. poor) return
          y(:, 1) = y(:, 1) - alpha(k)*x
          beta(k) = norm2(y)
          if (beta(k) <= cancelled) return

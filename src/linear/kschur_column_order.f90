@@ -1,7 +1,7 @@
 !> Fill-reducing column orders for sparse LU with partial pivoting, by COLAMD of SuiteSparse: they bound the fill for any choice
 !> of pivot rows.
 module kschur_column_order
-   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_null_ptr, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_int, c_null_ptr, c_ptr, c_size_t
    use kschur_error, only: error_type, new_error, error_library, error_memory
    implicit none
    private

@@ -2,7 +2,6 @@
 module kschur_mumps_caller
    use, intrinsic :: iso_c_binding, only: c_ptr
    use kschur_error, only: error_type
-   use kschur_kinds, only: wp
    use kschur_processes, only: processes_type
    implicit none
    private

@@ -66,7 +66,8 @@ contains
       type(dependence_type), intent(in) :: dependence
       integer, intent(in) :: rows(:)
       character(len=note_length), allocatable, intent(inout) :: notes(:)
-      integer, parameter :: most = 3
+      ! What the sentence leaves for the others, with a number of ten digits in it.
+      integer, parameter :: most = 3, room = 55
       logical :: others(problem%multipliers())
       integer :: i, noted
 
@@ -81,7 +82,7 @@ contains
          end associate
          others(rows(dependence%near(i))) = .false.
          call append_note(notes, "constraint "//text(rows(dependence%near(i)) + problem%index_base - 1)// &
-            " nearly follows from "//trim(named("constraint", others, problem%index_base))//": beside these "// &
+            " nearly follows from "//trim(named("constraint", others, problem%index_base, room))//": beside these "// &
             magnitude(dependence%distance(i))//" of it is left, which costs as many digits; the error bounds say what is known")
       end do
       if (noted > most) call append_note(notes, text(noted - most)//" more constraints nearly follow from others")
@@ -302,17 +303,36 @@ contains
          " found too inaccurately to be listed; another shift may help")
    end subroutine note_inaccurate
 
-   !> Lists chosen items in words, as "modes 1, 2 and 5"; of many the first ones and how many more.
-   pure function named(noun, chosen, base) result(names)
+   !> Lists chosen items in words, as "modes 1, 2 and 5"; of many the first ones, as many as fit, and how many more.
+   pure function named(noun, chosen, base, room) result(names)
       !> The noun in the singular, as "mode".
       character(len=*), intent(in) :: noun
       !> Which items are listed.
       logical, intent(in) :: chosen(:)
       !> Number of the first item; the list says so if it is not 1.
       integer, intent(in) :: base
+      !> Characters that the sentence has for the list; absent: those of a note.
+      integer, intent(in), optional :: room
       character(len=note_length) :: names
       character(len=:), allocatable :: list
-      integer, parameter :: most = 12
+      integer, parameter :: at_most = 12
+      integer :: longest, most
+
+      longest = note_length
+      if (present(room)) longest = room
+      do most = at_most, 1, -1
+         call list_first(noun, chosen, base, most, list)
+         if (len(list) <= longest) exit
+      end do
+      names = list
+   end function named
+
+   ! Lists the first so many of them, and how many more.
+   pure subroutine list_first(noun, chosen, base, most, list)
+      character(len=*), intent(in) :: noun
+      logical, intent(in) :: chosen(:)
+      integer, intent(in) :: base, most
+      character(len=:), allocatable, intent(out) :: list
       integer :: i, done
 
       list = noun//either(count(chosen) == 1, " ", "s ")
@@ -328,8 +348,7 @@ contains
          list = list//text(i + base - 1)
       end do
       if (base /= 1) list = list//" (counted from "//text(base)//")"
-      names = list
-   end function named
+   end subroutine list_first
 
    ! One of two texts, without padding.
    pure function either(condition, yes, no) result(words)

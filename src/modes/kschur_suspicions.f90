@@ -18,14 +18,15 @@ contains
       !> The problem as given.
       type(modal_problem_type), intent(in) :: problem
       character(len=note_length), allocatable, intent(inout) :: notes(:)
+      character(len=*), parameter :: negative = "the mass matrix M is negative on the diagonal, which makes modes that grow: ", &
+         unheld = "neither stiffness, damping nor a constraint holds "
       logical :: chosen(problem%unknowns())
 
       chosen = problem%mass%diagonal() < 0
-      if (any(chosen)) call append_note(notes, "the mass matrix M is negative on the diagonal, which makes modes that grow: "// &
-         named("unknown", chosen, problem%index_base))
+      if (any(chosen)) call append_note(notes, negative// &
+         named("unknown", chosen, problem%index_base, note_length - len(negative)))
       chosen = are_unheld(problem)
-      if (any(chosen)) call append_note(notes, "neither stiffness, damping nor a constraint holds "// &
-         named("unknown", chosen, problem%index_base))
+      if (any(chosen)) call append_note(notes, unheld//named("unknown", chosen, problem%index_base, note_length - len(unheld)))
       if (.not. problem%symmetric) call note_asymmetry(problem, notes)
    end subroutine note_suspicions
 

@@ -8,7 +8,8 @@ module kschur_eigenvalue_correction
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_residual_parts, only: residual_parts
    use kschur_sparse, only: csr_matrix_type, transpose_csr
-   use kschur_tolerances, only: blurred_value, cancelled, correctable, dependent, real_tolerance, rounding_of_row, spurious
+   use kschur_tolerances, only: accepted_backward_error, blurred_value, cancelled, correctable, dependent, real_tolerance, &
+      rounding_of_row, spurious
    implicit none
    private
    public :: correct_eigenvalues
@@ -116,7 +117,7 @@ contains
       where (residual_parts(problem, copies, copy_errors < 1) > spurious) copy_errors = 1
       do i = 1, size(double_real)
          associate (j => double_real(i))
-            if (copy_errors(i) <= max(100*errors(j), 1.0e-12_wp) .and. .not. pairs%is_real()) cycle
+            if (copy_errors(i) <= max(100*errors(j), accepted_backward_error) .and. .not. pairs%is_real()) cycle
             ! The imaginary part is no eigenvector: repeats the first shape.
             copy_errors(i) = errors(j)
             if (pairs%is_real()) then

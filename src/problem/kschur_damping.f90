@@ -3,7 +3,7 @@ module kschur_damping
    use kschur_kinds, only: wp
    use kschur_sorting, only: ascending_order
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: above_all_rounding, cancelled, rounding_of_row
+   use kschur_tolerances, only: above_all_rounding, agreeing_entry, cancelled, least_misfit, rounding_of_row
    implicit none
    private
    public :: classify_damping
@@ -186,7 +186,6 @@ contains
       ! At most this fraction of the entries may belong to dampers.
       integer, parameter :: part = 8
       integer, parameter :: turns = 2
-      real(wp), parameter :: agreeing = 1.0e-9_wp
       logical :: fits(size(m)), alone(size(m))
       real(wp) :: unused
       integer :: turn
@@ -199,7 +198,7 @@ contains
          call concentrate(m, k, 1 + 0*m, alpha, beta)
       end if
       do turn = 1, turns
-         fits = abs(1 - alpha*m - beta*k) <= agreeing
+         fits = abs(1 - alpha*m - beta*k) <= agreeing_entry
          if (any(fits)) call fit(pack(m, fits), pack(k, fits), 1 + 0*pack(m, fits), alpha, beta)
       end do
    end subroutine fit_most
@@ -229,12 +228,11 @@ contains
    ! Median of nonnegative numbers to within a factor, by bisection of the exponent.
    pure real(wp) function median(numbers)
       real(wp), intent(in) :: numbers(:)
-      real(wp), parameter :: least = 1.0e-30_wp
       real(wp) :: low, high
       integer :: step
 
-      low = least
-      high = max(maxval([0.0_wp, numbers]), 2*least)
+      low = least_misfit
+      high = max(maxval([0.0_wp, numbers]), 2*least_misfit)
       do step = 1, 20
          median = sqrt(low*high)
          if (2*count(numbers <= median) >= size(numbers)) then

@@ -31,8 +31,9 @@ module kschur_mesh
       procedure :: cells
       !> Nodal displacements of a shape.
       procedure :: displacements
-      !> Rigid motions of the mesh.
+      !> Rigid motions of the mesh, and the number of unknowns that have none.
       procedure :: rigid_motions
+      procedure :: unplaced
    end type mesh_type
 
    !> Names of `rigid_motions`: translations along x, y, z and rotations about these axes.
@@ -286,11 +287,40 @@ contains
       associate (t => self%transformation)
          allocate (motions(t%columns, 6), source=0.0_wp)
          do i = 1, t%rows
-            if (self%unknown_node(i) == 0 .or. t%row_start(i + 1) /= t%row_start(i) + 1) cycle
-            if (.not. abs(t%value(t%row_start(i)) - 1) > 0) motions(t%column(t%row_start(i)), :) = rigid_motion(self, i)
+            if (self%unknown_node(i) == 0) cycle
+            if (is_unit_row(t, i)) motions(t%column(t%row_start(i)), :) = rigid_motion(self, i)
          end do
       end associate
    end subroutine rigid_motions
+
+   !> Number of unknowns that move nodes but have no row of the transformation to themselves: zero in `rigid_motions`, as T does
+   !> not tell where they are.
+   pure integer function unplaced(self)
+      class(mesh_type), intent(in) :: self
+      logical, allocatable :: moves(:), placed(:)
+      integer :: i
+
+      unplaced = 0
+      if (.not. allocated(self%transformation)) return
+      associate (t => self%transformation)
+         allocate (moves(t%columns), placed(t%columns), source=.false.)
+         do i = 1, t%rows
+            if (self%unknown_node(i) == 0) cycle
+            moves(t%column(t%row_start(i):t%row_start(i + 1) - 1)) = .true.
+            if (is_unit_row(t, i)) placed(t%column(t%row_start(i))) = .true.
+         end do
+      end associate
+      unplaced = count(moves .and. .not. placed)
+   end function unplaced
+
+   ! Whether the only entry of a row is 1.
+   pure logical function is_unit_row(matrix, row)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: row
+
+      is_unit_row = matrix%row_start(row + 1) == matrix%row_start(row) + 1
+      if (is_unit_row) is_unit_row = .not. abs(matrix%value(matrix%row_start(row)) - 1) > 0
+   end function is_unit_row
 
    ! The six rigid motions at an unknown that has a node.
    pure function rigid_motion(mesh, i) result(motion)

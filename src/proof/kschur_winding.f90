@@ -12,7 +12,7 @@ module kschur_winding
    use kschur_closed_curve, only: closed_curve_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgelsy
-   use kschur_tolerances, only: dependent
+   use kschur_tolerances, only: dependent, narrowest_panel
    implicit none
    private
    public :: analytic_function_type, count_unknown_zeros, reason_length
@@ -30,9 +30,8 @@ module kschur_winding
    real(wp), parameter :: largest_doubt = pi/12
    ! Largest deviation of the total from a whole number of half turns.
    real(wp), parameter :: integer_tolerance = 0.05_wp
-   ! Initial panels on half of a curve and on a circle; most samples; narrowest panel.
+   ! Initial panels on half of a curve and on a circle; most samples.
    integer, parameter :: panels_of_half = 4, panels_of_circle = 7, most_samples = 800
-   real(wp), parameter :: narrowest = 1.0e-7_wp
    ! Coefficients of p, per sample.
    integer, parameter :: samples_per_coefficient = 3
 
@@ -152,7 +151,7 @@ contains
          associate (panel => samples%panels(:, i))
             if (.not. which(i)) panels = reshape([panels, panel], [3, size(panels, 2) + 1])
             if (.not. which(i)) cycle
-            if (abs(samples%part(panel(3)) - samples%part(panel(1))) < narrowest) &
+            if (abs(samples%part(panel(3)) - samples%part(panel(1))) < narrowest_panel) &
                reason = "an eigenvalue that is not listed seems to lie next to the curve"
             do half = 1, 2
                neighbours = panel(half:half + 1)

@@ -66,8 +66,9 @@ contains
       s%options%target = saved_options%target
       modes%history = history
       if (modes%reason == reason_fewer_modes) modes%reason = reason_converged
-      ! The faster root of an overdamped oscillator may lie outside of the disc. With losses no oscillator is overdamped.
-      if (.not. s%is_lossy()) modes%certified = certified_unknown
+      ! The faster root of an overdamped oscillator may lie outside of the disc, but with losses no oscillator is overdamped. A list
+      ! that ended early is not all of the band.
+      if (.not. s%is_lossy() .or. modes%reason /= reason_converged) modes%certified = certified_unknown
       call find_frequencies(s, modes, omega)
       order = pack([(i, i=1, size(omega))], abs(modes%lambda) <= band(2) .and. omega >= band(1) .and. omega <= band(2))
       call modes%take(order)

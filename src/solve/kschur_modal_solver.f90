@@ -8,6 +8,7 @@ module kschur_modal_solver
    use kschur_error, only: error_type, new_error, error_input, error_usage, take_cancelled
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, long
+   use kschur_mesh, only: mesh_type
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_low_rank, formulation_proportional, &
       formulation_quadratic, formulation_symmetric
@@ -164,7 +165,7 @@ contains
    !> Replaces the matrices of the problem. The preparation is kept if mass, constraints and kind of damping are the same, there is
    !> no loss matrix, no rigid motion, no redundant constraint, and no motion without mass. Fails as `new_modal_problem`, and on
    !> other numbers of unknowns or constraints; the problem is unchanged then.
-   subroutine update_values(self, mass, stiffness, error, damping, constraints, symmetric, loss)
+   subroutine update_values(self, mass, stiffness, error, damping, constraints, symmetric, loss, mesh)
       class(modal_solver_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: mass, stiffness
       type(error_type), allocatable, intent(out) :: error
@@ -172,6 +173,8 @@ contains
       !> As for `new_modal_problem`.
       integer, intent(in), optional :: symmetric
       type(csr_matrix_type), intent(in), optional :: loss
+      !> Where the unknowns stand now, after `settle_mesh`; absent: as before.
+      type(mesh_type), intent(in), optional :: mesh
       type(modal_problem_type), allocatable :: problem
       type(modal_problem_type) :: kind_of
       integer :: storage
@@ -194,7 +197,11 @@ contains
          return
       end if
       problem%index_base = self%problem%index_base
-      if (allocated(self%problem%mesh)) allocate (problem%mesh, source=self%problem%mesh)
+      if (present(mesh)) then
+         allocate (problem%mesh, source=mesh)
+      else if (allocated(self%problem%mesh)) then
+         allocate (problem%mesh, source=self%problem%mesh)
+      end if
       if (allocated(self%context)) then
          if (stays_valid(self%context, self%problem, problem)) then
             self%changed = .true.

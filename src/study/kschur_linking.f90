@@ -41,7 +41,8 @@ module kschur_linking
 
 contains
 
-   !> Solves at a point. Fails if the numbers of unknowns or constraints changed, or there is a loss matrix.
+   !> Solves at a point. The result has the mesh of the point's problem, as it may change with the parameter. Fails if the numbers
+   !> of unknowns or constraints changed, or there is a loss matrix.
    subroutine solve(self, place, error, monitor)
       class(linker_type), intent(inout) :: self
       !> Its value and problem are set.
@@ -52,12 +53,13 @@ contains
       associate (problem => place%problem)
          if (self%has_solved) then
             call self%solver%update_values(problem%mass, problem%stiffness, error, problem%damping, problem%constraints, &
-               symmetric_no, problem%loss)
+               symmetric_no, problem%loss, problem%mesh)
          else
             call new_modal_solver(self%solver, problem)
          end if
       end associate
       if (.not. allocated(error)) call self%solver%solve(self%options, place%result, error, monitor)
+      if (allocated(place%result%mesh) .and. .not. allocated(place%problem%mesh)) deallocate (place%result%mesh)
       self%has_solved = self%has_solved .or. .not. allocated(error)
    end subroutine solve
 

@@ -10,7 +10,7 @@ module kschur_modal_properties
    use kschur_mode_groups, only: bytes_of_groups, check_modes_of, form_between, group_of, mode_group_type, solve_small
    use kschur_problem, only: modal_problem_type
    use kschur_properties, only: direction_length, modal_properties_type
-   use kschur_result, only: modal_result_type
+   use kschur_result, only: modal_result_type, note_length
    use kschur_text, only: text
    use kschur_threads, only: enter_solve, leave_solve, one_thread
    use kschur_tolerances, only: dependent
@@ -27,7 +27,7 @@ contains
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
       !> Unit motions of all unknowns, n x directions, as 1 along x and 0 else. Absent: the nonzero rigid motions of the
-      !> problem's mesh; none without a mesh.
+      !> problem's mesh; none without a mesh. A note says where a transformation leaves unknowns out.
       real(wp), intent(in), optional :: directions(:, :)
       complex(wp), allocatable :: momenta(:, :)
       real(wp), allocatable :: motions(:, :)
@@ -75,8 +75,28 @@ contains
          call add_group(problem, group, momenta, properties)
       end do
       call leave_solve(threads_before)
-      if (.not. allocated(error)) call move_alloc(properties, result%properties)
+      if (allocated(error)) return
+      call move_alloc(properties, result%properties)
+      if (.not. present(directions)) call note_unplaced(problem, result)
    end subroutine find_modal_properties
+
+   ! Notes, once, that the directions of a mesh leave unknowns out.
+   subroutine note_unplaced(problem, result)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_result_type), intent(inout) :: result
+      character(len=note_length) :: note
+      integer :: unplaced
+
+      if (.not. allocated(problem%mesh)) return
+      unplaced = problem%mesh%unplaced()
+      if (unplaced == 0) return
+      note = "the rigid motions of the mesh leave out "//text(unplaced)//" unknowns that have no row 0..1..0 in the "// &
+         "transformation, and so do effective masses: give directions"
+      if (allocated(result%notes)) then
+         if (any(result%notes == note)) return
+      end if
+      call result%add_note(trim(note))
+   end subroutine note_unplaced
 
    ! Names 1, 2, ... of given directions.
    pure function numbers(count) result(names)

@@ -121,6 +121,16 @@ module kschur_tolerances
    !> A fixed-point iteration with a larger contraction factor is abandoned.
    real(wp), parameter, public :: contraction = 0.1_wp
 
+   ! Fits of proportional damping, and panels of curves.
+
+   !> An entry of R that alpha M + beta K gives with a smaller relative error is not of a damper, while those are told from the
+   !> others: a fit without them gives it to `above_all_rounding`. Chosen.
+   real(wp), parameter, public :: agreeing_entry = 1.0e-9_wp
+   !> Relative errors of such fits below this are equal: their median is bisected between it and the largest. Chosen.
+   real(wp), parameter, public :: least_misfit = 1.0e-30_wp
+   !> A panel that is a smaller part of its curve is not halved: an eigenvalue that is not listed lies next to it. Chosen.
+   real(wp), parameter, public :: narrowest_panel = 1.0e-7_wp
+
    ! Rounding levels and singularity.
 
    !> Rounding of a sum over one sparse row, gamma_n of a dozen terms (Higham 2002, section 3.1): of cancelling terms, of a

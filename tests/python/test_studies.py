@@ -289,6 +289,21 @@ def test_sweep_of_a_scene(folder):
         check("as solved alone", np.allclose(together, apart, rtol=1e-8, atol=1e-8), (together, apart))
 
 
+def test_pages_that_cannot_be_made(folder):
+    """Tables and files are there all the same, and nothing else."""
+    kschur("scene", "rotor", "--output", folder + "/rotor.h5")
+    bare = {**os.environ, "KSCHUR_THREE": folder + "/nowhere.js"}
+    for words in (("sweep", "rotor", "--vary", "speed=3000:4000:3", "--modes", "4"),
+                  ("response", folder + "/rotor.h5", "--frequencies", "1:3:3", "--input", "1")):
+        wanted, name = kschur(*words).stdout, words[0]
+        before = {*os.listdir(folder), name + ".h5"}
+        run = subprocess.run([KSCHUR, *words, "--html", f"{folder}/{name}.html", "--output", f"{folder}/{name}.h5"], capture_output=True,
+                             text=True, env=bare)
+        check(f"{name} without its page: says so", run.returncode == 4 and name + ".html" in run.stderr, run)
+        check(f"{name} without its page: prints its table", run.stdout == wanted, run.stdout)
+        check(f"{name} without its page: writes its file, and leaves no folder", set(os.listdir(folder)) == before, os.listdir(folder))
+
+
 def test_pictures_of_a_scene(folder):
     run = subprocess.run([CAMPBELL, "rotor", "--vary", "speed=3000:4000:3", "--modes", "4", "--unit", "rpm", "--orders", "1,2", folder + "/o.png"],
                          capture_output=True, text=True)
@@ -305,7 +320,7 @@ def main():
     # An interpreter does not load a library with sanitizers.
     pictures = () if "--without-picture" in sys.argv else (test_pictures_of_files, test_pictures_of_a_scene)
     for test in (test_normalisation, test_properties, test_directions_of_a_mesh, test_mac, test_sensitivity, test_response,
-                 test_sweep_of_files, test_sweep_of_a_scene, *pictures):
+                 test_sweep_of_files, test_sweep_of_a_scene, test_pages_that_cannot_be_made, *pictures):
         with tempfile.TemporaryDirectory() as folder:
             test(folder)
     finish()

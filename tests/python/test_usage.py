@@ -84,18 +84,28 @@ def test_help_names_every_option(folder):
     check("help: the short options", pairs | {("-h", "--help"), ("-V", "--version")} == set(zip(short, long)), pairs ^ set(zip(short, long)))
 
 
+def test_texts_fit(folder):
+    """Fortran cuts a text that is longer than those of its list, and says nothing."""
+    lists = [(path.name, int(length), re.findall(r'"((?:[^"]|"")*)"', body)) for part in ("app", "capi/src", "examples/scenes", "src")
+             for path in sorted((SOURCE / part).rglob("*.[fF]90"))
+             for length, body in re.findall(r'\[character\(len=(\d+)\) ::((?:[^]"]|"(?:[^"]|"")*")*)\]', path.read_text())]
+    check("lists of texts: many", len(lists) > 30, len(lists))
+    cut = [(name, text) for name, length, texts in lists for text in texts if len(text.replace('""', '"')) > length]
+    check("lists of texts: none is cut", not cut, cut)
+
+
 def test_help_of_scripts(folder):
     """With what Python has alone: a reader of help may have installed no more."""
     (folder / "numpy.py").write_text("raise ImportError('NumPy is not here')")
     bare = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
     scripts = [path for path in Path(KSCHUR).parent.glob("kschur-*") if path.read_bytes()[:2] == b"#!"]
     check("scripts beside the program", {"kschur-campbell", "kschur-convert", "kschur-picture"} <= {path.name for path in scripts}, scripts)
-    for path in [*scripts, SOURCE / "docs/offline.py", SOURCE / "docs/scenes/pictures.py", SOURCE / "packaging/wheel/make_wheel.py",
-                 SOURCE / "bootstrap"]:
+    others = ("docs/offline.py", "docs/scenes/pictures.py", "packaging/wheel/make_wheel.py", "benchmarks/losses.py", "benchmarks/paper.py",
+              "benchmarks/solids.py", "bootstrap")
+    for path in [*scripts, *(SOURCE / other for other in others)]:
         start = [sys.executable] if path.suffix == ".py" else []
-        environment = None if path.name == "kschur-report" else bare
         for word in ("--help", "-h"):
-            run = subprocess.run([*start, path, word], capture_output=True, text=True, env=environment)
+            run = subprocess.run([*start, path, word], capture_output=True, text=True, env=bare)
             check(f"{path.name} {word}: explains", run.returncode == 0 and path.name in run.stdout and not run.stderr, run)
     for path in scripts:
         if path.name in ("kschur-campbell", "kschur-picture"):
@@ -118,4 +128,4 @@ def test_paper_with_an_installation(folder):
     check("paper.py 4a: what it lacks", run.returncode == 1 and "example_turbine_scaling" in run.stderr and "Traceback" not in run.stderr, run)
 
 
-run_tests(test_suggestions, test_short_options, test_help_names_every_option, test_help_of_scripts, test_paper_with_an_installation)
+run_tests(test_suggestions, test_short_options, test_help_names_every_option, test_texts_fit, test_help_of_scripts, test_paper_with_an_installation)

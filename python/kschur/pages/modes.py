@@ -18,6 +18,8 @@ class ModesPage(Page):
         if result.geometry is None:
             raise InputError("modes are shown on a geometry: give solve one, as geometry=kschur.Geometry(coordinates)")
         chosen = list(range(len(result))) if modes is None else [range(len(result))[mode] for mode in modes]
+        if not chosen:
+            raise InputError("there are no modes to be shown")
         space = Space(result.geometry)
         for place, mode in enumerate(chosen):
             space.add(place, result.shape(mode))

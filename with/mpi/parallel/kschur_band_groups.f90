@@ -11,7 +11,7 @@ module kschur_band_groups
    use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type
    use kschur_processes, only: processes_type, request_parts
-   use mpi_f08, only: MPI_Barrier, MPI_Comm, MPI_Comm_free
+   use mpi_f08, only: MPI_Comm, MPI_Comm_free
    implicit none
    private
    public :: band_groups_type, lead_group

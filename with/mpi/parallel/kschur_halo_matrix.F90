@@ -4,7 +4,7 @@ module kschur_halo_matrix
    use kschur_csr, only: csr_matrix_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_memory, only: integer_bytes, real_bytes, require_memory
+   use kschur_memory, only: integer_bytes, require_memory
    use kschur_processes, only: spread_error
    use kschur_row_ranges, only: row_ranges_type
    use mpi_f08, only: MPI_Alltoall, MPI_Alltoallv, MPI_Comm, MPI_COMM_NULL, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_COMPLEX, &

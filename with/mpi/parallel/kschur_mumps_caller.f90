@@ -3,8 +3,7 @@ module kschur_mumps_caller
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_ptr
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp
-   use kschur_memory, only: megabyte
-   use kschur_processes, only: are_several, processes_type, spread_error, request_mumps
+   use kschur_processes, only: are_several, processes_type, request_mumps
    use kschur_text, only: text
    use mpi_f08, only: MPI_COMM_SELF, MPI_COMPLEX, MPI_Datatype, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, MPI_INTEGER, &
       MPI_LOGICAL, MPI_REAL, MPI_Recv, MPI_Send, MPI_STATUS_IGNORE

@@ -1,6 +1,5 @@
 !> Quadratic operators on distributed states: distributed mass, damping, deflated motions, right-hand sides and solutions.
 module kschur_quadratic_rows
-   use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_mumps_worker, only: complex_part, mumps_instance_type, real_part
