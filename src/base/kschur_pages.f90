@@ -1,7 +1,7 @@
 !> Large pages of virtual memory for arrays that are read many times, as Krylov bases.
 module kschur_pages
    use, intrinsic :: iso_c_binding, only: c_double, c_loc, c_ptr
-   use kschur_kinds, only: wp, long
+   use kschur_kinds, only: wp
    implicit none
    private
    public :: prefer_large_pages
@@ -13,7 +13,7 @@ module kschur_pages
 
    !> Asks the operating system to map an array in large pages, before it is filled. Does nothing if it has none.
    interface prefer_large_pages
-      module procedure prefer_for_list, prefer_for_real, prefer_for_complex
+      module procedure prefer_for_real, prefer_for_complex
    end interface prefer_large_pages
 
    interface
@@ -25,14 +25,6 @@ module kschur_pages
    end interface
 
 contains
-
-   subroutine prefer_for_list(array)
-      real(wp), contiguous, target, intent(in) :: array(:)
-      real(wp) :: bytes
-
-      bytes = real(size(array, kind=long), wp)*(storage_size(array)/bits_of_a_byte)
-      if (bytes >= least_bytes) call c_prefer_large_pages(c_loc(array), real(bytes, c_double))
-   end subroutine prefer_for_list
 
    subroutine prefer_for_real(array)
       real(wp), contiguous, target, intent(in) :: array(:, :)

@@ -6,7 +6,6 @@ module kschur_supernodal
    use kschur_left_looking, only: elimination_type, eliminate_in_tiles, eliminate_supernode, panel_type, schedule_updates, &
       supernodal_factors_type, adopt_updates, workspace_type
    use kschur_monitor, only: ask_monitor, is_stopped, monitor_type
-   use kschur_pages, only: prefer_large_pages
    use kschur_sparse, only: csr_matrix_type
    use kschur_subtrees, only: subtrees_type
    use kschur_supernodes, only: widest
@@ -153,10 +152,7 @@ contains
       if (allocated(factors%lower)) then
          if (size(factors%lower, kind=long) /= factors%offset(nodes + 1) - 1) deallocate (factors%lower)
       end if
-      if (.not. allocated(factors%lower)) then
-         allocate (factors%lower(factors%offset(nodes + 1) - 1), stat=status)
-         if (status == 0) call prefer_large_pages(factors%lower)
-      end if
+      if (.not. allocated(factors%lower)) allocate (factors%lower(factors%offset(nodes + 1) - 1), stat=status)
       do i = 1, size(work)
          if (status == 0) allocate (panels(i)%entries(most_entries), panels(i)%place(n), work(i)%product(most_entries), &
             work(i)%scaled(widest**2), work(i)%relative(symbolic%most_rows() + widest), stat=status)

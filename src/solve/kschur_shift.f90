@@ -128,14 +128,11 @@ contains
       placed = .false.
       call s%effort%add_solves(s%known%stiffness%solver)
       s%known%stiffness%solver%solve_seconds = 0
-      call move_alloc(s%known%stiffness%solver, solver)
-      if (any(abs(s%known%stiffness%scaling - 1) > 0)) then
-         allocate (scaled)
-         call move_alloc(solver, scaled%factors)
-         call move_alloc(s%known%stiffness%scaling, scaled%scaling)
-         call move_alloc(scaled, solver)
-      end if
+      allocate (scaled)
+      call move_alloc(s%known%stiffness%solver, scaled%factors)
+      call move_alloc(s%known%stiffness%scaling, scaled%scaling)
       deallocate (s%known%stiffness)
+      call move_alloc(scaled, solver)
       s%scale = scale
       call factor_at(s, s%formulation, (0.0_wp, 0.0_wp), error, solver)
       if (.not. allocated(error)) call observe_here(s, observed, error, spread)
