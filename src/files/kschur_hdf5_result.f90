@@ -51,7 +51,7 @@ contains
       call write_options(file, result, error)
    end subroutine write_result
 
-   ! Whether a result has all arrays that a file needs.
+   !> Whether a result has all arrays that a file needs.
    pure logical function is_whole(result)
       type(modal_result_type), intent(in) :: result
 

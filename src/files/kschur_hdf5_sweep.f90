@@ -108,17 +108,17 @@ contains
       call create_group(file, points, error)
       do k = 1, size(kept)
          if (.not. associated(kept(k)%result)) cycle
-         call create_group(file, point_name(k), error)
-         call open_group(group, file, point_name(k), error)
+         call create_group(file, trim(point_name(k)), error)
+         call open_group(group, file, trim(point_name(k)), error)
          call write_result(group, kept(k)%result, error)
          call close_group(group)
       end do
    end subroutine write_points
 
-   ! Its group.
+   ! Name of the group of a point. Of fixed length: for a deferred one gfortran keeps the length in static memory.
    pure function point_name(point) result(name)
       integer, intent(in) :: point
-      character(len=:), allocatable :: name
+      character(len=32) :: name
 
       name = points//"/"//text(point)
    end function point_name
@@ -222,7 +222,7 @@ contains
             call new_error(error, error_input, "the modes of point "//text(point)// &
                " are not in it: kschur sweep --shapes keeps them")
          else
-            call open_group(group, file, point_name(point), error)
+            call open_group(group, file, trim(point_name(point)), error)
             call read_result(result, group, error)
             call close_group(group)
             call add_context(error, "point "//text(point))
@@ -250,7 +250,7 @@ contains
       allocate (kept(number), source=.false.)
       if (.not. exists(file, points, error)) return
       do k = 1, number
-         kept(k) = exists(file, point_name(k), error)
+         kept(k) = exists(file, trim(point_name(k)), error)
       end do
    end subroutine find_kept
 

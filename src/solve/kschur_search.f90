@@ -150,6 +150,7 @@ contains
          ! What is far from a shift may be filtered out there as infinite eigenvalues are, although it was found before.
          if (shift_moved) then
             call earlier%drop(earlier%backward_error > inaccurate_above)
+            earlier%found = eigenvalues_of(earlier%lambda, earlier%backward_error >= 0)
             call add_modes(earlier, modes)
          end if
          missing = s%options%modes - size(modes%lambda)
