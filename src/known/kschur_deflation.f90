@@ -163,8 +163,8 @@ contains
          merge(2, 1, self%oscillator)*self%zero%multiplicity()
    end function count_zeros
 
-   !> Number of undamped rigid motions: deflated ones without decay; of others the successors in the root space of zero, or in theta
-   !> all.
+   !> Number of undamped rigid motions. Of deflated ones, counts those without decay. Of others, counts the states of the root space
+   !> of zero beyond its null vectors, as only undamped motions have such successors; or all, if theta is plus or minus lambda^2.
    pure integer function count_undamped(self)
       class(deflation_type), intent(in) :: self
 

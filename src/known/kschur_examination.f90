@@ -98,8 +98,8 @@ contains
       if (.not. allocated(error) .and. examination%lossy == 0) call move_alloc(rigid, examination%stiffness)
    end subroutine find_rigid_motions
 
-   ! Drops from the null space of K what H dissipates energy in: keeps the combinations N with H N = 0, by singular vectors of H N.
-   ! N is known to the rounding of K, so H N is tested to its root and the energy N^T H N to rounding.
+   ! Drops the null vectors of K in which H dissipates energy: keeps the combinations N with H N = 0, by singular vectors of H N.
+   ! N has errors of the rounding of K: accepts forces H N below the square root of epsilon, and energies N^T H N below rounding.
    subroutine drop_lossy(problem, null_space, lossy, error)
       type(modal_problem_type), intent(in) :: problem
       type(null_space_type), intent(inout) :: null_space
@@ -230,8 +230,9 @@ contains
       end function vanishes
    end subroutine check_inertia
 
-   ! Computes the root space of zero if rigid motions are not deflated, and that of infinity, which is the eigenvalue zero of the
-   ! reversed polynomial lambda^2 K + lambda R + M, unless M is definite.
+   ! Computes the root space of zero if rigid motions are not deflated, and that of infinity unless M is definite: infinity is the
+   ! eigenvalue zero of the reversed polynomial lambda^2 K + lambda R + M. Skips zero with more than `most_null_vectors` motions,
+   ! and infinity with more than `most_massless` unknowns without mass.
    subroutine find_root_spaces(problem, formulation, inner, rigid, examination, effort, error, monitor)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation
@@ -308,7 +309,8 @@ contains
       call append_pairs(examination%rigid, pairs)
    end subroutine add_decays
 
-   ! The coefficient A1 of K + theta A1, or of M + A1/theta: the matrix, or where theta = omega^2 = -lambda^2 its negative.
+   ! The coefficient A1 of K + theta A1, or of M + A1/theta: the given matrix, but its negative in the undamped formulation, whose
+   ! theta is omega^2 = -lambda^2.
    function signed(matrix, formulation)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: formulation

@@ -377,7 +377,7 @@ contains
       end do
    end function magnitude_of_terms
 
-   ! Makes the current row, times a power of two, the next pivot row.
+   ! Makes the current row, times a power of two, the next pivot row, and chooses its pivot for low fill. Clears the current row.
    subroutine add_pivot(elimination, i, factors, power, column_exponents)
       type(elimination_type), intent(inout) :: elimination
       integer, intent(in) :: i
@@ -440,8 +440,8 @@ contains
    end subroutine assemble
 
    ! Computes exponents of powers of two for rows and columns that minimize the sum of squares of the logarithms of the scaled
-   ! entries (Curtis, Reid, J. Inst. Maths Applics 10 (1972)), by alternating row and column means. Scaled by its
-   ! one large entry, a column would no longer tell two other rows apart that differ in it alone.
+   ! entries (Curtis, Reid, J. Inst. Maths Applics 10 (1972)), by alternating row and column means. Scaling by the largest entry
+   ! alone would make all others of its column vanish, so that two rows that differ in that column only would seem dependent.
    pure subroutine minimize_logarithms(row, rows, column, columns, value, row_exponents, column_exponents)
       integer, intent(in) :: row(:), rows, column(:), columns
       real(wp), intent(in) :: value(:)

@@ -178,7 +178,8 @@ contains
       call move_alloc(all, columns)
    end subroutine append_columns
 
-   ! Computes the size of each row of A1; a row of zeros gets that of A2, scaled below all others.
+   ! Computes a weight of each row: its largest entry in A1, relative to the matrix, or for a row of zeros that in A2, scaled below
+   ! all others.
    pure function row_weights(a1, a2) result(weights)
       type(csr_matrix_type), intent(in) :: a1, a2
       real(wp) :: weights(a1%rows)
@@ -189,6 +190,7 @@ contains
 
    contains
 
+      ! The largest entry of each row, relative to the largest of the matrix.
       pure function relative_maxima(matrix) result(maxima)
          type(csr_matrix_type), intent(in) :: matrix
          real(wp) :: maxima(matrix%rows)
@@ -201,7 +203,8 @@ contains
    ! Replaces a basis by a column echelon form of the same space, by Gauss-Jordan elimination (Golub, Van Loan, Matrix Computations
    ! (2013), section 3.4): each vector is zero in the pivot rows of those before it. The pivot is the largest entry times the
    ! weight of its row, so that a row far above all others, as of a damper of 1e20, acts on one vector and is exactly zero in those
-   ! after it. Within a row all weights are equal: a step doubles these at most. Entries that are rounding become zero.
+   ! after it. Among the vectors left, the pivot is the largest entry of its row: a step at most doubles their entries. Entries that
+   ! are rounding become zero.
    pure subroutine reduce_to_echelon(basis, weights)
       real(wp), intent(inout) :: basis(:, :)
       real(wp), intent(in) :: weights(:)

@@ -155,8 +155,8 @@ contains
       copy%xi = aimag(phase*copy%xi)/length
    end function second_copy
 
-   ! Corrects the eigenvalue of pair j: of a symmetric problem, whose left vector is the conjugate of phi, to the nearest root of
-   ! phi^T P(lambda) phi; without damping to an axis, where lambda^2 is real.
+   ! Corrects the eigenvalue of pair j. In a symmetric problem, where the left vector is the conjugate of phi, moves it to the
+   ! nearest root of phi^T P(lambda) phi; without damping and losses, then moves it to an axis, where lambda^2 is real.
    subroutine correct_pair(problem, pairs, j, forms)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(inout) :: pairs
@@ -167,7 +167,8 @@ contains
       if (problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) call move_to_axis(problem, pairs, j)
    end subroutine correct_pair
 
-   ! Moves lambda to the nearest root of forms(1) lambda^2 + forms(2) lambda + forms(3), if that is within `correctable`.
+   ! Moves lambda to the nearest root of forms(1) lambda^2 + forms(2) lambda + forms(3), if that is a relative change of at most
+   ! `correctable`.
    pure subroutine move_to_root(forms, lambda)
       complex(xp), intent(in) :: forms(3)
       complex(wp), intent(inout) :: lambda
@@ -185,8 +186,8 @@ contains
       if (abs(roots(nearest) - lambda) <= correctable*abs(lambda)) lambda = cmplx(roots(nearest), kind=wp)
    end subroutine move_to_root
 
-   ! Moves the eigenvalue of an undamped problem to the nearer axis, as lambda^2 is real unless the problem is unsymmetric, if it is
-   ! near and the residual there is no larger than rounding allows.
+   ! Moves the eigenvalue of an undamped problem to the nearer axis, if it is near and the residual there is no larger than rounding
+   ! allows: lambda^2 is real if the problem is symmetric, and may be complex otherwise.
    subroutine move_to_axis(problem, pairs, j)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(inout) :: pairs

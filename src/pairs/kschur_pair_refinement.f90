@@ -72,7 +72,8 @@ contains
       pair%xi(:, 1) = xi
    end subroutine refine_pair
 
-   ! Solves for a Newton correction.
+   ! Computes a Newton correction: forms the bordered matrix of `refine_pair`, scales its rows and columns, and solves by LAPACK's
+   ! zgesv.
    subroutine find_correction(problem, transposed, lambda, phi, xi, x, solved)
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: transposed
@@ -117,7 +118,8 @@ contains
       x = columns*rhs(:, 1)
    end subroutine find_correction
 
-   ! Scale factors of nonnegative sizes: the nearest powers of two, those of sizes below epsilon times the largest being that.
+   ! Scale factors of nonnegative sizes: the next greater power of two of each, where sizes below epsilon times the largest are
+   ! raised to that; all 1 if all sizes are zero.
    pure function powers_of_two(sizes) result(units)
       real(wp), intent(in) :: sizes(:)
       real(wp) :: units(size(sizes))

@@ -31,6 +31,7 @@ module kschur_band_groups
 
 contains
 
+   ! Leaves the one process in its group.
    subroutine begin(problem, options, processes, error)
       type(modal_problem_type), intent(in) :: problem
       type(modal_options_type), intent(in) :: options
@@ -42,10 +43,12 @@ contains
       end associate
    end subroutine begin
 
+   ! False: there is one group.
    pure logical function are_several()
       are_several = .false.
    end function are_several
 
+   ! Does nothing: no other group needs the list.
    subroutine announce(parts)
       type(part_type), intent(in) :: parts(:)
 
@@ -53,6 +56,7 @@ contains
       end associate
    end subroutine announce
 
+   ! Computes the modes of part i in this process.
    subroutine obtain(i, s, parts, found, error)
       integer, intent(in) :: i
       !> Undamped.
@@ -64,9 +68,11 @@ contains
       call solve_part(s, parts(i), found, error)
    end subroutine obtain
 
+   ! Does nothing: no other group works on parts.
    subroutine finish()
    end subroutine finish
 
+   ! Does nothing: there are no groups to join.
    subroutine disband(processes)
       type(processes_type), intent(inout) :: processes
 

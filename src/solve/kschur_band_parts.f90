@@ -71,7 +71,8 @@ contains
       end if
    end subroutine count_parts
 
-   ! Cuts a part recursively at gaps that two equal counts prove empty, and appends the pieces that hold modes to `parts`.
+   ! Cuts a part of more than `largest_part` modes recursively at gaps that two equal counts prove empty, and the empty upper half
+   ! off a wide part. Appends the pieces that hold modes to `parts`.
    recursive subroutine cut(s, part, parts)
       type(solve_context_type), intent(inout) :: s
       type(part_type), intent(in) :: part

@@ -202,6 +202,7 @@ contains
       bytes_of_shapes = complex_bytes*shapes*(real(self%problem%unknowns(), wp) + self%problem%multipliers())
    end function bytes_of_shapes
 
+   ! Maps pairs of the iterated problem to the problem as given, with their multipliers.
    subroutine expand(self, pairs, error)
       class(solve_context_type), intent(inout) :: self
       type(eigenpairs_type), intent(inout) :: pairs
@@ -217,6 +218,7 @@ contains
       call move_alloc(xi, pairs%xi)
    end subroutine expand
 
+   ! Restricts pairs of the problem as given to the iterated problem.
    function contract(self, given) result(pairs)
       class(solve_context_type), intent(in) :: self
       class(eigenpairs_type), intent(in) :: given
@@ -232,6 +234,7 @@ contains
       if (given%is_real()) call pairs%make_real()
    end function contract
 
+   ! Restores in the first process the whole matrices that `whole` names, and frees the others.
    subroutine hold(self, whole, error)
       class(solve_context_type), intent(inout) :: self
       !> One of `whole_*`.
@@ -255,6 +258,7 @@ contains
       if (associated(self%shared) .and. given) call self%shared%bring_back(self%processes, error)
    end subroutine hold
 
+   ! Tells the monitor the next phase, and holds the matrices that it needs.
    subroutine announce_phase(self, phase, whole, error)
       class(solve_context_type), intent(inout) :: self
       !> "factorisation", "iteration", ...
@@ -267,6 +271,7 @@ contains
       if (present(whole)) call self%hold(whole, error)
    end subroutine announce_phase
 
+   ! Announces a phase, and fails if the monitor cancels the solve.
    subroutine enter_phase(self, phase, error, whole)
       class(solve_context_type), intent(inout) :: self
       character(len=*), intent(in) :: phase
@@ -297,6 +302,7 @@ contains
       is_lossy = allocated(self%problem%loss)
    end function is_lossy
 
+   ! Size of eigenvalues (1/s): |shift|, or if that is zero the observed scale, or if unknown an estimate.
    pure real(wp) function reference(self)
       class(solve_context_type), intent(in) :: self
 

@@ -30,8 +30,8 @@ contains
       if (s%dense .and. s%formulation == formulation_low_rank) s%formulation = formulation_quadratic
    end subroutine consider_dense
 
-   !> Revokes that after the examination, if the number of eigenvalues is not known exactly, so that nothing would show a missing
-   !> one (losses excepted), or if there are no modes but rigid motions. Otherwise says why it is dense.
+   !> Resets an automatically set `dense` after the examination, if the number of eigenvalues is not known exactly, so that nothing
+   !> would show a missing one (losses excepted), or if there are no modes but rigid motions. Otherwise sets `decision`, the reason.
    subroutine settle_dense(s)
       type(solve_context_type), intent(inout) :: s
 
@@ -50,8 +50,8 @@ contains
          order_of_cost(s) <= largest_order
    end function dense_may_tell
 
-   !> Likewise for an iteration that stalls, as in a crowd of real eigenvalues that no shift separates: also for orders that take up
-   !> to half a minute.
+   !> Whether a dense solve may replace the modes of an iteration that stalls, as in a crowd of real eigenvalues that no shift
+   !> separates: as `dense_may_tell`, but also for larger orders, which take up to half a minute.
    pure logical function dense_may_end_stall(s)
       type(solve_context_type), intent(in) :: s
       ! Largest order for states, and for motions.

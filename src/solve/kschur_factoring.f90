@@ -28,7 +28,8 @@ module kschur_factoring
 contains
 
    !> Factors a formulation at a shift, without trying others; sets s%transform and s%shift. Fails with `error_singular` if the
-   !> shift is an eigenvalue. For a dense solve the shift is made real: it serves all eigenvalues.
+   !> shift is an eigenvalue. For a dense solve the shift is made real, as it serves all eigenvalues, but not for the quadratic form
+   !> with losses.
    subroutine factor_at(s, formulation, shift, error, factored)
       type(solve_context_type), target, intent(inout) :: s
       !> One of `formulation_*`.
@@ -179,7 +180,8 @@ contains
       end select
    end subroutine take_real
 
-   ! Likewise for complex matrices.
+   ! Takes a solver for complex matrices, a spare one or a new one. Frees a spare solver for real matrices and the memory kept for
+   ! its factors.
    subroutine take_complex(s, solver)
       type(solve_context_type), intent(inout) :: s
       class(complex_linear_solver_type), allocatable, intent(out) :: solver

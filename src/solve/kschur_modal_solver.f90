@@ -75,7 +75,8 @@ contains
    end subroutine new_modal_solver
 
    !> Computes the modes nearest to a target, as `solve_modes`. Reuses from earlier solves what does not depend on the target:
-   !> presolve, elimination order, rank of the constraints, rigid motions, scale of the modes.
+   !> presolve, elimination order, rank of the constraints, rigid motions, scale of the modes. After `update_values`, prepares anew
+   !> and solves once more if the search does not converge or a mode may be a new rigid motion.
    subroutine solve(self, options, result, error, monitor)
       class(modal_solver_type), target, intent(inout) :: self
       type(modal_options_type), intent(in) :: options
@@ -114,7 +115,8 @@ contains
       call leave_solve(threads_before)
    end subroutine solve
 
-   !> Computes all modes with first <= frequency_hz <= last, as `solve_band`.
+   !> Computes all modes with first <= frequency_hz <= last, as `solve_band`. Prepares anew after `update_values`, as a band needs
+   !> the exact number of zeros.
    subroutine solve_band(self, first, last, options, result, error, monitor)
       class(modal_solver_type), target, intent(inout) :: self
       !> The edges (Hz), 0 <= first < last.

@@ -71,8 +71,9 @@ contains
          size(s%known%rigid%lambda))
    end subroutine reduce_again
 
-   !> Finds redundant constraints, which it removes, and rigid motions, and counts the eigenvalues; zero if the constraints leave no
-   !> motion. Adds notes on the problem. Fails if a motion has neither mass, damping nor stiffness.
+   !> Removes redundant constraints, replaces nearly dependent ones, finds the rigid motions, and counts the eigenvalues; zero if
+   !> the constraints leave no motion. Plain ARPACK keeps all constraints and looks for no rigid motions. Adds notes on the problem.
+   !> Fails if a motion has neither mass, damping nor stiffness.
    subroutine examine(s, error)
       type(solve_context_type), target, intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error

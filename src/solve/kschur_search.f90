@@ -71,7 +71,7 @@ contains
       call s%end_step(phase_judge)
    end subroutine find_modes
 
-   !> Takes the rigid motions and their decays for the modes, if there are no others.
+   !> Makes the modes from the rigid motions and their decays alone, for a problem that has no others.
    subroutine take_rigid(s, modes)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(out) :: modes
@@ -295,7 +295,7 @@ contains
       end do
    end subroutine contract_modes
 
-   ! Appends the pairs from another shift that are none of the modes.
+   ! Judges the pairs from another shift, and appends those that are not among the modes.
    subroutine add_pairs(s, more, reference, modes)
       type(solve_context_type), intent(in) :: s
       !> The pairs, invalid on return.

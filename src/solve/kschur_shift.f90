@@ -102,8 +102,9 @@ contains
       direction = merge(above, (1.0_wp, 0.0_wp), s%is_lossy() .and. s%formulation == formulation_quadratic)
    end function shift_direction
 
-   ! Whether the factors of the stiffness can serve an iteration at the shift zero: they solve without regularisation, the problem
-   ! is symmetric, and all rigid motions are deflated.
+   ! Whether the factors of the stiffness can serve an iteration at the shift zero: they are exact, not perturbed, the problem is
+   ! symmetric, and all rigid motions are deflated. Not for a dense solve, nor if the options name an inner solver, nor if earlier
+   ! modes give the scale.
    pure logical function zero_may_serve(s)
       type(solve_context_type), intent(in) :: s
 
@@ -401,8 +402,8 @@ contains
       call set_scale(abs(lambda), tiny(1.0_wp), huge(1.0_wp), 1, scale)
    end function scale_of
 
-   ! Sets the scale to the geometric mean of the smallest and largest |lambda| between two bounds, if there are enough: from there
-   ! both lose equally many digits.
+   ! Sets the scale to the geometric mean of the smallest and largest |lambda| between two bounds, from where both lose equally many
+   ! digits; at most ten times the smallest, and at least a hundredth of the largest. Leaves it if there are too few.
    subroutine set_scale(magnitudes, least, most, enough, scale, spread)
       real(wp), intent(in) :: magnitudes(:), least, most
       integer, intent(in) :: enough

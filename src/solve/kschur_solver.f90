@@ -44,6 +44,7 @@ module kschur_solver
 
 contains
 
+   ! Solves a problem that is given as whole matrices.
    subroutine solve_given(problem, options, result, error, monitor, solvers)
       type(modal_problem_type), target, intent(in) :: problem
       type(modal_options_type), intent(in) :: options
@@ -59,7 +60,7 @@ contains
       call solve_together(given, options, result, error, monitor, solvers)
    end subroutine solve_given
 
-   ! The same for a problem whose rows the processes have read.
+   ! Solves a problem of which each process has read its own rows.
    subroutine solve_shared(shared, options, result, error, monitor, solvers)
       type(shared_problem_type), target, intent(inout) :: shared
       type(modal_options_type), intent(in) :: options
