@@ -190,7 +190,7 @@ contains
       end do
    end subroutine project_real
 
-   ! Does the same for the real and imaginary parts of complex columns.
+   ! Makes the real and imaginary parts of complex columns M-orthogonal to N, as `project_real`.
    subroutine project_complex(self, x)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: x(:, :)
@@ -213,7 +213,7 @@ contains
       call subtract(self%shapes, self%images, f, sums=self%sums)
    end subroutine project_real_forces
 
-   ! Does the same for the real and imaginary parts of complex forces.
+   ! Makes the real and imaginary parts of complex forces orthogonal to N.
    subroutine project_complex_forces(self, f)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: f(:, :)

@@ -353,7 +353,7 @@ contains
       norm = real(sqrt(sum(squares)), wp)
    end function norm_of_combination
 
-   ! The sum of squares of rows first..last of such a combination.
+   ! The sum of squares of rows first..last of the combination in `norm_of_combination`.
    pure real(xp) function square_of_combination(self, l, weights, static_weight, first, last) result(square)
       type(products_type), intent(in) :: self
       integer, intent(in) :: l, first, last
