@@ -311,7 +311,7 @@ contains
       call add_modes(added, modes)
    end subroutine add_pairs
 
-   ! Appends the modes from another shift that are not in the list.
+   ! Appends the modes from another shift that are not in the list, but no zeros: these are known from the examination.
    subroutine add_modes(added, modes)
       !> Those that are in the list are dropped.
       type(modes_type), intent(inout) :: added
