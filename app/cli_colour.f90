@@ -1,4 +1,4 @@
-!> Colours of terminals (ECMA-48, SGR): what is written to a file or a pipe has none, nor where NO_COLOR is set (no-color.org).
+!> Colours of terminals (ECMA-48, SGR). Files and pipes get none, nor does a terminal if NO_COLOR is set (no-color.org).
 module cli_colour
    use, intrinsic :: iso_c_binding, only: c_int
    implicit none
@@ -18,7 +18,7 @@ module cli_colour
 
 contains
 
-   !> Words for standard output, in a colour where it has any; in none where `colour` is empty.
+   !> Words for standard output: in a colour if that is a terminal with colours, and `colour` is not empty.
    function coloured(words, colour)
       character(len=*), intent(in) :: words, colour
       character(len=:), allocatable :: coloured
@@ -27,7 +27,7 @@ contains
       if (len(colour) > 0 .and. has_colours(1_c_int)) coloured = escape//colour//"m"//words//escape//"0m"
    end function coloured
 
-   !> The same for standard error.
+   !> Words for standard error: in a colour if that is a terminal with colours.
    function coloured_error(words, colour) result(coloured)
       character(len=*), intent(in) :: words, colour
       character(len=:), allocatable :: coloured
@@ -36,6 +36,7 @@ contains
       if (has_colours(2_c_int)) coloured = escape//colour//"m"//words//escape//"0m"
    end function coloured_error
 
+   ! Whether a file descriptor is a terminal that shows colours.
    logical function has_colours(descriptor)
       integer(c_int), intent(in) :: descriptor
       ! Of several processes mpirun gathers the output: to each of them its end looks like a terminal.
@@ -50,7 +51,7 @@ contains
       if (terminal == "" .or. terminal == "dumb") has_colours = .false.
    end function has_colours
 
-   ! To something that is not empty.
+   ! Whether an environment variable is set to something that is not empty.
    logical function is_set(variable)
       character(len=*), intent(in) :: variable
       integer :: length, status

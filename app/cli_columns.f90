@@ -34,6 +34,7 @@ contains
       end select
    end subroutine print_columns
 
+   ! Prints comma-separated values, after a line of names.
    subroutine print_values(what, names, values)
       character(len=*), intent(in) :: what, names(:)
       real(wp), intent(in) :: values(:, :)
@@ -54,6 +55,7 @@ contains
       end do
    end subroutine print_values
 
+   ! Prints a JSON array with an object for each row.
    subroutine print_objects(what, names, values)
       character(len=*), intent(in) :: what, names(:)
       real(wp), intent(in) :: values(:, :)
@@ -103,6 +105,7 @@ contains
       line = trim(line)
    end function row
 
+   ! Name of a column in the table: underscores replaced by blanks.
    pure function heading(name)
       character(len=*), intent(in) :: name
       character(len=15) :: heading

@@ -103,7 +103,7 @@ contains
       end do
    end subroutine print_table
 
-   ! Reason for the choice of the reference method.
+   ! Why these modes are the reference, as the end of a sentence.
    pure function grounds(certified)
       logical, intent(in) :: certified
       character(len=:), allocatable :: grounds
@@ -152,6 +152,7 @@ contains
       call print_line(' ]}')
    end subroutine print_json
 
+   ! Members of the JSON object of a method: its error, or its modes, counts and times.
    function outcome(entry) result(members)
       type(entry_type), intent(in) :: entry
       character(len=:), allocatable :: members

@@ -26,6 +26,7 @@ module cli_comparison
       real(wp) :: worst = 0, median = 0
    end type entry_type
 
+   !> Results of all methods, and which of them is the reference.
    type :: comparison_type
       type(entry_type) :: entries(method_count)
       !> Reference method; 0 if all failed.
@@ -72,7 +73,8 @@ contains
       end do
    end subroutine compare_methods
 
-   ! The first certified method, else, of those with most modes, the one with the smallest backward error.
+   ! Chooses the reference: the first certified result of Krylov-Schur, else, of those with most modes, the one with the smallest
+   ! backward error. Sets the worst and median backward error of each method.
    subroutine choose_reference(comparison)
       type(comparison_type), intent(inout) :: comparison
       integer :: i
@@ -94,6 +96,8 @@ contains
       end do
    end subroutine choose_reference
 
+   ! Whether a result makes a better reference: it has more modes, or as many with a smaller backward error. One of plain ARPACK is
+   ! never better than another, as its spurious values are no modes.
    pure logical function is_better(entry, other)
       type(entry_type), intent(in) :: entry, other
 
@@ -105,7 +109,7 @@ contains
       end associate
    end function is_better
 
-   ! Matches modes one to one, with multiplicities.
+   ! Counts the modes of the reference that a method missed, and its spurious ones. Matches modes one to one, with multiplicities.
    subroutine judge(reference, entry)
       type(modal_result_type), intent(in) :: reference
       type(entry_type), intent(inout) :: entry
@@ -142,6 +146,7 @@ contains
       distance = min(abs(lambda - target), abs(conjg(lambda) - target))
    end function distance
 
+   ! The lower median; 0 if there are no values.
    pure real(wp) function median(values)
       real(wp), intent(in) :: values(:)
       real(wp) :: rest(size(values))

@@ -55,6 +55,7 @@ contains
       if (c_getrlimit(rlimit_as, limit) == 0 .and. limit%soft >= 0) call start_again_with(variable, "1")
    end subroutine keep_one_blas_thread
 
+   ! Whether an environment variable is set, even if it is empty.
    logical function is_set(variable)
       character(len=*), intent(in) :: variable
       integer, parameter :: is_missing = 1

@@ -16,7 +16,7 @@ module cli_info
    private
    public :: info_command
 
-   !> Facts about a problem.
+   !> What the command tells about a problem, besides its matrices.
    type :: facts_type
       integer :: formulation = formulation_auto
       character(len=:), allocatable :: decision
@@ -27,7 +27,7 @@ module cli_info
 
 contains
 
-   !> Does the command.
+   !> Runs the command.
    subroutine info_command(arguments, error)
       type(arguments_type), intent(inout) :: arguments
       type(error_type), allocatable, intent(out) :: error
@@ -58,6 +58,7 @@ contains
       end if
    end subroutine info_command
 
+   ! Prints a stored result, and its modal properties in the table.
    subroutine tell_of_result(path, format, verbose, error)
       character(len=*), intent(in) :: path
       integer, intent(in) :: format
@@ -71,6 +72,7 @@ contains
       if (allocated(result%properties) .and. format == format_table) call print_properties(result%properties)
    end subroutine tell_of_result
 
+   ! Prints facts about a problem: formulation, presolve and memory, without a solve.
    subroutine tell_of_problem(input, options, format, error)
       type(input_type), intent(in) :: input
       type(modal_options_type), intent(in) :: options
@@ -127,6 +129,7 @@ contains
       if (allocated(problem%loss)) call print_matrix("loss H", problem%loss)
    end subroutine print_lines
 
+   ! Prints the facts as one JSON object.
    subroutine print_object(problem, facts)
       type(modal_problem_type), intent(in) :: problem
       type(facts_type), intent(in) :: facts
@@ -148,7 +151,7 @@ contains
       end associate
    end subroutine print_object
 
-   ! Where it is not: the two entries that differ most.
+   ! "yes", or "no" with the two mirrored entries that differ most.
    function symmetry_text(problem)
       type(modal_problem_type), intent(in) :: problem
       character(len=:), allocatable :: symmetry_text, name, entry, mirrored
@@ -168,7 +171,7 @@ contains
          " of the largest entry there"
    end function symmetry_text
 
-   ! The same in JSON.
+   ! JSON member with the two mirrored entries that differ most; empty if the problem is symmetric.
    function asymmetry_object(problem) result(member)
       type(modal_problem_type), intent(in) :: problem
       character(len=:), allocatable :: member, name

@@ -26,8 +26,8 @@ module cli_input
 
 contains
 
-   !> Takes PROBLEM or the options --mass, --stiffness, --damping, --constraints, --loss; to be
-   !> called after all other options were taken.
+   !> Takes PROBLEM or its files one by one, --mass, --stiffness, --damping, --constraints, --loss, and the options on how to read
+   !> them. Fails if words remain: called after all other options were taken.
    subroutine take_input(arguments, input, error)
       type(arguments_type), intent(inout) :: arguments
       type(input_type), intent(out) :: input
@@ -72,7 +72,7 @@ contains
       call arguments%take_choice("--symmetric", symmetric_names, input%symmetric, error)
    end subroutine take_symmetric
 
-   !> Whether a problem is large enough for several threads, by file sizes.
+   !> Whether a problem is large enough for several threads, by the size of its file or of that of K.
    logical function is_large(input)
       type(input_type), intent(in) :: input
       integer(long), parameter :: large = 2_long**20
@@ -91,6 +91,7 @@ contains
       inquire (file=path, size=bytes)
    end function bytes
 
+   ! Number of matrices that are read from standard input.
    pure integer function times_standard_input(input)
       type(input_type), intent(in) :: input
 
@@ -157,7 +158,7 @@ contains
       call name_file(input, error)
    end subroutine read_problem
 
-   ! Whether the file name ending belongs to kschur convert; .mtx is Matrix Market.
+   ! Whether kschur convert reads files with the ending of this name. Not for .mtx, Matrix Market.
    logical function is_of_another_code(path)
       character(len=*), intent(in) :: path
       character(len=*), parameter :: endings(11) = [character(len=6) :: ".sti", ".mas", ".mat", ".npz", ".hb", ".rua", ".rsa", &
@@ -167,6 +168,7 @@ contains
       is_of_another_code = any([(ends_with(path, trim(endings(i))), i=1, size(endings))])
    end function is_of_another_code
 
+   ! Sets H = g K in the problem if a loss factor g was given.
    subroutine take_loss_factor(input, problem, error)
       type(input_type), intent(in) :: input
       type(modal_problem_type), intent(inout) :: problem
@@ -179,7 +181,7 @@ contains
       if (allocated(failure)) call move_alloc(failure, error)
    end subroutine take_loss_factor
 
-   !> Reads an HDF5 file collectively.
+   !> Reads the problem as `read_problem` does, an HDF5 file collectively in all processes.
    subroutine read_shared_problem(input, shared, error)
       type(input_type), intent(in) :: input
       type(shared_problem_type), intent(out) :: shared
@@ -200,6 +202,7 @@ contains
       end if
    end subroutine read_shared_problem
 
+   ! Makes a file error an input error, and adds the name of the file if the message lacks it.
    subroutine name_file(input, error)
       type(input_type), intent(in) :: input
       type(error_type), allocatable, intent(inout) :: error

@@ -68,6 +68,7 @@ contains
       is_interrupted = caught
    end function is_interrupted
 
+   ! Signal handler: records the first signal, and lets the next one end the program.
    subroutine note(number) bind(c)
       integer(c_int), value :: number
       ! SIG_DFL.

@@ -39,9 +39,8 @@ contains
       call print_line(' "peak_memory_bytes": '//memory(result%peak_memory_bytes)//'}')
    end subroutine print_json
 
-   !> Prints a line of names and one line per mode on standard output; an
-   !> undefined damping ratio is empty, as are an infinite condition number and an error that is not known. Loss factors where
-   !> there are losses.
+   !> Prints a line of names and one line per mode on standard output. A field is empty for an undefined damping ratio, an infinite
+   !> condition number or an unknown error. Condition numbers and loss factors are columns only if the result has them.
    subroutine print_csv(result)
       type(modal_result_type), intent(in) :: result
       integer :: i
@@ -58,7 +57,7 @@ contains
       end do
    end subroutine print_csv
 
-   ! Nothing where there are no losses.
+   ! CSV field of a loss factor, after a comma; empty without losses.
    pure function loss_factor(result, i)
       type(modal_result_type), intent(in) :: result
       integer, intent(in) :: i
@@ -82,7 +81,7 @@ contains
          condition(result, i, ', "condition_number": ', "null")//properties(result, i)//'}'
    end function mode
 
-   ! Empty if modal properties were not requested.
+   ! Members of the modal properties of a mode, after a comma; empty if they were not requested.
    pure function properties(result, i)
       type(modal_result_type), intent(in) :: result
       integer, intent(in) :: i
@@ -103,6 +102,7 @@ contains
       end associate
    end function properties
 
+   ! Names of the directions of the modal properties, as a JSON array.
    pure function directions(properties) result(names)
       type(modal_properties_type), intent(in) :: properties
       character(len=:), allocatable :: names
@@ -129,7 +129,7 @@ contains
       list = list//"]"
    end function list
 
-   ! Empty if condition numbers were not requested.
+   ! The condition number of a mode after `label`; empty if condition numbers were not requested.
    pure function condition(result, i, label, undefined)
       type(modal_result_type), intent(in) :: result
       integer, intent(in) :: i
@@ -140,7 +140,7 @@ contains
       if (allocated(result%condition)) condition = label//plain(result%condition(i), undefined)
    end function condition
 
-   !> The value of `problem`.
+   !> JSON object of the member `problem`: sizes, symmetry and damping.
    pure function problem_facts(result) result(object)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: object
@@ -149,7 +149,7 @@ contains
          boolean(result%symmetric)//', "damping": '//string(damping_names(result%damping_kind))//'}'
    end function problem_facts
 
-   !> The value of `counts`.
+   !> JSON object of the member `counts`: operator applications, restarts and factorizations.
    pure function counts(result) result(object)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: object
@@ -165,7 +165,7 @@ contains
       object = object//'}}'
    end function counts
 
-   ! Null if not all wanted modes converged.
+   ! Operator applications until all wanted modes had converged; null if not all did.
    pure function wanted_after(result)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: wanted_after
@@ -174,7 +174,7 @@ contains
       if (wanted_after == "0") wanted_after = "null"
    end function wanted_after
 
-   !> The value of `seconds`.
+   !> JSON object of the member `seconds`: the time of each phase.
    pure function seconds(timings) result(object)
       type(timings_type), intent(in) :: timings
       character(len=:), allocatable :: object
@@ -205,6 +205,7 @@ contains
       number = plain(x, "null")
    end function number
 
+   ! Number of bytes; null if unknown.
    pure function memory(bytes)
       integer(long), intent(in) :: bytes
       character(len=:), allocatable :: memory

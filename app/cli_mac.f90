@@ -11,7 +11,7 @@ module cli_mac
 
 contains
 
-   !> Does the command.
+   !> Runs the command.
    subroutine mac_command(arguments, error)
       type(arguments_type), intent(inout) :: arguments
       type(error_type), allocatable, intent(out) :: error

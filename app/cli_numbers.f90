@@ -103,8 +103,7 @@ contains
       is_digits = len(word) > 0 .and. verify(word, "0123456789") == 0
    end function is_digits
 
-   !> A finite number in full accuracy as JSON and spreadsheets read it,
-   !> `undefined` where it is not finite.
+   !> Formats a finite number with all its digits, as JSON and spreadsheets read it; `undefined` if it is not finite.
    pure function plain(x, undefined)
       real(wp), intent(in) :: x
       character(len=*), intent(in) :: undefined
@@ -155,7 +154,7 @@ contains
       rounded = rounded//rounded_real(aimag(z))//"i"
    end function rounded_complex
 
-   !> Formats a number with an exponent in a cell of given width; three-digit exponents need a letter.
+   !> Formats a number with an exponent in a cell of given width, with the letter E, which Fortran drops before three digits.
    pure function exponential(x, width, decimals) result(cell)
       real(wp), intent(in) :: x
       integer, intent(in) :: width, decimals

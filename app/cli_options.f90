@@ -8,7 +8,8 @@ module cli_options
 
 contains
 
-   !> Takes the wanted modes: a number nearest to a target, or, for commands with `band`, all in a band.
+   !> Takes the wanted modes: their number, the target they are nearest to, and the shift; or, for commands with `band`, all in a
+   !> band.
    subroutine take_wanted(arguments, options, error, band)
       type(arguments_type), intent(inout) :: arguments
       type(modal_options_type), intent(inout) :: options

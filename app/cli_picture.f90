@@ -33,7 +33,7 @@ contains
       call draw("--html "//quoted(result)//" "//quoted(page)//numbers(modes), page, for_pages, error)
    end subroutine make_page
 
-   !> Makes a page for a browser of a sweep, with lines of orders.
+   !> Makes a page for a browser of a sweep, with lines of frequencies at multiples of the speed.
    subroutine make_sweep_page(folder, orders, page, error)
       !> With the sweep, sweep.h5, and the results of some points, point_1.h5 and so on.
       character(len=*), intent(in) :: folder
@@ -62,6 +62,7 @@ contains
       call draw("--response "//quoted(response)//" "//quoted(page)//numbers(at), page, "h5py, "//for_pages, error)
    end subroutine make_response_page
 
+   ! Numbers as words of a command line, each after a blank.
    pure function numbers(list) result(words)
       integer, intent(in) :: list(:)
       character(len=:), allocatable :: words
@@ -73,6 +74,7 @@ contains
       end do
    end function numbers
 
+   ! Runs kschur-picture with these words. An error names the picture, and `wants`, the Python packages that it takes.
    subroutine draw(words, picture, wants, error)
       character(len=*), intent(in) :: words, picture, wants
       type(error_type), allocatable, intent(out) :: error

@@ -7,7 +7,7 @@ module cli_processes
 
 contains
 
-   !> Returns in the first process only, or if memory is short.
+   !> Starts the processes of the program. Returns in the first one only, or with an error if memory is short.
    subroutine start_processes(error)
       type(error_type), allocatable, intent(out) :: error
 

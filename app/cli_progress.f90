@@ -121,6 +121,7 @@ contains
       call refresh(self)
    end subroutine announce
 
+   ! Shows the line again, with the present time, step and number of modes.
    subroutine refresh(self)
       class(progress_type), intent(inout) :: self
       integer(long) :: now, rate
@@ -134,6 +135,7 @@ contains
       call put(self, text((now - self%started)/rate)//" s, "//self%title//self%step//modes//time_left(self, now, rate))
    end subroutine refresh
 
+   ! Begins the estimate of the time left anew.
    subroutine begin_estimate(self)
       type(progress_type), intent(inout) :: self
 
@@ -141,8 +143,8 @@ contains
       self%reached = 0
    end subroutine begin_estimate
 
-   ! As long as what is done took, for what is not: of points, of frequencies, or of modes. Not known where nothing is done, or
-   ! where it takes longer than was expected. Empty in the first seconds.
+   ! Estimates the time left by the share done so far, of points, of frequencies or of modes, at the mean speed so far; unknown if
+   ! nothing is done yet, or the estimate has run out. Empty in the first seconds.
    function time_left(self, now, rate) result(words)
       class(progress_type), intent(inout) :: self
       integer(long), intent(in) :: now, rate
@@ -172,7 +174,7 @@ contains
       end if
    end function time_left
 
-   ! What is done where words say "I of N", the one that begins: (I - 1)/N; below zero where they do not.
+   ! Share done, (I - 1)/N, if words say "I of N", as I begins then; negative if they do not.
    pure real(wp) function share_of(words)
       character(len=*), intent(in) :: words
       character(len=*), parameter :: digits = "0123456789"

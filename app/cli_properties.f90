@@ -81,7 +81,8 @@ contains
       end do
    end subroutine print_properties
 
-   ! Whether the effective mass of a mode along a direction is a rounding error, which is squared in it.
+   ! Whether the effective mass of a mode along a direction is rounding: it is a square, so that a relative error of 1e-9 counts as
+   ! 1e-18 of the total mass.
    pure function is_rounding(properties)
       type(modal_properties_type), intent(in) :: properties
       logical :: is_rounding(size(properties%mass), size(properties%total_mass))

@@ -87,7 +87,7 @@ contains
          call make_page(request, mesh, force(:, 1), response(:, 1, :), multipliers(:, 1, :), error)
    end subroutine response_command
 
-   ! Makes the page, of at least one frequency.
+   ! Makes the page for a browser from a temporary file; none if the response has no frequency.
    subroutine make_page(request, mesh, force, response, multipliers, error)
       type(request_type), intent(in) :: request
       type(mesh_type), allocatable, intent(in) :: mesh
@@ -139,6 +139,7 @@ contains
       if (.not. allocated(error) .and. allocated(request%html)) call check_apart(request%input, request%html, error)
    end subroutine take_request
 
+   ! Fails if a path names a file of the problem.
    subroutine check_apart(input, path, error)
       type(input_type), intent(in) :: input
       character(len=*), intent(in) :: path
@@ -198,7 +199,7 @@ contains
          call new_error(error, error_input, "--input "//word//": the force is zero")
    end subroutine make_force
 
-   ! Points x unknowns: amplitudes and phases for people, real and imaginary parts for programs.
+   ! Prints the response, points x unknowns: amplitudes and phases in the table, real and imaginary parts in JSON and CSV.
    subroutine print_response(request, response)
       type(request_type), intent(in) :: request
       complex(wp), intent(in) :: response(:, :)

@@ -11,8 +11,7 @@ module cli_scene
 
 contains
 
-   !> Does the command. An output name that ends in .h5 or .hdf5 makes an HDF5
-   !> file, any other a folder of Matrix Market files.
+   !> Runs the command. An output name that ends in .h5 or .hdf5 makes an HDF5 file, any other a folder of Matrix Market files.
    subroutine scene_command(arguments, error)
       type(arguments_type), intent(inout) :: arguments
       type(error_type), allocatable, intent(out) :: error

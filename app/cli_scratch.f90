@@ -1,4 +1,4 @@
-!> A folder for files that a script reads and that are gone afterwards.
+!> Temporary folders for the files that a script reads.
 module cli_scratch
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_null_char, c_ptr
    use cli_python, only: quoted
@@ -16,7 +16,7 @@ module cli_scratch
 
 contains
 
-   !> Makes it beside the file that is to be made, where there is room for what belongs to that.
+   !> Makes a temporary folder beside the file that a script is to make: a disk with room for that has room for its input.
    subroutine make_scratch(path, folder, error)
       character(len=*), intent(in) :: path
       character(len=:), allocatable, intent(out) :: folder
@@ -31,7 +31,7 @@ contains
       end if
    end subroutine make_scratch
 
-   !> Removes it with all that is in it.
+   !> Removes a temporary folder with all that is in it.
    subroutine remove_scratch(folder)
       character(len=*), intent(in) :: folder
       integer :: status

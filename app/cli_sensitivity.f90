@@ -21,7 +21,7 @@ module cli_sensitivity
 
 contains
 
-   !> Does the command; `complete` is false where fewer modes were found than asked for.
+   !> Runs the command; `complete` is false if fewer modes were found than asked for.
    subroutine sensitivity_command(arguments, complete, error)
       type(arguments_type), intent(inout) :: arguments
       logical, intent(out) :: complete
@@ -70,7 +70,7 @@ contains
       if (.not. complete) call complain(shortfall(result))
    end subroutine sensitivity_command
 
-   ! With the rates of |lambda|/(2 pi) and of -Re lambda/|lambda|.
+   ! The columns that are printed: eigenvalues, their rates, and the rates of |lambda|/(2 pi) and of -Re lambda/|lambda|.
    function columns(lambda, rates)
       complex(wp), intent(in) :: lambda(:), rates(:)
       real(wp) :: columns(size(lambda), 6)

@@ -9,7 +9,7 @@ module cli_shortfall
 
 contains
 
-   !> Changes the reason of a solve that a signal ended to interrupted.
+   !> Sets the reason of a cancelled solve to interrupted if a signal cancelled it.
    subroutine take_interrupt(result)
       type(modal_result_type), intent(inout) :: result
 
@@ -49,7 +49,7 @@ contains
       end select
    end function shortfall
 
-   ! Replaces underscores of a name by blanks.
+   ! Replaces underscores and hyphens of a name by blanks.
    pure function spaced(name)
       character(len=*), intent(in) :: name
       character(len=len_trim(name)) :: spaced

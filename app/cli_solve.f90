@@ -36,7 +36,7 @@ module cli_solve
 
 contains
 
-   !> Does the command; `complete` is false where fewer modes were found than asked for.
+   !> Runs the command; `complete` is false if fewer modes were found than asked for, or a count finds that modes are missing.
    subroutine solve_command(arguments, complete, error)
       type(arguments_type), intent(inout) :: arguments
       logical, intent(out) :: complete
@@ -134,6 +134,7 @@ contains
 
    contains
 
+      ! Fails if the file of an option is one of the problem.
       subroutine check_place(option, path)
          character(len=*), intent(in) :: option
          character(len=:), allocatable, intent(in) :: path
@@ -161,6 +162,7 @@ contains
          call new_error(error, error_usage, "--arpack "//trim(arpack_names(setting))//" wants --method arpack")
    end subroutine take_method
 
+   ! Lists on standard error the modes for which no left eigenvector was found.
    subroutine complain_of_left(result)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: modes

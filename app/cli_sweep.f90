@@ -41,7 +41,7 @@ module cli_sweep
 
 contains
 
-   !> Does the command; `complete` is false where a point has fewer modes than asked for.
+   !> Runs the command; `complete` is false if a point has fewer modes than asked for.
    subroutine sweep_command(arguments, complete, error)
       type(arguments_type), intent(inout) :: arguments
       logical, intent(out) :: complete
@@ -93,7 +93,7 @@ contains
       call make_page(page, sweep, source%parameter, source%unit, error)
    end subroutine sweep_command
 
-   ! Writes the file, with the results of the points where they are kept.
+   ! Writes the sweep to a file, with the results of its points if there are any.
    subroutine write_sweep(sweep, source, results, output, error)
       type(sweep_type), intent(in) :: sweep
       type(source_type), intent(in) :: source
@@ -114,6 +114,7 @@ contains
       end if
    end subroutine write_sweep
 
+   ! Fails if the output cannot be created, or would replace a file of a problem.
    subroutine check_place(source, output, error)
       type(source_type), intent(in) :: source
       character(len=*), intent(in) :: output
@@ -129,6 +130,7 @@ contains
       end do
    end subroutine check_place
 
+   ! Takes a scene and --vary, problem files with or without --values, or one file and --loss-factor.
    subroutine take_source(arguments, source, error)
       type(arguments_type), intent(inout) :: arguments
       type(source_type), intent(out) :: source
@@ -175,7 +177,7 @@ contains
       if (allocated(values)) call take_values(values, source%values, error)
    end subroutine take_source
 
-   ! FIRST:LAST:POINTS, H = g K of one problem.
+   ! Makes from FIRST:LAST:POINTS one input for each loss factor g, with H = g K, of one problem.
    subroutine take_loss_factors(range, source, error)
       character(len=*), intent(in) :: range
       type(source_type), intent(inout) :: source
@@ -201,7 +203,7 @@ contains
       end do
    end subroutine take_loss_factors
 
-   ! OPTION=FIRST:LAST:POINTS.
+   ! Splits OPTION=FIRST:LAST:POINTS into the option and its values.
    subroutine take_range(range, option, values, error)
       character(len=*), intent(in) :: range
       character(len=:), allocatable, intent(out) :: option
@@ -220,6 +222,7 @@ contains
       option = range(:equal - 1)
    end subroutine take_range
 
+   ! Replaces the values by those of a list V1,V2,..., as many, rising or falling.
    subroutine take_values(list, values, error)
       character(len=*), intent(in) :: list
       real(wp), intent(inout) :: values(:)
@@ -238,7 +241,7 @@ contains
       values = given
    end subroutine take_values
 
-   ! The words, padded to a length, and two blank ones.
+   ! The words, padded to a length, and two blank ones behind, for the option that varies and its value.
    function with_room(words, length) result(more)
       character(len=*), intent(in) :: words(:)
       integer, intent(in) :: length
@@ -249,7 +252,7 @@ contains
       more(:size(words)) = words
    end function with_room
 
-   ! An interrupt ends it with the points before.
+   ! Solves the points one by one. An interrupt ends the sweep with the points before it.
    subroutine solve_points(source, sweep, progress, page, results, complete, error)
       type(source_type), target, intent(inout) :: source
       type(sweep_type), intent(inout) :: sweep
@@ -284,6 +287,7 @@ contains
       end do
    end subroutine solve_points
 
+   ! Builds the scene with its option at this value.
    subroutine scene_at(self, value, problem, error)
       class(scenes_type), intent(inout) :: self
       real(wp), intent(in) :: value
@@ -297,6 +301,7 @@ contains
       end associate
    end subroutine scene_at
 
+   ! Prints the branches, damped frequencies in the table, eigenvalues as well in JSON and CSV, and, but for CSV, the events.
    subroutine print_sweep(sweep, source, format)
       type(sweep_type), intent(in) :: sweep
       type(source_type), intent(in) :: source
@@ -339,6 +344,7 @@ contains
       unit = " "//source%unit
    end function unit_after
 
+   ! Prints events of branches, and where branches become stable or unstable.
    subroutine print_events(sweep, parameter, unit, format)
       type(sweep_type), intent(in) :: sweep
       character(len=*), intent(in) :: parameter

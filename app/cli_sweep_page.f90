@@ -10,7 +10,7 @@ module cli_sweep_page
    private
    public :: keep_shapes, make_page, page_type, prepare, take_page
 
-   !> A page of the sweep, with lines of orders, made of files in a folder. No path: none is made.
+   !> Request of a page, with multiples of the speed to draw, and the temporary folder of its files. No path: no page is made.
    type :: page_type
       character(len=:), allocatable :: path, folder
       real(wp), allocatable :: orders(:)
@@ -36,7 +36,7 @@ contains
          call new_error(error, error_usage, "--orders is for a page, and --html names none")
    end subroutine take_page
 
-   !> Makes the folder; what could fail after the solves fails before them.
+   !> Checks the unit for --orders and makes the temporary folder: before the solves, so that a mistake does not waste them.
    subroutine prepare(page, unit, error)
       type(page_type), intent(inout) :: page
       !> That of the parameter.
@@ -50,8 +50,8 @@ contains
       if (.not. allocated(error)) call make_scratch(page%path, page%folder, error)
    end subroutine prepare
 
-   !> Writes the modes of a point. A page has room for so many displacements of nodes: where there are more, points are left out,
-   !> evenly.
+   !> Writes the modes of a point to the folder, for the shapes on the page. If the sweep has more displacements than a page can
+   !> hold, leaves out points, evenly.
    subroutine keep_shapes(page, point, points, result, error)
       type(page_type), intent(in) :: page
       !> Its number, from 1, and how many there are.
@@ -67,7 +67,7 @@ contains
          call write_hdf5_result(result, page%folder//"/point_"//text(point)//".h5", error)
    end subroutine keep_shapes
 
-   !> Makes the page where there is to be one, a point, and nothing failed, and removes the folder.
+   !> Makes the page, unless there is no point or an error is raised, and removes the folder.
    subroutine make_page(page, sweep, parameter, unit, error)
       type(page_type), intent(in) :: page
       type(sweep_type), intent(in) :: sweep

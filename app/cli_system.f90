@@ -124,6 +124,7 @@ contains
       write (error_unit, "(2a)") coloured_error(name, red), line
    end subroutine complain
 
+   ! Shows control characters and bytes that are not UTF-8 as \xHH.
    function escaped(message) result(line)
       character(len=*), intent(in) :: message
       character(len=:), allocatable :: line
@@ -148,7 +149,7 @@ contains
       end do
    end function escaped
 
-   ! Number of bytes of the character that a text begins with in UTF-8; 0 where that is none, or moves the cursor.
+   ! Number of bytes of the UTF-8 character that a text begins with; 0 if it is none, or a control character.
    pure integer function length_of_character(text) result(length)
       character(len=*), intent(in) :: text
       integer :: first, i
@@ -166,7 +167,7 @@ contains
       if (first == 194 .and. length == 2) length = merge(2, 0, iachar(text(2:2)) >= 160)
    end function length_of_character
 
-   ! Whether a byte is none of the first of a character in UTF-8.
+   ! Whether a byte continues a character of UTF-8: it is not its first.
    elemental logical function is_continuation(byte)
       character(len=1), intent(in) :: byte
 

@@ -102,7 +102,7 @@ contains
       call print_line(coloured(line//"  "//kind//backward_error//bound//trim(more), trim(style)))
    end subroutine print_row
 
-   ! `-` where there is no left vector to tell.
+   ! Cell of an error bound; `-` if it is unknown, as without a left vector.
    elemental function error_bound(bound) result(cell)
       real(wp), intent(in) :: bound
       character(len=10) :: cell
@@ -115,7 +115,7 @@ contains
       end if
    end function error_bound
 
-   ! `-` where there is no left vector to tell.
+   ! Cell of a condition number; `-` if it is unknown, as without a left vector.
    elemental function condition(kappa)
       real(wp), intent(in) :: kappa
       character(len=12) :: condition
@@ -140,6 +140,7 @@ contains
          rounded(result%seconds%total)//" s, "//memory//" MB")
    end subroutine print_effort
 
+   ! Prints factorizations by purpose, seconds by phase, and the convergence tests.
    subroutine print_details(result)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: line
@@ -161,7 +162,7 @@ contains
       end do
    end subroutine print_details
 
-   ! Purposes of the factorisations.
+   ! Lists the purposes of the factorizations with their numbers; omits purposes without any.
    function purposes(result)
       type(modal_result_type), intent(in) :: result
       character(len=:), allocatable :: purposes

@@ -23,7 +23,7 @@ module cli_view
 
 contains
 
-   !> Does the command.
+   !> Runs the command.
    subroutine view_command(arguments, error)
       type(arguments_type), intent(inout) :: arguments
       type(error_type), allocatable, intent(out) :: error
@@ -63,7 +63,7 @@ contains
       end if
    end subroutine view_command
 
-   ! Has a script draw modes, which reads a file of a result: of a point of a sweep one is made for it.
+   ! Draws modes by a script, which reads a result file: for a point of a sweep, writes a temporary one.
    subroutine draw(request, result, drawing, modes, picture, error)
       type(request_type), intent(in) :: request
       type(modal_result_type), intent(in) :: result
@@ -126,7 +126,7 @@ contains
       is_picture = any(endings == ending)
    end function is_picture
 
-   ! Those that were asked for, all where none were.
+   ! Chooses the modes that --modes lists, or all without it.
    subroutine choose_modes(request, found, modes, error)
       type(request_type), intent(in) :: request
       integer, intent(in) :: found

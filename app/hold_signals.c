@@ -1,7 +1,7 @@
-/* SIGINT and SIGTERM are for the main thread: they are held before there is another one, so that those that libraries make,
- * OpenBLAS while it is loaded and MPI when it begins, leave them to it. METIS, while it orders, takes SIGTERM for itself and jumps from
- * its handler to where it was called, which in another thread than its own is nowhere. `let_signals` ends it in the main thread.
- * Only a program can do something before its libraries are loaded, by a section of ELF. */
+/* Blocks SIGINT and SIGTERM before libraries start threads, which inherit the block: OpenBLAS does while it is loaded, MPI when
+ * it begins. `let_signals` unblocks both in the main thread, which alone receives them then. METIS, while it orders, handles
+ * SIGTERM by a jump to where it was called, which is valid in its own thread only. A program runs code before its libraries are
+ * loaded by the ELF section .preinit_array, a library cannot. */
 #define _XOPEN_SOURCE 700
 #include <signal.h>
 #include <stddef.h>

@@ -1,4 +1,4 @@
-!> The program `kschur`: does one command and ends with its exit status.
+!> The program `kschur`: runs one command and ends with its exit status.
 program kschur_program
    use cli_arguments, only: arguments_type, command_arguments
    use cli_compare, only: compare_command
@@ -52,6 +52,7 @@ program kschur_program
 
 contains
 
+   ! Takes --help and --version.
    subroutine take_flags()
       call arguments%take_flag("--help", help, error)
       call arguments%take_flag("--version", version, error)
@@ -101,7 +102,7 @@ contains
       end if
    end subroutine do_command
 
-   ! Help on a command; the word after scene names the one that is asked about.
+   ! Prints the help on a command, or, for `scene`, on the scene that the next word names.
    subroutine help_on(topic)
       character(len=*), intent(in) :: topic
       character(len=:), allocatable :: scene

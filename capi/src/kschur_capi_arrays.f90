@@ -7,12 +7,12 @@ module kschur_capi_arrays
    private
    public :: give_array, put
 
-   !> Copies an array to the caller; fails if it is not allocated: not in the result, or not yet.
+   !> Copies an array to the caller; fails if the result does not hold it, or the caller's array is too short.
    interface give_array
       module procedure give_reals, give_real_columns, give_integers, give_complex, give_complex_columns
    end interface give_array
 
-   !> Writes a number to an optional address.
+   !> Writes a number to an address of the caller; to none if that is null.
    interface put
       module procedure put_int, put_int64, put_double
    end interface put

@@ -18,7 +18,7 @@ module kschur_capi_callbacks
       procedure :: stops
    end type progress_type
 
-   !> A kschur_apply_callback on real vectors.
+   !> Operator on real vectors that calls a kschur_apply_callback.
    type, extends(real_operator_type) :: called_real_operator_type
       integer :: n = 0
       type(c_funptr) :: callback = c_null_funptr
@@ -28,7 +28,7 @@ module kschur_capi_callbacks
       procedure :: apply => apply_real
    end type called_real_operator_type
 
-   !> A kschur_apply_callback on complex vectors.
+   !> Operator on complex vectors that calls a kschur_apply_callback.
    type, extends(complex_operator_type) :: called_complex_operator_type
       integer :: n = 0
       type(c_funptr) :: callback = c_null_funptr

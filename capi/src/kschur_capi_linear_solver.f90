@@ -9,13 +9,14 @@ module kschur_capi_linear_solver
    private
    public :: solver_callbacks_type, called_real_solver_type, called_complex_solver_type
 
-   !> kschur_factorize_callback, kschur_solve_callback, kschur_release_callback and their context.
+   !> A kschur_factorize_callback, a kschur_solve_callback and a kschur_release_callback, with their context.
    type :: solver_callbacks_type
       type(c_funptr) :: factorize = c_null_funptr, solve = c_null_funptr, release = c_null_funptr
       type(c_ptr) :: context = c_null_ptr
    end type solver_callbacks_type
 
-   ! Factors of one matrix, released with it. Never copied: solvers are copied before they factor.
+   ! Factors of one matrix, which belong to the caller; released when they are finalized. Never copied, as that would release them
+   ! twice: solvers are copied before they factor.
    type :: factors_type
       type(solver_callbacks_type) :: callbacks
       type(c_ptr) :: address = c_null_ptr
@@ -24,7 +25,7 @@ module kschur_capi_linear_solver
       final :: release
    end type factors_type
 
-   !> A solver for real matrices.
+   !> Solver for real matrices that calls callbacks.
    type, extends(real_linear_solver_type) :: called_real_solver_type
       type(solver_callbacks_type) :: callbacks
       type(factors_type), private :: factors
@@ -35,7 +36,7 @@ module kschur_capi_linear_solver
       procedure :: solve_adjoint => solve_adjoint_real
    end type called_real_solver_type
 
-   !> A solver for complex matrices.
+   !> Solver for complex matrices that calls callbacks.
    type, extends(complex_linear_solver_type) :: called_complex_solver_type
       type(solver_callbacks_type) :: callbacks
       type(factors_type), private :: factors
@@ -130,7 +131,7 @@ contains
       call conclude(self%factors, returned, error)
    end subroutine factorize_complex
 
-   ! Evaluates the return value of a factorisation.
+   ! Raises an error if a factorisation returned a failure, `error_singular` for a singular matrix; else the factors exist.
    subroutine conclude(factors, returned, error)
       type(factors_type), intent(inout) :: factors
       integer(c_int), intent(in) :: returned
@@ -160,6 +161,7 @@ contains
       call substitute_real(self, x, 1_c_int, error)
    end subroutine solve_adjoint_real
 
+   ! Solves by the callback with the matrix, or with its adjoint if `adjoint` is 1.
    subroutine substitute_real(self, x, adjoint, error)
       class(called_real_solver_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
@@ -188,6 +190,7 @@ contains
       call substitute_complex(self, x, 1_c_int, error)
    end subroutine solve_adjoint_complex
 
+   ! Solves by the callback with the matrix, or with its adjoint if `adjoint` is 1.
    subroutine substitute_complex(self, x, adjoint, error)
       class(called_complex_solver_type), intent(inout) :: self
       complex(wp), contiguous, intent(inout) :: x(:, :)
@@ -200,6 +203,7 @@ contains
          size(x, 2, c_int64_t), x), "solve", error)
    end subroutine substitute_complex
 
+   ! Releases factors by the callback, if they exist and there is one.
    impure elemental subroutine release(factors)
       type(factors_type), intent(inout) :: factors
       procedure(release_interface), pointer :: callback

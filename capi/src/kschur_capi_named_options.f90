@@ -115,6 +115,7 @@ contains
       end select
    end function kschur_options_set
 
+   ! Passes a text to a setter of a whole number, or refuses it.
    integer(c_int) function with_integer(handle, address, name, given, setter) result(status)
       type(options_handle_type), intent(inout) :: handle
       type(c_ptr), intent(in) :: address
@@ -132,6 +133,7 @@ contains
       end if
    end function with_integer
 
+   ! Passes on or off to a setter of a flag, or refuses the text.
    integer(c_int) function with_flag(handle, address, name, given, setter, off) result(status)
       type(options_handle_type), intent(inout) :: handle
       type(c_ptr), intent(in) :: address
@@ -153,6 +155,7 @@ contains
       end select
    end function with_flag
 
+   ! Passes a text to a setter of a number, or refuses it.
    integer(c_int) function with_real(handle, address, name, given, setter) result(status)
       type(options_handle_type), intent(inout) :: handle
       type(c_ptr), intent(in) :: address
@@ -169,6 +172,7 @@ contains
       end if
    end function with_real
 
+   ! Passes a text RE or RE,IM to a setter of a complex number, or refuses it.
    integer(c_int) function with_complex(handle, address, name, given, setter) result(status)
       type(options_handle_type), intent(inout) :: handle
       type(c_ptr), intent(in) :: address
@@ -189,6 +193,7 @@ contains
       end if
    end function with_complex
 
+   ! Reads a number; `valid` is false if the word is anything else.
    subroutine read_real(word, number, valid)
       character(len=*), intent(in) :: word
       real(c_double), intent(out) :: number
@@ -203,6 +208,7 @@ contains
       valid = failed == 0 .and. scan(word, "0123456789") > 0
    end subroutine read_real
 
+   ! Fails, with a message that says what the option wants.
    integer(c_int) function refuse(handle, name, given, wanted) result(status)
       type(options_handle_type), intent(inout) :: handle
       character(len=*), intent(in) :: name, given, wanted

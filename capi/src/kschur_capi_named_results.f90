@@ -11,7 +11,7 @@ module kschur_capi_named_results
    implicit none
    private
 
-   !> kschur_part.
+   !> The struct kschur_part of C: which rows of which modes.
    type, bind(c) :: part_type
       integer(c_int64_t) :: first = 0, count = 0
       type(c_ptr) :: rows = c_null_ptr
@@ -140,7 +140,7 @@ contains
       end if
    end function kschur_result_is_real
 
-   ! Copies some rows of some modes. Pointers are read only after all counts are checked.
+   ! Copies some rows of some modes to the caller. Checks all counts before it reads pointers.
    integer(c_int) function give_part(handle, columns, part, values, length) result(status)
       type(result_handle_type), intent(inout) :: handle
       complex(wp), intent(in) :: columns(:, :)
@@ -190,7 +190,7 @@ contains
       end do
    end function give_part
 
-   ! Rows, from 1; 0 for missing ones.
+   ! Row numbers of a part, converted to count from 1; 0 for those out of range. All rows if the part lists none.
    subroutine take_rows(part, n, row)
       type(part_type), intent(in) :: part
       integer(c_int64_t), intent(in) :: n
@@ -207,7 +207,7 @@ contains
       end if
    end subroutine take_rows
 
-   ! Copies as real numbers or as (re, im) pairs, depending on the room.
+   ! Copies rows of a column: as (re, im) pairs if there is room for two numbers for each row, else real parts alone.
    pure subroutine copy(column, row, place)
       complex(wp), intent(in) :: column(:)
       integer(c_int64_t), intent(in) :: row(:)

@@ -44,6 +44,7 @@ contains
       end select
    end subroutine find_columns
 
+   ! Returns numbers of modes, one or one pair for each.
    subroutine gather_modes(result, name, numbers, known)
       type(modal_result_type), intent(in) :: result
       character(len=*), intent(in) :: name
@@ -76,6 +77,7 @@ contains
       end select
    end subroutine gather_modes
 
+   ! Returns numbers of the solve as a whole: sizes, outcome and effort.
    subroutine gather_facts(result, name, numbers, known)
       type(modal_result_type), intent(in) :: result
       character(len=*), intent(in) :: name
@@ -129,6 +131,7 @@ contains
       end select
    end subroutine gather_facts
 
+   ! Returns modal properties; not allocated if they were not computed.
    subroutine gather_properties(result, name, numbers, known)
       type(modal_result_type), intent(in) :: result
       character(len=*), intent(in) :: name
@@ -161,7 +164,7 @@ contains
       end associate
    end subroutine gather_properties
 
-   ! Nodes are numbered from 0 here.
+   ! Returns numbers of the mesh and its transformation, with indices from 0; not allocated without a mesh.
    subroutine gather_mesh(result, name, numbers, known)
       type(modal_result_type), intent(in) :: result
       character(len=*), intent(in) :: name

@@ -33,7 +33,7 @@ module kschur_capi_options
       type(inner_solvers_type) :: solvers
    end type options_handle_type
 
-   ! Copy of the options that a setter changes, until it is accepted.
+   ! Options that a setter changes: a copy, which replaces those of the handle if it is valid.
    type :: change_type
       type(options_handle_type), pointer :: handle => null()
       type(modal_options_type) :: options
@@ -274,7 +274,7 @@ contains
       allocate (handle%solvers%complex, source=solver)
    end function kschur_options_set_complex_solver
 
-   ! Starts from a copy of the present options, if any.
+   ! Copies the options of a handle, for a setter to change the copy.
    subroutine begin(change, address)
       type(change_type), intent(out) :: change
       type(c_ptr), intent(in) :: address
@@ -283,7 +283,7 @@ contains
       if (associated(change%handle)) change%options = change%handle%options
    end subroutine begin
 
-   ! Accepts the changed options, if no error is raised and the solver would raise none.
+   ! Stores the changed options in the handle if no error is raised and `check_options` finds none; sets the status.
    integer(c_int) function accept(change) result(status)
       type(change_type), intent(inout) :: change
 
@@ -294,6 +294,7 @@ contains
       status = outcome(change%handle, change%error)
    end function accept
 
+   ! Converts an integer of C to one of Fortran; fails if it does not fit.
    subroutine take_integer(given, name, number, error)
       integer(c_int64_t), intent(in) :: given
       character(len=*), intent(in) :: name
@@ -307,7 +308,7 @@ contains
       end if
    end subroutine take_integer
 
-   ! File name; empty: none.
+   ! Takes the name of a file; an empty one means none, not allocated.
    subroutine take_file(address, path, error)
       type(c_ptr), intent(in) :: address
       character(len=:), allocatable, intent(inout) :: path
@@ -319,7 +320,7 @@ contains
       if (path == "") deallocate (path)
    end subroutine take_file
 
-   ! Position of a name in a list, from 0.
+   ! Takes a name as its position in a list, from 0; fails if it is not there.
    subroutine take_name(address, what, names, number, error)
       type(c_ptr), intent(in) :: address
       character(len=*), intent(in) :: what, names(0:)

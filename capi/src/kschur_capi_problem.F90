@@ -40,7 +40,7 @@ contains
 #define MESSAGE kschur_problem_get_message
 #include "kschur_capi_handle.inc"
 
-   !> Completes and checks `handle%problem`; thread-safe.
+   !> Completes and checks `handle%problem`, unless that was done since the last change; thread-safe.
    subroutine check_problem(handle, error)
       type(problem_handle_type), intent(inout) :: handle
       type(error_type), allocatable, intent(out) :: error
@@ -50,6 +50,7 @@ contains
       call release_lock(lock_problem)
    end subroutine check_problem
 
+   ! Takes R and Cq as empty if they were not set, and checks the problem; fails without M or K.
    subroutine complete(handle, error)
       type(problem_handle_type), intent(inout) :: handle
       type(error_type), allocatable, intent(out) :: error
@@ -108,6 +109,7 @@ contains
       status = set_matrix(problem, matrix, rows, columns, entries, base, row, column, value, .false., .true.)
    end function kschur_problem_set_triplets64
 
+   ! Checks the arguments, and stores a matrix of the problem.
    integer(c_int) function set_matrix(problem, matrix, rows, columns, entries, base, row, column, value, compressed, &
       wide) result(status)
       type(c_ptr), intent(in) :: problem
@@ -157,6 +159,7 @@ contains
       handle%checked = .false.
    end function set_matrix
 
+   ! Makes a matrix from the caller's arrays, compressed rows or triplets, with indices of 32 or, if `wide`, 64 bits.
    subroutine make_matrix(matrix, rows, columns, entries, base, row, column, value, compressed, wide, error)
       type(csr_matrix_type), intent(out) :: matrix
       integer(c_int64_t), intent(in) :: rows, columns, entries

@@ -37,7 +37,8 @@ contains
       handle%holds = nothing
    end subroutine clear
 
-   !> Sets the contents of a result; data missing in older files, or not defined for an operator, are empty.
+   !> Sets which kind of contents a result holds, and allocates as empty what it lacks: older files and operators do not have all
+   !> data.
    subroutine keep(handle, holds)
       type(result_handle_type), intent(inout) :: handle
       integer, intent(in) :: holds

@@ -101,6 +101,7 @@ contains
       status = solve_operator(n, apply, context, which, options, result, .true.)
    end function kschur_solve_complex_operator
 
+   ! Checks the arguments, and computes eigenvalues of an operator that a callback applies.
    integer(c_int) function solve_operator(n, apply, context, which, options, result, is_complex) result(status)
       integer(c_int64_t), intent(in) :: n
       type(c_funptr), intent(in) :: apply
@@ -137,6 +138,7 @@ contains
       status = outcome(handle, error)
    end function solve_operator
 
+   ! Takes the name of a criterion, which eigenvalues are wanted, as its position in the list.
    subroutine take_criterion(address, criterion, error)
       type(c_ptr), intent(in) :: address
       integer, intent(out) :: criterion
@@ -150,6 +152,7 @@ contains
       call new_error(error, status_usage, "there is no criterion '"//name//"' for which eigenvalues are wanted")
    end subroutine take_criterion
 
+   ! Runs the Krylov-Schur iteration on the operator, and stores what it found in the result.
    subroutine iterate(n, apply, context, is_complex, selection, options, handle, error)
       integer, intent(in) :: n
       type(c_funptr), intent(in) :: apply

@@ -114,6 +114,7 @@ contains
       status = solve_several(address, count, edges, "bands", options, results)
    end function kschur_solver_solve_bands
 
+   ! Checks the arguments, and solves for all targets or bands.
    integer(c_int) function solve_several(address, count, wanted, what, options, results) result(status)
       type(c_ptr), intent(in) :: address, wanted, options, results
       integer(c_int64_t), intent(in) :: count
@@ -136,7 +137,7 @@ contains
       status = outcome(handle, error)
    end function solve_several
 
-   ! The caller's results are all filled, one for each target or band, or all empty.
+   ! Solves for all targets or bands, and fills the caller's results, one for each; after an error of a solve all of them are empty.
    subroutine solve_each(handle, count, pairs, what, wanted, results, error)
       type(solver_handle_type), intent(inout) :: handle
       integer, intent(in) :: count
@@ -173,6 +174,7 @@ contains
       end do
    end subroutine solve_each
 
+   ! Fails if the solver has no problem, or the options bring linear solvers of the caller.
    subroutine check_ready(handle, wanted, error)
       type(solver_handle_type), intent(in) :: handle
       type(options_handle_type), intent(in) :: wanted

@@ -111,6 +111,7 @@ contains
       status = text_status(trim(names(number)), buffer, length)
    end function give_name
 
+   ! Copies a text to the caller; returns the status if the buffer is null or too short.
    integer(c_int) function text_status(given, buffer, length) result(status)
       character(len=*), intent(in) :: given
       type(c_ptr), intent(in) :: buffer

@@ -154,7 +154,7 @@ contains
       place = xi
    end function kschur_problem_get_response
 
-   ! Problem of a handle, complete.
+   ! Returns the problem of a handle, completed and checked; fails if it is null or not valid.
    subroutine require_problem(address, handle, error)
       type(c_ptr), intent(in) :: address
       type(problem_handle_type), pointer, intent(out) :: handle

@@ -15,7 +15,7 @@ module kschur_capi_sweep
    implicit none
    private
 
-   !> Calls a kschur_problem_callback.
+   !> Family of problems that a kschur_problem_callback makes, one for each value of the parameter.
    type, extends(problem_family_type) :: called_family_type
       type(c_funptr) :: callback = c_null_funptr
       type(c_ptr) :: context = c_null_ptr
@@ -66,6 +66,7 @@ contains
       status = status_ok
    end function kschur_sweep_set_problem
 
+   ! Has the callback make the problem at a value, and checks it.
    subroutine problem_at(self, value, problem, error)
       class(called_family_type), intent(inout) :: self
       real(wp), intent(in) :: value
@@ -187,6 +188,7 @@ contains
       status = outcome(handle, error)
    end function kschur_sweep_write_hdf5_results
 
+   ! Writes the sweep to a file, with the results that are to be kept, if any.
    subroutine write_sweep(handle, parameter, unit, path, error, kept)
       type(sweep_handle_type), intent(in) :: handle
       type(c_ptr), intent(in) :: parameter, unit, path
@@ -354,7 +356,7 @@ contains
       end associate
    end function kschur_sweep_get_numbers
 
-   ! Whether a point exists; else sets the status.
+   ! Whether the sweep of a handle has points; else sets the status.
    logical function has_points(address, handle, status)
       type(c_ptr), intent(in) :: address
       type(sweep_handle_type), pointer, intent(out) :: handle

@@ -56,8 +56,9 @@ contains
       if (allocated(problem%loss)) result%loss_factor = loss_factor_of(result%eigenvalues)
    end subroutine describe
 
-   ! Describes a real root as one of an overdamped oscillator if its shape has both strain energy and inertia beyond rounding. The
-   ! other root follows from the product of the two, k/m.
+   ! Sets kind, frequency and damping ratio of a real root of a symmetric problem to those of an overdamped oscillator if its shape
+   ! has strain energy and inertia beyond rounding, and is not mostly a rigid motion. The other root of the oscillator follows from
+   ! the product of the two, k/m.
    subroutine describe_overdamped(problem, rigid, lambda, phi, kind, omega, zeta)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: rigid(:, :), lambda
@@ -78,8 +79,8 @@ contains
       zeta = -(lambda + other)/(2*omega)
    end subroutine describe_overdamped
 
-   ! The part of phi^* M phi that belongs to the M-orthogonal projection on the rigid motions: a rigid motion that dampers slow is
-   ! no oscillator, even if they strain the structure.
+   ! The part of phi^* M phi in the M-orthogonal projection on the rigid motions. A shape that is mostly rigid is a motion slowed by
+   ! dampers, no oscillator, even if these strain the structure.
    function rigid_mass(problem, rigid, phi) result(mass)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: rigid(:, :)

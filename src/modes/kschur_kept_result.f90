@@ -5,7 +5,7 @@ module kschur_kept_result
    private
    public :: kept_result_type
 
-   !> The result of a point of a sweep. Not associated: it is not kept.
+   !> Points to the result of a point that the file keeps. Not associated: the file does not keep it.
    type :: kept_result_type
       type(modal_result_type), pointer :: result => null()
    end type kept_result_type

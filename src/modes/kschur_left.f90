@@ -72,7 +72,8 @@ contains
       if (present(complete)) complete = all_found
    end subroutine find_left_pairs
 
-   !> Sets the left vectors, multipliers and condition numbers of modes; those of a mode without a left vector are NaN.
+   !> Sets the left vectors, multipliers and condition numbers of modes, NaN for a mode without a left vector, and error bounds from
+   !> the condition numbers where there are none yet.
    subroutine set_left_modes(problem, left, modes)
       type(modal_problem_type), intent(in) :: problem
       !> Eigenpairs of the transposed problem, one for each mode; normalized on return.
@@ -118,8 +119,8 @@ contains
       end do
    end subroutine match_pairs
 
-   ! Polishes the left vectors of a cluster. Those that do not reach their limit stay as they were, and all if the factorization
-   ! fails.
+   ! Polishes the left vectors of a cluster. Those that do not reach their limit stay as they were, and all if the matrix is
+   ! singular, the iteration does not converge, or the monitor cancels.
    subroutine polish_cluster(transposed, cluster, limits, polisher, left, effort, error)
       type(modal_problem_type), intent(in) :: transposed
       type(cluster_type), intent(in) :: cluster
@@ -154,9 +155,9 @@ contains
       end do
    end subroutine polish_cluster
 
-   ! Makes the left vectors of a cluster biorthogonal to its modes, chi_i^T ((lambda_i + lambda_j) M + R) phi_j = 0 for i /= j, as
-   ! those of other eigenvalues are: multiplies them by G^{-T}, G with these entries. Leaves them if that makes them inaccurate, as
-   ! for a defective eigenvalue or nearly parallel copies.
+   ! Makes the left vectors of a cluster biorthogonal to its modes, chi_i^T ((lambda_i + lambda_j) M + R) phi_j = 0 for i /= j,
+   ! which holds by itself between different eigenvalues: multiplies them by G^{-T}, G with these entries. Leaves them if that makes
+   ! them inaccurate, as for a defective eigenvalue or nearly parallel copies.
    subroutine biorthogonalize(problem, transposed, pairs, limits, members, left, coupled)
       type(modal_problem_type), intent(in) :: problem, transposed
       class(eigenpairs_type), intent(in) :: pairs

@@ -64,8 +64,9 @@ contains
       call drop_spurious(modes)
    end subroutine accept_pairs
 
-   !> Makes modes from eigenpairs as `accept_pairs` does, but keeps inaccurate pairs among the nearest, so that they can be refined.
-   !> Sets the errors of all but the zeros, the eigenvalues that are not listed, and the number found.
+   !> Makes modes from eigenpairs as `accept_pairs` does, but keeps inaccurate pairs among the nearest, so that they can be refined,
+   !> and does not compute the errors of zeros. Sets the number found, and as `unlisted` the inaccurate pairs that are dropped
+   !> because there are more pairs than finite eigenvalues.
    subroutine judge_pairs(problem, request, pairs, modes)
       type(modal_problem_type), intent(in) :: problem
       type(mode_request_type), intent(in) :: request
@@ -111,7 +112,8 @@ contains
       call modes%take(order)
    end subroutine judge_pairs
 
-   ! Replaces the first k pairs by their conjugates in the upper half plane, of unit norm, with the largest entry real and positive.
+   ! Conjugates those of the first k pairs that lie in the lower half plane, and normalizes all k: unit norm, largest entry real and
+   ! positive.
    subroutine make_canonical(pairs, k)
       type(eigenpairs_type), intent(inout) :: pairs
       integer, intent(in) :: k
@@ -165,7 +167,7 @@ contains
       end associate
    end subroutine drop_infinite
 
-   !> Drops spurious modes, with backward errors above `spurious`; their eigenvalues become unlisted.
+   !> Drops spurious modes, those with backward errors above `spurious`, and appends their eigenvalues to `unlisted`.
    subroutine drop_spurious(modes)
       type(modes_type), intent(inout) :: modes
 
@@ -175,8 +177,8 @@ contains
       end associate
    end subroutine drop_spurious
 
-   !> Keeps of the unlisted eigenvalues, which are too inaccurate, those that may belong in the list: all if it is not full,
-   !> otherwise those nearer to the target than its furthest mode.
+   !> Drops from `unlisted` what cannot belong in the list of modes: if that is full, eigenvalues further from the target than its
+   !> furthest mode.
    subroutine keep_nearer_unlisted(request, modes)
       type(mode_request_type), intent(in) :: request
       type(modes_type), intent(inout) :: modes
@@ -186,8 +188,8 @@ contains
          maxval(distances(modes%lambda, request%target)))
    end subroutine keep_nearer_unlisted
 
-   ! Selects the accepted pairs nearest to the target, at most as many as are asked for, and only within the radius in which all are
-   ! known, so that none can be missing between them.
+   ! Selects of the accepted pairs those nearest to the target: at most as many as are asked for, and, unless they are all finite
+   ! eigenvalues, only those in the radius that was searched, as others may be missing beyond it.
    subroutine select_nearest(request, lambda, accepted, order)
       type(mode_request_type), intent(in) :: request
       complex(wp), intent(in) :: lambda(:)

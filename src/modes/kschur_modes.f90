@@ -8,7 +8,8 @@ module kschur_modes
    private
    public :: eigenvalues_of, modes_type, no_modes, take_columns
 
-   !> Replaces a block by its columns `order`. A real block keeps its size, with the other columns behind.
+   !> Moves the columns `order` of a block to its front. A complex block shrinks to them; a real block keeps its size, with the
+   !> others behind, as it is permuted in place.
    interface take_columns
       module procedure take_real_columns, take_complex_columns
    end interface take_columns
@@ -70,7 +71,7 @@ contains
       self%condition = self%condition(order)
    end subroutine take
 
-   !> Drops modes, and subtracts their eigenvalues from those found.
+   !> Drops modes, and subtracts the number of their eigenvalues from `found`.
    subroutine drop(self, dropped)
       class(modes_type), intent(inout) :: self
       logical, intent(in) :: dropped(:)
@@ -81,7 +82,7 @@ contains
       call self%take(pack([(j, j=1, size(dropped))], .not. dropped))
    end subroutine drop
 
-   !> Appends other modes, and adds the eigenvalues found.
+   !> Appends other modes, and adds their `found`.
    subroutine append(self, more)
       class(modes_type), intent(inout) :: self
       type(modes_type), intent(in) :: more
@@ -105,7 +106,8 @@ contains
       allocate (modes%history%converged(0), modes%history%operator_applications(0), modes%history%residual(0))
    end function no_modes
 
-   !> Counts the eigenvalues that chosen ones of a list stand for, both of a conjugate pair.
+   !> Counts the eigenvalues of chosen entries of a list, which has one of each conjugate pair: two for a pair, one for a real
+   !> eigenvalue.
    pure integer function eigenvalues_of(lambda, chosen) result(total)
       complex(wp), intent(in) :: lambda(:)
       logical, intent(in) :: chosen(:)
@@ -139,7 +141,7 @@ contains
       end do
    end subroutine take_real_columns
 
-   ! Replaces a block by its columns `order`; in place if all stay.
+   ! Replaces a block by its columns `order`: permutes it in place if these are all of them, else copies them.
    subroutine take_complex_columns(block, order)
       complex(wp), allocatable, intent(inout) :: block(:, :)
       integer, intent(in) :: order(:)

@@ -39,7 +39,7 @@ contains
          trim(merge(" mode ", " modes", massless == 1)))
    end subroutine normalise_shapes
 
-   ! The quantity of a shape that becomes one; 0 if it is rounding, as the mass of a massless shape.
+   ! The norm by which a shape is divided: its largest entry, or the root of its modal mass; 0 if that mass is rounding.
    real(wp) function norm_of(problem, normalisation, phi)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: normalisation

@@ -89,7 +89,7 @@ contains
    end subroutine note_dependence
 
    !> Notes on modes: undamped rigid motions (double zeros), rigid motions of loaded joints, nearly defective eigenvalues, an
-   !> accumulation point of eigenvalues, and methods that may miss copies of multiple eigenvalues.
+   !> accumulation point of eigenvalues, and what ARPACK or `low-rank` may have missed if nothing was counted.
    subroutine note_modes(problem, max_undamped, result, error)
       type(modal_problem_type), intent(in) :: problem
       !> Upper bound of the number of undamped rigid motions.
@@ -114,10 +114,10 @@ contains
          "come from them; that the local forces make no further ones is not proved by that: certify does")
    end subroutine note_modes
 
-   ! Notes rigid motions that move joints: a joint under load, as that of a pendulum, has a stiffness d(Cq^T xi)/dq, which many
-   ! codes leave out of K. The matrices do not say whether a joint is loaded, so that every rigid motion counts that moves the
-   ! unknowns of a constraint, Cq phi = 0 with nonzero terms, unless the mesh shows that the structure is unsupported and carries
-   ! no weight.
+   ! Notes the number of rigid motions that move joints. A joint under load, as that of a pendulum, has a stiffness d(Cq^T xi)/dq,
+   ! which many codes leave out of K. The matrices do not tell whether a joint is loaded: counts every rigid motion that moves the
+   ! unknowns of a constraint, Cq phi = 0 with nonzero terms, and notes none if the mesh shows that the structure is unsupported, so
+   ! that no joint carries its weight.
    subroutine note_joints(problem, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result
@@ -327,7 +327,7 @@ contains
       names = list
    end function named
 
-   ! Lists the first so many of them, and how many more.
+   ! Lists the first `most` of the chosen items in words, and how many more there are.
    pure subroutine list_first(noun, chosen, base, most, list)
       character(len=*), intent(in) :: noun
       logical, intent(in) :: chosen(:)

@@ -39,9 +39,10 @@ contains
       end do
    end subroutine orthonormalize_zeros
 
-   !> Finds which of the first k pairs are zeros of rigid motions, computed once more by the iteration with a rounding error: those
-   !> that are small and have shapes in the span of the rigid motions, which are the next pairs. Such a shape has the roots 0 and
-   !> -r/m of lambda^2 m + lambda r = 0: the pair is a zero only if 0 is the nearer one.
+   !> Finds which of the first k pairs repeat a rigid motion: zeros that the iteration found again, with rounding errors as
+   !> eigenvalues. Such a pair has a small eigenvalue and a shape in the span of the rigid motions, which are the `rigid` pairs
+   !> behind the first k. A slow decay has such a shape, too, with lambda = -r/m from lambda^2 m + lambda r = 0: the pair is a zero
+   !> only if its eigenvalue is nearer to 0 than to -r/m.
    function repeats_rigid_motion(problem, pairs, k, rigid, reference, zero_noise) result(repeats)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
@@ -96,7 +97,7 @@ contains
 
    contains
 
-      ! The component of the shape of pair j that is orthogonal to the span of the rigid motions, relative to it.
+      ! Norm of the part of the shape of pair j that is orthogonal to the rigid motions, relative to the norm of the shape.
       real(wp) function distance_from_rigid(j) result(distance)
          integer, intent(in) :: j
          integer :: members(size(zeros) + 1), i
@@ -125,8 +126,8 @@ contains
          is_decay = norm2(abs(total(:, 1))) < most*norm2(abs(inertia(:, 1)))
       end function is_decay
 
-      ! Whether pair j is an eigenpair other than zero: its residual is small relative to its inertia or damping forces. A zero gets
-      ! its computed eigenvalue from an error of the size of these forces.
+      ! Whether pair j is an eigenpair with a nonzero eigenvalue: its residual is small relative to its inertia or damping forces.
+      ! The eigenvalue of a repeated zero is an error, and its residual is of the size of these forces.
       logical function is_eigenpair(j)
          integer, intent(in) :: j
          complex(wp), dimension(pairs%rows(), 1) :: phi, inertia, damping, residual
@@ -144,8 +145,8 @@ contains
       end function is_eigenpair
    end function repeats_rigid_motion
 
-   !> The component of the state of pair j of a list that is orthogonal to the states of pairs of another list with eigenvalues near
-   !> its own, relative to it: small if the other list has this pair already.
+   !> Norm of the part of the state of pair j of `others` that is orthogonal to the states of those of `pairs` with eigenvalues near
+   !> its own, relative to the norm of the state: small if `pairs` has this pair already.
    real(wp) function independent_part(pairs, others, j, distance) result(part)
       !> The list with the span, and the list of the pair.
       class(eigenpairs_type), intent(in) :: pairs, others
@@ -163,8 +164,8 @@ contains
       part = parts(size(parts))
    end function independent_part
 
-   !> The components of the states [phi; lambda phi/|lambda|] of chosen pairs that are orthogonal to the states before them,
-   !> relative to them: a small one belongs to a pair that is listed twice.
+   !> For each chosen pair the norm of the part of its state [phi; lambda phi/|lambda|] that is orthogonal to the states of the
+   !> chosen ones before it, relative to the norm of the state: small for a pair that is listed twice.
    function independent_parts(pairs, chosen) result(parts)
       class(eigenpairs_type), intent(in) :: pairs
       !> Their positions.

@@ -25,7 +25,7 @@ module kschur_bordered_determinant
    integer, parameter :: trials = 2
    real(wp), parameter :: caution = 4
 
-   !> The function; each evaluation is a factorisation.
+   !> The bordered determinant as a function of lambda; each evaluation factors a complex matrix.
    type, extends(analytic_function_type) :: bordered_determinant_type
       type(effort_type) :: effort
       ! Coefficients of lambda^2, lambda and 1.
@@ -44,7 +44,8 @@ module kschur_bordered_determinant
 
 contains
 
-   !> Prepares the function. Fails if the matrices cannot be formed or ordered.
+   !> Forms the matrix coefficients of 1, lambda and lambda^2, bordered by the constraints, and one elimination order for all
+   !> lambda. Fails if the matrices cannot be formed or ordered.
    subroutine new_bordered_determinant(determinant, problem, factors, redundant, solver, error)
       type(bordered_determinant_type), intent(out) :: determinant
       type(modal_problem_type), intent(in) :: problem

@@ -127,9 +127,9 @@ contains
       self%certificate%factorizations_for(for_count) = self%certificate%factorizations
    end subroutine carry
 
-   !> Counts once for each set of wanted values. An incomplete set may still contain the nearest ones, if the missing ones lie
-   !> between its furthest value and the end of the interval: if the same set is examined again, the interval ends at its
-   !> furthest value.
+   !> Compares the number of wanted and converged values with a count of eigenvalues: the last count if that reaches as far, and a
+   !> new one if that does not, or disagrees. An incomplete set may still contain the nearest ones, if the missing ones lie between
+   !> its furthest value and the end of the interval: if the same set is examined again, the interval ends at its furthest value.
    subroutine examine(self, values, residuals, wanted, complete)
       class(inertia_census_type), intent(inout) :: self
       real(wp), intent(in) :: values(:), residuals(:)
@@ -197,7 +197,7 @@ contains
       end do
    end function count_found
 
-   ! Distance of the nearer root from the target.
+   ! Distance from the target of the nearer lambda of a Ritz value; infinite for a Ritz value of zero.
    elemental real(wp) function distance_of(self, value) result(reach)
       class(inertia_census_type), intent(in) :: self
       real(wp), intent(in) :: value
@@ -318,8 +318,9 @@ contains
       end do
    end function clear_gap
 
-   ! Middle of the widest gap between `last` and values equal to it to rounding, if converged values follow: it decides which
-   ! are the nearest. Zero if none.
+   ! Middle of the widest gap between converged values from `last` to (1 + same_value) last, which equal `last` to rounding: the
+   ! interval ends within this cluster, and the gap decides which of it count as the nearest. Zero if no converged one lies on the
+   ! near side of the gap.
    pure real(wp) function near_gap(values, residuals, last) result(middle)
       real(wp), intent(in) :: values(:), residuals(:), last
       real(wp) :: upper, lower, widest
@@ -339,7 +340,7 @@ contains
       if (.not. any(values > middle .and. values < (1 + same_value)*last .and. residuals <= known_well)) middle = 0
    end function near_gap
 
-   ! Number of negative eigenvalues at theta; -1 if unknown.
+   ! Number of negative eigenvalues of K - theta M on the null space of the constraints, by one factorisation; -1 if unknown.
    integer function negative_at(self, theta, least) result(negative)
       class(inertia_census_type), intent(inout) :: self
       real(wp), intent(in) :: theta

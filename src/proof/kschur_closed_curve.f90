@@ -7,9 +7,9 @@ module kschur_closed_curve
 
    real(wp), parameter :: pi = acos(-1.0_wp)
 
-   !> Conjugate pairs have the distance of the nearer member: the region is the union of two discs about the target and its
-   !> conjugate. If they reach the real axis, they form one symmetric region, and half of its boundary suffices; otherwise one
-   !> disc does.
+   !> The boundary as a path. A conjugate pair has the distance of its nearer member: the region is the union of two discs about the
+   !> target and its conjugate. If they reach the real axis, they form one symmetric region, and half of its boundary suffices;
+   !> otherwise one disc does.
    type :: closed_curve_type
       !> The target, Im >= 0, and the distance (1/s).
       complex(wp) :: center = (0.0_wp, 0.0_wp)

@@ -15,13 +15,13 @@ module kschur_inertia
 
 contains
 
-   !> Number of negative eigenvalues of K - theta M on the null space of the constraints, of a symmetric problem: for
-   !> semidefinite M the number of theta = omega^2 below this one, up to a constant. -1 if unknown.
+   !> Number of negative eigenvalues of K - theta M on the null space of the constraints, of a symmetric problem: for semidefinite M
+   !> the number of theta = omega^2 below this one, up to a constant. -1 if unknown.
    !>
    !> A small regularisation of the constraints makes all of their pivots negative, also those of redundant rows, which would be
-   !> rounding errors. It lowers each eigenvalue by about `root_epsilon` of itself. The additional motions are far above theta,
-   !> as constraints are scaled to the level of K and theta M; but for constraints that differ by less than the square root of
-   !> that they are not, and the count is too large.
+   !> rounding errors. It lowers each eigenvalue by about `root_epsilon` of itself, and allows motions that violate constraints. As
+   !> constraints are scaled to the level of K and theta M, these motions are far above theta; where constraints differ by less than
+   !> the square root of `root_epsilon` they are not, and the count is too large.
    subroutine count_below(problem, theta, least, solver, below)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: theta
@@ -39,7 +39,8 @@ contains
       if (.not. allocated(error)) below = negative_directions(matrix, structure, solver)
    end subroutine count_below
 
-   !> Forms the matrix whose negative eigenvalues are counted.
+   !> Forms the matrix whose negative eigenvalues are counted, [K - theta M, Cq^T; Cq, -D] with scaled Cq; D, small and diagonal, is
+   !> the regularisation that `count_below` describes.
    subroutine counting_matrix(problem, theta, least, matrix, structure, error)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: theta

@@ -42,6 +42,7 @@ module kschur_winding
    end type analytic_function_type
 
    abstract interface
+      !> Evaluates the logarithm of the function, and bounds the error of its phase.
       subroutine evaluate(self, lambda, logarithm, doubt, reason)
          import :: analytic_function_type, wp
          class(analytic_function_type), intent(inout) :: self
@@ -260,7 +261,8 @@ contains
       end associate
    end function test_panels
 
-   ! Least squares fit of the real part of a polynomial to the log moduli; real on the real axis if the curve is symmetric.
+   ! Values at the samples of the polynomial whose real part fits the log moduli best, by least squares. Its coefficients are real
+   ! if the curve is symmetric about the real axis.
    function fitted(samples, curve, degree) result(values)
       type(samples_type), intent(in) :: samples
       type(closed_curve_type), intent(in) :: curve

@@ -41,9 +41,10 @@ module kschur_winding_certificate
 
 contains
 
-   !> Counts inside a curve through the first wide gap of distances from the target beyond the listed eigenvalues. If there are
-   !> more than are known, the missing ones may be beyond the furthest listed one: a second curve passes through a gap inside
-   !> that, and a third, if the two disagree, just inside it.
+   !> Proves that no eigenvalue is missing among the listed ones, or counts the missing ones. Counts inside a curve through the
+   !> first wide gap of distances from the target beyond the listed eigenvalues. If that finds more than are known, the missing ones
+   !> may be beyond the furthest listed one: a second curve passes through a gap inside that, and a third, if the two disagree, just
+   !> inside it.
    subroutine certify_by_winding(problem, solver, listed, beyond, zeros, target, resolution, certificate, zeros_at_least, &
       monitor)
       !> Presolved and balanced: with entries of equal size, rounding does not destroy the phase of the determinant.
@@ -88,7 +89,7 @@ contains
       call certificate%add_effort(determinant%effort)
    end subroutine certify_by_winding
 
-   ! Compares the number of zeros inside curves with the listed and other known eigenvalues.
+   ! Counts the zeros inside up to three curves, and sets verdict, missing number and radius by those that are not known.
    subroutine compare(determinant, listed, beyond, zeros, target, reach, certificate)
       type(bordered_determinant_type), intent(inout) :: determinant
       complex(wp), intent(in) :: listed(:), beyond(:)
@@ -158,8 +159,8 @@ contains
       if (allocated(error)) reason = error%message
    end subroutine prepare
 
-   ! Middle of the first wide gap beyond, or of the widest one; the gap after the last known distance is unknown and taken as
-   ! wide.
+   ! Radius of the first curve: the middle of the first wide gap of distances beyond `reach`, or of the widest one. What follows the
+   ! last known distance is unknown, and taken as a wide gap.
    pure real(wp) function radius_beyond(reach, further) result(radius)
       real(wp), intent(in) :: reach
       real(wp), intent(in) :: further(:)
@@ -179,7 +180,7 @@ contains
       if (widest < no_correct_digits/2) radius = (1 + no_correct_digits/2)*lower
    end function radius_beyond
 
-   ! Middle of the first wide gap within, or of the widest one.
+   ! Radius of the second curve: the middle of the first wide gap of distances below `reach`, or of the widest one.
    pure real(wp) function radius_within(reach, nearer) result(radius)
       real(wp), intent(in) :: reach
       real(wp), intent(in) :: nearer(:)

@@ -23,7 +23,7 @@ module kschur_monitor
       procedure :: counts
    end type monitor_type
 
-   !> Cancels a nested computation with the monitor of the outer one, without reports.
+   !> Monitor of a nested computation: cancels it when the outer monitor cancels, and reports nothing.
    type, extends(monitor_type) :: stopper_type
       !> Monitor of the outer computation; not associated: never cancels.
       class(monitor_type), pointer :: of => null()
