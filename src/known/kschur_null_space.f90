@@ -10,7 +10,7 @@ module kschur_null_space
    use kschur_options, only: inner_mumps
    use kschur_orthonormal, only: lengths, orthonormalize, subtract
    use kschur_problem, only: modal_problem_type
-   use kschur_processes, only: are_several
+   use kschur_processes, only: may_be_several
    use kschur_random, only: random_vector, state_of_seed
    use kschur_saddle, only: bordered, saddle_structure
    use kschur_singular_vectors, only: right_singular_vectors
@@ -123,17 +123,17 @@ contains
       real(wp), allocatable, intent(out) :: basis(:, :)
       type(error_type), allocatable, intent(out) :: error
       type(matrix_structure_type) :: structure
-      logical :: factored_jointly
 
       if (problem%multipliers() > 0) return
       select type (solver => inner%unshifted)
       type is (direct_real_type)
-         factored_jointly = are_several(solver%processes, matrix%rows)
+         ! Several processes share a factorisation by MUMPS, which is not used here.
+         if (may_be_several(solver%processes)) return
          allocate (space%solver, source=solver)
       class default
          return
       end select
-      call scale_matrix(space, problem, matrix, structure, as_given=factored_jointly)
+      call scale_matrix(space, problem, matrix, structure)
       if (.not. structure%symmetric) return
       structure%singular = .true.
       space%delta = visible_pivot
@@ -147,19 +147,15 @@ contains
       else
          ! Each negative pivot belongs to a null vector then.
          space%exact = space%solver%negative_pivots <= size(basis, 2) .and. .not. space%doubtful
-         ! Several processes factor by MUMPS, which does not perturb pivots that are rounding.
-         if (factored_jointly) space%exact = size(basis, 2) == 0 .and. space%solver%negative_pivots == 0
       end if
    end subroutine factor_semidefinite
 
    ! Sets the scaled matrix [D A D, D Cq^T S; S Cq D, 0], without E, and its structure.
-   subroutine scale_matrix(space, problem, matrix, structure, as_given)
+   subroutine scale_matrix(space, problem, matrix, structure)
       type(null_space_type), intent(inout) :: space
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(out) :: structure
-      !> Leaves D = I: distributed vectors are not scaled, and MUMPS scales by itself.
-      logical, optional, intent(in) :: as_given
       type(csr_matrix_type) :: a, constraints
 
       ! The pattern includes that of M, so that one symbolic analysis serves K and K - s M.
@@ -169,9 +165,6 @@ contains
       space%symmetric = structure%symmetric
       constraints = problem%constraints
       call set_scalings(space, a, constraints)
-      if (present(as_given)) then
-         if (as_given) space%scaling = 1
-      end if
       call a%scale_entries(space%scaling, space%scaling)
       call constraints%scale_entries(spread(1.0_wp, 1, problem%multipliers()), space%scaling)
       space%matrix = bordered(a, constraints, space%constraint_scaling)

@@ -2,7 +2,7 @@
 !> and for joint factorisations by several processes.
 module kschur_direct_solver
    use kschur_clock, only: clock, seconds_since
-   use kschur_error, only: error_type, new_error, add_context, error_cancelled, error_library, error_memory, error_singular, &
+   use kschur_error, only: error_type, new_error, add_context, error_cancelled, error_library, error_memory, &
       error_usage
    use kschur_kinds, only: wp, long
    use kschur_last_analysis, only: last_analysis_type
@@ -66,7 +66,7 @@ contains
       started = clock()
       reason = "as asked"
       ordered = structure
-      if (structure%singular .and. self%inner == inner_mumps) then
+      if (structure%singular .and. (self%inner == inner_mumps .or. are_several(self%processes, matrix%rows))) then
          call new_error(error, error_usage, "MUMPS would take other pivots")
          return
       else if (self%inner == inner_auto .and. are_several(self%processes, matrix%rows)) then
@@ -109,10 +109,6 @@ contains
       call previous%factorize(matrix, ordered, error)
       if (allocated(error)) return
       call move_alloc(previous, self%solver)
-      if (structure%singular .and. self%solver%null_pivots > 0) then
-         call new_error(error, error_singular, "MUMPS has replaced a null pivot")
-         return
-      end if
       call choose_refinement(self, matrix, ordered, error)
       call report(self, spent, "mumps: "//reason)
    end subroutine factorize

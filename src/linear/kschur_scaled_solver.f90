@@ -20,8 +20,6 @@ module kschur_scaled_solver
       procedure :: solve
       procedure :: solve_adjoint
       procedure :: forget_factors
-      procedure :: shared_as
-      procedure :: solve_rows
    end type scaled_real_type
 
 contains
@@ -64,23 +62,6 @@ contains
       call scale_rows(self%scaling, x)
       self%solve_seconds = self%factors%solve_seconds
    end subroutine solve_adjoint
-
-   ! Distributed vectors are not scaled.
-   integer function shared_as(self)
-      class(scaled_real_type), intent(in) :: self
-
-      shared_as = 0
-      if (all(abs(self%scaling - 1) <= 0)) shared_as = self%factors%shared_as()
-   end function shared_as
-
-   subroutine solve_rows(self, x, error)
-      class(scaled_real_type), intent(inout) :: self
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      type(error_type), allocatable, intent(out) :: error
-
-      call self%factors%solve_rows(x, error)
-      self%solve_seconds = self%factors%solve_seconds
-   end subroutine solve_rows
 
    ! x := D x.
    pure subroutine scale_rows(scaling, x)

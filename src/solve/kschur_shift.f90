@@ -127,9 +127,9 @@ contains
       real(wp) :: observed, spread
 
       placed = .false.
+      allocate (scaled)
       call s%effort%add_solves(s%known%stiffness%solver)
       s%known%stiffness%solver%solve_seconds = 0
-      allocate (scaled)
       call move_alloc(s%known%stiffness%solver, scaled%factors)
       call move_alloc(s%known%stiffness%scaling, scaled%scaling)
       deallocate (s%known%stiffness)
