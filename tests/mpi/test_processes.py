@@ -325,7 +325,7 @@ def check_killed(folder):
     phases = {"reads": (0, "H5Dread", 2, together), "reads its rows": (2, "H5Dread", 5, together),
               "orders": (0, "METIS_NodeND", 1, together), "analyses": (1, "dmumps 1", 1, together), "factors": (2, "dmumps 2", 2, together),
               "iterates": (1, "dmumps 3", 20, together), "leads an iteration": (0, "dmumps 3", 20, together),
-              "counts": (1, "dmumps 2", 4, together), "leads a group": (1, "METIS_NodeND", 2, in_groups),
+              "counts": (1, "dmumps 2", 4, together), "leads a group": (1, "METIS_NodeND", 1, in_groups),
               "writes": (0, "H5Dwrite", 3, together)}
     for phase, (rank, at, count, (problem, *options)) in phases.items():
         done, written = fail(problem, rank, at, count, None, *options)
