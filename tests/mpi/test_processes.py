@@ -321,7 +321,7 @@ def fail(problem, rank, at, count, room, *options):
 def check_killed(folder):
     """A process that is killed ends the others, and leaves no result, whatever it did."""
     together = [folder / "crank-memory.h5", "--modes", 10, "--distribute", 1]
-    in_groups = [folder / "grid-band.h5", "--band", "0,400", "--groups", 3]
+    in_groups = [folder / "crank-memory.h5", "--band", "0,2000", "--groups", 3]
     phases = {"reads": (0, "H5Dread", 2, together), "reads its rows": (2, "H5Dread", 5, together),
               "orders": (0, "METIS_NodeND", 1, together), "analyses": (1, "dmumps 1", 1, together), "factors": (2, "dmumps 2", 2, together),
               "iterates": (1, "dmumps 3", 20, together), "leads an iteration": (0, "dmumps 3", 20, together),
