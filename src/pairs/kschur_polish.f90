@@ -15,7 +15,7 @@ module kschur_polish
    use kschur_saddle, only: saddle_blocks, saddle_structure, shifted_saddle
    use kschur_sparse, only: csr_matrix_type
    use kschur_split, only: cluster_type
-   use kschur_tolerances, only: above_all_rounding, cancelled
+   use kschur_tolerances, only: above_all_rounding, cancelled, largest_offset
    implicit none
    private
    public :: polished_type, polisher_type
@@ -89,7 +89,7 @@ contains
       !> Where the problem was factored (1/s).
       complex(wp), intent(out) :: shift
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: spread_factor = 1.5_wp, max_offset = 1.0e-3_wp, gap_fraction = 1/30.0_wp
+      real(wp), parameter :: spread_factor = 1.5_wp, gap_fraction = 1/30.0_wp
       real(wp) :: distance, unit
 
       if (.not. allocated(self%blocks)) then
@@ -100,7 +100,7 @@ contains
       unit = merge(abs(cluster%centre), self%reference, abs(cluster%centre) > 0)
       distance = max(self%offset*unit, spread_factor*cluster%spread)
       if (size(cluster%members) > 1 .or. .not. abs(cluster%centre) > 0) &
-         distance = max(distance, min(max_offset*unit, gap_fraction*cluster%gap))
+         distance = max(distance, min(largest_offset*unit, gap_fraction*cluster%gap))
       shift = cluster%centre + distance
       call self%solver%factorize(shifted_saddle(problem, self%blocks, shift), saddle_structure(problem), error)
    end subroutine factor_beside

@@ -8,7 +8,7 @@ module kschur_band_parts
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: real_linear_solver_type
    use kschur_text, only: text
-   use kschur_tolerances, only: same_value, seems_zero
+   use kschur_tolerances, only: narrowest_interval, same_value, seems_zero
    implicit none
    private
    public :: count_at, part_type, count_parts
@@ -17,8 +17,6 @@ module kschur_band_parts
    integer, parameter :: most_modes = 10000
    ! A part with more modes than this is cut.
    integer, parameter :: largest_part = 100
-   ! A part narrower than this, relative to its upper end, is not cut.
-   real(wp), parameter :: narrowest = 1.0e-3_wp
 
    !> A part of a band: the modes with from < omega < to (rad/s).
    type :: part_type
@@ -93,7 +91,7 @@ contains
             return
          end if
       end if
-      if (part%below_to - part%below_from > largest_part .and. part%to - part%from > narrowest*part%to) then
+      if (part%below_to - part%below_from > largest_part .and. part%to - part%from > narrowest_interval*part%to) then
          do i = 1, size(fractions)
             omega = part%from + fractions(i)*(part%to - part%from)
             call count_at(s, ((1 - same_value)*omega)**2, below_gap)

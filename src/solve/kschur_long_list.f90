@@ -10,6 +10,7 @@ module kschur_long_list
    use kschur_mode_selection, only: nearest_first
    use kschur_modes, only: modes_type
    use kschur_options, only: method_krylov_schur
+   use kschur_tolerances, only: narrowest_interval, seems_rigid
    implicit none
    private
    public :: find_long_list, is_long_list
@@ -58,8 +59,6 @@ contains
    subroutine find_band_end(s, last)
       type(solve_context_type), intent(inout) :: s
       real(wp), intent(out) :: last
-      ! Relative width at which the bisection stops; omega relative to the highest below which modes are taken as rigid.
-      real(wp), parameter :: least_width = 1.0e-3_wp, seems_rigid = 1.0e-6_wp
       real(wp) :: low, high, middle, top
       integer :: below, most_modes
 
@@ -69,7 +68,7 @@ contains
       low = 0
       top = highest_estimate(s)
       high = top
-      do while (high - low > least_width*high .and. high > seems_rigid*top)
+      do while (high - low > narrowest_interval*high .and. high > seems_rigid*top)
          middle = merge((low + high)/2, high/2, low > 0)
          call count_at(s, middle**2, below)
          if (below < s%options%modes) then
@@ -79,7 +78,7 @@ contains
             if (below <= most_modes) exit
          end if
       end do
-      if (.not. (high - low > least_width*high .and. high > seems_rigid*top)) return
+      if (.not. (high - low > narrowest_interval*high .and. high > seems_rigid*top)) return
       ! If damping exceeds half of critical, overdamped modes above the band may be nearer to zero.
       if (s%problem%alpha/high + s%problem%beta*high <= 1) last = high
    end subroutine find_band_end

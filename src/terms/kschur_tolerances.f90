@@ -34,6 +34,14 @@ module kschur_tolerances
    real(wp), parameter, public :: same_value = 1.0e-5_wp
    !> Relative difference of frequencies that users regard as equal: the edge of a band includes them. Chosen.
    real(wp), parameter, public :: same_frequency = 1.0e-6_wp
+   !> Relative width of an interval of frequencies that is not cut again: a hundred times wider than eigenvalues that are taken as
+   !> one (`same_value`), so that their copies are not divided. Chosen.
+   real(wp), parameter, public :: narrowest_interval = 1.0e-3_wp
+   !> Frequencies below this fraction of the highest are not looked for as the end of a list: `seems_zero`, squared for theta.
+   real(wp), parameter, public :: seems_rigid = seems_zero**2
+   !> Largest distance of factors from a cluster that they polish, relative to its eigenvalue. A step reduces what lies at a gap g
+   !> by distance/g, so that it also is a thirtieth of the gap at most. Chosen.
+   real(wp), parameter, public :: largest_offset = 1.0e-3_wp
    !> Change of a sort key, relative to that of the last wanted value, that alters no order users would notice: a tenth of
    !> `same_frequency`. Chosen.
    real(wp), parameter, public :: negligible_change = 1.0e-7_wp
