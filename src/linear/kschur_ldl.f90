@@ -3,9 +3,9 @@
 module kschur_ldl
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
+   use kschur_fronts, only: supernodal_factors_type
    use kschur_kinds, only: wp, long
    use kschur_last_analysis, only: analyze_once, last_analysis_type
-   use kschur_left_looking, only: supernodal_factors_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_memory, only: real_bytes, require_memory
    use kschur_monitor, only: ask_monitor

@@ -4,7 +4,7 @@ module kschur_panel
    use kschur_lapack, only: dgemm
    implicit none
    private
-   public :: subtract_trapezoid, subtract_rectangle, factor_panel, factor_rows, enclosure_type
+   public :: subtract_trapezoid, factor_panel, factor_rows, enclosure_type
 
    !> Perturbation of pivots: downwards or upwards by a bound of the rounding errors (theory in kschur_proved_inertia), or to a
    !> least size.
@@ -28,46 +28,42 @@ module kschur_panel
 
    ! Multiplications that cost as much as a call of BLAS.
    integer, parameter :: call_cost = 4000
-   ! Columns multiplied by one BLAS call; entries above the diagonal are wasted work.
-   integer, parameter :: strip = 48
+   ! Columns that one call of BLAS multiplies; beside the diagonal, where entries above it are wasted work.
+   integer, parameter :: block = 192, strip = 48
    ! Columns of a panel that are eliminated one by one (unblocked).
    integer, parameter :: narrow = 12
 
 contains
 
    !> C := C - A B^T in the lower trapezoid of C; A B^T is symmetric in its first rows.
-   subroutine subtract_trapezoid(rows, columns, terms, a, lda, b, c, ldc)
+   subroutine subtract_trapezoid(rows, columns, terms, a, lda, b, ldb, c, ldc)
       !> columns <= rows.
-      integer, intent(in) :: rows, columns, terms, lda, ldc
+      integer, intent(in) :: rows, columns, terms, lda, ldb, ldc
       !> rows x terms, and columns x terms.
-      real(wp), intent(in) :: a(lda, *), b(columns, *)
+      real(wp), intent(in) :: a(lda, *), b(ldb, *)
       !> rows x columns; the part above the diagonal is undefined.
       real(wp), intent(inout) :: c(ldc, *)
-      integer :: j, width
+      integer :: i, j, last
 
       if (rows*columns*terms < call_cost) then
-         call subtract_small(rows, columns, terms, a, lda, b, c, ldc)
+         call subtract_small(rows, columns, terms, a, lda, b, ldb, c, ldc)
          return
       end if
-      do j = 1, columns, strip
-         width = min(strip, columns - j + 1)
-         call dgemm("N", "T", rows - j + 1, width, terms, -1.0_wp, a(j, 1), lda, b(j, 1), columns, 1.0_wp, c(j, j), ldc)
+      do j = 1, columns, block
+         last = min(j + block - 1, columns)
+         do i = j, last, strip
+            call dgemm("N", "T", last - i + 1, min(strip, last - i + 1), terms, -1.0_wp, a(i, 1), lda, b(i, 1), ldb, 1.0_wp, &
+               c(i, i), ldc)
+         end do
+         if (last < rows) call dgemm("N", "T", rows - last, last - j + 1, terms, -1.0_wp, a(last + 1, 1), lda, b(j, 1), ldb, &
+            1.0_wp, c(last + 1, j), ldc)
       end do
    end subroutine subtract_trapezoid
 
-   !> C := C - A B^T, the whole rectangle.
-   subroutine subtract_rectangle(rows, columns, terms, a, lda, b, c, ldc)
-      integer, intent(in) :: rows, columns, terms, lda, ldc
-      real(wp), intent(in) :: a(lda, *), b(columns, *)
-      real(wp), intent(inout) :: c(ldc, *)
-
-      call dgemm("N", "T", rows, columns, terms, -1.0_wp, a, lda, b, columns, 1.0_wp, c, ldc)
-   end subroutine subtract_rectangle
-
    ! As `subtract_trapezoid` without BLAS: tiles of 4 x 2 are kept in registers.
-   pure subroutine subtract_small(rows, columns, terms, a, lda, b, c, ldc)
-      integer, intent(in) :: rows, columns, terms, lda, ldc
-      real(wp), intent(in) :: a(lda, *), b(columns, *)
+   pure subroutine subtract_small(rows, columns, terms, a, lda, b, ldb, c, ldc)
+      integer, intent(in) :: rows, columns, terms, lda, ldb, ldc
+      real(wp), intent(in) :: a(lda, *), b(ldb, *)
       real(wp), intent(inout) :: c(ldc, *)
       real(wp) :: first(4), second(4)
       integer :: i, j, p
@@ -130,12 +126,11 @@ contains
    end subroutine factor_panel
 
    !> Computes L in rows first_row ... last_row of a panel, after its diagonal block.
-   subroutine factor_rows(first_row, last_row, columns, panel, lda, pivot, scaled)
+   subroutine factor_rows(first_row, last_row, columns, panel, lda, pivot)
       integer, intent(in) :: first_row, last_row, columns, lda
       real(wp), intent(inout) :: panel(lda, columns)
       real(wp), intent(in) :: pivot(columns)
-      !> Workspace.
-      real(wp), intent(inout) :: scaled(narrow, *)
+      real(wp) :: scaled(narrow, columns)
       integer :: first, last, j, p
 
       do first = 1, columns, narrow
@@ -167,7 +162,7 @@ contains
          scaled(:, p) = pivot(p)*panel(eliminated + 1:last, p)
       end do
       call subtract_trapezoid(rows - eliminated, last - eliminated, eliminated, panel(eliminated + 1, 1), lda, scaled, &
-         panel(eliminated + 1, eliminated + 1), lda)
+         last - eliminated,          panel(eliminated + 1, eliminated + 1), lda)
    end subroutine subtract_columns
 
    ! Eliminates columns first..last one by one, after the update by earlier ones: L and D by the unblocked algorithm.

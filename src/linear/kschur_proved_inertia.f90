@@ -18,8 +18,8 @@
 !> number of negative pivots of the first equals a lower bound proved before.
 module kschur_proved_inertia
    use kschur_error, only: error_type
+   use kschur_fronts, only: supernodal_factors_type
    use kschur_kinds, only: wp
-   use kschur_left_looking, only: supernodal_factors_type
    use kschur_monitor, only: monitor_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_subtrees, only: cut_subtrees, subtrees_type
@@ -46,13 +46,13 @@ contains
       least = 0
       most = matrix%rows
       subtrees = cut_subtrees(symbolic)
-      call eliminate(matrix, symbolic, subtrees, -1, factors, error, monitor)
+      call eliminate(matrix, symbolic, subtrees, -1, factors, error, monitor, pivots_only=.true.)
       if (allocated(error)) return
       ! Overflow proves nothing.
       if (all(abs(factors%pivot) <= huge(1.0_wp))) most = count(.not. factors%pivot > 0)
       if (most == proved_negative) least = proved_negative
       if (most == proved_negative) return
-      call eliminate(matrix, symbolic, subtrees, 1, factors, error, monitor)
+      call eliminate(matrix, symbolic, subtrees, 1, factors, error, monitor, pivots_only=.true.)
       if (allocated(error)) return
       if (all(abs(factors%pivot) <= huge(1.0_wp))) least = count(factors%pivot < 0)
    end subroutine bound_negative_eigenvalues

@@ -3,9 +3,9 @@
 module kschur_substitution
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    use kschur_error, only: error_type, new_error, error_memory
+   use kschur_fronts, only: supernodal_factors_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgemv
-   use kschur_left_looking, only: supernodal_factors_type
    use kschur_subtrees, only: subtrees_type
    use kschur_symbolic, only: symbolic_type
    use kschur_threads, only: team_size, thread_number

@@ -41,13 +41,9 @@ contains
    function cut_subtrees(symbolic) result(subtrees)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type) :: subtrees
-      integer, allocatable :: parent(:)
-      integer :: nodes, t, column
+      integer :: s, t, column
 
-      nodes = size(symbolic%first) - 1
-      allocate (parent(nodes))
-      call find_parents(symbolic, parent)
-      call find_parts(symbolic, parent, subtrees)
+      call find_parts(symbolic, [(symbolic%parent(s), s=1, size(symbolic%first) - 1)], subtrees)
       call find_order(symbolic, subtrees)
       allocate (subtrees%place(size(symbolic%order)), source=0)
       do t = 1, size(subtrees%root)
@@ -94,18 +90,6 @@ contains
          entries_of = real(columns, wp)*(columns + (symbolic%start(s + 1) - symbolic%start(s)))
       end associate
    end function entries_of
-
-   ! Parent supernode, 0 at a root.
-   pure subroutine find_parents(symbolic, parent)
-      type(symbolic_type), intent(in) :: symbolic
-      integer, intent(out) :: parent(:)
-      integer :: s
-
-      parent = 0
-      do s = 1, size(parent)
-         if (symbolic%start(s) < symbolic%start(s + 1)) parent(s) = symbolic%supernode(symbolic%row(symbolic%start(s)))
-      end do
-   end subroutine find_parents
 
    ! Finds the parts in one scan of the supernodes from the last to the first.
    subroutine find_parts(symbolic, parent, subtrees)

@@ -1,10 +1,9 @@
-!> Left-looking supernodal LDL^T without pivoting. Threads share independent parts of the elimination tree, and tiles of panels
+!> Multifrontal LDL^T without pivoting. Threads share independent parts of the elimination tree, and tiles of panels
 !> above its leaves; neither the partition nor the digits depend on the number of threads.
 module kschur_supernodal
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_kinds, only: wp, long
-   use kschur_left_looking, only: elimination_type, eliminate_in_tiles, eliminate_supernode, panel_type, schedule_updates, &
-      supernodal_factors_type, adopt_updates, workspace_type
+   use kschur_fronts, only: elimination_type, eliminate_supernode, front_type, supernodal_factors_type
    use kschur_monitor, only: ask_monitor, is_stopped, monitor_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_subtrees, only: subtrees_type
@@ -22,7 +21,7 @@ contains
 
    !> Factors a symmetric matrix, of which one triangle is read. Stops at a pivot that is zero or NaN; columns that depend on it
    !> are set to zero. With `side`, moves each pivot downwards (-1) or upwards (1) by the bound of the rounding errors.
-   subroutine eliminate(matrix, symbolic, subtrees, side, factors, error, monitor, least)
+   subroutine eliminate(matrix, symbolic, subtrees, side, factors, error, monitor, least, pivots_only)
       type(csr_matrix_type), target, intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), target, intent(in) :: subtrees
@@ -34,63 +33,82 @@ contains
       class(monitor_type), optional, intent(inout) :: monitor
       !> Least size of a pivot; smaller ones are replaced by it. Absent: 0.
       real(wp), optional, intent(in) :: least
+      !> L is not stored.
+      logical, optional, intent(in) :: pivots_only
       type(elimination_type) :: shared
-      type(panel_type), allocatable :: panels(:)
-      type(workspace_type), allocatable :: work(:)
-      ! Dependencies: a part follows its children.
-      logical :: turn(size(subtrees%root) + 1)
-      integer :: t, i, status
+      type(front_type), allocatable :: fronts(:)
+      integer :: status
 
-      allocate (panels(team_size()), work(team_size()), stat=status)
-      if (status == 0) call make_room(symbolic, side, factors, panels, work, status)
-      if (present(least)) panels%enclosure%least = least
+      if (present(pivots_only)) shared%stores = .not. pivots_only
+      allocate (fronts(team_size()), stat=status)
+      if (status == 0) call make_room(symbolic, side, shared%stores, factors, fronts, status)
+      if (present(least)) fronts%enclosure%least = least
       if (status == 0) call set_shared(matrix, symbolic, subtrees, side, shared, status)
+      if (status == 0) call make_stacks(shared%plan%entries, fronts, status)
       if (status /= 0) then
-         call new_error(error, error_memory, "no memory for the LDL^T factors")
+         call no_memory(error)
          return
       end if
-      !$omp parallel num_threads(size(work)) if (size(subtrees%root) > 1)
+      !$omp parallel num_threads(size(fronts)) if (size(subtrees%root) > 1)
       !$omp master
-      do i = 1, size(subtrees%order)
-         t = subtrees%order(i)
-         !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
-         call eliminate_part(symbolic, t, shared, factors, panels(thread_number()), work, monitor)
-         !$omp end task
-      end do
+      call eliminate_tree(size(subtrees%root) + 1, symbolic, shared, factors, fronts, monitor)
       !$omp end master
       !$omp end parallel
-      call ask_monitor(monitor, error)
+      call drop_updates(shared, fronts)
+      if (shared%no_memory) call no_memory(error)
+      if (.not. allocated(error)) call ask_monitor(monitor, error)
    end subroutine eliminate
 
+   ! Factors the parts below part t, from the leaves, then part t; a part number beyond the last stands for the whole forest. Depth
+   ! first, so that few update matrices are there at a time.
+   recursive subroutine eliminate_tree(t, symbolic, shared, factors, fronts, monitor)
+      integer, intent(in) :: t
+      type(symbolic_type), intent(in) :: symbolic
+      type(elimination_type), intent(inout) :: shared
+      type(supernodal_factors_type), intent(inout) :: factors
+      !> One for each thread.
+      type(front_type), intent(inout) :: fronts(:)
+      class(monitor_type), optional, intent(inout) :: monitor
+      integer :: i, c
+
+      do i = 1, size(shared%subtrees%order)
+         c = shared%subtrees%order(i)
+         if (shared%subtrees%above(c) /= t) cycle
+         !$omp task default(shared) firstprivate(c) if (size(fronts) > 1)
+         call eliminate_tree(c, symbolic, shared, factors, fronts, monitor)
+         !$omp end task
+      end do
+      !$omp taskwait
+      if (t <= size(shared%subtrees%root)) call eliminate_part(symbolic, t, shared, factors, fronts(thread_number()), monitor)
+   end subroutine eliminate_tree
+
+   subroutine no_memory(error)
+      type(error_type), allocatable, intent(out) :: error
+
+      call new_error(error, error_memory, "no memory for the LDL^T factors")
+   end subroutine no_memory
+
    ! Factors the supernodes of part t, whose child parts are done. Factors none if a child part was stopped by a zero pivot.
-   subroutine eliminate_part(symbolic, t, shared, factors, panel, work, monitor)
+   subroutine eliminate_part(symbolic, t, shared, factors, front, monitor)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: t
       type(elimination_type), intent(inout) :: shared
       type(supernodal_factors_type), intent(inout) :: factors
-      type(panel_type), intent(inout) :: panel
-      !> One for each thread.
-      type(workspace_type), intent(inout) :: work(:)
+      type(front_type), intent(inout) :: front
       class(monitor_type), optional, intent(inout) :: monitor
       logical :: stopped, ended
       integer :: c, s
 
       stopped = .false.
       do c = 1, t - 1
-         if (shared%subtrees%above(c) /= t) cycle
-         call adopt_updates(symbolic, c, t, shared)
-         stopped = stopped .or. shared%stopped(c)
+         if (shared%subtrees%above(c) == t) stopped = stopped .or. shared%stopped(c)
       end do
       associate (first => shared%subtrees%first(t), root => shared%subtrees%root(t), is_leaf => shared%subtrees%is_leaf(t))
          do s = first, root
             call check_monitor(shared, s == first .or. .not. is_leaf, monitor, ended)
             if (stopped .or. ended) exit
-            if (is_leaf .or. entries_of_panel(symbolic, s) < least_entries) then
-               call eliminate_supernode(symbolic, s, shared, factors, panel, work(thread_number()), stopped)
-            else
-               call eliminate_in_tiles(symbolic, s, shared, factors, panel, work, stopped)
-            end if
-            if (.not. stopped) call schedule_updates(symbolic, s, t, shared)
+            call eliminate_supernode(symbolic, s, .not. is_leaf .and. entries_of_panel(symbolic, s) >= least_entries, shared, &
+               factors, front, stopped)
          end do
       end associate
       shared%stopped(t) = stopped
@@ -125,12 +143,12 @@ contains
    end function entries_of_panel
 
    ! Allocates factors and work arrays of each thread.
-   subroutine make_room(symbolic, side, factors, panels, work, status)
+   subroutine make_room(symbolic, side, stores, factors, fronts, status)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: side
+      logical, intent(in) :: stores
       type(supernodal_factors_type), intent(inout) :: factors
-      type(panel_type), intent(inout) :: panels(:)
-      type(workspace_type), intent(inout) :: work(:)
+      type(front_type), intent(inout) :: fronts(:)
       integer, intent(out) :: status
       integer(long) :: most_entries
       integer :: nodes, n, s, i
@@ -142,26 +160,70 @@ contains
       if (status /= 0) return
       factors%pivot = 0
       factors%offset(1) = 1
-      most_entries = 0
+      most_entries = widest**2
       do s = 1, nodes
          associate (columns => symbolic%first(s + 1) - symbolic%first(s))
             factors%offset(s + 1) = factors%offset(s) + entries_of_panel(symbolic, s) - (columns*(columns + 1))/2
             most_entries = max(most_entries, entries_of_panel(symbolic, s))
          end associate
       end do
-      if (allocated(factors%lower)) then
-         if (size(factors%lower, kind=long) /= factors%offset(nodes + 1) - 1) deallocate (factors%lower)
-      end if
-      if (.not. allocated(factors%lower)) allocate (factors%lower(factors%offset(nodes + 1) - 1), stat=status)
-      do i = 1, size(work)
-         if (status == 0) allocate (panels(i)%entries(most_entries), panels(i)%place(n), work(i)%product(most_entries), &
-            work(i)%scaled(widest**2), work(i)%relative(symbolic%most_rows() + widest), stat=status)
+      if (stores) call make_lower(factors%offset(nodes + 1) - 1, factors%lower, status)
+      do i = 1, size(fronts)
+         if (status == 0) allocate (fronts(i)%entries(most_entries), fronts(i)%scaled(most_entries), fronts(i)%place(n), &
+            fronts(i)%relative(symbolic%most_rows()), stat=status)
          if (side == 0) cycle
-         panels(i)%enclosure%side = side
-         panels(i)%enclosure%underflow = n*tiny(1.0_wp)
-         if (status == 0) allocate (panels(i)%enclosure%sum(widest), panels(i)%enclosure%terms(widest), stat=status)
+         fronts(i)%enclosure%side = side
+         fronts(i)%enclosure%underflow = n*tiny(1.0_wp)
+         if (status == 0) allocate (fronts(i)%enclosure%sum(widest), fronts(i)%enclosure%terms(widest), &
+            fronts(i)%sum(symbolic%most_rows() + widest), stat=status)
       end do
    end subroutine make_room
+
+   ! Keeps the memory that is there if it fits.
+   subroutine make_lower(entries, lower, status)
+      integer(long), intent(in) :: entries
+      real(wp), allocatable, intent(inout) :: lower(:)
+      integer, intent(out) :: status
+
+      status = 0
+      if (allocated(lower)) then
+         if (size(lower, kind=long) /= entries) deallocate (lower)
+      end if
+      if (.not. allocated(lower)) allocate (lower(entries), stat=status)
+   end subroutine make_lower
+
+   ! Of each thread.
+   subroutine make_stacks(entries, fronts, status)
+      integer(long), intent(in) :: entries(2)
+      type(front_type), intent(inout) :: fronts(:)
+      integer, intent(out) :: status
+      integer :: i, p
+
+      status = 0
+      do i = 1, size(fronts)
+         do p = 1, size(entries)
+            if (status == 0) allocate (fronts(i)%stacks(p)%values(entries(p)), stat=status)
+         end do
+      end do
+   end subroutine make_stacks
+
+   ! Frees the stacks, and matrices that are left where the elimination stopped.
+   subroutine drop_updates(shared, fronts)
+      type(elimination_type), intent(inout) :: shared
+      type(front_type), intent(inout) :: fronts(:)
+      integer :: i, p, s
+
+      do s = 1, size(shared%update)
+         if (shared%plan%stack(s) == 0 .and. associated(shared%update(s)%matrix%entries)) &
+            deallocate (shared%update(s)%matrix%entries)
+      end do
+      call shared%plan%drop_spare()
+      do i = 1, size(fronts)
+         do p = 1, size(fronts(i)%stacks)
+            deallocate (fronts(i)%stacks(p)%values)
+         end do
+      end do
+   end subroutine drop_updates
 
    ! Initialises the data shared by all threads.
    subroutine set_shared(matrix, symbolic, subtrees, side, shared, status)
@@ -171,14 +233,24 @@ contains
       integer, intent(in) :: side
       type(elimination_type), intent(inout) :: shared
       integer, intent(out) :: status
+      integer :: s
 
       shared%matrix => matrix
       shared%subtrees => subtrees
       associate (nodes => size(symbolic%first) - 1, parts => size(subtrees%root))
-         allocate (shared%next(nodes), shared%wide(nodes), shared%reached(nodes), stat=status)
-         if (status == 0) allocate (shared%head(nodes), shared%waiting(parts), source=0, stat=status)
+         allocate (shared%update(nodes), stat=status)
+         if (status == 0) allocate (shared%child(nodes), shared%sibling(nodes), source=0, stat=status)
          if (status == 0) allocate (shared%stopped(parts), source=.false., stat=status)
+         if (status /= 0) return
+         do s = nodes, 1, -1
+            associate (parent => symbolic%parent(s))
+               if (parent == 0) cycle
+               shared%sibling(s) = shared%child(parent)
+               shared%child(parent) = s
+            end associate
+         end do
       end associate
+      call shared%plan%make(symbolic, subtrees, status)
       if (status == 0 .and. side /= 0) call count_terms(symbolic, shared, status)
    end subroutine set_shared
 
@@ -189,7 +261,7 @@ contains
       integer, intent(out) :: status
       integer :: s, k
 
-      allocate (shared%terms(size(symbolic%order)), shared%weight(size(symbolic%order)), source=0.0_wp, stat=status)
+      allocate (shared%terms(size(symbolic%order)), source=0.0_wp, stat=status)
       if (status /= 0) return
       do s = 1, size(symbolic%first) - 1
          associate (first => symbolic%first(s), columns => symbolic%first(s + 1) - symbolic%first(s), &

@@ -31,9 +31,11 @@ module kschur_symbolic
       real(wp) :: operations = 0
    contains
       procedure :: entries_a_column
+      !> Parent of a supernode in the elimination tree; 0 at a root.
+      procedure :: parent
       !> Largest number of rows below the diagonal block of a supernode.
       procedure :: most_rows
-      !> Memory in bytes of the factors, their row indices, and the work arrays of one thread.
+      !> Memory in bytes of the factors, their row indices, and the work arrays and update matrices of one thread.
       procedure :: bytes => factor_bytes
    end type symbolic_type
 
@@ -177,21 +179,50 @@ contains
       entries_a_column = int(self%factor_entries/max(size(self%position), 1))
    end function entries_a_column
 
+   pure integer function parent(self, s)
+      class(symbolic_type), intent(in) :: self
+      integer, intent(in) :: s
+
+      parent = 0
+      if (self%start(s) < self%start(s + 1)) parent = self%supernode(self%row(self%start(s)))
+   end function parent
+
    pure real(wp) function factor_bytes(self) result(bytes)
       class(symbolic_type), intent(in) :: self
-      real(wp) :: entries, most_entries
+      ! The update matrices at a time, and of each supernode those of its children.
+      real(wp) :: entries, most_entries, updates, most_updates
+      real(wp), allocatable :: of_children(:)
       integer :: s, columns, rows
 
+      allocate (of_children(0:size(self%first) - 1), source=0.0_wp)
       entries = 0
       most_entries = 0
+      updates = 0
+      most_updates = 0
       do s = 1, size(self%first) - 1
          columns = self%first(s + 1) - self%first(s)
          rows = int(self%start(s + 1) - self%start(s))
          entries = entries + real(columns, wp)*((columns - 1)/2.0_wp + rows)
          most_entries = max(most_entries, real(columns, wp)*(columns + rows))
+         associate (update => touched(rows), siblings => of_children(self%parent(s)))
+            updates = updates + update
+            most_updates = max(most_updates, updates)
+            updates = updates - of_children(s)
+            siblings = siblings + update
+         end associate
       end do
-      bytes = real_bytes*(entries + 2*most_entries + size(self%order)) + &
+      bytes = real_bytes*(entries + 2*most_entries + most_updates + size(self%order)) + &
          integer_bytes*(real(size(self%row), wp) + 6*size(self%order))
+
+   contains
+
+      ! Entries of an update matrix in pages that its lower triangle touches.
+      pure real(wp) function touched(rows)
+         integer, intent(in) :: rows
+         integer, parameter :: page = 512
+
+         touched = real(rows, wp)*min(rows, (rows + page)/2)
+      end function touched
    end function factor_bytes
 
    pure integer function most_rows(self)
