@@ -8,6 +8,7 @@ import time
 
 import h5py
 import numpy as np
+import scipy.sparse as sparse
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 
@@ -115,28 +116,32 @@ def test_models(folder):
         browser.quit()
 
 
-def plate(path, columns, rows, modes):
+def plate(folder, columns, rows, modes):
     """A page of modes of a plate whose nodes stand in no order, as meshers may leave them."""
-    import kschur as package
-    import scipy.sparse as sparse
-    from kschur.pages.modes import ModesPage
     y, x = np.mgrid[:rows, :columns].reshape(2, -1)
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     quads = np.column_stack([corner, corner + 1, corner + columns + 1, corner + columns])
     order = np.random.default_rng(0).permutation(rows * columns)
-    geometry = package.Geometry(np.column_stack([x, y, 0 * x])[order], cells={"quad": np.argsort(order)[quads]})
     chain = [sparse.diags([np.full(k - 1, -1.0), np.full(k, 2.0), np.full(k - 1, -1.0)], [-1, 0, 1]) for k in (rows, columns)]
-    stiffness = sparse.kronsum(chain[1], chain[0], format="csr")
-    result = package.solve(sparse.identity(rows * columns, format="csr"), stiffness[order][:, order], modes=modes, geometry=geometry)
-    ModesPage(result).save(path)
-    return path
+    stiffness = sparse.kronsum(chain[1], chain[0], format="csr")[order][:, order]
+    with h5py.File(folder/"plate.h5", "w") as file:
+        for name, matrix in {"mass": sparse.identity(rows * columns, format="csr"), "stiffness": stiffness}.items():
+            group = file.create_group(name)
+            group.attrs["shape"] = matrix.shape
+            group["indptr"], group["indices"], group["data"] = matrix.indptr, matrix.indices, matrix.data
+        file["coordinates"] = np.column_stack([x, y, 0 * x])[order].astype(float)
+        file["cells/types"], file["cells/offsets"] = np.full(len(quads), 9), np.arange(0, quads.size + 1, 4)
+        file["cells/connectivity"] = np.argsort(order)[quads].ravel()
+    kschur("solve", folder/"plate.h5", "--modes", modes, "--output", folder/"plate_modes.h5")
+    kschur("view", folder/"plate_modes.h5", "--html", folder/"plate.html")
+    return folder/"plate.html"
 
 
 def test_a_large_model(folder):
     """Where software draws, its motion is that of a coarse surface, and what is at rest is whole; nothing is drawn twice."""
     browser = open_browser()
     try:
-        load(browser, plate(folder/"plate.html", 150, 100, 3))
+        load(browser, plate(folder, 150, 100, 3))
         drawn = "return [software, renderer.info.render.triangles, renderer.info.render.frame, document.getElementById('space').width]"
         moving = browser.execute_script(drawn)
         click(browser, "play")
@@ -157,7 +162,7 @@ def test_a_large_model(folder):
 def measure_rates(folder):
     browser = open_browser()
     for columns, rows in ((100, 100), (400, 250), (500, 400)):
-        page = plate(folder/f"{rows * columns}.html", columns, rows, 20)
+        page = plate(folder, columns, rows, 20)
         load(browser, page)
         first, start = browser.execute_script("return kschur.state.frames"), time.time()
         time.sleep(10)
