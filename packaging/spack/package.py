@@ -1,3 +1,4 @@
+# Not tried: Spack could not be reached where this was written. README.md says what to look at first.
 from spack.package import *
 
 

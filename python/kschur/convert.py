@@ -20,18 +20,20 @@ USUAL = {
     "mass": r"m|mass|maa|mgg|.*_mass\d*",
     "stiffness": r"k|stiffness|kaa|kgg|.*_stif\d*",
     "damping": r"r|c|d|damping|baa|bgg|.*_dmpv\d*",
-    "constraints": r"cq|constraints",
+    "constraints": r"cq|constraints|held",
 }
 
 
 class Problem(NamedTuple):
-    """M, K, R and Cq, sparse, the last two None where there is none, and the names of the unknowns where files have them."""
+    """M, K, R and Cq, sparse, the last two None where there is none, the names of the unknowns where files have them, and what was done
+    to the matrices."""
 
     mass: Any
     stiffness: Any
     damping: Any
     constraints: Any
     labels: list[str] | None
+    notes: tuple[str, ...] = ()
 
 
 def read(*paths: str | Path, mass: str | None = None, stiffness: str | None = None, damping: str | None = None,
@@ -41,16 +43,14 @@ def read(*paths: str | Path, mass: str | None = None, stiffness: str | None = No
     `mass` and the like are the names of matrices (docs/convert.md), where these are not the usual ones. Raises FileError and
     InputError."""
     matrices: dict[str, Any] = {}
-    labels = None
-    for path in map(Path, paths):
-        found, names = read_file(path)
+    contents = [(path, *read_file(path)) for path in map(Path, paths)]
+    labels: list[str] | None = max((names for *_, names in contents if names is not None), key=len, default=None)
+    held = {names[k] for _, found, names in contents if names is not None and "held" in found for k in found["held"].indices}
+    for path, found, names in contents:
         for name, matrix in found.items():
             if name in matrices:
                 raise InputError(f"{path}: a matrix {name} was in an earlier file too")
-            matrices[name] = matrix
-        if labels is not None and names is not None and labels != names:
-            raise InputError(f"{path}: it has other unknowns than the earlier files")
-        labels = labels or names
+            matrices[name] = matrix if labels is None or names in (None, labels) else _widened(matrix, names, labels, held, path)
     where = ", ".join(map(str, paths))
     given = {"mass": mass, "stiffness": stiffness, "damping": damping, "constraints": constraints}
     chosen = {role: _choose(matrices, role, name, where) for role, name in given.items()}
@@ -59,7 +59,18 @@ def read(*paths: str | Path, mass: str | None = None, stiffness: str | None = No
         wanted = (matrix.shape[0] if role == "constraints" else size, size) if matrix is not None else None
         if matrix is not None and matrix.shape != wanted:
             raise InputError(f"{where}: the {role} is {matrix.shape[0]} x {matrix.shape[1]}, which does not fit {size} unknowns")
-    return Problem(**chosen, labels=labels)
+    return Problem(**chosen, labels=labels, notes=tuple(
+        f"{path}: {found['held'].shape[0]} unknowns with 1e36 on the diagonal are held: rows of Cq say so in its place"
+        for path, found, _ in contents if "held" in found))
+
+
+def _widened(matrix: Any, names: list[str], labels: list[str], held: set[str], path: Path) -> Any:
+    """A matrix of all unknowns; its file may leave out those that are held."""
+    if not set(names) <= set(labels) or not set(labels) - set(names) <= held:
+        raise InputError(f"{path}: it has other unknowns than the other files")
+    place = {label: k for k, label in enumerate(labels)}
+    to_all = sparse.csr_matrix((np.ones(len(names)), (np.arange(len(names)), [place[name] for name in names])), (len(names), len(labels)))
+    return (to_all.T @ matrix if matrix.shape[0] == matrix.shape[1] else matrix) @ to_all
 
 
 def _choose(matrices: dict[str, Any], role: str, name: str | None, where: str) -> Any:
@@ -124,7 +135,7 @@ def main(words: list[str]) -> None:
     except (Error, OSError) as error:
         _fail(str(error))
     rows = 0 if problem.constraints is None else problem.constraints.shape[0]
-    print(f"{output}: {problem.mass.shape[0]} unknowns, {rows} constraints")
+    print(f"{output}: {problem.mass.shape[0]} unknowns, {rows} constraints", *problem.notes, sep="\n")
 
 
 def _fail(message: str, status: int = 2) -> None:

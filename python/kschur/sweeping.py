@@ -118,7 +118,8 @@ class Sweep(Stored):
 
 
 def sweep(matrices: Callable[[float], Any] | Sequence[Any], values: Iterable[float], modes: int | None = None,
-          target: complex | None = None, *, parameter: str = "", unit: str = "", symmetric: str | None = None, geometry: Geometry | None = None,
+          target: complex | None = None, *, parameter: str = "", unit: str = "", symmetric: str | None = None,
+          geometry: Geometry | Callable[[float], Geometry] | None = None,
           progress: Callable[[int, int, int, float], Any] | None = None, **more: Any) -> Sweep:
     """The modes nearest to a target at each value of a parameter, followed from point to point.
 
@@ -128,8 +129,8 @@ def sweep(matrices: Callable[[float], Any] | Sequence[Any], values: Iterable[flo
     values : of the parameter, rising or falling.
     modes, target, symmetric, more : as for `kschur.solve`; with left=True modes of unsymmetric problems are followed by left vectors.
     parameter, unit : what it is called, and "rpm", "Hz", ..., for tables and diagrams.
-    geometry : where the unknowns stand; the sweep keeps the modes of its points then, `Sweep.view` shows shapes, and `Sweep.save`
-        writes them.
+    geometry : where the unknowns stand, or a function that says it of a value; the sweep keeps the modes of its points then, `Sweep.view`
+        shows shapes, and `Sweep.save` writes them.
     progress : as for `kschur.solve`; the sweep ends with the points before where it returns True.
     """
     points = np.asarray(list(values), float)
@@ -146,7 +147,8 @@ def sweep(matrices: Callable[[float], Any] | Sequence[Any], values: Iterable[flo
         handle.call("set_problem", family.callback, None)
     for done, value in enumerate(points, 1):
         given = matrices(float(value)) if callable(matrices) else matrices[done - 1]
-        problem = new_problem(*given, geometry=geometry, symmetric=symmetric)
+        where = geometry(float(value)) if callable(geometry) else geometry
+        problem = new_problem(*given, geometry=where, symmetric=symmetric)
         with callbacks:
             status = handle.status("add", float(value), problem.address, options.address)
         handle.check(status)

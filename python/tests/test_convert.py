@@ -119,6 +119,24 @@ def test_abaqus_coordinate(tmp_path):
     same(kschur.read(*tmp_path.glob("*.mtx")))
 
 
+@pytest.mark.parametrize("with_held", [False, True])
+def test_abaqus_held_unknowns_are_constraints(tmp_path, with_held):
+    """Two masses on springs, the first to a held node, which the mass may leave out."""
+    (tmp_path/"job_STIF2.mtx").write_text("1,1, 1,1, 1e36\n2,1, 1,1, -100\n2,1, 2,1, 200\n3,1, 2,1, -100\n3,1, 3,1, 100\n")
+    (tmp_path/"job_MASS2.mtx").write_text("1,1, 1,1, 1\n"*with_held + "2,1, 2,1, 1\n3,1, 3,1, 1\n")
+    problem = kschur.read(tmp_path/"job_MASS2.mtx", tmp_path/"job_STIF2.mtx")
+    assert problem.labels == ["1.1", "2.1", "3.1"] and problem.constraints.toarray().tolist() == [[1, 0, 0]]
+    assert abs(problem.stiffness).max() == 200 and problem.mass.diagonal().tolist() == [with_held, 1, 1]
+    found = kschur.solve(problem.mass, problem.stiffness, None, problem.constraints, modes=2)
+    assert (2*np.pi*found.frequency_hz)**2 == pytest.approx([50*(3 - 5**0.5), 50*(3 + 5**0.5)])
+    done = run(*tmp_path.glob("*.mtx"), tmp_path/"out.h5")
+    assert done.returncode == 0 and done.stdout == (f"{tmp_path}/out.h5: 3 unknowns, 1 constraints\n{tmp_path}/job_STIF2.mtx: 1 unknowns with 1e36 "
+                                                    "on the diagonal are held: rows of Cq say so in its place\n")
+    (tmp_path/"job_MASS2.mtx").write_text("2,1, 2,1, 1\n4,1, 4,1, 1\n")
+    with pytest.raises(InputError, match="other unknowns"):
+        kschur.read(tmp_path/"job_MASS2.mtx", tmp_path/"job_STIF2.mtx")
+
+
 def ccx(folder):
     """What CalculiX wrote of beam.inp."""
     for ending in ("sti", "mas", "dof"):

@@ -12,7 +12,7 @@ import kschur
 from kschur.errors import Error, InputError, UsageError
 from kschur.pages.modes import ModesPage
 from kschur.pages.response import _shaped
-from kschur.pages.space import STEPS
+from kschur.pages.space import COARSE, STEPS, coarser
 from kschur.response import Response
 
 
@@ -84,7 +84,7 @@ def test_nodes_are_sorted_in_space(three):
         response = Response(np.array([1.0]), moved[None].astype(complex), np.zeros((1, 0)))
         pages.append(response.view([0], geometry))
     assert abs(len(pages[0].html) - len(pages[1].html)) < 0.02 * len(pages[0].html)
-    place = floating_numbers(pages[1], "model-coordinates").reshape(-1, 3)
+    place = floating_numbers(pages[1], "model-0-coordinates").reshape(-1, 3)
     read = whole_numbers(pages[1].html, "mode-0-re").reshape(3, -1)[2] / STEPS
     wanted = np.sin(2 * np.pi * place[:, 0] / columns) * np.cos(3 * np.pi * place[:, 1] / rows)
     assert sorted(map(tuple, place[:, :2])) == sorted(zip(x, y)) and abs(read - wanted / abs(shape).max()).max() < 1 / STEPS
@@ -97,7 +97,7 @@ def test_what_is_within_a_solid_is_left_out(three):
     cells = corner[:, None] + [0, 1, 1 + n, n, n * n, n * n + 1, n * n + n + 1, n * n + n]
     response = Response(np.array([1.0]), np.ones((1, 3 * n**3), complex), np.zeros((1, 0)))
     page = response.view([0], kschur.Geometry(np.column_stack([x, y, z]), cells={"hexahedron": cells}))
-    assert len(floating_numbers(page, "model-coordinates")) == 3 * (n**3 - (n - 2)**3)
+    assert len(floating_numbers(page, "model-0-coordinates")) == 3 * (n**3 - (n - 2)**3)
 
 
 def test_sweep(three, tmp_path):
@@ -109,7 +109,7 @@ def test_sweep(three, tmp_path):
     assert facts["parameter"] == "speed (rpm)" and np.allclose(facts["orders"][0]["slope"], 2 / 60)
     assert np.allclose(np.array([branch["hertz"] for branch in facts["branches"]]).T, swept.frequency_hz, rtol=1e-8)
     assert sorted(number for branch in facts["shapes"] for number in branch) == list(range(6))
-    place = floating_numbers(page, "model-coordinates").reshape(-1, 3)[:, 0].astype(int)
+    place = floating_numbers(page, "model-0-coordinates").reshape(-1, 3)[:, 0].astype(int)
     for branch in range(2):
         wanted = np.sin((branch + 1) * np.pi * np.arange(1, 13) / 13).reshape(4, 3)[place]
         read = whole_numbers(page.html, f"mode-{facts['shapes'][branch][2]}-re").reshape(3, -1).T / STEPS
@@ -120,9 +120,38 @@ def test_sweep(three, tmp_path):
     plain = kschur.sweep(lambda p: (M, p * K), [60, 120], modes=2)
     three.unlink()
     plain.view().save(tmp_path / "sweep.html")
-    assert "model-coordinates" not in (tmp_path / "sweep.html").read_text()
+    assert "model-0-coordinates" not in (tmp_path / "sweep.html").read_text()
     with pytest.raises(UsageError, match="unit"):
         plain.view(orders=[1])
+
+
+def test_points_of_a_sweep_have_their_own_models(three, tmp_path):
+    """Points of the same nodes share one."""
+    M, K = chain(12)
+    swept = kschur.sweep(lambda p: (M, p * K), [60, 120, 240], modes=2,
+                         geometry=lambda p: kschur.Geometry(np.arange(4.0)[:, None] * max(p / 120, 1)))
+    page = swept.view()
+    facts = facts_of(page)
+    assert facts["models"] == [0, 0, 1] and facts["box"] == [[0, 0, 0], [6, 0, 0]]
+    assert [floating_numbers(page, f"model-{k}-coordinates").max() for k in (0, 1)] == [3, 6]
+    swept.save(tmp_path / "s.h5")
+    assert kschur.load(tmp_path / "s.h5").view().html == page.html
+
+
+def test_coarse_surfaces_cover_what_they_stand_for():
+    columns, rows = 250, 200
+    y, x = np.mgrid[:rows, :columns].reshape(2, -1)
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    triangles = np.vstack([np.column_stack([corner, corner + 1, corner + columns]), np.column_stack([corner + 1, corner + columns + 1, corner + columns])])
+    places = np.column_stack([x, y, 0.2 * y]).astype(float)
+    coarse = coarser(triangles, places)
+    assert COARSE / 3 < len(coarse) < 1.5 * COARSE and len(coarser(triangles[:COARSE], places)) == 0
+
+    def area(rows):
+        a, b, c = places[rows].transpose(1, 0, 2)
+        return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert abs(area(coarse) / area(triangles) - 1) < 0.03
+    assert np.ptp(places[np.unique(coarse)], axis=0).tolist() == np.ptp(places, axis=0).tolist()
 
 
 def test_response(three):

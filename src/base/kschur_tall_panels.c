@@ -5,19 +5,10 @@
 #include <stddef.h>
 #include <string.h>
 
-typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
+#include "kschur_wide.h"
 
-#define INLINE static inline __attribute__((always_inline))
 #define AT(p) (*(four *)(p))
 #define FROM(p) (*(const four *)(p))
-
-#if defined(__x86_64__) && defined(__GNUC__)
-#define WIDE __attribute__((target("avx2,fma")))
-#define HAS_WIDE (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-#else
-#define WIDE
-#define HAS_WIDE 0
-#endif
 
 /* Rows of a tile that is read twice: a few hundred columns of it, and of the next one, fit in the cache; of one that is read
    once. Columns of a group. */

@@ -52,9 +52,7 @@ contains
       type(printing_type) :: printing
 
       call silence_hdf5(printing, error)
-      if (present(trial)) then
-         if (trial) call try_in_child(read_and_discard, path, "problem", error, part)
-      end if
+      call try_in_child(read_and_discard, path, "problem", error, trial, part)
       call read_matrices(rows, all_rows, path, part, error)
       call restore_printing(printing)
       call add_context(error, path)

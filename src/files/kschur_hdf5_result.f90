@@ -119,9 +119,7 @@ contains
       type(printing_type) :: printing
 
       call silence_hdf5(printing, error)
-      if (present(trial)) then
-         if (trial) call try_in_child(read_and_discard, path, "result", error)
-      end if
+      call try_in_child(read_and_discard, path, "result", error, trial)
       call read_all(result, path, error)
       call restore_printing(printing)
       call add_context(error, path)
@@ -136,9 +134,7 @@ contains
       type(printing_type) :: printing
 
       call silence_hdf5(printing, error)
-      if (present(trial)) then
-         if (trial) call try_in_child(check_for_result, path, "result", error)
-      end if
+      call try_in_child(check_for_result, path, "result", error, trial)
       call check_for_result(path, [0, 1], error)
       call restore_printing(printing)
       is_hdf5_result = .not. allocated(error)

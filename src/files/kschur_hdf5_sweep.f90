@@ -183,9 +183,7 @@ contains
       type(printing_type) :: printing
 
       call silence_hdf5(printing, error)
-      if (present(trial)) then
-         if (trial) call try_in_child(read_and_discard_point, path, "sweep", error, [point, 0])
-      end if
+      call try_in_child(read_and_discard_point, path, "sweep", error, trial, [point, 0])
       call read_point(result, path, point, error)
       call restore_printing(printing)
       call add_context(error, path)

@@ -46,13 +46,14 @@ module kschur_trial
 contains
 
    !> Fails if `attempt` on the file fails, crashes or exceeds limits of processor time and memory, which grow with the file
-   !> size at best compression. Does nothing if no process can be created.
-   subroutine try_in_child(attempt, path, what, error, part)
+   !> size at best compression. Does nothing unless `trial` is given and true, or if no process can be created.
+   subroutine try_in_child(attempt, path, what, error, trial, part)
       procedure(attempt_type) :: attempt
       character(len=*), intent(in) :: path
       !> Expected content, for messages.
       character(len=*), intent(in) :: what
       type(error_type), allocatable, intent(inout) :: error
+      logical, intent(in), optional :: trial
       !> Part of the file that `attempt` reads (all).
       integer, intent(in), optional :: part(2)
       real(c_double), parameter :: least_seconds = 0.6_c_double, seconds_per_byte = 1e-6_c_double
@@ -62,7 +63,8 @@ contains
       integer(c_int) :: code
       integer(long) :: bytes
 
-      if (allocated(error)) return
+      if (allocated(error) .or. .not. present(trial)) return
+      if (.not. trial) return
       inquire (file=path, size=bytes)
       context%attempt => attempt
       context%path = path

@@ -6,17 +6,7 @@
    x: sides x columns. rows: sides x below. fours: how many fours they are, a number that the compiler knows. */
 #include <stddef.h>
 
-typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
-
-#define INLINE static inline __attribute__((always_inline))
-
-#if defined(__x86_64__) && defined(__GNUC__)
-#define WIDE __attribute__((target("avx2,fma")))
-#define HAS_WIDE (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-#else
-#define WIDE
-#define HAS_WIDE 0
-#endif
+#include "../base/kschur_wide.h"
 
 /* rows := rows + B x for so many columns, a number that the compiler knows. */
 INLINE void add_products(int columns, int fours, ptrdiff_t below, const double *b, const four *restrict x, four *restrict rows)

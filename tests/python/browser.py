@@ -60,8 +60,10 @@ def pixels(browser):
 
 
 def wait_frames(browser, count=2):
+    """So many pictures, and that in full of what is at rest."""
     first = browser.execute_script("return kschur.state.frames")
     WebDriverWait(browser, PATIENCE).until(lambda b: b.execute_script("return kschur.state.frames") >= first + count)
+    wait_for(browser, "return kschur.state.playing || kschur.state.still")
 
 
 def coloured(picture):

@@ -8,6 +8,7 @@ import time
 
 import h5py
 import numpy as np
+import scipy.sparse as sparse
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 
@@ -45,7 +46,7 @@ def test_a_page(folder):
         moved[node[component < 3], component[component < 3]] = shapes[7][component < 3]
         moved /= np.sqrt((abs(moved)**2).sum(1).max())
         read, places = (np.array(browser.execute_async_script(f"const done = arguments[0]; {numbers}.then(x => done(Array.from(x)))")).reshape(-1, 3)
-                        for numbers in ("displacements('mode-7-re')", "floatingNumbers('model-coordinates')"))
+                        for numbers in ("displacements('mode-7-re')", "floatingNumbers('model-0-coordinates')"))
         page, wanted = (np.lexsort(np.float32(points).T) for points in (places, coordinates))
         check("nodes are those of the file", np.array_equal(np.float32(places)[page], np.float32(coordinates)[wanted]))
         check("the shape is that of the file", abs(read[page] / 32767 - moved.real[wanted]).max() < 5e-4)
@@ -115,29 +116,64 @@ def test_models(folder):
         browser.quit()
 
 
+def plate(folder, columns, rows, modes):
+    """A page of modes of a plate whose nodes stand in no order, as meshers may leave them."""
+    y, x = np.mgrid[:rows, :columns].reshape(2, -1)
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    quads = np.column_stack([corner, corner + 1, corner + columns + 1, corner + columns])
+    order = np.random.default_rng(0).permutation(rows * columns)
+    chain = [sparse.diags([np.full(k - 1, -1.0), np.full(k, 2.0), np.full(k - 1, -1.0)], [-1, 0, 1]) for k in (rows, columns)]
+    stiffness = sparse.kronsum(chain[1], chain[0], format="csr")[order][:, order]
+    with h5py.File(folder/"plate.h5", "w") as file:
+        for name, matrix in {"mass": sparse.identity(rows * columns, format="csr"), "stiffness": stiffness}.items():
+            group = file.create_group(name)
+            group.attrs["shape"] = matrix.shape
+            group["indptr"], group["indices"], group["data"] = matrix.indptr, matrix.indices, matrix.data
+        file["coordinates"] = np.column_stack([x, y, 0 * x])[order].astype(float)
+        file["cells/types"], file["cells/offsets"] = np.full(len(quads), 9), np.arange(0, quads.size + 1, 4)
+        file["cells/connectivity"] = np.argsort(order)[quads].ravel()
+    kschur("solve", folder/"plate.h5", "--modes", modes, "--output", folder/"plate_modes.h5")
+    kschur("view", folder/"plate_modes.h5", "--html", folder/"plate.html")
+    return folder/"plate.html"
+
+
+def test_a_large_model(folder):
+    """Where software draws, its motion is that of a coarse surface, and what is at rest is whole; nothing is drawn twice."""
+    browser = open_browser()
+    try:
+        load(browser, plate(folder, 150, 100, 3))
+        drawn = "return [software, renderer.info.render.triangles, renderer.info.render.frame, document.getElementById('space').width]"
+        moving = browser.execute_script(drawn)
+        click(browser, "play")
+        wait_frames(browser)
+        rest = browser.execute_script(drawn)
+        still = pixels(browser)
+        check("a moving plate is coarse", moving[0] and 5000 < moving[1] < 25000 and rest[1] == 2 * 149 * 99, (moving, rest))
+        check("at rest its picture is twice as fine", rest[3] == 2 * moving[3], (moving, rest))
+        wait_frames(browser, 5)
+        check("what does not change is not drawn again", browser.execute_script(drawn)[2] == rest[2])
+        browser.execute_script("draw(false, false)")
+        check("both look nearly the same", differ(still, pixels(browser)) < 0.15, differ(still, pixels(browser)))
+        check_console(browser, "plate")
+    finally:
+        browser.quit()
+
+
 def measure_rates(folder):
-    import kschur as package
-    import scipy.sparse as sparse
-    from kschur.pages.modes import ModesPage
     browser = open_browser()
     for columns, rows in ((100, 100), (400, 250), (500, 400)):
-        y, x = np.mgrid[:rows, :columns].reshape(2, -1)
-        corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
-        quads = np.column_stack([corner, corner + 1, corner + columns + 1, corner + columns])
-        # In no order, as meshers may leave them.
-        order = np.random.default_rng(0).permutation(rows * columns)
-        geometry = package.Geometry(np.column_stack([x, y, 0 * x])[order], cells={"quad": np.argsort(order)[quads]})
-        chain = [sparse.diags([np.full(k - 1, -1.0), np.full(k, 2.0), np.full(k - 1, -1.0)], [-1, 0, 1]) for k in (rows, columns)]
-        stiffness = sparse.kronsum(chain[1], chain[0], format="csr")
-        result = package.solve(sparse.identity(rows * columns, format="csr"), stiffness[order][:, order], modes=20, geometry=geometry)
-        page = folder/f"{rows * columns}.html"
-        ModesPage(result).save(page)
+        page = plate(folder, columns, rows, 20)
         load(browser, page)
         first, start = browser.execute_script("return kschur.state.frames"), time.time()
         time.sleep(10)
         rate = (browser.execute_script("return kschur.state.frames") - first) / (time.time() - start)
-        print(f"{rows * columns} nodes, {len(result)} modes: {page.stat().st_size / 1e6:.2f} MB, {rate:.1f} frames a second", flush=True)
+        browser.execute_script("kschur.state.playing = false")
+        wait_frames(browser)
+        start = time.time()
+        browser.execute_script("draw(true, false); composed().toDataURL()")
+        whole = time.time() - start
+        print(f"{rows * columns} nodes: {page.stat().st_size / 1e6:.1f} MB, {rate:.1f} frames a second, at rest a picture in {whole:.2f} s", flush=True)
     browser.quit()
 
 
-run_tests(*([measure_rates] if "--rates" in sys.argv else [test_a_page, test_models]))
+run_tests(*([measure_rates] if "--rates" in sys.argv else [test_a_page, test_models, test_a_large_model]))

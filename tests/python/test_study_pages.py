@@ -89,7 +89,7 @@ def test_a_sweep(folder):
         moved = np.zeros((node.max() + 1, 3), complex)
         moved[node[component < 3], component[component < 3]] = shape[mode][component < 3]
         read = (parts[0] + 1j * parts[1]).reshape(-1, 3)
-        at = np.array(browser.execute_async_script("const done = arguments[0]; floatingNumbers('model-coordinates').then(x => done(Array.from(x)))")).reshape(-1, 3)
+        at = np.array(browser.execute_async_script("const done = arguments[0]; floatingNumbers('model-0-coordinates').then(x => done(Array.from(x)))")).reshape(-1, 3)
         read, moved = read[np.lexsort(np.float32(at).T)].ravel(), moved[np.lexsort(np.float32(places).T)].ravel()
         mac = abs(np.vdot(read, moved))**2 / (np.vdot(read, read) * np.vdot(moved, moved)).real
         check("sweep: the shape is that of a solve there", mac > 1 - 1e-5, mac)
@@ -104,6 +104,31 @@ def test_a_sweep(folder):
         load(browser, folder/"many.html")
         inside = browser.execute_script("return document.body.scrollWidth <= innerWidth && document.body.scrollHeight <= innerHeight")
         check("sweep: 25 branches fit", inside and len(browser.find_elements(By.CSS_SELECTOR, "#legend button")) >= 25)
+    finally:
+        browser.quit()
+
+
+def test_points_with_their_own_models(folder):
+    """A beam of three lengths."""
+    kschur("sweep", "cantilever", "--vary", "length=2:6:3", "--modes", 2, "--shapes", "--html", folder/"own.html", "--output", folder/"own.h5")
+    browser = open_browser()
+    try:
+        load(browser, folder/"own.html")
+        browser.execute_script("kschur.state.playing = false; kschur.state.phase = 0")
+        pictures = []
+        for point in range(3):
+            browser.execute_script(f"kschur.choose(kschur.charts[0].lines[0], {point})")
+            wait_for(browser, f"return kschur.state.seen[0].title.endsWith('{2 + 2 * point}') && kschur.state.shapes.length === 1")
+            wait_frames(browser, 3)
+            read = browser.execute_script("return Array.from(kschur.state.shapes[0].pieces[0].geometry.attributes.position.array)")
+            with h5py.File(folder/"own.h5") as file:
+                places = file[f"points/{point + 1}/coordinates"][:]
+            read = np.reshape(read, (-1, 3))
+            check(f"point {point + 1} is drawn on its own geometry", np.allclose(read[np.lexsort(read.T)], places[np.lexsort(np.float32(places).T)], atol=1e-6),
+                  (np.ptp(read, axis=0), np.ptp(places, axis=0)))
+            pictures.append(pixels(browser))
+        check("and pictures tell them apart", min(differ(pictures[0], pictures[1]), differ(pictures[1], pictures[2])) > 0.001)
+        check_console(browser, "lengths")
     finally:
         browser.quit()
 
@@ -182,4 +207,4 @@ def test_refusals(folder):
     check("JSON stays JSON", done.returncode == 0 and len(json.loads(done.stdout)["points"]) == 2 and (folder/"j.html").exists(), done)
 
 
-run_tests(test_refusals, test_a_sweep, test_a_response)
+run_tests(test_refusals, test_a_sweep, test_points_with_their_own_models, test_a_response)

@@ -24,7 +24,7 @@ class ModesPage(Page):
         for place, mode in enumerate(chosen):
             space.add(place, result.shape(mode))
         facts = {"message": result.message, "certified": result.certified, "notes": result.notes, "steps": STEPS,
-                 "nodes": len(result.geometry.coordinates), "unknowns": result.unknowns, "mac": _mac(result, chosen),
+                 "nodes": len(result.geometry.coordinates), "unknowns": result.unknowns, "mac": _mac(result, chosen), "box": space.box,
                  "modes": [_facts(result, mode) for mode in chosen]}
         super().__init__("modes", ("mac.js", "modes.js"), facts, space.blocks)
 

@@ -21,13 +21,14 @@ class ResponsePage(Page):
                  geometry: Geometry | None = None) -> None:
         unknowns = [range(x.shape[1])[unknown] for unknown in unknowns]
         blocks: dict[str, str] = {}
+        box = None
         shapes: list[dict[str, float] | None] = [None] * len(frequency_hz)
         if geometry is not None:
             space = Space(geometry)
             for number, place in enumerate(_shaped(x, MOST_DISPLACEMENTS // len(geometry.coordinates))):
                 shapes[place] = {"number": number, "largest": space.add(number, x[place])}
-            blocks = space.blocks
-        facts = {"frequencies": frequency_hz.tolist(), "steps": STEPS, "shapes": shapes,
+            blocks, box = space.blocks, space.box
+        facts: dict[str, Any] = {"frequencies": frequency_hz.tolist(), "steps": STEPS, "shapes": shapes, "box": box,
                  "message": f"{len(frequency_hz)} frequencies from {min(frequency_hz):g} to {max(frequency_hz):g} Hz, "
                             f"{x.shape[1]} unknowns",
                  "unknowns": [{"name": _name(unknown, geometry), "re": rounded(x[:, unknown].real), "im": rounded(x[:, unknown].imag)}

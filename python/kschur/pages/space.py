@@ -18,22 +18,33 @@ STEPS = 2047
 MOST_PARTS = 30
 # Places along each axis that the curve tells apart, as a power of two.
 BITS = 16
+# A surface of more triangles than this has a coarser one beside it, of about as many; some of a screen's pixels each.
+COARSE = 20000
 
 
 class Space:
-    """The model of a page, and shapes in the order of its nodes."""
+    """A model of a page, the first or a later one, and shapes in the order of its nodes."""
 
-    def __init__(self, geometry: Geometry) -> None:
-        self.geometry = geometry
+    def __init__(self, geometry: Geometry, place: int = 0) -> None:
+        self.geometry, self.place = geometry, place
         faces, points = geometry.faces(), _alone(geometry)
         drawn = np.unique(np.concatenate([points, *map(np.ravel, faces)]))
         # What is within a solid is not seen.
         self.order = drawn[along_curve(geometry.coordinates[drawn])]
-        self.blocks = {f"model-{name}": packed(part) for name, part in _model(geometry, self.order, faces, points).items()}
+        seen = geometry.coordinates[self.order]
+        self.box = [seen.min(axis=0).tolist(), seen.max(axis=0).tolist()]
+        self.blocks = {f"model-{place}-{name}": packed(part) for name, part in _model(geometry, self.order, faces, points).items()}
 
-    def add(self, number: int, shape: NDArray[Any]) -> float:
-        """A shape of n unknowns as the blocks mode-NUMBER-re and -im; returns its largest displacement."""
-        moved = self.geometry.displacements(shape)
+    def shows(self, geometry: Geometry) -> bool:
+        """Whether the nodes and cells of a geometry are those of the model."""
+        one, other = self.geometry.cells or {}, geometry.cells or {}
+        return (np.array_equal(self.geometry.coordinates, geometry.coordinates) and one.keys() == other.keys()
+                and all(np.array_equal(rows, other[kind]) for kind, rows in one.items()))
+
+    def add(self, number: int, shape: NDArray[Any], geometry: Geometry | None = None) -> float:
+        """A shape of n unknowns as the blocks mode-NUMBER-re and -im; returns its largest displacement. Another geometry of the same
+        nodes may say how unknowns move them."""
+        moved = (geometry or self.geometry).displacements(shape)
         largest = math.sqrt((np.abs(moved)**2).sum(axis=1).max())
         moved = moved[self.order]
         for name, part in (("re", moved.real), ("im", moved.imag)):
@@ -102,10 +113,33 @@ def _model(geometry: Geometry, order: NDArray[np.int64], faces: list[NDArray[Any
     surface = [loops for loops in faces if loops.shape[1] > 2]
     lines = [loops for loops in faces if loops.shape[1] == 2]
     triangles = [loops[:, [0, k, k + 1]] for loops in surface for k in range(1, loops.shape[1] - 1)]
+    places = geometry.coordinates[order]
     rims = [np.column_stack([loop.ravel(), np.roll(loop, -1, axis=1).ravel()]) for loop in surface]
-    return {"coordinates": geometry.coordinates[order].astype(np.float32), "triangles": _sorted(_stack(triangles, 3)),
+    return {"coordinates": places.astype(np.float32), "triangles": _sorted(_stack(triangles, 3)),
+            "coarse": _sorted(coarser(_stack(triangles, 3), places)),
             "edges": np.unique(np.sort(_stack(rims, 2), axis=1), axis=0), "lines": _stack(lines, 2),
             "points": np.sort(number[points]), "parts": np.minimum(_parts(geometry)[order], MOST_PARTS - 1).astype(np.int16)}
+
+
+def coarser(triangles: NDArray[Any], places: NDArray[np.float64]) -> NDArray[Any]:
+    """A surface of about COARSE triangles, by one node for those of a cell of a lattice, which is one of a rim where there is any, so that
+    outlines stay; none where they are no more."""
+    if len(triangles) <= COARSE:
+        return triangles[:0]
+    sides = np.sort(np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [0, 2]]]), axis=1)
+    sides, times = np.unique(sides, axis=0, return_counts=True)
+    inside = np.ones(len(places), bool)
+    inside[sides[times == 1].ravel()] = False
+    corners = places[triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+    lattice = np.floor((places - places.min(axis=0)) / (math.sqrt(2 * area / COARSE) or 1.0)).astype(np.int64)
+    _, cell = np.unique(lattice, axis=0, return_inverse=True)
+    by_cell = np.lexsort([inside, cell.ravel()])
+    _, first, of_cell = np.unique(cell.ravel()[by_cell], return_index=True, return_inverse=True)
+    node = np.empty(len(places), np.int32)
+    node[by_cell] = by_cell[first][of_cell.ravel()]
+    rows = np.unique(np.sort(node[triangles], axis=1), axis=0)
+    return rows[(rows[:, 0] < rows[:, 1]) & (rows[:, 1] < rows[:, 2])]
 
 
 def _stack(rows: list[NDArray[Any]], columns: int) -> NDArray[Any]:

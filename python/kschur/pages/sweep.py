@@ -18,7 +18,7 @@ class SweepPage(Page):
     """A page of a sweep, with lines of orders, and of the shapes at some points, all that have any by default."""
 
     def __init__(self, sweep: Sweep, orders: Sequence[float] = (), points: Any = None) -> None:
-        shapes, blocks = _shapes(sweep, points)
+        of_shapes, blocks = _shapes(sweep, points)
         frequency, unstable = hertz(sweep), is_unstable(sweep.eigenvalues)
         facts = {"parameter": table.name_of(sweep), "name": sweep.parameter or "value", "unit": sweep.unit, "steps": STEPS,
                  "message": f"{frequency.shape[1]} branches over {len(sweep.values)} points", "values": sweep.values.tolist(),
@@ -31,28 +31,36 @@ class SweepPage(Page):
                  "onsets": [{"branch": o.branch, "unstable": o.unstable, "value": o.value,
                              "hertz": height_at(sweep, o.branch, o.value)} for o in sweep.onsets],
                  "orders": [{"order": order, "slope": slope} for order, slope in zip(orders, slopes(sweep, orders))],
-                 "shapes": shapes}
+                 **of_shapes}
         super().__init__("sweep", ("charts.js", "sweep.js"), facts, blocks)
 
 
-def _shapes(sweep: Sweep, points: Any) -> tuple[list[list[int | None]], dict[str, str]]:
-    """For each branch the number of its shape at each point, None where there is none, and the blocks of the page."""
-    branches = sweep.eigenvalues.shape[1]
-    shapes: list[list[int | None]] = [[None] * len(sweep.values) for _ in range(branches)]
-    wanted = range(len(sweep.values)) if points is None else [range(len(sweep.values))[point] for point in points]
-    there = [point for point in wanted if point in sweep.results]
-    # That of the first point: the page shows one model.
-    geometry = sweep.results[there[0]].geometry if there else None
-    if geometry is None:
-        return shapes, {}
-    space, number = Space(geometry), 0
-    for point in there:
-        result = sweep.results[point]
+def _shapes(sweep: Sweep, points: Any) -> tuple[dict[str, Any], dict[str, str]]:
+    """Facts and blocks of the shapes. For each branch the number of its shape at each point, None where there is none; the model of
+    each point, which points of the same nodes and cells share; a box around all of them."""
+    size = len(sweep.values)
+    shapes: list[list[int | None]] = [[None] * size for _ in range(sweep.eigenvalues.shape[1])]
+    models: list[int | None] = [None] * size
+    spaces: list[Space] = []
+    number = 0
+    for point in range(size) if points is None else [range(size)[point] for point in points]:
+        result = sweep.results.get(point)
+        geometry = result.geometry if result else None
+        if result is None or geometry is None:
+            continue
+        space = next((space for space in spaces if space.shows(geometry)), None)
+        if space is None:
+            space = Space(geometry, len(spaces))
+            spaces.append(space)
+        models[point] = space.place
         for branch, mode in _modes_of_branches(sweep.eigenvalues[point], result.eigenvalues):
-            space.add(number, result.shape(mode))
+            space.add(number, result.shape(mode), geometry)
             shapes[branch][point] = number
             number += 1
-    return shapes, space.blocks
+    low, high = ([space.box[end] for space in spaces] for end in (0, 1))
+    box = [np.min(low, axis=0).tolist(), np.max(high, axis=0).tolist()] if spaces else None
+    return ({"shapes": shapes, "models": models, "box": box},
+            {name: block for space in spaces for name, block in space.blocks.items()})
 
 
 def _modes_of_branches(branches: NDArray[np.complex128], modes: NDArray[np.complex128]) -> Iterator[tuple[int, int]]:

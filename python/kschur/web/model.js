@@ -1,6 +1,6 @@
 // The model in space. Each node is at x + a Re(phi e^{i w t}), which the vertex shader computes of the two parts of phi.
 const MOTION = `
-  uniform float c, s, a, colour;
+  uniform float c, s, a, colour, dots;
   vec3 moved(vec3 re, vec3 im) { return c * re - s * im; }
   float valueOf(vec3 re, vec3 im) {
     vec3 u = moved(re, im);
@@ -13,7 +13,7 @@ const SURFACE = {
   void main() {
     vec4 place = modelViewMatrix * vec4(position + a * moved(re, im), 1.0);
     value = valueOf(re, im); seen = place.xyz;
-    gl_Position = projectionMatrix * place; gl_PointSize = 9.0;
+    gl_Position = projectionMatrix * place; gl_PointSize = 9.0 * dots;
   }`,
   fragmentShader: `varying float value; varying vec3 seen; uniform sampler2D palette; uniform vec4 plain; uniform bool flat_;
   void main() {
@@ -52,39 +52,41 @@ function paletteOf(stops) {
   return texture;
 }
 
+// What all models have in common: the state of the shaders, and which parts are hidden.
+const palettes = [paletteOf(STOPS.sequential), paletteOf(STOPS.diverging)];
+const uniforms = {c: {value: 1}, s: {value: 0}, a: {value: 0}, colour: {value: 0}, dots: {value: 1}, palette: {value: palettes[0]}, pane: {value: new THREE.Vector2(1, 1)}};
+const hidden = new Set();
+
 class Model {
-  async load() {
-    this.coordinates = await floatingNumbers("model-coordinates");
-    for (const name of ["triangles", "edges", "lines", "points"]) this[name] = await wholeNumbers(`model-${name}`, Int32Array);
-    this.parts = await wholeNumbers("model-parts", Int16Array);
+  async load(place) {
+    this.coordinates = await floatingNumbers(`model-${place}-coordinates`);
+    for (const name of ["triangles", "coarse", "edges", "lines", "points"]) this[name] = await wholeNumbers(`model-${place}-${name}`, Int32Array);
+    this.parts = await wholeNumbers(`model-${place}-parts`, Int16Array);
     this.position = new THREE.BufferAttribute(this.coordinates, 3);
     this.zero = new THREE.BufferAttribute(new Int16Array(this.coordinates.length), 3, true);
-    this.box = new THREE.Box3().setFromBufferAttribute(this.position);
-    this.palettes = [paletteOf(STOPS.sequential), paletteOf(STOPS.diverging)];
-    this.uniforms = {c: {value: 1}, s: {value: 0}, a: {value: 0}, colour: {value: 0}, palette: {value: this.palettes[0]}, pane: {value: new THREE.Vector2(1, 1)}};
     this.shapes = new Map();
-    this.hidden = new Set();
     this.show();
+    return this;
   }
 
   // The indices of what is not hidden, one for all shapes.
   show() {
     const seen = (rows, corners) => {
-      if (!this.hidden.size) return new Uint32Array(rows);
+      if (!hidden.size) return new Uint32Array(rows);
       const kept = [];
       for (let i = 0; i < rows.length; i += corners)
-        if (!this.hidden.has(this.parts[rows[i]])) for (let k = 0; k < corners; ++k) kept.push(rows[i + k]);
+        if (!hidden.has(this.parts[rows[i]])) for (let k = 0; k < corners; ++k) kept.push(rows[i + k]);
       return new Uint32Array(kept);
     };
     this.index = {};
-    for (const [name, corners] of [["triangles", 3], ["edges", 2], ["lines", 2], ["points", 1]]) this.index[name] = seen(this[name], corners);
+    for (const [name, corners] of [["triangles", 3], ["coarse", 3], ["edges", 2], ["lines", 2], ["points", 1]]) this.index[name] = seen(this[name], corners);
     for (const shape of this.shapes.values()) shape.pieces.forEach(piece => piece.geometry.dispose());
     this.shapes.clear();
   }
 
   material(kind, plain, flat, more) {
     const own = {plain: {value: new THREE.Vector4(...plain)}, flat_: {value: flat}};
-    return new THREE.ShaderMaterial({...kind, uniforms: {...this.uniforms, ...own}, side: THREE.DoubleSide, extensions: {derivatives: true}, ...more});
+    return new THREE.ShaderMaterial({...kind, uniforms: {...uniforms, ...own}, side: THREE.DoubleSide, extensions: {derivatives: true}, ...more});
   }
 
   // The scene of a shape; the same again the next time.
@@ -92,7 +94,7 @@ class Model {
     if (this.shapes.has(number)) return this.shapes.get(number);
     const re = await displacements(`mode-${number}-re`), im = await displacements(`mode-${number}-im`);
     const parts = [new THREE.BufferAttribute(re, 3, true), im ? new THREE.BufferAttribute(im, 3, true) : this.zero];
-    const scene = new THREE.Scene(), still = {...this.uniforms, a: {value: 0}};
+    const scene = new THREE.Scene(), still = {...uniforms, a: {value: 0}};
     const add = (Kind, name, attributes, material) => {
       if (!this.index[name].length) return null;
       const geometry = new THREE.BufferGeometry();
@@ -103,9 +105,9 @@ class Model {
       return this.keep(scene, new Kind(geometry, material));
     };
     const gray = {transparent: true, uniforms: {...still, plain: {value: new THREE.Vector4(0.45, 0.5, 0.56, 0.45)}, flat_: {value: true}}};
-    const shape = {scene, rest: [], edges: []};
+    const shape = {scene, rest: [], edges: [], fine: [], coarse: []}, surface = {polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1};
     for (const name of ["edges", "lines"]) shape.rest.push(add(THREE.LineSegments, name, [this.zero, this.zero], this.material(SURFACE, [0, 0, 0, 0], true, gray)));
-    add(THREE.Mesh, "triangles", parts, this.material(SURFACE, [0, 0, 0, 0], false, {polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1}));
+    for (const [name, kept] of [["triangles", shape.fine], ["coarse", shape.coarse]]) kept.push(add(THREE.Mesh, name, parts, this.material(SURFACE, [0, 0, 0, 0], false, surface)));
     shape.edges.push(add(THREE.LineSegments, "edges", parts, this.material(SURFACE, [0.05, 0.08, 0.12, 0.3], true, {transparent: true})));
     add(THREE.Points, "points", parts, this.material(SURFACE, [0, 0, 0, 0], true, {}));
     if (this.index.lines.length) this.keep(scene, this.thickLines(parts[0].array, parts[1].array));

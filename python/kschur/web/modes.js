@@ -39,5 +39,5 @@ async function choose(modes) {
 
 fillList();
 drawMac(by("mac"), by("mac-value"));
-window.kschur = {facts, state, model, choose, camera: () => camera};
+window.kschur = {facts, state, models, choose, camera: () => camera};
 beginStage(() => choose([Math.max(0, facts.modes.findIndex(mode => mode.kind !== "rigid" && mode.kind !== "real"))]));

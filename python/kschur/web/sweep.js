@@ -55,7 +55,7 @@ async function choose(line, p) {
   const b = line.b, near = shapeNear(b, p);
   charts.forEach(chart => { chart.picked = {line: chart.lines[b], k: p}; chart.draw(); });
   by("chosen").textContent = `Branch ${b + 1} at ${valueText(facts.values[p])}: ${words(b, p)}.`;
-  if (hasStage && near) await see([{shape: near.shape, title: `Branch ${b + 1} at ${valueText(facts.values[near.q])}`, words: words(b, near.q)}]);
+  if (hasStage && near) await see([{shape: near.shape, model: facts.models[near.q], title: `Branch ${b + 1} at ${valueText(facts.values[near.q])}`, words: words(b, near.q)}]);
 }
 
 function chooseFirst() {
