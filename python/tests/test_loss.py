@@ -1,6 +1,7 @@
 """Structural damping: modes with a loss matrix H against LAPACK's QZ of another linearisation, and closed forms."""
 from __future__ import annotations
 
+import itertools
 import os
 
 import numpy as np
@@ -126,6 +127,32 @@ def test_random_problem_has_the_eigenvalues_of_another_linearisation(seed):
         assert result.certified is not False, formulation
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_pencils_and_arpack_find_the_same(seed):
+    problem = Problem(seed)
+    modes = min(int(np.random.default_rng(seed + 10**6).integers(1, problem.n + 2)), problem.n - problem.m - 1) or 1
+    ways = [{"formulation": "damped-constrained"}, {"formulation": "damped-constrained-zero"}, {"method": "arpack"},
+            {"method": "arpack", "formulation": "damped-constrained"}]
+    if problem.m == 0:
+        ways.append({"formulation": "damped"})
+    if not problem.R.any():
+        ways += [{"formulation": "undamped-constrained"}, {"formulation": "undamped-constrained-zero"}]
+        if problem.m == 0:
+            ways += [{"formulation": "undamped"}, {"formulation": "undamped-negative"}]
+    for way in ways:
+        result = kschur.solve(problem.M, problem.K, problem.R, problem.Cq if problem.m else None, modes=modes, loss=problem.H, **way)
+        assert compare(problem, result, modes) == "", way
+
+
+def test_unstable_modes_of_lossy_pencils_on_the_axis():
+    # Two masses apart: one held by a negative spring without losses, of both real roots, and one by a spring with losses.
+    M, K, H = np.eye(2), np.diag([-4.0, 9.0]), np.diag([0.0, 1.8])
+    expected = [-2.0, 2.0, 1j * np.sqrt(9.0 + 1.8j)]
+    for formulation in ("undamped", "undamped-negative", "undamped-constrained", "damped", "quadratic", "dense"):
+        found = kschur.solve(M, K, modes=3, loss=H, formulation=formulation).eigenvalues
+        np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-13, atol=1e-13, err_msg=formulation)
+
+
 def rod(elements, length=1.0, modulus=2.0e11, density=7800.0):
     """Consistent mass and stiffness of a clamped-free bar."""
     h = length / elements
@@ -249,11 +276,11 @@ def test_response_is_that_of_the_complex_stiffness():
 
 
 def test_left_vectors_of_losses():
-    for seed in (3, 4, 5, 6):
+    for seed, formulation in itertools.product((3, 4, 5, 6), ("auto", "damped", "undamped")):
         problem = Problem(seed)
-        if problem.m or problem.free:
+        if problem.m or problem.free or (formulation == "undamped" and problem.R.any()):
             continue
-        result = kschur.solve(problem.M, problem.K, problem.R, modes=3, loss=problem.H, left=True)
+        result = kschur.solve(problem.M, problem.K, problem.R, modes=3, loss=problem.H, left=True, formulation=formulation)
         for value, right, left in zip(result.eigenvalues, result.shapes.T, result.left_shapes.T):
             matrix = value**2 * problem.M + value * problem.R + problem.K + 1j * problem.H
             size = np.abs(value) ** 2 * np.linalg.norm(problem.M) + np.linalg.norm(problem.K)
@@ -261,8 +288,7 @@ def test_left_vectors_of_losses():
             assert np.linalg.norm(left.conj() @ matrix) < 1e-11 * size
 
 
-@pytest.mark.parametrize("options", [{"formulation": "low-rank"}, {"formulation": "damped"}, {"formulation": "symmetric"},
-                                     {"method": "arpack"}])
+@pytest.mark.parametrize("options", [{"formulation": "low-rank"}, {"formulation": "symmetric"}, {"inner": "iterative"}])
 def test_what_does_not_know_of_losses_says_so(options):
     M, K = rod(20)
     with pytest.raises(UsageError, match="loss matrix H|all modes"):

@@ -69,10 +69,7 @@ contains
       if (any(asked == [formulation_auto, formulation_dense])) formulation = smallest_formulation(problem)
       if (asked == formulation_dense .and. .not. is_structured(formulation)) formulation = formulation_quadratic
       if (.not. is_structured(formulation)) then
-         if (allocated(problem%loss)) call new_error(error, error_usage, "the formulation "// &
-            trim(formulation_names(formulation))//" is of real matrices, and there is a loss matrix H: quadratic and dense "// &
-            "take it, proportional where H = g K")
-         if (.not. allocated(error)) call check_fit(problem, formulation, error)
+         call check_fit(problem, formulation, error)
          if (allocated(error)) return
       end if
       if (present(inner)) then

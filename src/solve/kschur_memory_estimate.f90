@@ -128,6 +128,7 @@ contains
          if (allocated(error)) return
          plan%oscillator = pencil%map%oscillator
          plan%pattern = linear_combination(1.0_wp, pencil%a, 1.0_wp, pencil%b)
+         if (allocated(pencil%loss)) plan%pattern = linear_combination(1.0_wp, plan%pattern, 1.0_wp, pencil%loss)
          plan%structure = pencil%structure
          plan%order = plan%pattern%rows
          plan%complex = .true.

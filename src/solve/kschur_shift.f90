@@ -99,7 +99,7 @@ contains
       type(solve_context_type), intent(in) :: s
       complex(wp), parameter :: above = (0.28_wp, 0.96_wp)
 
-      direction = merge(above, (1.0_wp, 0.0_wp), s%is_lossy() .and. s%formulation == formulation_quadratic)
+      direction = merge(above, (1.0_wp, 0.0_wp), s%is_lossy() .and. s%formulation /= formulation_proportional)
    end function shift_direction
 
    ! Whether the factors of the stiffness can serve an iteration at the shift zero: they are exact, not perturbed, the problem is
