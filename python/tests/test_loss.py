@@ -288,7 +288,54 @@ def test_left_vectors_of_losses():
             assert np.linalg.norm(left.conj() @ matrix) < 1e-11 * size
 
 
-@pytest.mark.parametrize("options", [{"formulation": "low-rank"}, {"formulation": "symmetric"}, {"inner": "iterative"}])
+def local_matrix(random, n, free, follower):
+    """A few springs or dampers to ground or between two unknowns; of a follower the force is at another unknown."""
+    matrix = np.zeros((n, n))
+    for _ in range(int(random.integers(1, 3))):
+        first, second = random.permutation(n)[:2]
+        depends = np.zeros(n)
+        depends[first] = 1.0
+        if free or random.random() < 0.5:
+            depends[second] = -1.0
+        acts = depends if not follower or free else np.eye(n)[second]
+        matrix += 0.5 * 10 ** random.uniform(-2, 1) * np.outer(acts, depends)
+    return matrix
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_losses_of_few_unknowns_are_low_rank(seed):
+    random = np.random.default_rng(seed)
+    n = int(random.integers(20, 60))
+    springs = random.uniform(0.5, 2.0, n + 1)
+    free, follower = random.random() < 0.3, random.random() < 0.3
+    if free:
+        springs[[0, -1]] = 0.0
+    K = np.diag(springs[:-1] + springs[1:]) - np.diag(springs[1:-1], 1) - np.diag(springs[1:-1], -1)
+    M = np.diag(random.uniform(0.5, 2.0, n))
+    alpha, beta = random.uniform(0.0, [0.1, 0.05]) * (random.random() < 0.5)
+    g = 0.15 * (random.random() < 0.6)
+    R, H = alpha * M + beta * K, g * K + local_matrix(random, n, free, follower)
+    if random.random() < 0.5:
+        R = R + local_matrix(random, n, free, follower)
+    modes, rate = int(random.integers(1, 12)), 10 ** random.uniform(-3, 5)
+    result = kschur.solve(M, rate**2 * K, rate * R, modes=modes, loss=rate**2 * H, formulation="low-rank", left=follower)
+    assert result.reason == "converged"
+    zero, one = np.zeros((n, n)), np.eye(n)
+    expected = linalg.eigvals(np.block([[zero, one], [-K - 1j * H, -R]]), linalg.block_diag(one, M))
+    found = np.asarray(result.eigenvalues) / rate
+    if free:
+        assert np.abs(found).min() == 0.0
+        # A zero of QZ is double, and blurred.
+        found, expected = found[np.abs(found) > 1e-6], expected[np.abs(expected) > 1e-6]
+    for value in found:
+        assert np.abs(expected - value).min() < 1e-10 * max(abs(value), 0.01)
+    reach = np.abs(found).max(initial=0.0) * (1 - 1e-9)
+    for value in expected[(expected.imag > 1e-9) & (np.abs(expected) < reach)]:
+        assert np.abs(found - value).min() < 1e-10 * max(abs(value), 0.01)
+    assert (np.asarray(result.backward_error) < 1e-12).all()
+
+
+@pytest.mark.parametrize("options", [{"formulation": "symmetric"}, {"inner": "iterative"}])
 def test_what_does_not_know_of_losses_says_so(options):
     M, K = rod(20)
     with pytest.raises(UsageError, match="loss matrix H|all modes"):
