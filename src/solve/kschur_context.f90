@@ -156,9 +156,6 @@ contains
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(inout) :: error
 
-      if (associated(s%processes)) then
-         if (s%processes%number > 1) call refuse_loss(s%problem, "several processes", error)
-      end if
       if (options%inner == inner_iterative) call refuse_loss(s%problem, "an iterative inner solver", error)
       if (allocated(error)) return
       ! The modes lie above the axis; their conjugates are as near to the mirrored target.
