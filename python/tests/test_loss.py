@@ -1,6 +1,7 @@
 """Structural damping: modes with a loss matrix H against LAPACK's QZ of another linearisation, and closed forms."""
 from __future__ import annotations
 
+import itertools
 import os
 
 import numpy as np
@@ -126,6 +127,32 @@ def test_random_problem_has_the_eigenvalues_of_another_linearisation(seed):
         assert result.certified is not False, formulation
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_pencils_and_arpack_find_the_same(seed):
+    problem = Problem(seed)
+    modes = min(int(np.random.default_rng(seed + 10**6).integers(1, problem.n + 2)), problem.n - problem.m - 1) or 1
+    ways = [{"formulation": "damped-constrained"}, {"formulation": "damped-constrained-zero"}, {"method": "arpack"},
+            {"method": "arpack", "formulation": "damped-constrained"}]
+    if problem.m == 0:
+        ways.append({"formulation": "damped"})
+    if not problem.R.any():
+        ways += [{"formulation": "undamped-constrained"}, {"formulation": "undamped-constrained-zero"}]
+        if problem.m == 0:
+            ways += [{"formulation": "undamped"}, {"formulation": "undamped-negative"}]
+    for way in ways:
+        result = kschur.solve(problem.M, problem.K, problem.R, problem.Cq if problem.m else None, modes=modes, loss=problem.H, **way)
+        assert compare(problem, result, modes) == "", way
+
+
+def test_unstable_modes_of_lossy_pencils_on_the_axis():
+    # Two masses apart: one held by a negative spring without losses, of both real roots, and one by a spring with losses.
+    M, K, H = np.eye(2), np.diag([-4.0, 9.0]), np.diag([0.0, 1.8])
+    expected = [-2.0, 2.0, 1j * np.sqrt(9.0 + 1.8j)]
+    for formulation in ("undamped", "undamped-negative", "undamped-constrained", "damped", "quadratic", "dense"):
+        found = kschur.solve(M, K, modes=3, loss=H, formulation=formulation).eigenvalues
+        np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-13, atol=1e-13, err_msg=formulation)
+
+
 def rod(elements, length=1.0, modulus=2.0e11, density=7800.0):
     """Consistent mass and stiffness of a clamped-free bar."""
     h = length / elements
@@ -249,11 +276,11 @@ def test_response_is_that_of_the_complex_stiffness():
 
 
 def test_left_vectors_of_losses():
-    for seed in (3, 4, 5, 6):
+    for seed, formulation in itertools.product((3, 4, 5, 6), ("auto", "damped", "undamped")):
         problem = Problem(seed)
-        if problem.m or problem.free:
+        if problem.m or problem.free or (formulation == "undamped" and problem.R.any()):
             continue
-        result = kschur.solve(problem.M, problem.K, problem.R, modes=3, loss=problem.H, left=True)
+        result = kschur.solve(problem.M, problem.K, problem.R, modes=3, loss=problem.H, left=True, formulation=formulation)
         for value, right, left in zip(result.eigenvalues, result.shapes.T, result.left_shapes.T):
             matrix = value**2 * problem.M + value * problem.R + problem.K + 1j * problem.H
             size = np.abs(value) ** 2 * np.linalg.norm(problem.M) + np.linalg.norm(problem.K)
@@ -261,8 +288,54 @@ def test_left_vectors_of_losses():
             assert np.linalg.norm(left.conj() @ matrix) < 1e-11 * size
 
 
-@pytest.mark.parametrize("options", [{"formulation": "low-rank"}, {"formulation": "damped"}, {"formulation": "symmetric"},
-                                     {"method": "arpack"}])
+def local_matrix(random, n, free, follower):
+    """A few springs or dampers to ground or between two unknowns; of a follower the force is at another unknown."""
+    matrix = np.zeros((n, n))
+    for _ in range(int(random.integers(1, 3))):
+        first, second = random.permutation(n)[:2]
+        depends = np.zeros(n)
+        depends[first] = 1.0
+        if free or random.random() < 0.5:
+            depends[second] = -1.0
+        acts = depends if not follower or free else np.eye(n)[second]
+        matrix += 0.5 * 10 ** random.uniform(-2, 1) * np.outer(acts, depends)
+    return matrix
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_losses_of_few_unknowns_are_low_rank(seed):
+    random = np.random.default_rng(seed)
+    n = int(random.integers(20, 60))
+    springs = random.uniform(0.5, 2.0, n + 1)
+    free, follower = random.random() < 0.3, random.random() < 0.3
+    if free:
+        springs[[0, -1]] = 0.0
+    K = np.diag(springs[:-1] + springs[1:]) - np.diag(springs[1:-1], 1) - np.diag(springs[1:-1], -1)
+    M = np.diag(random.uniform(0.5, 2.0, n))
+    alpha, beta = random.uniform(0.0, [0.1, 0.05]) * (random.random() < 0.5)
+    g = 0.15 * (random.random() < 0.6)
+    R, H = alpha * M + beta * K, g * K + local_matrix(random, n, free, follower)
+    if random.random() < 0.5:
+        R = R + local_matrix(random, n, free, follower)
+    modes, rate = int(random.integers(1, 12)), 10 ** random.uniform(-3, 5)
+    result = kschur.solve(M, rate**2 * K, rate * R, modes=modes, loss=rate**2 * H, formulation="low-rank", left=follower)
+    assert result.reason == "converged"
+    zero, one = np.zeros((n, n)), np.eye(n)
+    expected = linalg.eigvals(np.block([[zero, one], [-K - 1j * H, -R]]), linalg.block_diag(one, M))
+    found = np.asarray(result.eigenvalues) / rate
+    if free:
+        assert np.abs(found).min() == 0.0
+        # A zero of QZ is double, and blurred.
+        found, expected = found[np.abs(found) > 1e-6], expected[np.abs(expected) > 1e-6]
+    for value in found:
+        assert np.abs(expected - value).min() < 1e-10 * max(abs(value), 0.01)
+    reach = np.abs(found).max(initial=0.0) * (1 - 1e-9)
+    for value in expected[(expected.imag > 1e-9) & (np.abs(expected) < reach)]:
+        assert np.abs(found - value).min() < 1e-10 * max(abs(value), 0.01)
+    assert (np.asarray(result.backward_error) < 1e-12).all()
+
+
+@pytest.mark.parametrize("options", [{"formulation": "symmetric"}, {"inner": "iterative"}])
 def test_what_does_not_know_of_losses_says_so(options):
     M, K = rod(20)
     with pytest.raises(UsageError, match="loss matrix H|all modes"):

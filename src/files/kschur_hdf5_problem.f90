@@ -2,7 +2,7 @@
 !> /damping, /constraints and /loss; optionally a mesh.
 module kschur_hdf5_problem
    use hdf5, only: hid_t
-   use kschur_error, only: error_type, new_error, add_context, error_input
+   use kschur_error, only: error_type, add_context
    use kschur_hdf5_basics, only: output_type, printing_type, silence_hdf5, restore_printing, forbid_external_links, &
       open_hdf5_file, create_hdf5_file, close_hdf5_file, finish_hdf5_file, exists
    use kschur_hdf5_matrix, only: bytes_of_matrix, read_matrix, whole, write_matrix
@@ -28,7 +28,7 @@ contains
       logical, intent(in), optional :: trial
       !> As that of `new_modal_problem`.
       integer, intent(in), optional :: symmetric
-      integer :: all_rows(3)
+      integer :: all_rows(4)
 
       call read_hdf5_rows(problem, all_rows, path, whole, error, trial)
       if (allocated(error)) return
@@ -36,13 +36,13 @@ contains
       call add_context(error, path)
    end subroutine read_hdf5_problem
 
-   !> Reads one of several equal ranges of rows of M, R and K; the first range also Cq and the mesh. Fails as
+   !> Reads one of several equal ranges of rows of M, R, K and H; the first range also Cq and the mesh. Fails as
    !> `read_hdf5_problem`, for errors in its rows.
    subroutine read_hdf5_rows(rows, all_rows, path, part, error, trial)
       !> Unchecked matrices of these rows.
       type(modal_problem_type), intent(out) :: rows
-      !> Total numbers of rows of M, R and K.
-      integer, intent(out) :: all_rows(3)
+      !> Total numbers of rows of M, R, K and H.
+      integer, intent(out) :: all_rows(4)
       character(len=*), intent(in) :: path
       !> Number of the range, from 0, and number of ranges.
       integer, intent(in) :: part(2)
@@ -64,7 +64,7 @@ contains
       integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(inout) :: error
       type(modal_problem_type) :: problem
-      integer :: all_rows(3)
+      integer :: all_rows(4)
 
       call forbid_external_links()
       call read_matrices(problem, all_rows, path, part, error)
@@ -72,7 +72,7 @@ contains
 
    subroutine read_matrices(problem, all_rows, path, part, error)
       type(modal_problem_type), intent(inout) :: problem
-      integer, intent(out) :: all_rows(3)
+      integer, intent(out) :: all_rows(4)
       character(len=*), intent(in) :: path
       integer, intent(in) :: part(2)
       type(error_type), allocatable, intent(inout) :: error
@@ -89,7 +89,10 @@ contains
          problem%constraints = empty_csr_matrix(0, all_rows(1))
          if (exists(file, "/damping", error)) &
             call read_matrix(problem%damping, all_rows(2), file, "/damping", "damping matrix R", part, error)
-         if (exists(file, "/loss", error)) call read_loss(problem, file, part, error)
+         if (exists(file, "/loss", error)) then
+            allocate (problem%loss)
+            call read_matrix(problem%loss, all_rows(4), file, "/loss", "loss matrix H", part, error)
+         end if
       end if
       if (part(1) == 0) then
          if (exists(file, "/constraints", error)) call read_matrix(problem%constraints, constraints, file, "/constraints", &
@@ -98,22 +101,6 @@ contains
       end if
       call close_hdf5_file(file)
    end subroutine read_matrices
-
-   subroutine read_loss(problem, file, part, error)
-      type(modal_problem_type), intent(inout) :: problem
-      integer(hid_t), intent(in) :: file
-      integer, intent(in) :: part(2)
-      type(error_type), allocatable, intent(inout) :: error
-      integer :: rows
-
-      if (allocated(error)) return
-      if (part(2) > 1) then
-         call new_error(error, error_input, "several processes and a loss matrix H do not go together yet: read it with one")
-         return
-      end if
-      allocate (problem%loss)
-      call read_matrix(problem%loss, rows, file, "/loss", "loss matrix H", part, error)
-   end subroutine read_loss
 
    !> Writes a problem; /damping, /constraints and /loss only if they have entries.
    !> The file appears under its name when it is complete.

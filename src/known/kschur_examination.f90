@@ -92,7 +92,7 @@ contains
       needs_root_spaces = modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
          all(formulation /= [formulation_symmetric, formulation_proportional])
       ! Jordan chains are computed from M, R and K only.
-      if (allocated(problem%loss) .and. formulation == formulation_quadratic) needs_root_spaces = .false.
+      if (allocated(problem%loss) .and. formulation /= formulation_proportional) needs_root_spaces = .false.
       if (needs_root_spaces) call find_root_spaces(problem, formulation, inner, rigid, examination, effort, error, monitor)
       ! The factors serve a shift at zero only if their null space is that of the rigid motions.
       if (.not. allocated(error) .and. examination%lossy == 0) call move_alloc(rigid, examination%stiffness)

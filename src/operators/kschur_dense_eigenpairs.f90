@@ -19,6 +19,8 @@ module kschur_dense_eigenpairs
       !> Schur form in this basis, k x k, whose last eigenvalues are `values`; not allocated: the basis columns are
       !> eigenvectors.
       real(wp), allocatable :: schur(:, :)
+      !> Both of a complex matrix, in the place of these.
+      complex(wp), allocatable :: complex_basis(:, :), complex_schur(:, :)
       !> Rounding level of couplings between copies of an eigenvalue, relative to it.
       real(wp) :: noise = 0
       !> Number of vectors the operator was applied to.
@@ -27,6 +29,11 @@ module kschur_dense_eigenpairs
       !> Selected eigenvectors of unit norm; real for a self-adjoint operator.
       procedure :: vectors, real_vectors
    end type dense_eigenpairs_type
+
+   !> As `general_eigenpairs` for a given matrix, in its own coordinates; all of a complex one.
+   interface matrix_eigenpairs
+      module procedure real_matrix_eigenpairs, complex_matrix_eigenpairs
+   end interface matrix_eigenpairs
 
    ! Householder QR factorisation of a few columns: Q as reflectors, and R.
    type :: reflections_type
@@ -141,8 +148,7 @@ contains
       call dgemm("N", "N", n, l, l, 1.0_wp, w, n, u, l, 0.0_wp, pairs%basis(:, s + 1:), n)
    end subroutine general_eigenpairs
 
-   !> As `general_eigenpairs` for a given matrix, in its own coordinates.
-   subroutine matrix_eigenpairs(matrix, invariant, noise, pairs, error)
+   subroutine real_matrix_eigenpairs(matrix, invariant, noise, pairs, error)
       !> Square; deallocated.
       real(wp), allocatable, intent(inout) :: matrix(:, :)
       type(invariant_type), intent(in) :: invariant
@@ -169,7 +175,20 @@ contains
       end do
       pairs%basis(s + 1:, s + 1:) = u
       call householder%apply("L", "N", pairs%basis)
-   end subroutine matrix_eigenpairs
+   end subroutine real_matrix_eigenpairs
+
+   subroutine complex_matrix_eigenpairs(matrix, noise, pairs, error)
+      !> Square; deallocated.
+      complex(wp), allocatable, intent(inout) :: matrix(:, :)
+      real(wp), intent(in) :: noise
+      type(dense_eigenpairs_type), intent(out) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+
+      allocate (pairs%values(size(matrix, 1)), pairs%complex_basis(size(matrix, 1), size(matrix, 1)))
+      pairs%noise = noise
+      call schur_form(matrix, pairs%complex_basis, pairs%values, error)
+      call move_alloc(matrix, pairs%complex_schur)
+   end subroutine complex_matrix_eigenpairs
 
    ! Schur form of [R T R^{-1}, H], and the Schur vectors of the block after the invariant subspace.
    subroutine triangular_form(householder, h, invariant, noise, pairs, u, error)
@@ -250,14 +269,23 @@ contains
       class(dense_eigenpairs_type), intent(in) :: self
       !> Their positions.
       integer, intent(in) :: chosen(:)
-      complex(wp) :: vectors(size(self%basis, 1), size(chosen))
-      real(wp), dimension(size(self%basis, 1), size(chosen)) :: re, im
+      complex(wp), allocatable :: vectors(:, :)
+      real(wp), allocatable :: re(:, :), im(:, :)
       complex(wp), allocatable :: y(:, :)
       integer :: n, k, l, j
 
+      l = size(chosen)
+      if (allocated(self%complex_schur)) then
+         call independent_eigenvectors(self%complex_schur, self%noise, chosen, y)
+         allocate (vectors, source=matmul(self%complex_basis, y))
+         do j = 1, l
+            vectors(:, j) = vectors(:, j)/norm2(abs(vectors(:, j)))
+         end do
+         return
+      end if
       n = size(self%basis, 1)
       k = size(self%basis, 2)
-      l = size(chosen)
+      allocate (vectors(n, l), re(n, l), im(n, l))
       if (l == 0) return
       call independent_eigenvectors(self%schur, self%noise, k - size(self%values) + chosen, y)
       call dgemm("N", "N", n, l, k, 1.0_wp, self%basis, n, real(y, wp), k, 0.0_wp, re, n)

@@ -111,6 +111,7 @@ contains
 
       y = 0
       call self%pencil%a%add_product((1.0_wp, 0.0_wp), x, y)
+      if (allocated(self%pencil%loss)) call self%pencil%loss%add_product((0.0_wp, 1.0_wp), x, y)
       call self%solver%solve(y, error)
    end subroutine direct_apply
 end module kschur_direct_operator

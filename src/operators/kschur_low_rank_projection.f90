@@ -2,7 +2,7 @@
 !>
 !> On the null space of the constraints, with A = K_s - s M and C = A^{-1} M, A^{-1} P(lambda) is
 !>
-!>     (1 + beta lambda) + c(lambda) C + F (lambda S + T),   c = lambda^2 + alpha lambda + s (1 + beta lambda)
+!>     p(lambda) + c(lambda) C + F (lambda S + T + i U),   p = 1 + beta lambda + i g,  c = lambda^2 + alpha lambda + s p
 !>
 !> with the responses F = A^{-1} B. In a space with M-orthonormal basis V that contains F, only C maps out of the space, and its
 !> residual block is known from the Lanczos decomposition.
@@ -12,7 +12,7 @@ module kschur_low_rank_projection
    use kschur_error, only: error_type, new_error, error_singular
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgesv
+   use kschur_lapack, only: zgesv
    use kschur_local_forces, only: local_forces_type
    use kschur_projected, only: symmetric_eigenvectors
    use kschur_sorting, only: ascending_order
@@ -29,15 +29,16 @@ module kschur_low_rank_projection
       real(wp), allocatable :: values(:), residuals(:)
       !> Ritz vectors in terms of the basis, and the residual block applied to each, k and q rows.
       real(wp), allocatable :: vectors(:, :), remainder(:, :)
-      !> F (r columns), S and T (r rows) in terms of the Ritz vectors.
-      real(wp), allocatable :: responses(:, :), damping(:, :), stiffness(:, :)
+      !> F (r columns), S and T + i U (r rows) in terms of the Ritz vectors.
+      real(wp), allocatable :: responses(:, :), damping(:, :)
+      complex(wp), allocatable :: stiffness(:, :)
       !> theta and lambda of the undamped part; s.
       type(spectral_map_type) :: map
       real(wp) :: shift = 0
    contains
       !> Eigenpairs of the damped problem in the space.
       procedure :: eigenpairs
-      !> Norm of the residual of A^{-1} P(lambda), relative to 1 + beta lambda, for a combination of Ritz vectors.
+      !> Norm of the residual of A^{-1} P(lambda), relative to p(lambda), for a combination of Ritz vectors.
       procedure :: residual
    end type projection_type
 
@@ -69,14 +70,14 @@ contains
          allocate (projection%responses, source=matmul(transpose(u), responses(:k, :)))
          allocate (motion, source=matmul(d%basis%rows(forces%columns, k), u))
          allocate (projection%damping, source=matmul(forces%damping, motion))
-         allocate (projection%stiffness, source=matmul(forces%stiffness, motion))
+         allocate (projection%stiffness, source=cmplx(matmul(forces%stiffness, motion), matmul(forces%loss, motion), wp))
       end associate
       allocate (projection%residuals, source=[(norm2(projection%remainder(:, j))/ &
          max(abs(projection%values(j)), epsilon(1.0_wp)*d%scale, tiny(1.0_wp)), j=1, k)])
    end subroutine new_projection
 
    !> Solves the projected damped problem: computes mu = 1/(lambda - tau), and states (x, v) in terms of the Ritz vectors, v =
-   !> lambda/unit x. Excludes the given root space of the eigenvalue zero.
+   !> lambda/unit x. Excludes the given root space of the eigenvalue zero, but not with losses.
    subroutine eigenpairs(self, tau, unit, zero, pairs, error)
       class(projection_type), intent(in) :: self
       real(wp), intent(in) :: tau, unit
@@ -86,7 +87,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(root_space_type) :: none
       type(invariant_type) :: zero_space
-      real(wp), allocatable :: matrix(:, :), ordered(:, :)
+      complex(wp), allocatable :: matrix(:, :), lossy(:, :)
+      real(wp), allocatable :: ordered(:, :)
       real(wp) :: factors(2*size(self%values))
       integer :: order(2*size(self%values)), k, j
 
@@ -103,9 +105,22 @@ contains
       order(2::2) = k + order(::2)
       factors(::2) = sqrt(max(abs(self%values(order(::2))), epsilon(1.0_wp)**2*maxval(abs(self%values)), tiny(1.0_wp)))
       factors(2::2) = 1/unit
+      if (self%map%upper) then
+         allocate (lossy(2*k, 2*k))
+         do j = 1, 2*k
+            lossy(:, j) = matrix(order, order(j))*(factors(j)/factors)
+         end do
+         call matrix_eigenpairs(lossy, twelve_digits, pairs, error)
+         if (allocated(error)) return
+         do j = 1, 2*k
+            matrix(order, j) = factors*pairs%complex_basis(:, j)
+         end do
+         call move_alloc(matrix, pairs%complex_basis)
+         return
+      end if
       allocate (ordered(2*k, 2*k))
       do j = 1, 2*k
-         ordered(:, j) = matrix(order, order(j))*(factors(j)/factors)
+         ordered(:, j) = real(matrix(order, order(j)), wp)*(factors(j)/factors)
       end do
       zero_space = zero_and_infinite(zero, none, 2*k, cmplx(tau, 0, wp), unit, oscillator=.false.)
       do j = 1, size(zero_space%vectors, 2)
@@ -113,34 +128,37 @@ contains
       end do
       call matrix_eigenpairs(ordered, zero_space, twelve_digits, pairs, error)
       if (allocated(error)) return
+      allocate (ordered(2*k, 2*k))
       do j = 1, 2*k
-         matrix(order, j) = factors*pairs%basis(:, j)
+         ordered(order, j) = factors*pairs%basis(:, j)
       end do
-      call move_alloc(matrix, pairs%basis)
+      call move_alloc(ordered, pairs%basis)
    end subroutine eigenpairs
 
-   ! Matrix of the map (x, v) -> (x+, v+): with D = (1 + beta tau + c(tau) C)^{-1} and H = tau S + T,
+   ! Matrix of the map (x, v) -> (x+, v+), real without losses: with D = (p(tau) + c(tau) C)^{-1} and G = tau S + T + i U,
    !
    !     x+ = -P^{-1} (unit C v + ((tau + alpha + beta s) C + beta) x) - P^{-1} F S x,  v+ = (x + tau x+)/unit
    !
-   ! P^{-1} = D - D F (1 + H D F)^{-1} H D (Woodbury) keeps digits that strong dampers would swamp.
+   ! P^{-1} = D - D F (1 + G D F)^{-1} G D (Woodbury) keeps digits that strong dampers would swamp.
    subroutine make_matrix(self, tau, unit, matrix, error)
       type(projection_type), intent(in) :: self
       real(wp), intent(in) :: tau, unit
-      real(wp), allocatable, intent(out) :: matrix(:, :)
+      complex(wp), allocatable, intent(out) :: matrix(:, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: d(:), g(:, :), df(:, :), inverse(:, :)
+      complex(wp), allocatable :: d(:), g(:, :), df(:, :), inverse(:, :)
+      complex(wp) :: p
       integer :: k, r, j, pivots(size(self%responses, 2)), info
 
       k = size(self%values)
       r = size(self%responses, 2)
       associate (alpha => self%map%alpha, beta => self%map%beta, s => self%shift, t => self%values)
-         allocate (d, source=1/(1 + beta*tau + (tau*(tau + alpha) + s*(1 + beta*tau))*t))
-         allocate (df, source=self%responses)
+         p = self%map%reaction(cmplx(tau, 0, wp))
+         allocate (d, source=1/(p + (tau*(tau + alpha) + s*p)*t))
+         allocate (df(k, r))
          do j = 1, r
-            df(:, j) = d*df(:, j)
+            df(:, j) = d*self%responses(:, j)
          end do
-         ! (1 + H D F)^{-1} [H D, S], with rows equilibrated.
+         ! (1 + G D F)^{-1} [G D, S], with rows equilibrated.
          allocate (g(r, r + 2*k))
          g(:, r + 1:r + k) = tau*self%damping + self%stiffness
          g(:, :r) = matmul(g(:, r + 1:r + k), df)
@@ -155,7 +173,7 @@ contains
             g(j, :) = g(j, :)/maxval(abs(g(j, :)))
          end do
          if (r > 0) then
-            call dgesv(r, 2*k, g, r, pivots, g(:, r + 1:), r, info)
+            call zgesv(r, 2*k, g, r, pivots, g(:, r + 1:), r, info)
             if (info /= 0) call new_error(error, error_singular, &
                "the projected problem is singular at the shift: move the shift a little")
             if (allocated(error)) return
@@ -183,7 +201,7 @@ contains
       complex(wp) :: p, c
       real(wp) :: parts(size(x), 2), remainders(size(self%remainder, 1), 2)
 
-      p = 1 + self%map%beta*lambda
+      p = self%map%reaction(lambda)
       c = lambda*(lambda + self%map%alpha) + self%shift*p
       parts(:, 1) = real(x, wp)
       parts(:, 2) = aimag(x)

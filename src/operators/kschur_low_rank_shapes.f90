@@ -23,10 +23,10 @@ module kschur_low_rank_shapes
 contains
 
    !> Recovers shapes and multipliers by one more application of the undamped operator, which removes components of infinite
-   !> eigenvalues. With H = lambda S + T and p = 1 + beta lambda,
+   !> eigenvalues. With G = lambda S + T + i U and p = 1 + beta lambda + i g,
    !>
    !>     p (phi, xi/p) = (z, zeta) - (F, Xi) y,   (z, zeta) = -[K_s - s M, Cq^T; Cq, 0]^{-1} (c(lambda) M x, 0),
-   !>     (p + H F) y = H z
+   !>     (p + G F) y = G z
    !>
    !> The local forces y are computed from z, not from x, whose motion at a strong damper is a rounding error.
    subroutine recover_shapes(operator, forces, responses, map, shift, lambda, pairs, error)
@@ -84,25 +84,25 @@ contains
       end do
    end subroutine recover_shapes
 
-   ! Solves (p + H F) y = H z with equilibrated rows; zero if that is singular.
+   ! Solves (p + G F) y = G z with equilibrated rows; zero if that is singular.
    subroutine find_forces(forces, at_columns, lambda, p, z, y)
       type(local_forces_type), intent(in) :: forces
-      !> Rows of F that H multiplies.
+      !> Rows of F that G multiplies.
       real(wp), intent(in) :: at_columns(:, :)
       complex(wp), intent(in) :: lambda, p
-      !> Rows of z that H multiplies.
+      !> Rows of z that G multiplies.
       complex(wp), intent(in) :: z(:)
       complex(wp), intent(out) :: y(:)
-      complex(wp) :: h(size(y), size(z)), a(size(y), size(y)), response(size(z), size(y))
+      complex(wp) :: g(size(y), size(z)), a(size(y), size(y)), response(size(z), size(y))
       real(wp) :: level
       integer :: r, i, info, pivots(size(y))
 
       r = size(y)
       if (r == 0) return
-      h = lambda*forces%damping + forces%stiffness
+      g = lambda*forces%damping + cmplx(forces%stiffness, forces%loss, wp)
       response = at_columns
-      a = matmul(h, response)
-      y = matmul(h, z)
+      a = matmul(g, response)
+      y = matmul(g, z)
       do i = 1, r
          a(i, i) = a(i, i) + p
          level = maxval(abs(a(i, :)))

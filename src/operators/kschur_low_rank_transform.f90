@@ -95,6 +95,7 @@ contains
          undamped => transform%symmetric_part
       end if
       call new_symmetric_transform(transform%undamped, undamped, deflation, placement, solver, error)
+      transform%undamped%map%loss = transform%forces%loss_factor
       if (allocated(error) .or. .not. present(counting_solver)) return
       if (.not. allocated(counting_solver)) return
       allocate (transform%census)
@@ -315,10 +316,14 @@ contains
          allocate (ritz%mu(0), ritz%vectors(self%space%basis%length(), 0))
          return
       end if
-      before = size(check%pairs%schur, 1) - size(check%pairs%values)
-      allocate (chosen, source=before + check%chosen)
-      call keep_one_of_pairs(check%pairs%schur, chosen, ritz%paired)
-      chosen = chosen - before
+      if (allocated(check%pairs%schur)) then
+         before = size(check%pairs%schur, 1) - size(check%pairs%values)
+         allocate (chosen, source=before + check%chosen)
+         call keep_one_of_pairs(check%pairs%schur, chosen, ritz%paired)
+         chosen = chosen - before
+      else
+         allocate (chosen, source=check%chosen)
+      end if
       allocate (ritz%mu(size(chosen)), source=check%pairs%values(chosen))
       allocate (y, source=check%pairs%vectors(chosen))
       allocate (ritz%vectors(self%space%basis%length(), size(ritz%mu)))

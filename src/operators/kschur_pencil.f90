@@ -1,5 +1,4 @@
-!> The paper's Table 1: the modal problem as a pencil A x = theta B x of real
-!> sparse matrices.
+!> The paper's Table 1: the modal problem as a pencil A x = theta B x of sparse matrices, real but for losses in A.
 module kschur_pencil
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
@@ -27,6 +26,8 @@ module kschur_pencil
       !> Map between theta and lambda.
       type(spectral_map_type) :: map
       type(csr_matrix_type) :: a, b
+      !> Imaginary part of A, from the loss matrix H beside K; not allocated: none.
+      type(csr_matrix_type), allocatable :: loss
       !> Numbers of unknowns n and multipliers m of the problem.
       integer :: unknowns, multipliers
       !> Factor of each constraint: xi as given is `factors` times the xi of the pencil.
@@ -75,7 +76,7 @@ contains
       !> wanted ones keeps all parts alike.
       real(wp), intent(in) :: unit
       type(error_type), allocatable, intent(out) :: error
-      type(blocks_type) :: a, b
+      type(blocks_type) :: a, b, loss
       type(csr_matrix_type) :: cq
       integer :: n, m, order, i
 
@@ -87,6 +88,7 @@ contains
       pencil%map%oscillator = all(formulation /= [formulation_damped, formulation_damped_constrained, &
          formulation_damped_constrained_zero])
       pencil%map%sign = merge(1.0_wp, -1.0_wp, formulation == formulation_undamped)
+      pencil%map%upper = allocated(problem%loss)
       pencil%unknowns = n
       pencil%multipliers = m
       pencil%unit = unit
@@ -123,6 +125,10 @@ contains
       end if
       call new_csr_from_triplets(pencil%a, order, order, a%row, a%column, a%value, error)
       if (.not. allocated(error)) call new_csr_from_triplets(pencil%b, order, order, b%row, b%column, b%value, error)
+      if (allocated(error) .or. .not. allocated(problem%loss)) return
+      allocate (loss%row(0), loss%column(0), loss%value(0), pencil%loss)
+      call loss%add(0, 0, merge(-1.0_wp, pencil%map%sign, pencil%is_damped()), problem%loss)
+      call new_csr_from_triplets(pencil%loss, order, order, loss%row, loss%column, loss%value, error)
    end subroutine new_pencil
 
    !> Fails if a formulation is not a pencil of Table 1, or does not fit the damping and constraints of a problem.

@@ -51,6 +51,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Motions to be deflated.
       type(deflation_type), target, optional, intent(in) :: deflation
+      type(csr_matrix_type), allocatable :: parts(:)
       type(complex_csr_matrix_type) :: shifted
 
       operator%pencil = pencil
@@ -61,7 +62,12 @@ contains
          call new_error(error, error_singular, "the shift must not be 0 in a formulation with spurious zeros: take another one")
       call require_memory(4*(pencil%a%bytes() + pencil%b%bytes()), "the shifted pencil", error)
       if (allocated(error)) return
-      shifted = complex_combination([(1.0_wp, 0.0_wp), -shift], [csr_matrix_type :: pencil%a, pencil%b])
+      allocate (parts(merge(3, 2, allocated(pencil%loss))))
+      parts(1) = pencil%a
+      parts(2) = pencil%b
+      if (allocated(pencil%loss)) parts(3) = pencil%loss
+      shifted = complex_combination([(1.0_wp, 0.0_wp), -shift, (0.0_wp, 1.0_wp)], parts)
+      deallocate (parts)
       call operator%solver%factorize(shifted, pencil%structure, error)
       if (.not. allocated(error)) call check_regular(operator, shifted, error)
    end subroutine new_shift_invert
@@ -154,6 +160,7 @@ contains
       call self%pencil%b%add_product((1.0_wp, 0.0_wp), x, y)
       if (.not. self%pencil%has_spurious_zeros()) return
       allocate (explicit, source=explicit_part(self%pencil, x))
+      ! Losses act on the first part of a state, where `explicit` is zero.
       call self%pencil%a%add_product((-1.0_wp, 0.0_wp), explicit, y)
       call self%pencil%b%add_product(self%shift, explicit, y)
       y(size(y, 1) - self%pencil%multipliers + 1:, :) = 0

@@ -72,6 +72,7 @@ contains
       transform%map%alpha = problem%alpha
       transform%map%beta = problem%beta
       transform%map%loss = problem%loss_factor
+      transform%map%upper = allocated(problem%loss)
       transform%shift = real(transform%map%theta(placement%lambda), wp)
       transform%operator%problem => problem
       transform%operator%deflation => deflation

@@ -1,12 +1,14 @@
 !> Hysteretic losses: loss stiffness H in K + i H, and loss factors of modes.
 module kschur_loss
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_sparse, only: csr_matrix_type, linear_combination
+   use kschur_sorting, only: ascending_order
+   use kschur_sparse, only: csr_matrix_type, linear_combination, new_csr_from_triplets
    use kschur_tolerances, only: rounding_of_row
    implicit none
    private
-   public :: factor_of_loss, loss_factor_of, loss_or_none, times_factor
+   public :: factor_of_loss, find_local_loss, loss_factor_of, loss_or_none, times_factor
 
 contains
 
@@ -37,6 +39,51 @@ contains
          end do
       end do
    end function factor_of_loss
+
+   !> Splits H = g K + L, with L in few rows: g is the median of h_ii/k_ii, and entries of L that are rounding errors of their row
+   !> and column are dropped.
+   subroutine find_local_loss(stiffness, loss, most_rows, factor, local, few, error)
+      type(csr_matrix_type), intent(in) :: stiffness, loss
+      !> Largest number of nonzero rows of L.
+      integer, intent(in) :: most_rows
+      !> g.
+      real(wp), intent(out) :: factor
+      !> L, if `few`.
+      type(csr_matrix_type), intent(out) :: local
+      !> Whether L has few rows.
+      logical, intent(out) :: few
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: rest
+      real(wp) :: of_rows(loss%rows), of_columns(loss%rows)
+      real(wp), allocatable :: ratios(:)
+      integer, allocatable :: row(:), order(:)
+      logical, allocatable :: kept(:)
+      logical :: filled(loss%rows)
+      integer :: k
+
+      associate (diagonal => stiffness%diagonal())
+         allocate (ratios, source=pack(loss%diagonal(), abs(diagonal) > 0)/pack(diagonal, abs(diagonal) > 0))
+      end associate
+      factor = 0
+      if (size(ratios) > 0) then
+         allocate (order, source=ascending_order(ratios))
+         factor = ratios(order((size(order) + 1)/2))
+      end if
+      rest = linear_combination(1.0_wp, loss, -factor, stiffness)
+      allocate (row, source=rest%row_indices())
+      of_rows = max(loss%row_maxima(), abs(factor)*stiffness%row_maxima())
+      of_columns = 0
+      do k = 1, loss%nonzeros()
+         of_columns(loss%column(k)) = max(of_columns(loss%column(k)), abs(loss%value(k)))
+      end do
+      of_columns = max(of_columns, of_rows)
+      allocate (kept, source=abs(rest%value) > rounding_of_row*min(of_rows(row), of_columns(rest%column)))
+      filled = .false.
+      filled(pack(row, kept)) = .true.
+      few = count(filled) <= most_rows
+      if (few) call new_csr_from_triplets(local, loss%rows, loss%rows, pack(row, kept), pack(rest%column, kept), &
+         pack(rest%value, kept), error)
+   end subroutine find_local_loss
 
    !> Returns H, or a zero matrix with the pattern of K if there is none.
    pure function loss_or_none(stiffness, loss) result(matrix)

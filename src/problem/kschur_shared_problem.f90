@@ -12,9 +12,9 @@ module kschur_shared_problem
    type :: shared_problem_type
       !> The problem, in the first process.
       type(modal_problem_type) :: problem
-      !> With several processes: local rows of M, R and K, and total numbers of rows.
+      !> With several processes: local rows of M, R, K and H, and total numbers of rows.
       type(modal_problem_type) :: rows
-      integer :: all_rows(3) = 0
+      integer :: all_rows(4) = 0
    contains
       !> Gathers the whole matrices in the first process, unchecked.
       procedure, nopass :: assemble

@@ -2,12 +2,13 @@
 module kschur_spectral_map
    use kschur_kinds, only: wp
    use kschur_lossy_curve, only: distance_to_lossy
+   use kschur_tolerances, only: real_tolerance
    implicit none
    private
    public :: spectral_map_type
 
    !> Either theta = lambda, or theta = sign omega^2 with the two roots of lambda^2 + (alpha + beta omega^2) lambda + omega^2 (1
-   !> + i g) = 0; with g only the root above the real axis counts.
+   !> + i g) = 0.
    type :: spectral_map_type
       !> Whether theta belongs to an oscillator with two roots.
       logical :: oscillator = .false.
@@ -17,10 +18,12 @@ module kschur_spectral_map
       real(wp) :: alpha = 0, beta = 0
       !> The loss factor g of H = g K; zero for none.
       real(wp) :: loss = 0
+      !> Whether only roots above or on the real axis count, as with a loss matrix H.
+      logical :: upper = .false.
    contains
       !> theta of a lambda.
       procedure :: theta
-      !> The two lambdas of a theta; equal if there is one.
+      !> The two lambdas of a theta; equal if there is one, or only one counts.
       procedure :: lambdas
       !> Smallest distance of the lambdas of an interval of theta from a target.
       procedure :: distance_to
@@ -62,14 +65,15 @@ contains
       if (abs(self%loss) > 0) product = product*cmplx(1, self%loss, wp)
       root = sqrt(half_sum**2 - product)
       if (real(root*conjg(half_sum), wp) < 0) root = -root
-      if (.not. max(abs(aimag(theta)), abs(self%loss)) > 0 .and. abs(aimag(root)) > 0) then
+      if (.not. (abs(aimag(theta)) > 0 .or. self%upper) .and. abs(aimag(root)) > 0) then
          roots = [half_sum + root, conjg(half_sum + root)]
       else
          roots(1) = half_sum + root
          roots(2) = -roots(1)
          if (abs(half_sum) > 0 .and. abs(roots(1)) > 0) roots(2) = product/roots(1)
       end if
-      if (abs(self%loss) > 0) roots = merge(roots(1), roots(2), aimag(roots(1)) >= aimag(roots(2)))
+      if (self%upper .and. any(abs(aimag(roots)) > real_tolerance*abs(roots))) &
+         roots = merge(roots(1), roots(2), aimag(roots(1)) >= aimag(roots(2)))
    end function lambdas
 
    !> Smallest distance of `target` from the lambdas of all real theta in [first,

@@ -14,7 +14,7 @@ module kschur_context
    use kschur_memory, only: complex_bytes
    use kschur_memory_estimate, only: check_memory
    use kschur_monitor, only: ask_monitor, monitor_type
-   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, inner_iterative, method_krylov_schur
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, inner_iterative
    use kschur_presolve, only: presolve_type
    use kschur_problem, only: modal_problem_type, refuse_loss
    use kschur_processes, only: processes_type
@@ -156,10 +156,6 @@ contains
       type(modal_options_type), intent(in) :: options
       type(error_type), allocatable, intent(inout) :: error
 
-      if (associated(s%processes)) then
-         if (s%processes%number > 1) call refuse_loss(s%problem, "several processes", error)
-      end if
-      if (options%method /= method_krylov_schur) call refuse_loss(s%problem, "ARPACK", error)
       if (options%inner == inner_iterative) call refuse_loss(s%problem, "an iterative inner solver", error)
       if (allocated(error)) return
       ! The modes lie above the axis; their conjugates are as near to the mirrored target.

@@ -3,12 +3,15 @@ module kschur_formulation
    use kschur_effort, only: effort_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_solver_choice, only: inner_solvers_type, choose_inner_solvers
+   use kschur_kinds, only: wp
    use kschur_local_forces, only: description_of, local_forces_type, new_local_forces
+   use kschur_loss, only: find_local_loss
    use kschur_mass, only: examine_mass, is_definite
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, formulation_names, &
       formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped, formulation_undamped_constrained
    use kschur_pencil, only: check_fit
    use kschur_problem, only: modal_problem_type, damping_general, damping_none
+   use kschur_sparse, only: csr_matrix_type
    implicit none
    private
    public :: choose_formulation, is_structured, likely_formulation
@@ -69,10 +72,7 @@ contains
       if (any(asked == [formulation_auto, formulation_dense])) formulation = smallest_formulation(problem)
       if (asked == formulation_dense .and. .not. is_structured(formulation)) formulation = formulation_quadratic
       if (.not. is_structured(formulation)) then
-         if (allocated(problem%loss)) call new_error(error, error_usage, "the formulation "// &
-            trim(formulation_names(formulation))//" is of real matrices, and there is a loss matrix H: quadratic and dense "// &
-            "take it, proportional where H = g K")
-         if (.not. allocated(error)) call check_fit(problem, formulation, error)
+         call check_fit(problem, formulation, error)
          if (allocated(error)) return
       end if
       if (present(inner)) then
@@ -82,8 +82,7 @@ contains
       end if
       call find_obstacle(problem, formulation, solvers, obstacle, ill_conditioned, error, effort)
       if (allocated(error)) return
-      if (asked == formulation_auto .and. may_be_low_rank(problem)) &
-         call try_low_rank(problem, formulation, solvers, decision, error, effort)
+      if (asked == formulation_auto) call try_low_rank(problem, formulation, solvers, decision, error, effort)
       if (allocated(error) .or. allocated(decision)) return
       if (len(obstacle) > 0 .and. all(asked /= [formulation_auto, formulation_dense])) then
          call new_error(error, error_usage, "the formulation "//trim(formulation_names(formulation))// &
@@ -141,26 +140,36 @@ contains
       integer, intent(out) :: formulation
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: obstacle
+      logical :: few
 
       formulation = asked
       if (any(asked == [formulation_auto, formulation_dense])) formulation = smallest_formulation(problem)
-      if (asked /= formulation_auto .or. .not. may_be_low_rank(problem)) return
-      call find_low_rank_obstacle(problem, obstacle, error)
-      if (allocated(error)) return
+      if (asked /= formulation_auto) return
+      call check_few(problem, few, error)
+      if (.not. allocated(error) .and. few) call find_low_rank_obstacle(problem, obstacle, error)
+      if (allocated(error) .or. .not. few) return
       if (len(obstacle) == 0) formulation = formulation_low_rank
    end subroutine likely_formulation
 
-   ! Whether few enough unknowns, at most a quarter, have damping that is not proportional.
-   pure logical function may_be_low_rank(problem)
+   ! Tests whether few enough unknowns, at most a quarter, have damping that is not proportional, or losses that are not.
+   subroutine check_few(problem, few, error)
       type(modal_problem_type), intent(in) :: problem
+      logical, intent(out) :: few
+      type(error_type), allocatable, intent(out) :: error
       ! Inverse of the largest fraction of unknowns that is few.
       integer, parameter :: few_part = 4
+      type(csr_matrix_type) :: local
+      real(wp) :: factor
 
-      may_be_low_rank = allocated(problem%dampers) .and. problem%damping_kind == damping_general .and. &
-         .not. allocated(problem%loss) .and. &
-         smallest_formulation(problem) == formulation_quadratic
-      if (may_be_low_rank) may_be_low_rank = few_part*count(problem%dampers%row_maxima() > 0) <= problem%unknowns()
-   end function may_be_low_rank
+      few = smallest_formulation(problem) == formulation_quadratic .and. &
+         (allocated(problem%loss) .or. problem%damping_kind == damping_general)
+      if (few .and. problem%damping_kind == damping_general) then
+         few = allocated(problem%dampers)
+         if (few) few = few_part*count(problem%dampers%row_maxima() > 0) <= problem%unknowns()
+      end if
+      if (few .and. allocated(problem%loss) .and. .not. abs(problem%loss_factor) > 0) &
+         call find_local_loss(problem%stiffness, problem%loss, problem%unknowns()/few_part, factor, local, few, error)
+   end subroutine check_few
 
    ! Sets the low-rank formulation and the decision, if it fits.
    subroutine try_low_rank(problem, formulation, inner, decision, error, effort)
@@ -171,8 +180,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(effort_type), intent(inout), optional :: effort
       character(len=:), allocatable :: obstacle
-      logical :: ill_conditioned
+      logical :: ill_conditioned, few
 
+      call check_few(problem, few, error)
+      if (allocated(error) .or. .not. few) return
       call find_obstacle(problem, formulation_low_rank, inner, obstacle, ill_conditioned, error, effort)
       if (allocated(error) .or. len(obstacle) > 0) return
       formulation = formulation_low_rank
@@ -199,9 +210,9 @@ contains
       ! If forces act on more than half of all motions, a space of undamped modes does not help.
       if (are_few) are_few = 2*forces%rank() <= problem%unknowns()
       if (.not. are_few) then
-         obstacle = "it differs from a symmetric problem with proportional damping at more than a few unknowns"
+         obstacle = "it differs from a symmetric problem with proportional damping and losses at more than a few unknowns"
       else if (.not. all(has_mass([forces%rows, forces%columns]))) then
-         obstacle = "it is damped at unknowns without mass"
+         obstacle = "it is damped at unknowns without mass, or has losses of its own there"
       end if
    end subroutine find_low_rank_obstacle
 
@@ -221,13 +232,13 @@ contains
       obstacle = ""
       ill_conditioned = .false.
       if (all(formulation /= [formulation_symmetric, formulation_proportional, formulation_low_rank])) return
-      if (allocated(problem%loss) .and. formulation /= formulation_proportional) then
+      if (formulation == formulation_low_rank) then
+         call find_low_rank_obstacle(problem, obstacle, error)
+         if (allocated(error) .or. len(obstacle) > 0) return
+      else if (allocated(problem%loss) .and. formulation == formulation_symmetric) then
          obstacle = "it has a loss matrix H"
       else if (allocated(problem%loss) .and. .not. abs(problem%loss_factor) > 0) then
          obstacle = "its loss matrix H is not proportional to the stiffness"
-      else if (formulation == formulation_low_rank) then
-         call find_low_rank_obstacle(problem, obstacle, error)
-         if (allocated(error) .or. len(obstacle) > 0) return
       else if (.not. problem%symmetric) then
          obstacle = "its matrices are not symmetric"
       else if (formulation == formulation_symmetric .and. problem%damping_kind /= damping_none) then

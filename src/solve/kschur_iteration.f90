@@ -159,7 +159,7 @@ contains
          ritz_index(k) = j
          if (.not. transform%map%oscillator) cycle
          if (abs(aimag(roots(1))) > 0 .and. .not. abs(roots(2) - conjg(roots(1))) > 0) cycle
-         if (abs(transform%map%loss) > 0) cycle
+         if (transform%map%upper .and. .not. abs(roots(2) - roots(1)) > 0) cycle
          k = k + 1
          lambda(k) = roots(2)
          ritz_index(k) = j

@@ -6,13 +6,14 @@ module kschur_memory_estimate
    use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type
    use kschur_linear_solver, only: matrix_structure_type
+   use kschur_local_forces, only: local_forces_type, new_local_forces
    use kschur_memory, only: complex_bytes, real_bytes, require_memory
    use kschur_options, only: modal_options_type, formulation_dense, formulation_low_rank, formulation_proportional, &
       formulation_quadratic, formulation_symmetric
    use kschur_pencil, only: new_pencil, pencil_type
    use kschur_presolve, only: presolve, presolve_type
    use kschur_problem, only: modal_problem_type
-   use kschur_saddle, only: bordered, order_elimination, saddle_structure
+   use kschur_saddle, only: bordered, enlarged, order_elimination, saddle_structure
    use kschur_settings, only: set_iteration_options, settings_of
    use kschur_solver_choice, only: choose_inner_solvers, inner_solvers_type
    use kschur_sparse, only: csr_matrix_type, linear_combination
@@ -117,6 +118,8 @@ contains
          plan%oscillator = any(plan%formulation == [formulation_symmetric, formulation_proportional])
          plan%pattern = bordered(linear_combination([1.0_wp, 1.0_wp, 1.0_wp], [work%stiffness, work%mass, work%damping]), &
             work%constraints, spread(1.0_wp, 1, work%multipliers()))
+         if (allocated(work%loss)) plan%pattern = linear_combination(1.0_wp, plan%pattern, 1.0_wp, &
+            enlarged(work%loss, plan%pattern%rows))
          plan%structure = saddle_structure(work)
          plan%structure%symmetric = plan%structure%symmetric .or. plan%oscillator .or. plan%formulation == formulation_low_rank
          plan%order = merge(1, 2, plan%oscillator)*work%unknowns()
@@ -128,6 +131,7 @@ contains
          if (allocated(error)) return
          plan%oscillator = pencil%map%oscillator
          plan%pattern = linear_combination(1.0_wp, pencil%a, 1.0_wp, pencil%b)
+         if (allocated(pencil%loss)) plan%pattern = linear_combination(1.0_wp, plan%pattern, 1.0_wp, pencil%loss)
          plan%structure = pencil%structure
          plan%order = plan%pattern%rows
          plan%complex = .true.
@@ -192,12 +196,16 @@ contains
    end function bytes_of_vectors
 
    ! Vectors of a low-rank space beyond those for the wanted modes: responses to each local force and to six rigid motions.
-   pure integer function extra_low_rank_vectors(problem) result(vectors)
+   integer function extra_low_rank_vectors(problem) result(vectors)
       type(modal_problem_type), intent(in) :: problem
       integer, parameter :: of_force = 10, of_rigid_motions = 18
+      type(local_forces_type) :: forces
+      type(error_type), allocatable :: error
+      logical :: are_few
 
       vectors = of_rigid_motions
-      if (allocated(problem%dampers)) vectors = vectors + of_force*count(problem%dampers%row_maxima() > 0)
+      call new_local_forces(problem, forces, are_few, error)
+      if (are_few .and. .not. allocated(error)) vectors = vectors + of_force*size(forces%rows)
    end function extra_low_rank_vectors
 
    pure real(wp) function total(self)

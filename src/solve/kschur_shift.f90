@@ -99,8 +99,15 @@ contains
       type(solve_context_type), intent(in) :: s
       complex(wp), parameter :: above = (0.28_wp, 0.96_wp)
 
-      direction = merge(above, (1.0_wp, 0.0_wp), s%is_lossy() .and. s%formulation == formulation_quadratic)
+      direction = merge(above, (1.0_wp, 0.0_wp), iterates_complex(s))
    end function shift_direction
+
+   ! Whether complex matrices are factored because of losses.
+   pure logical function iterates_complex(s)
+      type(solve_context_type), intent(in) :: s
+
+      iterates_complex = s%is_lossy() .and. all(s%formulation /= [formulation_proportional, formulation_low_rank])
+   end function iterates_complex
 
    ! Whether the factors of the stiffness can serve an iteration at the shift zero: they are exact, not perturbed, the problem is
    ! symmetric, and all rigid motions are deflated. Not for a dense solve, nor if the options name an inner solver, nor if earlier
@@ -111,7 +118,7 @@ contains
       zero_may_serve = allocated(s%known%stiffness) .and. s%work%symmetric .and. s%known%deflation%not_deflated == 0 .and. &
          s%options%inner == inner_auto .and. .not. (s%dense .or. allocated(s%last)) .and. any(s%formulation == &
          [formulation_symmetric, formulation_proportional, formulation_quadratic, formulation_low_rank]) .and. &
-         .not. (s%is_lossy() .and. s%formulation == formulation_quadratic)
+         .not. iterates_complex(s)
       if (zero_may_serve) zero_may_serve = s%known%stiffness%exact
    end function zero_may_serve
 

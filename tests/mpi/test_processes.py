@@ -129,6 +129,54 @@ def check_methods(folder):
     check("what solves nothing", done.returncode == 0 and done.stdout.startswith("kschur "), done.stdout)
 
 
+def read_matrix(file, name):
+    return scipy.sparse.csr_matrix(tuple(file[name][key][:] for key in ("data", "indices", "indptr")), file[name].attrs["shape"])
+
+
+def check_losses(folder):
+    """Each process reads its rows of H: every form finds the modes of LAPACK's QZ, of losses in all of a model and in little of it."""
+    problem = folder / "lossy.h5"
+    for place in ("everywhere", "in few unknowns"):
+        run(0, "scene", "cantilever", "--elements", 10, "--output", problem)
+        with h5py.File(problem, "a") as file:
+            mass, damping, stiffness = (read_matrix(file, name) for name in ("mass", "damping", "stiffness"))
+            constraints = read_matrix(file, "constraints").toarray() if "constraints" in file else np.zeros((0, mass.shape[0]))
+            n = mass.shape[0]
+            factors = np.where(np.arange(n) > n / 2, 0.3, 0.05) if place == "everywhere" else np.zeros(n)
+            loss = scipy.sparse.lil_matrix(scipy.sparse.diags(np.sqrt(factors)) @ stiffness @ scipy.sparse.diags(np.sqrt(factors)))
+            loss[n - 2, n - 2] = 0.1 * stiffness[n - 2, n - 2]
+            loss = scipy.sparse.csr_matrix(loss)
+            group = file.create_group("loss")
+            group.attrs["shape"] = loss.shape
+            for key in ("indptr", "indices", "data"):
+                group[key] = getattr(loss, key)
+        allowed = scipy.linalg.null_space(constraints) if len(constraints) else np.eye(n)
+        m, r, k = (allowed.T @ matrix @ allowed for matrix in (mass, damping, stiffness + 1j * loss))
+        zero, one, rate = np.zeros_like(m), np.eye(len(m)), np.sqrt(np.linalg.norm(k) / np.linalg.norm(m))
+        exact = rate * scipy.linalg.eigvals(np.block([[zero, one], [-k / rate**2, -r / rate]]), scipy.linalg.block_diag(one, m))
+        exact = exact[exact.imag > 0]
+        exact = exact[np.argsort(abs(exact))][:4]
+        forms = ["auto", "quadratic", "damped-constrained"] + ["low-rank"] * (place == "in few unknowns")
+        for processes, options in ((2, ["--formulation", form]) for form in forms):
+            check_modes(f"losses {place}, {options[-1]} on {processes}", solve(processes, problem, "--modes", 4, *options), exact)
+        check_modes(f"losses {place}, ARPACK on 3", solve(3, problem, "--modes", 4, "--method", "arpack"), exact)
+        check_modes(f"losses {place}, certified on 3", solve(3, problem, "--modes", 4, "--certify", "--formulation", "quadratic"), exact)
+        check_modes(f"losses {place}, more processes than it takes", solve(4, problem, "--modes", 4, "--distribute", 5000), exact)
+    _, alone = solve(0, folder / "crank.h5", "--modes", 4, "--loss-factor", 0.1)
+    check_modes("a loss factor on 3", solve(3, folder / "crank.h5", "--modes", 4, "--loss-factor", 0.1), values(alone))
+
+
+def check_modes(name, solved, expected):
+    status, answer = solved
+    if status != 0:
+        check(name, False, f"{status} {answer}")
+        return
+    got = values(answer)
+    check(name, len(got) == len(expected) and np.all(abs(got - expected) <= 1e-8 * abs(expected)), f"{got} {expected}")
+    check(name + ": accurate, nothing missing", answer["certified"] is not False and
+          max(mode["backward_error"] for mode in answer["modes"]) < 1e-12)
+
+
 def check_bands(folder):
     """Parts by groups of processes: the same modes in the same order, and the same counts."""
     problem = folder / "grid-band.h5"
@@ -360,6 +408,7 @@ def main():
         check_scenes(folder)
         check_lapack(folder)
         check_methods(folder)
+        check_losses(folder)
         check_bands(folder)
         check_reading(folder)
         check_halves(folder)

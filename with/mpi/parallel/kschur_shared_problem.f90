@@ -16,9 +16,9 @@ module kschur_shared_problem
    type :: shared_problem_type
       !> The problem, in the first process.
       type(modal_problem_type) :: problem
-      !> With several processes: local rows of M, R and K, and total numbers of rows.
+      !> With several processes: local rows of M, R, K and H, and total numbers of rows.
       type(modal_problem_type) :: rows
-      integer :: all_rows(3) = 0
+      integer :: all_rows(4) = 0
       ! Number of processes with rows; 1 if one process read the whole problem.
       integer, private :: parts = 1
       logical, private :: away = .false.
@@ -29,7 +29,7 @@ module kschur_shared_problem
       procedure :: give
       !> Fails if the processes that share it differ from those of the solve.
       procedure :: check
-      !> Frees the entries of the whole M, R and K in the first process, while other arrays need the memory; restores them.
+      !> Frees the entries of the whole M, R, K and H in the first process, while other arrays need the memory; restores them.
       procedure :: put_away
       procedure :: bring_back
    end type shared_problem_type
@@ -43,6 +43,7 @@ contains
 
       if (processes%number == 1) return
       call processes%send_request([request_problem])
+      if (allocated(self%rows%loss)) allocate (self%problem%loss)
       call self%give(processes, error)
       if (allocated(error)) return
       self%problem%constraints = self%rows%constraints
@@ -59,6 +60,7 @@ contains
       if (.not. allocated(error)) call give_matrix(self%problem%mass, self%rows%mass, self%all_rows(1), processes, error)
       if (.not. allocated(error)) call give_matrix(self%problem%damping, self%rows%damping, self%all_rows(2), processes, error)
       if (.not. allocated(error)) call give_matrix(self%problem%stiffness, self%rows%stiffness, self%all_rows(3), processes, error)
+      if (.not. allocated(error) .and. allocated(self%rows%loss)) call give_loss(self, processes, error)
       if (.not. allocated(error)) self%parts = processes%number
    end subroutine give
 
@@ -67,15 +69,31 @@ contains
       class(shared_problem_type), intent(in) :: self
       type(processes_type), intent(in) :: processes
       type(error_type), allocatable, intent(out) :: error
-      integer :: here(6), first(6)
+      integer :: here(8), first(8)
 
-      here = [self%all_rows, self%rows%mass%columns, self%rows%damping%columns, self%rows%stiffness%columns]
+      here = [self%all_rows, self%rows%mass%columns, self%rows%damping%columns, self%rows%stiffness%columns, -1]
+      if (allocated(self%rows%loss)) here(8) = self%rows%loss%columns
       first = here
       call MPI_Bcast(first, size(first), MPI_INTEGER, 0, processes%communicator)
       if (any(here /= first)) call new_error(error, error_input, "process "//text(processes%rank)// &
          " has read matrices of other extents than the first one: do all find the same file?")
       call spread_error(processes%communicator, error)
    end subroutine compare
+
+   ! Gathers H, unless the first process has found that it is zero and has none.
+   subroutine give_loss(self, processes, error)
+      class(shared_problem_type), intent(inout) :: self
+      type(processes_type), intent(in) :: processes
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type), allocatable :: loss
+      logical :: has_loss
+
+      has_loss = allocated(self%problem%loss)
+      call move_alloc(self%problem%loss, loss)
+      if (.not. has_loss) allocate (loss)
+      call give_matrix(loss, self%rows%loss, self%all_rows(4), processes, error)
+      if (has_loss) call move_alloc(loss, self%problem%loss)
+   end subroutine give_loss
 
    ! Gathers a matrix in the first process.
    subroutine give_matrix(matrix, rows, all_rows, processes, error)
@@ -107,6 +125,7 @@ contains
       call drop_entries(self%problem%mass)
       call drop_entries(self%problem%damping)
       call drop_entries(self%problem%stiffness)
+      if (allocated(self%rows%loss) .and. allocated(self%problem%loss)) call drop_entries(self%problem%loss)
       self%away = .true.
    end subroutine put_away
 
