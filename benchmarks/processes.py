@@ -14,7 +14,7 @@ import tempfile
 import time
 
 PHASES = ("total", "analyze", "factorize", "solve", "orthogonalize", "examine", "place", "iterate", "recover", "judge", "other")
-DISTRIBUTED = ["--distribute", "1", "--inner", "mumps"]
+DISTRIBUTED = ["--distribute", "1"]
 
 
 def peaks(program, parent):

@@ -10,7 +10,7 @@ module kschur_left_looking
    implicit none
    private
    public :: supernodal_factors_type, elimination_type, panel_type, workspace_type
-   public :: eliminate_supernode, eliminate_in_tiles, schedule_updates, adopt_updates
+   public :: eliminate_supernode, assemble_in_tiles, eliminate_in_tiles, factor_in_tiles, schedule_updates, adopt_updates
 
    !> L and D, in the order and with the supernodes of a symbolic factorisation.
    type :: supernodal_factors_type
@@ -93,17 +93,46 @@ contains
       !> One for each thread.
       type(workspace_type), intent(inout) :: work(:)
       logical, intent(out) :: stopped
+
+      call assemble_in_tiles(symbolic, s, shared, factors, panel, work)
+      call factor_in_tiles(symbolic, s, shared, factors, panel, work, stopped)
+   end subroutine eliminate_in_tiles
+
+   !> Assembles the columns of supernode s in the panel and subtracts the updates of its descendants, by all threads.
+   subroutine assemble_in_tiles(symbolic, s, shared, factors, panel, work)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s
+      type(elimination_type), intent(inout) :: shared
+      type(supernodal_factors_type), intent(in) :: factors
+      type(panel_type), intent(inout) :: panel
+      !> One for each thread.
+      type(workspace_type), intent(inout) :: work(:)
+      integer :: tile, last_row, high
+
+      call fill_panel(symbolic, s, shared, panel)
+      high = tile_rows(panel%rows, panel%columns)
+      !$omp taskloop grainsize(1) default(shared) private(last_row)
+      do tile = 1, panel%rows, high
+         last_row = min(tile + high - 1, panel%rows)
+         call subtract_descendants(symbolic, factors, shared, tile, last_row, panel, work(thread_number()))
+      end do
+      !$omp end taskloop
+   end subroutine assemble_in_tiles
+
+   !> Factors the assembled panel of supernode s and stores L, by all threads.
+   subroutine factor_in_tiles(symbolic, s, shared, factors, panel, work, stopped)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s
+      type(elimination_type), intent(inout) :: shared
+      type(supernodal_factors_type), intent(inout) :: factors
+      type(panel_type), intent(inout) :: panel
+      !> One for each thread.
+      type(workspace_type), intent(inout) :: work(:)
+      !> Whether a pivot is zero or NaN.
+      logical, intent(out) :: stopped
       integer :: tile, last_row, high
 
       associate (first => symbolic%first(s), last => symbolic%first(s + 1) - 1)
-         call fill_panel(symbolic, s, shared, panel)
-         high = tile_rows(panel%rows, panel%columns)
-         !$omp taskloop grainsize(1) default(shared) private(last_row)
-         do tile = 1, panel%rows, high
-            last_row = min(tile + high - 1, panel%rows)
-            call subtract_descendants(symbolic, factors, shared, tile, last_row, panel, work(thread_number()))
-         end do
-         !$omp end taskloop
          call factor_panel(panel%columns, panel%columns, panel%entries, panel%rows, factors%pivot(first:last), &
             work(thread_number())%scaled, panel%enclosure)
          stopped = .not. all(abs(factors%pivot(first:last)) > 0)
@@ -120,7 +149,7 @@ contains
          end do
          !$omp end taskloop
       end associate
-   end subroutine eliminate_in_tiles
+   end subroutine factor_in_tiles
 
    ! Of each tile, as equal as may be, so that threads end together, and an even number of them. The first one has all rows of
    ! the diagonal block.
@@ -133,11 +162,13 @@ contains
       if (tiles > 1) tile_rows = (rows + tiles - 1)/tiles
    end function tile_rows
 
-   !> Adds supernode s, and each that updated it, to the list of the supernode that it updates next.
-   subroutine schedule_updates(symbolic, s, t, shared)
+   !> Adds each supernode that updated supernode s to the list of the supernode that it updates next, and s itself if its columns
+   !> are here.
+   subroutine schedule_updates(symbolic, s, t, shared, is_here)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s, t
       type(elimination_type), intent(inout) :: shared
+      logical, intent(in) :: is_here
       integer :: k, following
 
       k = shared%head(s)
@@ -147,6 +178,7 @@ contains
          call link_to_next(symbolic, k, t, shared)
          k = following
       end do
+      if (.not. is_here) return
       shared%reached(s) = symbolic%start(s)
       call link_to_next(symbolic, s, t, shared)
    end subroutine schedule_updates
