@@ -259,7 +259,8 @@ contains
       if (status == 0 .and. side /= 0) call count_terms(symbolic, stored_supernodes(symbolic, common), shared, status)
    end subroutine set_shared
 
-   ! Counts the entries of each row of L before its diagonal in the first `stored` supernodes, the terms of the rounding-error bound.
+   ! Counts the entries of each row of L before its diagonal in the first `stored` supernodes, the terms of the rounding-error
+   ! bound.
    subroutine count_terms(symbolic, stored, shared, status)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: stored

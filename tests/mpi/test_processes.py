@@ -168,7 +168,8 @@ def check_bands(folder):
     status, answer = solve(3, problem, "--modes", 510, "--distribute", 5000)
     check("a long list on 3", status == 0 and len(answer["modes"]) == 510 and answer["certified"] is True and
           np.all(abs(values(answer) - values(alone)) <= bounds(alone)), f"{status} {answer}"[:300])
-    check("a long list is cut", answer["counts"]["factorizations"] > 10 + alone["counts"]["factorizations"], answer["counts"])
+    check("a long list is cut", answer["counts"]["factorizations_for"]["count"] > 10 + alone["counts"]["factorizations_for"]["count"],
+          answer["counts"])
     # One that is not counted, and one that cannot be had.
     status, answer = solve(3, folder / "brake.h5", "--band", "0,400")
     check("a band that is not counted", status == 0 and answer["certified"] is None, f"{status} {answer}")
